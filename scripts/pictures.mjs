@@ -11,6 +11,7 @@ import { findChromium, ROOT } from './steps.mjs';
 const SIZE = { width: 1440, height: 900 };
 /** Of a view in space, that has its flight to finish and its images to decode. */
 const SETTLING_MS = 2000;
+const PATIENCE_MS = 180_000;
 
 /** @param {import('@playwright/test').Page} page */
 function stitched(page) {
@@ -20,11 +21,21 @@ function stitched(page) {
 const server = await serve(join(ROOT, 'www', 'dist'));
 const address = server.address();
 if (typeof address !== 'object' || address === null) throw new Error('The page is not served.');
-const browser = await chromium.launch({ executablePath: findChromium() ?? 'chromium', args: ['--no-sandbox'] });
+const browser = await chromium.launch({
+  executablePath: findChromium() ?? 'chromium',
+  args: ['--no-sandbox', '--enable-unsafe-swiftshader'],
+});
 try {
   const page = await browser.newPage({ viewport: SIZE, colorScheme: 'light', reducedMotion: 'reduce' });
+  // Without a graphics card a picture in space takes long.
+  page.setDefaultTimeout(PATIENCE_MS);
+  await page.addInitScript(() => {
+    const stitched = new Promise((resolve) => addEventListener('scanstitch-done', resolve, { once: true }));
+    Object.assign(window, { stitched });
+  });
   await page.goto(`http://localhost:${address.port}/`);
-  await page.getByText('all found their place').waitFor();
+  await page.evaluate(() => /** @type {{ stitched: Promise<unknown> }} */ (/** @type {unknown} */ (window)).stitched);
+  await page.getByRole('region', { name: 'About' }).getByRole('button', { name: 'Close' }).click();
   await page.screenshot({ path: join(ROOT, 'docs', 'page.png') });
 
   await page.getByRole('button', { name: 'Open' }).click();

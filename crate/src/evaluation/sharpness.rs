@@ -31,8 +31,11 @@ pub struct Sharpness {
 /// within [`MAX_RANGE`].
 pub struct SharpnessMeter {
     placed: Vec<(Rc<PlanarScan>, Pose2)>,
-    /// The scan of each point within range, and the point's number in it.
-    points: Vec<(u32, u32)>,
+    /// The scan of each point, ...
+    scans: Vec<u32>,
+    /// ... and the first point of each scan.
+    firsts: Vec<u32>,
+    /// Of the points within range.
     tree: KdTree<2>,
     /// The point to be looked at next.
     next: usize,
@@ -43,23 +46,27 @@ pub struct SharpnessMeter {
 impl SharpnessMeter {
     /// Lays scans over each other at their `T_world_sensor`.
     pub fn new(placed: Vec<(Rc<PlanarScan>, Pose2)>) -> Self {
-        let most = placed.iter().map(|(scan, _)| scan.points.len()).sum();
-        let (mut points, mut positions) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        let num_points = placed.iter().map(|(scan, _)| scan.points.len()).sum();
+        let (mut scans, mut positions) = (Vec::with_capacity(num_points), Vec::with_capacity(num_points));
+        let mut firsts = Vec::with_capacity(placed.len());
         for (index, (scan, T_world_sensor)) in placed.iter().enumerate() {
-            for (number, point) in scan.points.iter().enumerate().filter(|(_, point)| point.norm() <= MAX_RANGE) {
-                points.push((index as u32, number as u32));
-                positions.push(single_precision(&T_world_sensor.act(point)));
-            }
+            firsts.push(scans.len() as u32);
+            scans.extend(std::iter::repeat_n(index as u32, scan.points.len()));
+            let position = |point| if is_near(point) { single_precision(&T_world_sensor.act(point)) } else { NOWHERE };
+            positions.extend(scan.points.iter().map(position));
         }
-        Self { tree: KdTree::build(&positions), placed, points, next: 0, sum: 0.0, num_pairs: 0 }
+        Self { tree: KdTree::build(&positions), placed, scans, firsts, next: 0, sum: 0.0, num_pairs: 0 }
     }
 
     /// Evaluates this many more points.
     pub fn advance(&mut self, num_points: usize) {
-        let end = self.points.len().min(self.next.saturating_add(num_points));
+        let end = self.scans.len().min(self.next.saturating_add(num_points));
         for point in self.next..end {
+            if !is_near(self.point(point).1) {
+                continue;
+            }
             let (position, _) = self.surface(point);
-            let of_others = |other: u32| self.points[other as usize].0 != self.points[point].0;
+            let of_others = |other: u32| self.scans[other as usize] != self.scans[point];
             let neighbor = self.tree.nearest_where(&single_precision(&position), MAX_PAIR_DISTANCE as f32, of_others);
             let Some(neighbor) = neighbor else { continue };
             if let (partner, Some(normal)) = self.surface(neighbor.index as usize) {
@@ -70,22 +77,28 @@ impl SharpnessMeter {
         self.next = end;
     }
 
+    /// The pose of a point's scan, and the point and its normal in the sensor frame.
+    fn point(&self, point: usize) -> (&Pose2, &Vector2<f64>, Option<&Vector2<f64>>) {
+        let scan = self.scans[point] as usize;
+        let number = point - self.firsts[scan] as usize;
+        let (scan, T_world_sensor) = &self.placed[scan];
+        (T_world_sensor, &scan.points[number], scan.normals[number].as_ref())
+    }
+
     /// A point and its normal in the world frame.
     fn surface(&self, point: usize) -> (Vector2<f64>, Option<Vector2<f64>>) {
-        let (scan, number) = self.points[point];
-        let (scan, T_world_sensor) = &self.placed[scan as usize];
-        let normal = scan.normals[number as usize].map(|normal| T_world_sensor.rotate(&normal));
-        (T_world_sensor.act(&scan.points[number as usize]), normal)
+        let (T_world_sensor, point, normal) = self.point(point);
+        (T_world_sensor.act(point), normal.map(|normal| T_world_sensor.rotate(normal)))
     }
 
     /// Points looked at, of all.
     pub fn progress(&self) -> (usize, usize) {
-        (self.next, self.points.len())
+        (self.next, self.scans.len())
     }
 
     /// Whether all points have been looked at.
     pub fn is_done(&self) -> bool {
-        self.next == self.points.len()
+        self.next == self.scans.len()
     }
 
     /// The sharpness by the points looked at; `None` where no two scans overlap.
@@ -93,6 +106,13 @@ impl SharpnessMeter {
         let (num_pairs, mean_residual) = (self.num_pairs, self.sum / self.num_pairs as f64);
         (num_pairs > 0).then_some(Sharpness { mean_residual, num_pairs })
     }
+}
+
+/// Where points out of range lie: a tree leaves them out.
+const NOWHERE: [f32; 2] = [f32::NAN; 2];
+
+fn is_near(point: &Vector2<f64>) -> bool {
+    point.norm() <= MAX_RANGE
 }
 
 fn single_precision(point: &Vector2<f64>) -> [f32; 2] {

@@ -61,11 +61,7 @@ impl OccupancyGrid {
     pub fn new(placed: &[(&PlanarScan, Pose2)], resolution: f64) -> Self {
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         for (scan, T) in placed {
-            let sensor = T.translation.vector;
-            let ends = scan.points.iter().map(|point| T.act(&end_of_beam(point).0));
-            for point in ends.chain([sensor]) {
-                (low, high) = (low.inf(&point), high.sup(&point));
-            }
+            widen(&mut low, &mut high, scan, T);
         }
         if placed.is_empty() {
             return Self { resolution, origin: Vector2::zeros(), width: 0, height: 0, log_odds: Vec::new() };
@@ -100,11 +96,15 @@ impl OccupancyGrid {
 
     /// The cells from the sensor to the one before the end (Amanatides and Woo, "A fast voxel traversal algorithm for ray
     /// tracing", Eurographics 1987).
+    ///
+    /// Never a part of the function that calls it: a browser's compiler replaces slow code by fast code when a function is
+    /// next called, and a grid is drawn by one call.
+    #[inline(never)]
     fn follow(&mut self, from: &Vector2<f64>, to: &Vector2<f64>, marks: &mut Marks) {
         let scale = |point: &Vector2<f64>| (point - self.origin) / self.resolution;
         let (start, end) = (scale(from), scale(to));
         let along = end - start;
-        let mut cell = start.map(|value| value.floor() as i64);
+        let cell = start.map(|value| value.floor() as i64);
         let last = end.map(|value| value.floor() as i64);
         let step = along.map(|value| if value >= 0.0 { 1i64 } else { -1 });
         let per_cell = along.map(|value| if value == 0.0 { f64::INFINITY } else { 1.0 / value.abs() });
@@ -113,16 +113,20 @@ impl OccupancyGrid {
                 if step[axis] > 0 { cell[axis] as f64 + 1.0 - start[axis] } else { start[axis] - cell[axis] as f64 };
             if along[axis] == 0.0 { f64::INFINITY } else { next * per_cell[axis] }
         };
-        let mut next = Vector2::new(border(0), border(1));
+        let (mut next_x, mut next_y) = (border(0), border(1));
         let num_steps = (last - cell).abs().sum();
+        let mut index = cell.y as usize * self.width + cell.x as usize;
+        // From a table: which way it goes cannot be foreseen.
+        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width as isize, 0.0, per_cell.y)];
         for _ in 0..num_steps {
-            let index = cell.y as usize * self.width + cell.x as usize;
             if marks.first(index) {
-                self.log_odds[index] = (self.log_odds[index] + LOG_ODDS_MISS).max(-MAX_LOG_ODDS);
+                let log_odds = self.log_odds[index] + LOG_ODDS_MISS;
+                self.log_odds[index] = if log_odds < -MAX_LOG_ODDS { -MAX_LOG_ODDS } else { log_odds };
             }
-            let axis = usize::from(next.y < next.x);
-            cell[axis] += step[axis];
-            next[axis] += per_cell[axis];
+            let (stride, along_x, along_y) = steps[usize::from(next_y < next_x)];
+            index = index.wrapping_add_signed(stride);
+            next_x += along_x;
+            next_y += along_y;
         }
     }
 
@@ -136,26 +140,18 @@ impl OccupancyGrid {
     /// # Panics
     /// Outside the grid.
     pub fn cell(&self, x: usize, y: usize) -> Cell {
-        let log_odds = f64::from(self.log_odds[y * self.width + x]);
-        let probability = 1.0 - 1.0 / (1.0 + log_odds.exp());
-        if probability > OCCUPIED_THRESHOLD {
-            Cell::Occupied
-        } else if probability < FREE_THRESHOLD {
-            Cell::Free
-        } else {
-            Cell::Unknown
-        }
+        Thresholds::default().cell(self.log_odds[y * self.width + x])
     }
 
     /// A grey value a cell, row by row from the largest y down, as a picture has them: 0 occupied, 254 free, 205 unknown.
     /// These are the values that ROS's map_saver writes.
     pub fn grey_values(&self) -> Vec<u8> {
-        let value = |(x, y)| match self.cell(x, y) {
-            Cell::Occupied => 0,
-            Cell::Free => 254,
-            Cell::Unknown => 205,
-        };
-        (0..self.height).rev().flat_map(|y| (0..self.width).map(move |x| (x, y))).map(value).collect()
+        let mut values = Vec::with_capacity(self.log_odds.len());
+        let thresholds = Thresholds::default();
+        for row in self.log_odds.chunks_exact(self.width.max(1)).rev() {
+            thresholds.push_grey_values(row, &mut values);
+        }
+        values
     }
 
     /// The picture as a PGM file.
@@ -175,10 +171,56 @@ impl OccupancyGrid {
     }
 }
 
+/// The log odds beyond which a cell is occupied, or free.
+struct Thresholds {
+    occupied: f64,
+    free: f64,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        let log_odds = |probability: f64| (probability / (1.0 - probability)).ln();
+        Self { occupied: log_odds(OCCUPIED_THRESHOLD), free: log_odds(FREE_THRESHOLD) }
+    }
+}
+
+impl Thresholds {
+    fn cell(&self, log_odds: f32) -> Cell {
+        let log_odds = f64::from(log_odds);
+        if log_odds > self.occupied {
+            Cell::Occupied
+        } else if log_odds < self.free {
+            Cell::Free
+        } else {
+            Cell::Unknown
+        }
+    }
+
+    /// Never a part of the function that calls it, as [`OccupancyGrid::follow`].
+    #[inline(never)]
+    fn push_grey_values(&self, log_odds: &[f32], values: &mut Vec<u8>) {
+        values.extend(log_odds.iter().map(|&log_odds| match self.cell(log_odds) {
+            Cell::Occupied => 0,
+            Cell::Free => 254,
+            Cell::Unknown => 205,
+        }));
+    }
+}
+
 /// Where a beam is followed to, in the sensor's frame, and whether its return lies there.
 fn end_of_beam(point: &Vector2<f64>) -> (Vector2<f64>, bool) {
     let range = point.norm();
     if range <= LONGEST_BEAM { (*point, true) } else { (point * (LONGEST_BEAM / range), false) }
+}
+
+/// Takes a scan's sensor and the ends of its beams into a box. Never a part of the function that calls it, as
+/// [`OccupancyGrid::follow`].
+#[inline(never)]
+fn widen(low: &mut Vector2<f64>, high: &mut Vector2<f64>, scan: &PlanarScan, T_world_sensor: &Pose2) {
+    let ends = scan.points.iter().map(|point| T_world_sensor.act(&end_of_beam(point).0));
+    for point in ends.chain([T_world_sensor.translation.vector]) {
+        (*low, *high) = (low.inf(&point), high.sup(&point));
+    }
 }
 
 /// Which cells a scan has spoken of.
@@ -190,5 +232,33 @@ struct Marks {
 impl Marks {
     fn first(&mut self, cell: usize) -> bool {
         std::mem::replace(&mut self.of_scan[cell], self.scan) != self.scan
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_told_by_their_probability() {
+        let mut grid = OccupancyGrid {
+            resolution: 1.0,
+            origin: Vector2::zeros(),
+            width: 71,
+            height: 1,
+            log_odds: (-35..=35).map(|tenths| tenths as f32 / 10.0).collect(),
+        };
+        let by_probability = |log_odds: f32| match 1.0 - 1.0 / (1.0 + f64::from(log_odds).exp()) {
+            probability if probability > OCCUPIED_THRESHOLD => (Cell::Occupied, 0),
+            probability if probability < FREE_THRESHOLD => (Cell::Free, 254),
+            _ => (Cell::Unknown, 205),
+        };
+        let expected: Vec<_> = grid.log_odds.iter().map(|&log_odds| by_probability(log_odds)).collect();
+        let found: Vec<_> = (0..71).map(|x| grid.cell(x, 0)).zip(grid.grey_values()).collect();
+        assert_eq!(found, expected);
+        assert_eq!([found[0].0, found[35].0, found[70].0], [Cell::Free, Cell::Unknown, Cell::Occupied]);
+        (grid.width, grid.height) = (1, 71);
+        let from_the_top: Vec<u8> = expected.iter().rev().map(|&(_, grey)| grey).collect();
+        assert_eq!(grid.grey_values(), from_the_top);
     }
 }

@@ -71,6 +71,7 @@ pub struct CheckedOdometry {
 }
 
 /// Finds each scan's odometry and judges it. Returns from `limit` (m) on are none.
+#[inline(never)]
 pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, limit: f64) -> CheckedOdometry {
     let (poses, matching) = match_odometry(scans, given);
     let found = poses.iter().flatten().count();

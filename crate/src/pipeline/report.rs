@@ -149,6 +149,7 @@ impl<P, C> FrameResult<P, C> {
 
 impl FrameResult<PlanarPose, CleaningReport> {
     /// Of a scan; `pose` is its present `T_world_sensor`.
+    #[inline(never)]
     pub(crate) fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
         let overlap = registration.map_or(estimate.assessment.agreement, |r| r.fitness);

@@ -103,18 +103,39 @@ fn range(position: Vec3) -> f64 {
 /// So the limit is the largest range of the whole recording, if three returns or more have it (within a millionth: it went
 /// through sines, cosines and single precision), and more than lie in the twentieth below it. The latter since ranges
 /// are recorded in steps, of a centimetre say, and a wall that happens to be the farthest thing gives equal ones too.
-pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3]>) -> Option<f64> {
+pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
+    let scans = scans.into_iter();
     const SAME_RANGE: f64 = 1.0 - 1e-6;
     const BELOW_RANGE: f64 = 0.95;
     const MIN_RETURNS_AT_LIMIT: usize = 3;
-    let ranges: Vec<f64> = scans.into_iter().flatten().map(|&p| range(p)).filter(|range| range.is_finite()).collect();
-    let largest = ranges.iter().copied().fold(0.0, f64::max);
-    let num_over = |least: f64| ranges.iter().filter(|&&range| range >= least * largest).count();
-    let num_at_limit = num_over(SAME_RANGE);
-    let num_below = num_over(BELOW_RANGE) - num_at_limit;
-    // Where nothing is nearer, it is a round wall about the sensor, or nothing can be told.
-    let is_farther = num_at_limit + num_below < ranges.len();
+    let largest = scans.clone().map(largest_range).fold(0.0, f64::max);
+    let (mut num_at_limit, mut num_below, mut is_farther) = (0, 0, false);
+    for scan in scans {
+        let [all, at_limit, over] = count_ranges(scan, [0.0, SAME_RANGE * largest, BELOW_RANGE * largest]);
+        num_at_limit += at_limit;
+        num_below += over - at_limit;
+        // Where nothing is nearer, it is a round wall about the sensor, or nothing can be told.
+        is_farther |= over < all;
+    }
     (largest > 0.0 && num_at_limit >= MIN_RETURNS_AT_LIMIT && num_at_limit > num_below && is_farther).then_some(largest)
+}
+
+/// The largest finite range (m); 0 where there is none.
+#[inline(never)]
+fn largest_range(scan: &[Vec3]) -> f64 {
+    scan.iter().map(|&p| range(p)).filter(|range| range.is_finite()).fold(0.0, f64::max)
+}
+
+/// How many finite ranges are at least each of these (m).
+#[inline(never)]
+fn count_ranges(scan: &[Vec3], least: [f64; 3]) -> [usize; 3] {
+    let mut counts = [0; 3];
+    for range in scan.iter().map(|&p| range(p)).filter(|range| range.is_finite()) {
+        for (count, least) in counts.iter_mut().zip(least) {
+            *count += usize::from(range >= least);
+        }
+    }
+    counts
 }
 
 #[cfg(test)]

@@ -189,7 +189,7 @@ impl Reconstruction {
 
     /// The map: x y x y ... in the world frame (m); of the frames from `first` on, where it is given.
     pub fn map_points(&self, first: Option<usize>) -> Vec<f32> {
-        self.engine.map_from(first.unwrap_or(0)).points.into_flattened()
+        self.engine.map_points_from(first.unwrap_or(0)).into_flattened()
     }
 
     /// Index of the frame that each point of the map comes from.

@@ -29,7 +29,7 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
       <h1>Laser scans and depth images to a path and a map</h1>
       <p>
         <strong>Drop files anywhere on this page</strong>: scans, depth images, clouds, a folder, a zip or a ROS bag.
-        All is computed in this tab; nothing leaves your machine.
+        Everything is computed in this tab; nothing leaves your machine.
       </p>
       <div class="begin">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>

@@ -103,7 +103,7 @@ export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' |
         : '',
     trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',
     max_correspondence_distance === 0.5 ? '' : `within ${formatLength(max_correspondence_distance)}`,
-    search_translation > 0 || search_rotation > 0 ? 'after a search' : '',
+    facts.is_planar && (search_translation > 0 || search_rotation > 0) ? 'after a search' : '',
   ]
     .filter(Boolean)
     .join(', ');

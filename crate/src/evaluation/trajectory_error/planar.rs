@@ -31,6 +31,7 @@ pub struct PlanarPoint {
 ///
 /// # Errors
 /// When the reference has another number of poses than there are frames, and neither times nor names tell which is which.
+#[inline(never)]
 pub(crate) fn planar_error(
     estimate: &[Option<Pose2>],
     names: &[&str],

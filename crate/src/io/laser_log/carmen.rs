@@ -59,8 +59,9 @@ struct Reader {
     max_range: f64,
 }
 
+#[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
-    let kinds = |kind: &&&[u8]| lines(bytes).any(|(_, line)| words(line).next() == Some(**kind));
+    let kinds = |kind: &&&[u8]| lines(bytes).any(|(_, line)| begins_with(line, kind));
     let kind = SCANS.iter().find(kinds).copied().unwrap_or(SCANS[0]);
     let mut reader = Reader::new(kind);
     let mut damaged: Vec<Error> = Vec::new();
@@ -77,6 +78,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     }
     losses.extend(tolerate(&damaged, reader.scans.len())?);
     Ok(reader.finish(losses))
+}
+
+/// Whether this is the first word of a line.
+#[inline(never)]
+fn begins_with(line: &[u8], word: &[u8]) -> bool {
+    words(line).next() == Some(word)
 }
 
 fn cut_off(line: usize) -> String {
@@ -102,6 +109,7 @@ impl Reader {
         }
     }
 
+    #[inline(never)]
     fn take(&mut self, line: usize, text: &[u8]) -> Result<()> {
         if is_comment(text) {
             return Ok(());
@@ -207,6 +215,7 @@ impl Reader {
 
     /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
     /// corrected afterwards and the robot's are what its wheels told.
+    #[inline(never)]
     fn finish(mut self, mut losses: Vec<String>) -> LaserLog {
         let mut notes = self.notes();
         losses.extend(self.keep_one_laser());

@@ -30,6 +30,7 @@ pub(super) fn looks_like_cmu(head: &[u8]) -> bool {
     first.peek().is_some() && first.all(is_known)
 }
 
+#[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut scans: Vec<LaserScan> = Vec::new();
     let mut offsets: Vec<(Pose2, Pose2)> = Vec::new();

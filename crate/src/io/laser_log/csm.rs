@@ -51,6 +51,7 @@ enum OneOrMany {
 
 const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
 
+#[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut scans = Vec::new();
     let mut losses = Vec::new();

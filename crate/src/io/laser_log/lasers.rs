@@ -15,6 +15,7 @@ const SAME_START: f64 = 3.0;
 const MOST_LASERS: usize = 4;
 
 /// Which scans are those of one laser, where the log mixes several, and what to say of the others.
+#[inline(never)]
 pub(super) fn one_laser(scans: &[LaserScan], T_robot_laser: &[Option<Pose2>]) -> Option<(Vec<bool>, String)> {
     let layouts = groups(scans.len(), |a, b| has_same_layout(&scans[a], &scans[b]));
     if is_mixed(&layouts) {

@@ -139,6 +139,9 @@ pub fn is_laser_log(head: &[u8]) -> bool {
 
 /// Reads a laser log of any of these kinds.
 ///
+/// The readers of the kinds are functions of their own (`inline(never)`), and so is what they do line by line: a browser's
+/// compiler takes whole functions, and would compile all of them again for the one that runs.
+///
 /// # Errors
 /// Names the line that is wrong; or says that there is no scan in the file, or that it cannot be in metres and radians.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {

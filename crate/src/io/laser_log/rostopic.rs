@@ -11,6 +11,7 @@ pub(super) fn looks_like_rostopic(head: &[u8]) -> bool {
     table.column("angle_min").is_some() && table.column("angle_increment").is_some()
 }
 
+#[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let table = MessageTable::from_head(bytes);
     let ranges = range_columns(&table)?;

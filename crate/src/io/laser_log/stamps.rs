@@ -13,6 +13,7 @@ pub struct Stamps {
 }
 
 /// The times of the scans of a recording (s), in their order.
+#[inline(never)]
 pub fn stamps(times: &[Option<f64>]) -> Stamps {
     let known: Vec<f64> = times.iter().copied().flatten().collect();
     if known.is_empty() {

@@ -9,6 +9,7 @@ const BELOW_LARGEST: f64 = 0.95;
 
 /// Drops a limit that is not the laser's, and says so. A robot's software may use short ranges only and still record all: its
 /// parameter is no limit where many readings beyond it differ, for a laser reports the same where nothing came back.
+#[inline(never)]
 pub(super) fn drop_false_limit(scans: &mut [LaserScan]) -> Option<String> {
     let limit = scans.iter().map(|scan| scan.max_range).fold(0.0, f64::max);
     if !limit.is_finite() {

@@ -14,6 +14,7 @@ const MAX_LIMIT: f32 = 200.0;
 const MAX_COVERAGE: f64 = 1.1 * TAU;
 
 /// Refuses a log whose ranges cannot be metres, or whose angles cannot be radians.
+#[inline(never)]
 pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
     let is_return = |range: &f32| *range > 0.0 && range.is_finite();
     let mut ranges: Vec<f32> = scans.iter().flat_map(|scan| &scan.ranges).copied().filter(is_return).collect();

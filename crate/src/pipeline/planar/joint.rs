@@ -47,6 +47,11 @@ impl Joint {
         Self { frames, targets, registration: JointScanRegistration::new(poses, edges).with_odometry_factors(known) }
     }
 
+    /// Frees what edges are matched with: nothing is left to match.
+    pub fn end(&mut self) {
+        self.targets = JointTargets::Points(Vec::new());
+    }
+
     /// Matches a few more edges, and takes a step when all are matched.
     pub fn advance(&mut self, scans: &[Rc<PlanarScan>], options: &IcpOptions) {
         let sources = self.frames.iter().map(|&frame| source(&scans[frame]));

@@ -31,6 +31,7 @@ const MIN_COMPARED: usize = 8;
 
 /// The motions with the covariances that the log's own noise gives them. Motion that contradicts the scans is left out, and
 /// the note says so.
+#[inline(never)]
 pub fn judged(
     motions: &[Option<Pose2>],
     scan: &dyn Fn(usize) -> Rc<PlanarScan>,
@@ -68,6 +69,7 @@ const FITTING_AGREEMENT: f64 = 0.9;
 const FITTING_SHARE: f64 = 0.95;
 
 /// Whether scans fit each other where measured motions put them, all over the way.
+#[inline(never)]
 pub fn fits_scans(motions: &[Option<Pose2>], scan: &dyn Fn(usize) -> Rc<PlanarScan>, options: &PlanarOptions) -> bool {
     let stretches = stretches(motions);
     let stride = stretches.len().div_ceil(COMPARED).max(1);
@@ -115,6 +117,7 @@ const CORRECTED: (f64, f64) = (0.25, 0.07);
 /// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
 /// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do. Of a path that
 /// comes back to too few places, poses that repeat the log's lines of odometry are the wheels'.
+#[inline(never)]
 pub fn log_holds_wheels(
     recorded: &[RecordedScan],
     scan: &dyn Fn(usize) -> Rc<PlanarScan>,
@@ -177,6 +180,7 @@ fn fitting_revisits(
 }
 
 /// Pairs of frames that these poses put at one place after a long way, at most one for every step of a metre.
+#[inline(never)]
 fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     let mut along = vec![0.0; poses.len()];
     for frame in 1..poses.len() {

@@ -12,8 +12,9 @@ use nalgebra::Vector2;
 
 use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
-use crate::geometry::{PointCloud, Pose2, Pose3};
+use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::graph::loops::planar::Uncertainty;
+pub use crate::graph::loops::planar::{LoopTrial, LoopTrials, TrialOutcome};
 use crate::io::laser_log::LaserLog;
 use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Trajectory, in_space, tum_text};
@@ -204,6 +205,19 @@ impl Reconstruction {
         StitchedMap::new(placed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
+    /// The points of that part alone (m), world frame.
+    pub fn map_points_from(&self, first: usize) -> Vec<[f32; 2]> {
+        let Some(run) = &self.run else { return Vec::new() };
+        let frames: Vec<usize> = run.placed().skip_while(|&frame| frame < first).collect();
+        let num_points = frames.iter().map(|&frame| run.scans[frame].points.len()).sum();
+        let mut points = Vec::with_capacity(num_points);
+        for frame in frames {
+            let moved = run.scans[frame].points.iter().map(|point| run.poses[frame].act(point));
+            points.extend(moved.map(|point| [point.x as f32, point.y as f32]));
+        }
+        points
+    }
+
     /// How many points each of the frames from this one on has in the map.
     pub fn map_sizes_from(&self, first: usize) -> Vec<u32> {
         let size = |run: &Run, frame| if run.is_placed(frame) { run.scans[frame].points.len() as u32 } else { 0 };
@@ -262,6 +276,11 @@ impl Reconstruction {
     /// over the way the pairs that are near each other.
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         self.run.as_ref().map_or_else(Vec::new, Run::uncertainties)
+    }
+
+    /// What the search for loops compared, by the frames in the middle of submaps, and the loops that stayed.
+    pub fn loop_trials(&self) -> LoopTrials {
+        self.run.as_ref().map_or_else(LoopTrials::default, Run::loop_trials)
     }
 
     /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the

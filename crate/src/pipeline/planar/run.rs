@@ -11,7 +11,7 @@ use super::scan_to_map::ScanToMap;
 use super::{odometry_agreement, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
-use crate::graph::loops::planar::Uncertainty;
+use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
@@ -163,6 +163,7 @@ impl Run {
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();
+            registration.history.shrink_to_fit();
         }
         self.scans.push(scan);
         self.cleaning.push(report);
@@ -220,8 +221,12 @@ impl Run {
     }
 
     fn advance_joint(&mut self, settings: &Settings) {
-        let Some(graph) = &self.graph else { return };
-        let joint = self.joint.get_or_insert_with(|| Joint::new(graph, &self.scans, &self.poses, settings));
+        let Some(graph) = &mut self.graph else { return };
+        let joint = self.joint.get_or_insert_with(|| {
+            let joint = Joint::new(graph, &self.scans, &self.poses, settings);
+            graph.closure.forget_scans();
+            joint
+        });
         let mut options = settings.icp_options();
         if graph.is_long() {
             options.criteria.max_iterations = options.criteria.max_iterations.min(LONG_ITERATIONS);
@@ -231,6 +236,7 @@ impl Run {
             graph.place(joint.registration.poses(), &mut self.poses);
         }
         if joint.registration.is_done(&options) {
+            joint.end();
             odometry_agreement::doubt_contradicted(&self.motions, &self.poses, &mut self.estimates);
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
@@ -274,6 +280,11 @@ impl Run {
     /// How well frames are known to each other by the graph; nothing without the joint solution.
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         self.graph.as_ref().map_or_else(Vec::new, KeyframeGraph::uncertainties)
+    }
+
+    /// What the search for loops compared; nothing without the joint solution.
+    pub fn loop_trials(&self) -> LoopTrials {
+        self.graph.as_ref().map_or_else(LoopTrials::default, KeyframeGraph::loop_trials)
     }
 
     /// The iterations of the joint solution.

@@ -14,10 +14,10 @@ const SIGMA: f64 = 0.12;
 pub(super) const NUM_LEVELS: usize = 6;
 /// Most cells of a grid; a larger target gets larger cells.
 const MAX_CELLS: f64 = 4e6;
-/// Blocks of a row that are scored together.
-pub(super) const LANES: usize = 16;
+/// Blocks of a row that are scored together: their sums, of 16 bits each, fill a vector of WebAssembly.
+pub(super) const LANES: usize = 8;
 /// Zeros on either side of a row of blocks.
-const PADDING: i32 = 16;
+const PADDING: i32 = LANES as i32;
 
 /// A target drawn into a pyramid of likelihoods. Levels are made when a search first needs them.
 pub struct LikelihoodGrid {
@@ -159,6 +159,14 @@ pub(super) struct BlockRows {
     cells: Vec<u8>,
 }
 
+/// What [`BlockRows::add_to`] works with, kept between calls.
+#[derive(Default)]
+pub(super) struct Buffers {
+    /// Rows of the points, and where their entries are.
+    placed: Vec<(i32, i32)>,
+    rows: Vec<[u16; LANES]>,
+}
+
 impl BlockRows {
     fn new(grid: &LikelihoodGrid, level: usize) -> Self {
         let (stride, width) = (1 << level, grid.width as usize);
@@ -176,10 +184,17 @@ impl BlockRows {
         Self { level, length, height, cells }
     }
 
-    /// Adds to `sums[j][i]` the entries at (x + i * stride, y + j * stride) of points that are shifted; nothing is off the grid.
-    /// There are at most 257 points.
-    pub(super) fn add_to(&self, sums: &mut [[u32; LANES]], points: &[(i32, i32)], shift: (i32, i32)) {
-        let mut placed = Vec::with_capacity(points.len());
+    /// Adds to `sums[j][i]` the entries at (x + i * stride, y + j * stride) of points that are shifted, `count` times; nothing
+    /// is off the grid. There are at most 257 points.
+    pub(super) fn add_to(
+        &self,
+        sums: &mut [[u32; LANES]],
+        points: &[(i32, i32)],
+        (count, are_inside): (u32, bool),
+        shift: (i32, i32),
+        Buffers { placed, rows }: &mut Buffers,
+    ) {
+        placed.clear();
         for point in points {
             let (x, y) = (point.0 + shift.0, point.1 + shift.1);
             let (offset, first) = (x & ((1 << self.level) - 1), (x >> self.level) + PADDING);
@@ -187,21 +202,25 @@ impl BlockRows {
                 placed.push((y, (offset * self.height + y) * self.length + first));
             }
         }
-        for sum in sums {
+        let step = self.length << self.level;
+        rows.resize(sums.len(), [0; LANES]);
+        for (row, of_row) in (0_i32..).zip(rows.iter_mut()) {
             let mut added = [0_u16; LANES];
-            for (y, first) in &mut placed {
+            for &(y, first) in placed.iter() {
                 // Negative ones wrap round to beyond the size.
-                if (*y as u32) < self.height as u32 {
-                    let row = &self.cells[*first as usize..][..LANES];
+                if are_inside || ((y + (row << self.level)) as u32) < self.height as u32 {
+                    let entries = &self.cells[(first + row * step) as usize..][..LANES];
                     for lane in 0..LANES {
-                        added[lane] += u16::from(row[lane]);
+                        added[lane] += u16::from(entries[lane]);
                     }
                 }
-                *y += 1 << self.level;
-                *first += self.length << self.level;
             }
+            *of_row = added;
+        }
+        // Apart from the loop above, whose sums would otherwise be vectors of half as many lanes.
+        for (sum, added) in sums.iter_mut().zip(rows) {
             for lane in 0..LANES {
-                sum[lane] += u32::from(added[lane]);
+                sum[lane] += count * u32::from(added[lane]);
             }
         }
     }

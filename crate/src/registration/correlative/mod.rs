@@ -73,11 +73,13 @@ impl LikelihoodGrid {
         let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
+        let (mut cells, mut entries) = (Vec::with_capacity(source.len()), Vec::with_capacity(source.len()));
         let rotated: Vec<RotatedSource> = (-turns..=turns)
             .map(|turn| {
                 let rotation = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation;
-                let cells = source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector)));
-                RotatedSource::new(self, turn, cells, half_cells)
+                cells.clear(); // in a loop of its own, which takes two points at a time
+                cells.extend(source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector))));
+                RotatedSource::new(self, turn, &cells, half_cells, &mut entries)
             })
             .collect();
         let blocks = Blocks::new(self, &rotated, half_cells);
@@ -233,6 +235,20 @@ mod tests {
             assert!((found.score - f64::from(best) / (255.0 * source.len() as f64)).abs() < 1e-12, "seed {seed}");
             let error = T.inverse() * found.T_target_source;
             assert!(error.translation_norm() < 0.15 && error.rotation_angle() < 0.03, "seed {seed}: {error}");
+        }
+    }
+
+    #[test]
+    fn several_points_in_a_cell_count_as_often() {
+        let grid = LikelihoodGrid::new(&room());
+        let window = SearchWindow { translation: 6.0, rotation: 0.4 }; // far beyond the grid
+        let T = Pose2::exp(&Vector3::new(0.2, 0.4, -0.3));
+        let once: Vec<_> = room().iter().step_by(5).map(|p| T.inverse().act(p)).collect();
+        for count in [2, 4, 7] {
+            let often: Vec<_> = once.iter().flat_map(|point| vec![*point; count]).collect();
+            let [once, often] = [&once, &often].map(|source| grid.window(source, &Pose2::identity(), window));
+            assert_eq!(often.best().map(|best| best.score), once.best().map(|best| best.score), "{count} times");
+            assert_eq!(often.best_from(&T).map(|best| best.score), once.best().map(|best| best.score));
         }
     }
 

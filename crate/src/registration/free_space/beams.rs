@@ -75,10 +75,11 @@ impl RangeProfile {
         if high.bearing - low.bearing > self.max_gap {
             return FreeSpaceTest::Unknown;
         }
-        let tolerance = MIN_TOLERANCE.max(RELATIVE_TOLERANCE * range);
-        if range < low.range.min(high.range) - tolerance {
+        let tolerance = larger(MIN_TOLERANCE, RELATIVE_TOLERANCE * range);
+        let (near, far) = if high.range < low.range { (high.range, low.range) } else { (low.range, high.range) };
+        if range < near - tolerance {
             FreeSpaceTest::InFreeSpace
-        } else if range > low.range.max(high.range) + tolerance {
+        } else if range > far + tolerance {
             FreeSpaceTest::Hidden
         } else {
             FreeSpaceTest::Agreeing(())
@@ -93,8 +94,13 @@ impl RangeProfile {
 
 /// Grows with the bearing as the arc tangent does, from -2 to 2, and is a division.
 fn order_of(point: &Vector2<f64>) -> f64 {
-    let along = point.x / (point.x.abs() + point.y.abs()).max(f64::MIN_POSITIVE);
+    let along = point.x / larger(f64::MIN_POSITIVE, point.x.abs() + point.y.abs());
     if point.y < 0.0 { along - 1.0 } else { 1.0 - along }
+}
+
+/// The larger of two numbers; the first where the second is not one. (`f64::max` is a call of a function in WebAssembly.)
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// The sector, of so many, that holds this [`order_of`].

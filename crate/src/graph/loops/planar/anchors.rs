@@ -16,7 +16,7 @@ impl LoopClosure {
     /// The graph between anchors: the chain summed up, and the loops. Where only what is certain counts, broken links leave a
     /// radian and a metre open: far more than is certain, and not so much that differences of covariances drown in rounding.
     pub(super) fn anchor_relations(&self, only_certain: bool) -> Vec<PlanarFactor> {
-        let mut informations = vec![Matrix3::zeros(); self.keyframes.len()];
+        let mut informations = vec![Matrix3::zeros(); self.poses.len()];
         for relation in self.chain.iter().filter(|relation| !only_certain || !self.links[relation.to].is_broken) {
             informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
         }

@@ -150,6 +150,7 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
 }
 
 /// Reads a table whose format is guessed, and says how it was read.
+#[inline(never)]
 pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
     let Guess { format, doubt } = guess_of(&table)?;
