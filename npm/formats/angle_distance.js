@@ -14,6 +14,12 @@
 const NUMBER = String.raw`-?\d+(?:\.\d+)?`;
 /** So many readings have to stand at the beginning. */
 const FIRST = 8;
+/** Narrower views (degrees) are those of no sensor that sweeps. */
+const MIN_VIEW = 45;
+/** Beyond this (rad) angles are in degrees. */
+const MAX_RADIANS = 7;
+/** A step is even within so much of the median step. */
+const EVEN = 0.5;
 const PAIR = new RegExp(String.raw`["']?(${NUMBER})["']?\s*:\s*(${NUMBER}|nan|inf|None|null)\s*(?=[,}])`, 'gi');
 const DICTIONARY = new RegExp(
   String.raw`^\s*\{\s*(?:["']?${NUMBER}["']?\s*:\s*(?:${NUMBER}|nan|inf|None|null)\s*,\s*){${FIRST}}`,
@@ -55,15 +61,26 @@ function pairOf([, angle = '', distance = '']) {
   return [angle, distance];
 }
 
-/** Whether most of the first lines are readings, and their angles go on evenly: a time has a colon, too. @param {string} head @param {RegExp} line */
+/**
+ * Whether most of the first lines are readings: their angles go on evenly over a view that a sensor has. Clocks have colons, too.
+ * @param {string} head @param {RegExp} line
+ */
 function areMost(head, line) {
   const lines = head.split(/\r?\n/).filter((text) => text.trim() !== '');
-  const angles = linesOf(head, line).map(([angle]) => Number(angle));
-  if (angles.length < 3 * FIRST || 4 * angles.length < 3 * lines.length) return false;
+  const readings = linesOf(head, line);
+  if (readings.length < 3 * FIRST || 4 * readings.length < 3 * lines.length) return false;
+  if (readings.every((words) => words.every((word) => /^[0-5]?\d$/.test(word)))) return false;
+  const angles = readings.map(([angle]) => Number(angle));
   const steps = angles.slice(1).map((angle, at) => Math.abs(angle - (angles[at] ?? 0)));
   const step = steps.toSorted((a, b) => a - b)[steps.length >> 1] ?? 0;
-  const numEven = steps.filter((value) => Math.abs(value - step) <= step).length;
-  return step > 0 && 10 * numEven >= 9 * steps.length;
+  const numEven = steps.filter((value) => Math.abs(value - step) <= EVEN * step).length;
+  const [least, most] = angles.reduce(
+    ([low, high], angle) => [Math.min(low, angle), Math.max(high, angle)],
+    [Infinity, -Infinity],
+  );
+  const view = most - least;
+  const isView = view > MIN_VIEW || (Math.max(most, -least) < MAX_RADIANS && view > (MIN_VIEW * Math.PI) / 180);
+  return step > 0 && isView && 10 * numEven >= 9 * steps.length;
 }
 
 /** @param {string} text @param {RegExp} line @returns {Readings} */

@@ -287,8 +287,13 @@ test('an angle and a distance at a time: dictionaries, colons, the radar of the 
     reconstruction.free();
   }
   // What has colons and braces and is none of it.
+  const minutes = beams.map((beam) => `${beam % 60}:${(7 * beam) % 60}\n`).join('');
   const times = beams.map((minute) => `${10 + (minute % 3)}:${(7 * minute) % 60}\n`).join('');
-  for (const [name, text] of Object.entries({ 'times.txt': times, 'table.txt': '1,90.1\n2,90.2\n'.repeat(30) })) {
+  for (const [name, text] of Object.entries({
+    'times.txt': times,
+    'minutes.txt': minutes,
+    'table.txt': '1,90.1\n2,90.2\n'.repeat(30),
+  })) {
     assert.equal(scanReader(text), null, name);
   }
 });
