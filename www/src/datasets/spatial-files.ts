@@ -3,6 +3,7 @@
  * zip, or on the server.
  */
 import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
+import { append } from '../../../npm/append.js';
 import { isBagName, isOfBag } from '../../../npm/bag/names.js';
 import { needsConversion } from '../../../npm/formats/names.js';
 import { type Content, filesInArchive, filesInBags } from '../../../npm/recording/contents.js';
@@ -143,7 +144,7 @@ async function convert(files: StoredFile[], notes: Note[]): Promise<StoredFile[]
   if (!needsConversion(files)) return files;
   const { convertFiles } = await import('../../../npm/formats/convert.js');
   const converted = await convertFiles(files, packed);
-  notes.push(...converted.notes);
+  append(notes, converted.notes);
   return converted.files;
 }
 
@@ -202,8 +203,8 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
     ]);
     try {
       const archive = await openAnyArchive(name, bytesOfBlob(file));
-      notes.push(...archive.notes);
-      opened.push(...filesInArchive(archive).map(packed));
+      append(notes, archive.notes);
+      append(opened, filesInArchive(archive).map(packed));
     } catch (error) {
       notes.push({ file: name, reason: `not used: ${problemIn(error)}` });
     }
@@ -242,7 +243,7 @@ async function unpack(stored: readonly StoredFile[]): Promise<{ files: NamedFile
     const { path, losses = [] } = stored[index] as StoredFile;
     if (content.status === 'fulfilled') files.push({ name: path, file: new File([content.value], path) });
     else notes.push({ file: path, reason: `not used: ${problemIn(content.reason)}` });
-    notes.push(...losses);
+    append(notes, losses);
   }
   return { files, notes };
 }
