@@ -4,7 +4,6 @@
 
 #[path = "depth/processor_time.rs"]
 mod processor_time;
-#[allow(dead_code)]
 #[path = "depth/recordings.rs"]
 mod recordings;
 #[allow(dead_code)]
