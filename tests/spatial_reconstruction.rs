@@ -151,6 +151,20 @@ fn hand_held_recordings_are_within_a_centimetre() {
     assert!(mean < 0.006, "redwood5: {mean}");
 }
 
+/// The last half of a noisy stereo camera's drive, and every fourth frame of all of it, whose steps are too long for one part of it.
+#[test]
+fn a_noisy_stereo_camera_is_followed_and_believed() {
+    let Some(folder) = shared_data("rgbd/d435_robot") else { return };
+    let camera = Some([384.0, 384.0, 320.0, 237.0]);
+    let all = files(&folder.join("depth"), ".png");
+    let count = |files: &[Vec<u8>], status: Status| {
+        run(files, camera).assessments().iter().filter(|assessment| assessment.status == status).count()
+    };
+    let last_half = &all[60..];
+    assert!(count(last_half, Status::Good) >= 57, "a right frame is doubted for the errors of the map's surfaces");
+    assert_eq!(count(&every(4, &all), Status::Lost), 0, "turning faster after a doubtful frame");
+}
+
 /// Steps of 39 mm made steps of 78 mm in both ways: which one it was is told from the frames alone.
 #[test]
 fn truncated_and_rounded_depth_are_told_apart() {

@@ -9,6 +9,7 @@ pub mod apartment;
 pub mod campus;
 pub mod corridor;
 pub mod drive;
+pub mod hand_held;
 pub mod laser;
 pub mod office;
 mod passage;

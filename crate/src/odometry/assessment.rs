@@ -56,6 +56,8 @@ pub(crate) enum Unconstrained {
     Heading,
     /// Sliding along a direction.
     Position,
+    /// Turning about any other axis.
+    Turn,
 }
 
 /// Thresholds of the evidence for one kind of sensor. Shares are in 0..=1; 0 sets no limit.
@@ -159,6 +161,7 @@ impl Assessment {
             let motion = match motion {
                 Unconstrained::Heading => "the heading",
                 Unconstrained::Position => "the position along one direction",
+                Unconstrained::Turn => "the rotation about one axis",
             };
             return Some(format!("the view does not constrain {motion} (degenerate geometry)"));
         }
@@ -281,6 +284,7 @@ mod tests {
             (Evidence { overlap: 0.39, ..GOOD }, Status::Doubtful, "only 39 %"),
             (Evidence { degenerate: Some(Unconstrained::Heading), ..GOOD }, Status::Doubtful, "the heading"),
             (Evidence { degenerate: Some(Unconstrained::Position), ..GOOD }, Status::Doubtful, "the position along"),
+            (Evidence { degenerate: Some(Unconstrained::Turn), ..GOOD }, Status::Doubtful, "the rotation about"),
             (Evidence { residual: 0.11, ..GOOD }, Status::Doubtful, "0.110 m"),
             (Evidence { moving_after: Some(40), ..GOOD }, Status::Doubtful, "after 40 iterations"),
         ] {

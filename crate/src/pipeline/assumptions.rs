@@ -76,13 +76,19 @@ const SCALES_8: [(f64, &str); 4] = [
     (12.75, "20 m over the range"),
     (100.0, "centimetres"),
 ];
+/// Focal length of a Kinect's own depth camera over the width of the image, as its driver has it. Depth that was registered to the
+/// colours has that of the colour camera.
+const OWN_KINECT_FOCAL_LENGTH: f64 = 0.9;
+/// Why a Kinect's focal length was assumed.
+const KINECT_STEPS: &str = "told from the spacing of the raw values: a Kinect or its like";
 /// Focal lengths over the width of the image, from the sensors' datasheets.
-const FOCAL_LENGTHS: [(f64, &str); 6] = [
+const FOCAL_LENGTHS: [(f64, &str); 7] = [
     (0.5, "renderers"),
     (0.6, "RealSense D435, D455"),
     (0.713, "Kinect v2"),
     (0.788, "Azure Kinect"),
     (0.82, "Kinect, Xtion, phones"),
+    (OWN_KINECT_FOCAL_LENGTH, "Kinect, Xtion: depth not registered to the colours"),
     (0.955, "RealSense D415"),
 ];
 /// A scale whose median depth (m) lies outside of this was not meant: rooms are 2.2 m in the median, a tenth or ten times
@@ -115,7 +121,7 @@ pub(crate) fn assumptions(
         let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width as f64).round(), about));
         let why = match scale.sensor {
             DepthSensor::RealSense { .. } => "told from the spacing of the raw values: a RealSense",
-            DepthSensor::Kinect => "told from the spacing of the raw values: a Kinect or its like",
+            DepthSensor::Kinect => KINECT_STEPS,
             DepthSensor::Unknown if (2.0 * camera.fx / image.width as f64 - 1.0).abs() < 1e-9 => {
                 "as rendered images mostly have it"
             }
@@ -124,6 +130,19 @@ pub(crate) fn assumptions(
         assumption(ReadingSetting::Fx, vec![camera.fx], &usual, why.to_owned())
     });
     depth_scale.into_iter().chain(focal_length).collect()
+}
+
+/// What is said of a Kinect's focal length that was assumed, once its colours turn out not to be registered to the depth.
+pub(crate) fn own_focal_length_of_kinect(assumptions: &[Assumption], width: usize) -> Option<String> {
+    let is_kinect =
+        |assumption: &&Assumption| assumption.setting == ReadingSetting::Fx && assumption.why == KINECT_STEPS;
+    assumptions.iter().find(is_kinect).map(|Assumption { value, .. }| {
+        format!(
+            "fx = {value} is assumed, which a Kinect's depth images have once they are registered to the colours. These are not: \
+             its own depth camera has about fx = {:.0}",
+            OWN_KINECT_FOCAL_LENGTH * width as f64
+        )
+    })
 }
 
 fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], why: String) -> Assumption {
@@ -266,6 +285,18 @@ mod tests {
         assert_eq!(of(&set, &ramp(KINECT)), []);
         let metres = DepthImage { bits: DepthImage::METRES, ..ramp(None) };
         assert_eq!(of(&SpatialSettings::default(), &metres).len(), 1, "the focal length alone");
+    }
+
+    #[test]
+    fn the_focal_length_of_depth_that_is_not_registered_to_the_colours_is_told_of_a_kinect_that_was_assumed() {
+        let told = |settings: &SpatialSettings, image: &DepthImage| {
+            own_focal_length_of_kinect(&of(settings, image), image.width)
+        };
+        let default = SpatialSettings::default();
+        let note = told(&default, &ramp(KINECT)).unwrap();
+        assert!(note.contains("fx = 525 is assumed") && note.contains("about fx = 576"), "{note}");
+        assert_eq!(told(&SpatialSettings { fx: 525.0, ..default.clone() }, &ramp(KINECT)), None, "it is set");
+        assert_eq!(told(&default, &ramp(None)), None, "another camera");
     }
 
     #[test]

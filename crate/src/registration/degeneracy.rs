@@ -72,6 +72,40 @@ impl DegenerateDirection {
     }
 }
 
+/// The share of the surfaces that face along the motion of their points in a turn about `axis` (a unit vector in the target's frame)
+/// through the points' centre, by the same cosine. Surfaces near the axis, which it hardly moves, count less. Pairs further apart
+/// than `tolerance` (m) do not count.
+pub fn turn_constraining_share(
+    axis: &Vector3<f64>,
+    correspondences: &[Correspondence<Vector3<f64>>],
+    tolerance: f64,
+) -> f64 {
+    let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
+    let surfaces: Vec<_> = fitting.filter_map(|pair| Some((pair.moved, pair.normal?))).collect();
+    let count = surfaces.len().max(1) as f64;
+    let center = surfaces.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
+    let motions: Vec<(Vector3<f64>, f64)> = surfaces
+        .iter()
+        .map(|(point, normal)| {
+            let motion = axis.cross(&(point - center));
+            (motion, normal.dot(&motion).abs())
+        })
+        .collect();
+    let rms = (motions.iter().map(|(motion, _)| motion.norm_squared()).sum::<f64>() / count).sqrt();
+    let is_constraining =
+        |(motion, along): &&(Vector3<f64>, f64)| *along > CONSTRAINING_COSINE * motion.norm().max(rms);
+    motions.iter().filter(is_constraining).count() as f64 / count
+}
+
+/// Whether enough surfaces constrain a turn about `axis`; see [`turn_constraining_share`].
+pub fn is_turn_constrained(
+    axis: &Vector3<f64>,
+    correspondences: &[Correspondence<Vector3<f64>>],
+    tolerance: f64,
+) -> bool {
+    turn_constraining_share(axis, correspondences, tolerance) >= CONSTRAINING_SHARE
+}
+
 /// Every direction of motion, by how well the correspondences measure it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Directions<M: RigidMotion> {
@@ -179,6 +213,47 @@ fn rotate<S: SquareMatrix>(A: &mut S, V: &mut S, p: usize, q: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Pairs on a wall round the z axis, 3 m away and up to 0.8 m high, whose normals have 5 degrees of noise; of `num_floor` more
+    /// on the floor within a quarter turn.
+    fn round_room(num_floor: usize) -> Vec<Correspondence<Vector3<f64>>> {
+        let mut state = 3_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+        };
+        let mut pair = |point: Vector3<f64>, normal: Vector3<f64>| {
+            // Uniform noise of this width has a standard deviation of 5 degrees.
+            let noise = Vector3::from_fn(|_, _| 12f64.sqrt() * 5f64.to_radians() * random());
+            let normal = Some((normal + noise).normalize());
+            Correspondence { source: 0, target: 0, moved: point, normal, residual: 0.0, weight: 1.0 }
+        };
+        let mut pairs = Vec::new();
+        for index in 0..2000 {
+            let (sin, cos) = (0.1 * f64::from(index)).sin_cos();
+            let height = 0.8 * (f64::from(index % 100) / 50.0 - 1.0);
+            pairs.push(pair(Vector3::new(3.0 * cos, 3.0 * sin, height), Vector3::new(-cos, -sin, 0.0)));
+        }
+        for index in 0..num_floor {
+            let (sin, cos) = (1.57 * index as f64 / num_floor as f64).sin_cos();
+            pairs.push(pair(Vector3::new(2.8 * cos, 2.8 * sin, -0.8), Vector3::z()));
+        }
+        pairs
+    }
+
+    #[test]
+    fn surfaces_that_face_along_a_turn_constrain_it_and_noise_does_not() {
+        let tolerance = 0.1;
+        let walls = round_room(0);
+        assert!(!is_turn_constrained(&Vector3::z(), &walls, tolerance), "a round room seen from its middle");
+        // The centre is that of all points: a floor on one side moves it, and the wall hardly faces along the turn about it.
+        let with_floor = round_room(60);
+        assert!(!is_turn_constrained(&Vector3::z(), &with_floor, tolerance));
+        assert!(is_turn_constrained(&Vector3::x(), &with_floor, tolerance));
+        assert!(is_turn_constrained(&Vector3::y(), &with_floor, tolerance));
+        let far: Vec<_> = with_floor.into_iter().map(|pair| Correspondence { residual: 1.0, ..pair }).collect();
+        assert!(!is_turn_constrained(&Vector3::x(), &far, tolerance), "pairs far apart count for nothing");
+    }
 
     #[test]
     fn the_eigenpairs_are_those_of_a_general_solver() {

@@ -12,6 +12,7 @@ mod pattern;
 pub mod render;
 mod shading;
 pub mod solid;
+pub mod stereo_camera;
 
 pub use depth_sensor::DepthSensor;
 pub use light::{Light, Sun};

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
-use crate::registration::degeneracy::DegenerateDirection;
+use crate::registration::degeneracy::{DegenerateDirection, is_turn_constrained};
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::global::register_globally;
 use crate::registration::icp::{IcpOptions, Source};
@@ -289,7 +289,7 @@ impl CloudOdometry {
         }
         let is_moving = last.translation_step > MOVING_STEP * self.options.voxel_size;
         let evidence = Evidence {
-            degenerate: self.is_degenerate(registration).then_some(Unconstrained::Position),
+            degenerate: self.degenerate(registration),
             moving_after: is_moving.then_some(registration.history.len()),
             ..evidence
         };
@@ -297,18 +297,20 @@ impl CloudOdometry {
         Assessment::of(&evidence, &Limits { doubtful_residual, ..LIMITS })
     }
 
-    /// Whether no surfaces constrain the weakest direction of motion. The share of pairs that measure it does not tell alone:
-    /// noisy normals of a bare corridor seem to, and the little floor that a spinning laser sees in a small room seems not to,
-    /// though it does.
-    fn is_degenerate(&self, registration: &SpatialRegistration) -> bool {
-        let weakest = &registration.observability;
-        let [turn, shift] = [0, 3].map(|first| weakest.weakest_direction.fixed_rows::<3>(first).norm());
-        if turn > PURE_TURN * shift {
-            return weakest.is_undetermined();
-        }
+    /// The weakest direction of motion, if no surfaces constrain it. The share of pairs that measure it does not tell alone: noisy
+    /// normals of a bare corridor or of a round room seem to, and the little floor that a spinning laser sees in a small room seems
+    /// not to, though it does.
+    fn degenerate(&self, registration: &SpatialRegistration) -> Option<Unconstrained> {
+        let (weakest, pairs) = (&registration.observability, &registration.correspondences);
         let tolerance = self.options.max_correspondence_distance;
-        weakest.weakest_share < WELL_MEASURED_SHARE
-            && DegenerateDirection::of(&registration.correspondences, tolerance).is_some()
+        let [turn, shift] = [0, 3].map(|first| weakest.weakest_direction.fixed_rows::<3>(first).into_owned());
+        if turn.norm() > PURE_TURN * shift.norm() {
+            let is_free = weakest.is_undetermined() && !is_turn_constrained(&turn.normalize(), pairs, tolerance);
+            return is_free.then_some(Unconstrained::Turn);
+        }
+        let is_free =
+            weakest.weakest_share < WELL_MEASURED_SHARE && DegenerateDirection::of(pairs, tolerance).is_some();
+        is_free.then_some(Unconstrained::Position)
     }
 
     /// Makes a cloud the last registered one, and adds it to the map unless free space contradicts it.

@@ -12,6 +12,9 @@ use crate::registration::spatial::SpatialRegistration;
 
 /// Agreement (0..=1) above which a pose is accepted: inside the gate, with more than half of the frame on the map, ...
 const MIN_AGREEMENT_MOSTLY_MAPPED: f64 = 0.95;
+/// ... the same if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of its
+/// surfaces, not of the pose, ...
+const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
 /// ... inside the gate, with at most half of the frame on the map, ...
 const MIN_AGREEMENT: f64 = 0.99;
 /// ... and after a gap, outside the gate or without a prediction.
@@ -42,6 +45,8 @@ pub(super) struct PoseHypothesis {
     pub(super) agreement: f64,
     /// Whether neither surfaces nor colours constrain the position along one direction.
     pub(super) is_degenerate: bool,
+    /// Whether the frame before it alone gives the same pose as the map.
+    pub(super) is_tracked_on_map: bool,
     /// Offset (m, in the world) to another position where the frame fits about as well, if the camera may have come there.
     pub(super) second_basin: Option<Vector3<f64>>,
     /// Correlation of its brightness with the images of keyframes (-1..=1), where they show enough of it.
@@ -86,6 +91,7 @@ impl PoseHypothesis {
             overlap,
             agreement,
             is_degenerate: false,
+            is_tracked_on_map: false,
             second_basin: None,
             photometric_ncc: None,
         }
@@ -106,7 +112,7 @@ impl PoseHypothesis {
         let is_revisit = self.photometric_ncc.is_some_and(|ncc| ncc > MIN_REVISIT_NCC);
         let gate = if gate == PredictionGate::NoPrediction && is_revisit { PredictionGate::Outside } else { gate };
         let (min_overlap, min_agreement, min_agreement_mostly_mapped) = match gate {
-            PredictionGate::Inside => (MIN_OVERLAP, MIN_AGREEMENT, MIN_AGREEMENT_MOSTLY_MAPPED),
+            PredictionGate::Inside => (MIN_OVERLAP, MIN_AGREEMENT, self.limits().doubtful_agreement),
             PredictionGate::InsideAfterGap | PredictionGate::Outside => {
                 (MIN_OVERLAP_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
             }
@@ -121,6 +127,13 @@ impl PoseHypothesis {
             && !self.is_degenerate
             && self.second_basin.is_none()
             && self.registration.converged
+    }
+
+    /// The limits of the evidence. Less agreement suffices where two registrations give the same pose.
+    fn limits(&self) -> Limits {
+        let is_confirmed = self.is_tracked_on_map && self.overlap > MOSTLY_MAPPED_OVERLAP;
+        let doubtful_agreement = if is_confirmed { MIN_AGREEMENT_TRACKED_ON_MAP } else { MIN_AGREEMENT_MOSTLY_MAPPED };
+        Limits { doubtful_agreement, ..LIMITS }
     }
 
     /// Whether nothing contradicts it.
@@ -193,6 +206,6 @@ impl PoseHypothesis {
             residual: registration.last.inlier_rmse,
             moving_after: (!registration.converged).then_some(registration.history.len()),
         };
-        Assessment::of(&evidence, &LIMITS)
+        Assessment::of(&evidence, &self.limits())
     }
 }

@@ -23,7 +23,7 @@ use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
-use crate::pipeline::assumptions::suggestion;
+use crate::pipeline::assumptions::{own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, set_intrinsics};
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
@@ -243,7 +243,11 @@ impl SpatialReconstruction {
         let mut notes = self.notes.clone();
         notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
         notes.extend(self.frames.note());
-        notes.extend(self.hypotheses.have_misaligned_colors().then(|| MISALIGNED_COLORS.to_owned()));
+        if self.hypotheses.have_misaligned_colors() {
+            notes.push(MISALIGNED_COLORS.to_owned());
+            let depth = self.depth();
+            notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
+        }
         notes.extend(self.range_use.note());
         notes.extend(self.loop_report().note());
         let comparison = self.reference.as_ref().and_then(|reference| {

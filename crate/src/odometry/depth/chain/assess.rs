@@ -23,6 +23,8 @@ const FASTER: f64 = 2.0;
 pub(in super::super) enum Found {
     /// By the map.
     InMap(PoseHypothesis),
+    /// By the map and by the frame before it alone, which give the same pose.
+    TrackedOnMap(PoseHypothesis),
     /// By the frame before it, with the evidence of the map.
     Tracked(PoseHypothesis),
     /// By a rejected frame before it.
@@ -44,15 +46,17 @@ pub(in super::super) enum Decision {
 impl Chain {
     /// Compares the evidence for a pose with what its relation to the prediction asks for.
     pub(in super::super) fn assess(&self, matcher: &FrameMatcher<'_>, found: Found) -> Decision {
-        let (hypothesis, is_tracked) = match found {
+        let is_on_map = matches!(found, Found::TrackedOnMap(_));
+        let (mut hypothesis, is_tracked) = match found {
             Found::TrackedFromRejected(hypothesis) => {
                 let mut assessment = hypothesis.assessment();
                 assessment.mark_dependent_on_uncertain_pose();
                 return Decision::Reject(hypothesis, assessment);
             }
             Found::InMap(hypothesis) => (hypothesis, false),
-            Found::Tracked(hypothesis) => (hypothesis, true),
+            Found::Tracked(hypothesis) | Found::TrackedOnMap(hypothesis) => (hypothesis, true),
         };
+        hypothesis.is_tracked_on_map = is_on_map;
         if self.options.verification == Verification::Off {
             let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
             return Decision::Append(hypothesis, assessment);

@@ -37,10 +37,8 @@ pub(super) struct Chain {
     reference: ReferenceMap,
     /// The frames of the map, in the order in which they were added.
     members: Vec<Member>,
-    /// The last frame that was appended, ...
+    /// The last frame that was appended.
     last: PosedFrame,
-    /// ... and its motion from the one before it.
-    last_motion: Pose3,
     motion_prior: MotionPrior,
     /// The last frame, if it was doubtful and therefore rejected: the next one may be near it.
     rejected: Option<PosedFrame>,
@@ -110,8 +108,7 @@ impl Chain {
             options,
             reference,
             members: vec![Member { number, T_world_sensor, assessment: Assessment::first() }],
-            last: PosedFrame::new(frame, T_world_sensor),
-            last_motion: Pose3::identity(),
+            last: PosedFrame::new(frame, T_world_sensor, Pose3::identity()),
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
@@ -175,11 +172,11 @@ impl Chain {
         uncertain: Option<Assessment>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
-        self.last_motion = self.last.T_world_sensor.inverse() * T_world_sensor;
+        let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
-            self.motion_prior.push(&self.last_motion);
+            self.motion_prior.push(&motion);
         }
-        (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor), None, 0);
+        (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor, motion), None, 0);
         if let Some(ncc) = hypothesis.photometric_ncc {
             self.num_ncc_frames += 1;
             self.mean_ncc += MIN_AVERAGE_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);

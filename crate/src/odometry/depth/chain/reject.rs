@@ -4,6 +4,7 @@ use super::super::SpatialEstimate;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::Chain;
 use super::track::PosedFrame;
+use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -21,7 +22,13 @@ impl Chain {
             return self.lost(assessment.reason, overlap);
         }
         let T_world_sensor = *hypothesis.T_world_sensor();
-        self.rejected = Some(PosedFrame::new(frame, T_world_sensor));
+        // The frame before it is the one that was rejected before, or else the last of the map.
+        let before = match self.num_rejected {
+            1 => Some(&self.last),
+            _ => self.rejected.as_ref(),
+        };
+        let motion = before.map_or_else(Pose3::identity, |before| before.T_world_sensor.inverse() * T_world_sensor);
+        self.rejected = Some(PosedFrame::new(frame, T_world_sensor, motion));
         let registration = Some(hypothesis.registration);
         SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
     }

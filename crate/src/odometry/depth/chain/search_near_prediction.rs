@@ -13,10 +13,10 @@ impl Chain {
         let T_world_last = &self.last.T_world_sensor;
         let is_quick = self.options.effort == Effort::Quick;
         let (few, many) = (hypotheses::few_near_prediction, hypotheses::near_prediction);
-        let first = if is_quick { few } else { many }(T_world_last, &self.last_motion);
+        let first = if is_quick { few } else { many }(T_world_last, &self.last.motion);
         let mut best = matcher.best_near(matcher.propose_near(&first, T_world_last));
         if is_quick && !self.is_accepted(&best) {
-            let more = many(T_world_last, &self.last_motion);
+            let more = many(T_world_last, &self.last.motion);
             best = matcher.best_near(matcher.propose_near(&more, T_world_last));
         }
         if let Some(rejected) = self.rejected.as_ref().filter(|_| !self.needs_no_wider_search(&best)) {

@@ -25,11 +25,13 @@ const MIN_TRACKED_OVERLAP: f64 = 0.3;
 pub(super) struct PosedFrame {
     frame: Arc<PreparedSurfels>,
     pub(super) T_world_sensor: Pose3,
+    /// Its motion from the frame before it; identity where that is not known.
+    pub(super) motion: Pose3,
 }
 
 impl PosedFrame {
-    pub(super) fn new(frame: &PreparedSurfels, T_world_sensor: Pose3) -> Self {
-        Self { frame: Arc::new(frame.clone()), T_world_sensor }
+    pub(super) fn new(frame: &PreparedSurfels, T_world_sensor: Pose3, motion: Pose3) -> Self {
+        Self { frame: Arc::new(frame.clone()), T_world_sensor, motion }
     }
 }
 
@@ -42,8 +44,8 @@ impl Chain {
         matcher: &FrameMatcher<'_>,
         near: &PoseHypothesis,
     ) -> Option<Found> {
-        let Some(tracked) = self.track_from(&self.last, frame, &self.last_motion) else {
-            let tracked = self.track_from(self.rejected.as_ref()?, frame, &Pose3::identity())?;
+        let Some(tracked) = self.track_from(&self.last, frame) else {
+            let tracked = self.track_from(self.rejected.as_ref()?, frame)?;
             return Some(Found::TrackedFromRejected(tracked));
         };
         let is_same = |hypothesis: &PoseHypothesis| {
@@ -52,23 +54,23 @@ impl Chain {
         let guess = if is_same(near) { near } else { &tracked };
         let by_map = matcher.register_at(*guess.T_world_sensor());
         if is_same(&by_map) {
-            return Some(Found::Tracked(by_map));
+            return Some(Found::TrackedOnMap(by_map));
         }
         let view = matcher.view_from(tracked.T_world_sensor());
         Some(Found::Tracked(matcher.with_evidence(tracked.registration, view)))
     }
 
     /// The pose of a frame by one before it alone, if the two determine it.
-    fn track_from(&self, before: &PosedFrame, frame: &PreparedSurfels, last_motion: &Pose3) -> Option<PoseHypothesis> {
+    fn track_from(&self, before: &PosedFrame, frame: &PreparedSurfels) -> Option<PoseHypothesis> {
         let (mut reference, T_world_before) = (ReferenceMap::default(), before.T_world_sensor);
         let view = reference.map.view(&before.frame.image, &T_world_before);
         reference.insert(&before.frame, 0, &T_world_before, &view);
         let matcher = FrameMatcher::new(&reference, frame, self.options);
-        let predictions = [T_world_before, T_world_before * last_motion];
-        // Near the last pose or the constant-velocity prediction.
+        let predictions = [T_world_before, T_world_before * before.motion];
+        // Near the last pose or the constant-velocity prediction. Surfaces repeat by translations; the overlap bounds the rotation.
         let is_tracked = |found: &PoseHypothesis| {
-            let T_world_sensor = found.T_world_sensor();
-            let is_near = predictions.iter().any(|T| apart(T, T_world_sensor) < CONVERGING_DISTANCE);
+            let position = found.T_world_sensor().translation.vector;
+            let is_near = predictions.iter().any(|T| (T.translation.vector - position).norm() < CONVERGING_DISTANCE);
             is_near && found.overlap > MIN_TRACKED_OVERLAP && found.is_accepted(PredictionGate::Inside)
         };
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
