@@ -15,9 +15,9 @@ const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotat
 const MIN_FITTING_WEIGHT: f64 = 0.25;
 
 impl LoopClosure {
-    /// Takes the matches that agree into the graph, solves it, and takes back what does not fit.
-    pub(super) fn accept(&mut self) {
-        let Some(covariances) = &self.covariances else { return };
+    /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
+    pub(super) fn accept(&mut self) -> bool {
+        let Some(covariances) = &self.covariances else { return false };
         let poses = self.anchor_poses();
         let num_loops = self.loops.len();
         let all: Vec<&Candidate> =
@@ -41,6 +41,7 @@ impl LoopClosure {
         if has_news {
             self.solve(num_loops);
         }
+        has_news
     }
 
     fn enter(&mut self, candidate: Candidate) {
@@ -78,7 +79,7 @@ impl LoopClosure {
 }
 
 /// How many other matches have to support one that was found in a window.
-pub(super) fn support_needed(window: SearchWindow) -> usize {
+fn support_needed(window: SearchWindow) -> usize {
     let is_within = |limit: SearchWindow| window.translation <= limit.translation && window.rotation <= limit.rotation;
     if is_within(MAX_WINDOW_ALONE) {
         0

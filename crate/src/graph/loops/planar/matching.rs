@@ -5,32 +5,33 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector2};
 
-use super::search_region::SearchRegion;
 use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
-use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
+use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::icp::{IcpOptions, Source, register};
 use crate::registration::target::OrientedTarget;
 
 /// A pair of submaps to be matched.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Pair {
     /// Submap looked in.
     pub target: usize,
     /// Submap looked for.
     pub source: usize,
     /// Where it may be in the target.
-    pub region: SearchRegion,
+    pub guess: Pose2,
+    /// How far off that may be.
+    pub window: SearchWindow,
 }
 
 impl Pair {
-    /// Whether a pose lies where the source was looked for, or where registration converges from.
-    pub fn holds(&self, T_target_source: &Pose2) -> bool {
-        self.region.holds(T_target_source, MAX_UNSEARCHED_WINDOW)
+    /// What its search costs, in windows of a metre and a tenth of a radian.
+    pub fn cost(&self) -> f64 {
+        1.0 + self.window.translation.powi(2) * (self.window.rotation / 0.1)
     }
 }
 
@@ -108,20 +109,25 @@ impl SourceStretch {
     }
 }
 
-/// Registers `source` to `target`, in which it lies somewhere in a region.
+/// Registers `source` to `target` from a guess that may be off by `window`.
 pub fn match_stretches(
     target: &TargetStretch,
     source: &SourceStretch,
     keyframes: &[Keyframe],
-    region: &SearchRegion,
+    guess: &Pose2,
+    window: SearchWindow,
     options: &IcpOptions,
 ) -> Option<SubmapMatch> {
-    let window = region.extent;
     let stride = source.points.len().div_ceil(MAX_SEARCHED_POINTS).max(1);
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
-    let (mut start, mut rival) = (region.guess, 0.0);
+    let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
-        (start, rival) = search(&target.grid, &searched, region)?;
+        let search = target.grid.window(&searched, guess, window);
+        let best = search.best().filter(|best| best.score > MIN_SCORE)?;
+        start = best.T_target_source;
+        let known = (&[start][..], MIN_RIVAL_DISTANCE);
+        let other = search.rival(known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
+        rival = other.map_or(0.0, |other| other.score / best.score);
     }
     let found: PlanarRegistration = register(
         Source { points: &source.points, normals: Some(&source.normals), sigmas: None },
@@ -141,27 +147,6 @@ pub fn match_stretches(
         fitness: found.fitness,
         rival,
     })
-}
-
-/// The best pose of a region, and how well the best other place scores, as a share of it. Other places are looked for in the
-/// whole square around the region: covariances are known to a factor.
-fn search(grid: &LikelihoodGrid, source: &[Vector2<f64>], region: &SearchRegion) -> Option<(Pose2, f64)> {
-    let searches: Vec<WindowSearch> =
-        region.windows.iter().map(|(center, window)| grid.window(source, center, *window)).collect();
-    let (first, others) = searches.split_first()?;
-    let mut best = first.best()?;
-    for search in others {
-        let better = search.rival((&[], MIN_RIVAL_DISTANCE), (best.score, f64::INFINITY));
-        best = better.filter(|better| better.score > best.score).unwrap_or(best);
-    }
-    if best.score <= MIN_SCORE {
-        return None;
-    }
-    let known = (&[best.T_target_source][..], MIN_RIVAL_DISTANCE);
-    let whole = (!others.is_empty()).then(|| grid.window(source, &region.guess, region.extent));
-    let square = whole.as_ref().unwrap_or(first);
-    let other = square.rival(known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
-    Some((best.T_target_source, other.map_or(0.0, |other| other.score / best.score)))
 }
 
 /// How some keyframes of each stretch look from those of the other.

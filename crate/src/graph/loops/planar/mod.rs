@@ -4,7 +4,7 @@
 //! for wherever the graph's covariance allows that it came back, the surest pairs first. A match has to be seen by both
 //! sides in the same way, to be the only one of its window, and to agree with the other matches; where the window was wide,
 //! others have to support it. Then the graph is solved, what no longer fits is taken back, and with the covariances that
-//! have shrunk the search begins again, until nothing is left to be compared.
+//! have shrunk the search begins again, until nothing more is found.
 
 use std::rc::Rc;
 
@@ -22,16 +22,13 @@ mod certainty;
 mod consistency;
 mod matching;
 mod pairs;
-mod search_region;
 mod submap;
-mod trial;
 mod uncertainty;
 
 pub use certainty::Uncertainty;
 use consistency::Candidate;
-use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
+use matching::{MAX_RIVAL, Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
-pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
 use uncertainty::RelativeCovariances;
 
 /// A scan of the chain, as it comes in.
@@ -50,12 +47,18 @@ pub struct ChainLink {
 const SUBMAP_LENGTH: f64 = 4.0;
 /// ... or this number of scans.
 const SUBMAP_SCANS: usize = 40;
+/// A match needs this share of agreeing returns, ...
+const MIN_AGREEMENT: f64 = 0.85;
+/// ... this number of returns that both submaps see ...
+const MIN_SEEN: usize = 150;
+/// ... and this share of returns with a partner.
+const MIN_FITNESS: f64 = 0.25;
 /// Most iterations of the pose graph's solution after each round.
 const MAX_GRAPH_STEPS: usize = 20;
 /// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond.
 const SEARCH_BUDGET: f64 = 60.0;
 /// Rounds at the most.
-const MAX_ROUNDS: usize = 24;
+const MAX_ROUNDS: usize = 12;
 
 /// A loop of the graph.
 struct Loop {
@@ -79,7 +82,6 @@ pub struct LoopClosure {
     /// For each source the windows that were searched for it, in vain or with success: (target, half width (m)).
     searched: Vec<Vec<(usize, f64)>>,
     queue: Vec<Pair>,
-    trials: LoopTrials,
     /// What is left for searches, in the unit of [`Pair::cost`].
     budget: f64,
     num_queued: usize,
@@ -110,7 +112,6 @@ impl LoopClosure {
             pool: Vec::new(),
             searched: vec![Vec::new(); num_submaps],
             queue: Vec::new(),
-            trials: LoopTrials::default(),
             budget: SEARCH_BUDGET * num_keyframes as f64,
             num_queued: 0,
             round: 0,
@@ -156,17 +157,15 @@ impl LoopClosure {
 
     /// One piece of work: matches the pairs of one target, or begins the next round.
     pub fn advance(&mut self, options: &IcpOptions) {
-        if let Some(pair) = self.queue.last().cloned() {
+        if let Some(pair) = self.queue.last().copied() {
             let target = self.target(pair.target);
             while let Some(pair) = self.queue.pop_if(|next| next.target == pair.target) {
                 self.match_pair(&target, &pair, options);
             }
             return;
         }
-        if self.round > 0 {
-            self.accept();
-        }
-        if self.round == MAX_ROUNDS {
+        let has_news = self.round == 0 || self.accept();
+        if !has_news || self.round == MAX_ROUNDS {
             self.is_done = true;
             return;
         }
@@ -192,11 +191,12 @@ impl LoopClosure {
     fn match_pair(&mut self, target: &TargetStretch, pair: &Pair, options: &IcpOptions) {
         let submap = &self.submaps[pair.source];
         let source = SourceStretch::new(submap.keyframes.clone(), submap.anchor, &self.keyframes, &self.poses);
-        let found = match_stretches(target, &source, &self.keyframes, &pair.region, options);
-        let outcome = TrialOutcome::of(pair, found.as_ref(), self.without);
-        self.note_trial(pair, found.as_ref(), outcome);
-        if let Some(found) = found.filter(|_| outcome == TrialOutcome::Matched) {
-            self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.region.extent));
+        let Some(found) = match_stretches(target, &source, &self.keyframes, &pair.guess, pair.window, options) else {
+            return;
+        };
+        let is_seen = found.agreement > MIN_AGREEMENT && found.num_seen > MIN_SEEN && found.fitness > MIN_FITNESS;
+        if is_seen && (found.rival < MAX_RIVAL || self.without.second_basin) {
+            self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
         }
     }
 }

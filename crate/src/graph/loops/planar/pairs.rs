@@ -4,12 +4,11 @@
 use nalgebra::Matrix2;
 
 use super::LoopClosure;
-use super::acceptance::support_needed;
 use super::matching::Pair;
-use super::search_region::{MAX_WINDOW, SearchRegion};
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::RigidMotion;
 use crate::odometry::planar::information::position_covariance;
+use crate::registration::correlative::SearchWindow;
 use crate::search::order::ascending;
 
 /// Submaps less than this many apart in the sequence have been matched by the chain.
@@ -18,6 +17,12 @@ const NUM_CHAINED_SUBMAPS: usize = 3;
 const LOOSE_SIGMA: (f64, f64) = (0.12, 0.03);
 /// Submaps that one submap is matched with in a round, at most.
 const MAX_CANDIDATES: usize = 4;
+/// Half width of the search window, in standard deviations of the relative pose, ...
+const WINDOW_SIGMAS: f64 = 3.0;
+/// ... beside this margin (m, rad), ...
+const WINDOW_MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
+/// ... and its largest translation (m).
+const MAX_WINDOW: f64 = 12.0;
 /// Standard deviation between two submaps (m, rad) below which a loop would tell nothing new.
 const SETTLED_SIGMA: (f64, f64) = (0.05, 0.012);
 /// Submaps that seem to share less than this of what they show are not matched.
@@ -25,69 +30,46 @@ const MIN_OVERLAP: f64 = 0.3;
 /// Share of what is left of the budget that a round may spend.
 const ROUND_SHARE: f64 = 0.4;
 
-/// Two pairs are of the same two passes of one place where both their targets and their sources are at most this many submaps
-/// apart, ...
-const SAME_PASS: usize = 3;
-/// ... and so many of them are searched first in wide windows: one with the two that it needs to support it.
-const MAX_OF_SAME_PASSES: usize = 3;
-
-impl Pair {
-    fn is_of_same_passes(&self, other: &Self) -> bool {
-        self.target.abs_diff(other.target) <= SAME_PASS && self.source.abs_diff(other.source) <= SAME_PASS
-    }
-}
-
 impl LoopClosure {
     /// The pairs of submaps that may show the same place, those of one target together.
     pub(super) fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
-        let (mut pairs, mut num_possible): (Vec<(f64, Pair)>, usize) = (Vec::new(), 0);
+        let mut pairs: Vec<(f64, Pair)> = Vec::new();
         for source in 1..self.submaps.len() {
             let mut candidates: Vec<(f64, Pair)> = Vec::new();
             for target in 0..source {
                 candidates.extend(self.pair(target, source, covariances));
             }
-            num_possible += candidates.len();
             let mut chosen: Vec<(f64, Pair)> = Vec::new();
             for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
                 let target = candidates[index].1.target;
                 if chosen.len() < MAX_CANDIDATES && chosen.iter().all(|(_, other)| other.target.abs_diff(target) > 1) {
-                    chosen.push(candidates[index].clone());
+                    chosen.push(candidates[index]);
                 }
             }
             pairs.extend(chosen);
         }
-        let num_likely = pairs.len();
         let mut pairs = self.affordable(&pairs);
-        self.trials.rounds.push([num_possible, num_likely, pairs.len()]);
         for pair in &pairs {
-            self.searched[pair.source].push((pair.target, pair.region.extent.translation));
+            self.searched[pair.source].push((pair.target, pair.window.translation));
         }
         pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
         pairs
     }
 
     /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
-    /// left to spend allows. Of two passes of one place a few are searched before those of others, for these tell where the
-    /// rest lie.
+    /// left to spend allows.
     fn affordable(&mut self, pairs: &[(f64, Pair)]) -> Vec<Pair> {
-        let order = ascending(pairs.iter().map(|(likelihood, pair)| pair.region.cost() / likelihood));
-        let (mut chosen, mut others): (Vec<Pair>, Vec<Pair>) = (Vec::new(), Vec::new());
-        for index in order {
-            let pair = &pairs[index].1;
-            let num_alike = chosen.iter().filter(|other| pair.is_of_same_passes(other)).count();
-            let is_enough = support_needed(pair.region.extent) > 0 && num_alike >= MAX_OF_SAME_PASSES;
-            if is_enough { others.push(pair.clone()) } else { chosen.push(pair.clone()) }
-        }
-        chosen.append(&mut others);
-        let (most, mut spent) = (self.budget * ROUND_SHARE, 0.0);
-        chosen.retain(|pair| {
-            let is_affordable = spent + pair.region.cost() <= most;
-            spent += if is_affordable { pair.region.cost() } else { 0.0 };
-            is_affordable
+        let most = self.budget * ROUND_SHARE;
+        let mut spent = 0.0;
+        let order = ascending(pairs.iter().map(|(likelihood, pair)| pair.cost() / likelihood));
+        let affordable = order.into_iter().map(|index| pairs[index].1).take_while(|pair| {
+            spent += pair.cost();
+            spent <= most
         });
-        self.budget -= spent;
-        chosen
+        let affordable = affordable.collect();
+        self.budget -= spent.min(most);
+        affordable
     }
 
     /// Whether a submap may have come back to another, with how likely that is.
@@ -108,17 +90,19 @@ impl LoopClosure {
         if is_tied(SETTLED_SIGMA) || (source < target + NUM_CHAINED_SUBMAPS && is_tied(LOOSE_SIGMA)) {
             return None;
         }
-        let region = SearchRegion::new(guess, &covariance, reach);
-        if apart > reach + region.extent.translation || region.windows.is_empty() {
+        let window = SearchWindow {
+            translation: (WINDOW_MARGIN.translation + WINDOW_SIGMAS * sigma).min(MAX_WINDOW),
+            rotation: (WINDOW_MARGIN.rotation + WINDOW_SIGMAS * heading_sigma).min(std::f64::consts::PI),
+        };
+        if apart > reach + window.translation {
             return None;
         }
-        let was_searched =
-            |&(t, width): &(usize, f64)| t.abs_diff(target) <= 1 && region.extent.translation > 0.5 * width;
+        let was_searched = |&(t, width): &(usize, f64)| t.abs_diff(target) <= 1 && window.translation > 0.5 * width;
         if self.searched[source].iter().any(was_searched) {
             return None;
         }
         let sq_width = reach * reach / 4.0 + sigma * sigma;
         let likelihood = (-0.5 * apart * apart / sq_width).exp() / (1.0 + sigma * sigma);
-        Some((likelihood, Pair { target, source, region }))
+        Some((likelihood, Pair { target, source, guess, window }))
     }
 }
