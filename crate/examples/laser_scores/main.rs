@@ -3,11 +3,13 @@
 //!
 //! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
 //! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds]
-//! [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
+//! [--loops] [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
 //!
 //! `--damage` runs the logs with something wrong with them (`damage.rs`), `--append` with another log after them,
 //! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
 //! after the other: odometry, second_basin, consistent_sets, robust_kernel, doubt.
+//!
+//! `--loops` prints what the search for loops compared and what came of it, by the poses in the log (`loops.rs`).
 //!
 //! A pair is wrong when it is off from its relation by more than 0.5 m or 5 degrees. `false` is the share of wrong pairs
 //! among those whose frames are both good and of one piece.
@@ -15,6 +17,7 @@
 
 mod campus;
 mod damage;
+mod loops;
 mod worlds;
 
 use std::fs;
@@ -221,6 +224,9 @@ fn score(
     println!("    {}", steps(input, &poses, &result.frames));
     if let Some(calibration) = case.odometry.and_then(|_| calibration(input, &reconstruction)) {
         println!("    {calibration}");
+    }
+    if std::env::args().any(|argument| argument == "--loops") {
+        loops::print_table(input, &reconstruction.loop_trials());
     }
     for note in result.notes.iter().filter(|_| option_notes()) {
         println!("    note: {note}");

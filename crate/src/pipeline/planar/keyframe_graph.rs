@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
-use crate::graph::loops::planar::{ChainLink, LoopClosure, Uncertainty};
+use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::{chained, openness, seen_from, softened_covariance};
@@ -144,6 +144,21 @@ impl KeyframeGraph {
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         let of_nodes = self.closure.uncertainties().into_iter();
         of_nodes.map(|of| Uncertainty { from: self.nodes[of.from], to: self.nodes[of.to], ..of }).collect()
+    }
+
+    /// What the search for loops compared; nodes are frames.
+    pub fn loop_trials(&self) -> LoopTrials {
+        let mut all = self.closure.trials();
+        for trial in &mut all.trials {
+            (trial.target, trial.source) = (self.nodes[trial.target], self.nodes[trial.source]);
+        }
+        for (target, source) in &mut all.loops {
+            (*target, *source) = (self.nodes[*target], self.nodes[*source]);
+        }
+        for anchor in &mut all.anchors {
+            *anchor = self.nodes[*anchor];
+        }
+        all
     }
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.

@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError, planar_error};
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::graph::loops::planar::Uncertainty;
+pub use crate::graph::loops::planar::{LoopTrial, LoopTrials, TrialOutcome};
 use crate::io::laser_log::LaserLog;
 use crate::io::laser_log::stamps::{Stamps, stamps};
 use crate::io::trajectory::{Trajectory, in_space, tum_text};
@@ -275,6 +276,11 @@ impl Reconstruction {
     /// over the way the pairs that are near each other.
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         self.run.as_ref().map_or_else(Vec::new, Run::uncertainties)
+    }
+
+    /// What the search for loops compared, by the frames in the middle of submaps, and the loops that stayed.
+    pub fn loop_trials(&self) -> LoopTrials {
+        self.run.as_ref().map_or_else(LoopTrials::default, Run::loop_trials)
     }
 
     /// Pairs of a frame's points and their partners in the scans it is registered to, under the present poses, in the

@@ -11,7 +11,7 @@ use super::scan_to_map::ScanToMap;
 use super::{odometry_agreement, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
-use crate::graph::loops::planar::Uncertainty;
+use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
@@ -280,6 +280,11 @@ impl Run {
     /// How well frames are known to each other by the graph; nothing without the joint solution.
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
         self.graph.as_ref().map_or_else(Vec::new, KeyframeGraph::uncertainties)
+    }
+
+    /// What the search for loops compared; nothing without the joint solution.
+    pub fn loop_trials(&self) -> LoopTrials {
+        self.graph.as_ref().map_or_else(LoopTrials::default, KeyframeGraph::loop_trials)
     }
 
     /// The iterations of the joint solution.

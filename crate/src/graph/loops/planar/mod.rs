@@ -23,12 +23,14 @@ mod consistency;
 mod matching;
 mod pairs;
 mod submap;
+mod trial;
 mod uncertainty;
 
 pub use certainty::Uncertainty;
 use consistency::Candidate;
-use matching::{MAX_RIVAL, Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
+use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
+pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
 use uncertainty::RelativeCovariances;
 
 /// A scan of the chain, as it comes in.
@@ -47,16 +49,11 @@ pub struct ChainLink {
 const SUBMAP_LENGTH: f64 = 4.0;
 /// ... or this number of scans.
 const SUBMAP_SCANS: usize = 40;
-/// A match needs this share of agreeing returns, ...
-const MIN_AGREEMENT: f64 = 0.85;
-/// ... this number of returns that both submaps see ...
-const MIN_SEEN: usize = 150;
-/// ... and this share of returns with a partner.
-const MIN_FITNESS: f64 = 0.25;
 /// Most iterations of the pose graph's solution after each round.
 const MAX_GRAPH_STEPS: usize = 20;
-/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: about a millisecond.
-const SEARCH_BUDGET: f64 = 60.0;
+/// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: at most about two milliseconds. With
+/// half of it the search ended before the loops of the infinite corridor played backwards were closed.
+const SEARCH_BUDGET: f64 = 120.0;
 /// Rounds at the most.
 const MAX_ROUNDS: usize = 12;
 
@@ -82,6 +79,7 @@ pub struct LoopClosure {
     /// For each source the windows that were searched for it, in vain or with success: (target, half width (m)).
     searched: Vec<Vec<(usize, f64)>>,
     queue: Vec<Pair>,
+    trials: LoopTrials,
     /// What is left for searches, in the unit of [`Pair::cost`].
     budget: f64,
     num_queued: usize,
@@ -112,6 +110,7 @@ impl LoopClosure {
             pool: Vec::new(),
             searched: vec![Vec::new(); num_submaps],
             queue: Vec::new(),
+            trials: LoopTrials::default(),
             budget: SEARCH_BUDGET * num_keyframes as f64,
             num_queued: 0,
             round: 0,
@@ -191,11 +190,10 @@ impl LoopClosure {
     fn match_pair(&mut self, target: &TargetStretch, pair: &Pair, options: &IcpOptions) {
         let submap = &self.submaps[pair.source];
         let source = SourceStretch::new(submap.keyframes.clone(), submap.anchor, &self.keyframes, &self.poses);
-        let Some(found) = match_stretches(target, &source, &self.keyframes, &pair.guess, pair.window, options) else {
-            return;
-        };
-        let is_seen = found.agreement > MIN_AGREEMENT && found.num_seen > MIN_SEEN && found.fitness > MIN_FITNESS;
-        if is_seen && (found.rival < MAX_RIVAL || self.without.second_basin) {
+        let found = match_stretches(target, &source, &self.keyframes, &pair.guess, pair.window, options);
+        let outcome = TrialOutcome::of(found.as_ref(), self.without);
+        self.note_trial(pair, found.as_ref(), outcome);
+        if let Some(found) = found.filter(|_| outcome == TrialOutcome::Matched) {
             self.pool.push((Candidate { target: pair.target, source: pair.source, found }, pair.window));
         }
     }

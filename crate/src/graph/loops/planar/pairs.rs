@@ -34,12 +34,13 @@ impl LoopClosure {
     /// The pairs of submaps that may show the same place, those of one target together.
     pub(super) fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
-        let mut pairs: Vec<(f64, Pair)> = Vec::new();
+        let (mut pairs, mut num_possible): (Vec<(f64, Pair)>, usize) = (Vec::new(), 0);
         for source in 1..self.submaps.len() {
             let mut candidates: Vec<(f64, Pair)> = Vec::new();
             for target in 0..source {
                 candidates.extend(self.pair(target, source, covariances));
             }
+            num_possible += candidates.len();
             let mut chosen: Vec<(f64, Pair)> = Vec::new();
             for index in ascending(candidates.iter().map(|candidate| -candidate.0)) {
                 let target = candidates[index].1.target;
@@ -49,7 +50,9 @@ impl LoopClosure {
             }
             pairs.extend(chosen);
         }
+        let num_likely = pairs.len();
         let mut pairs = self.affordable(&pairs);
+        self.trials.rounds.push([num_possible, num_likely, pairs.len()]);
         for pair in &pairs {
             self.searched[pair.source].push((pair.target, pair.window.translation));
         }

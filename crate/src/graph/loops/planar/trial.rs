@@ -1,0 +1,105 @@
+//! The record of a search for loops: which submaps were compared, and what came of each comparison.
+
+use super::LoopClosure;
+use super::matching::{MAX_RIVAL, Pair, SubmapMatch};
+use crate::geometry::Pose2;
+use crate::odometry::planar::ablation::Ablation;
+use crate::registration::correlative::SearchWindow;
+
+/// A match needs this share of agreeing returns, ...
+const MIN_AGREEMENT: f64 = 0.85;
+/// ... this number of returns that both submaps see ...
+const MIN_SEEN: usize = 150;
+/// ... and this share of returns with a partner.
+const MIN_FITNESS: f64 = 0.25;
+
+/// What came of comparing two submaps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrialOutcome {
+    /// No pose of the window scores enough.
+    NotFound,
+    /// Too few of the returns that both see agree.
+    Disagrees,
+    /// Both see too few returns of each other.
+    SeesLittle,
+    /// Too few of the source's returns have a partner.
+    FitsLittle,
+    /// Another place of the window scores nearly as well.
+    HasRival,
+    /// A match, which becomes a loop where the others agree with it.
+    Matched,
+}
+
+/// A comparison of two submaps.
+#[derive(Debug, Clone, Copy)]
+pub struct LoopTrial {
+    /// The round of the search, from 1.
+    pub round: usize,
+    /// The node in whose frame the submap looked in is.
+    pub target: usize,
+    /// The node in whose frame the submap looked for is.
+    pub source: usize,
+    /// Where the source was looked for in the target.
+    pub guess: Pose2,
+    /// How far off it was looked for.
+    pub window: SearchWindow,
+    /// Where it was found.
+    pub found: Option<Pose2>,
+    /// What came of it.
+    pub outcome: TrialOutcome,
+}
+
+/// All comparisons, and the loops that stayed.
+#[derive(Debug, Clone, Default)]
+pub struct LoopTrials {
+    /// In their order.
+    pub trials: Vec<LoopTrial>,
+    /// The nodes of each loop: target and source.
+    pub loops: Vec<(usize, usize)>,
+    /// The nodes in whose frames the submaps are.
+    pub anchors: Vec<usize>,
+    /// For each round the pairs that may show one place, those that are the likeliest for a submap, and those that the search
+    /// could afford.
+    pub rounds: Vec<[usize; 3]>,
+}
+
+impl TrialOutcome {
+    /// By what was found, in the order of what speaks against a match.
+    pub(super) fn of(found: Option<&SubmapMatch>, without: Ablation) -> Self {
+        let Some(found) = found else { return Self::NotFound };
+        if found.agreement <= MIN_AGREEMENT {
+            Self::Disagrees
+        } else if found.num_seen <= MIN_SEEN {
+            Self::SeesLittle
+        } else if found.fitness <= MIN_FITNESS {
+            Self::FitsLittle
+        } else if found.rival >= MAX_RIVAL && !without.second_basin {
+            Self::HasRival
+        } else {
+            Self::Matched
+        }
+    }
+}
+
+impl LoopClosure {
+    /// Notes a comparison of two submaps.
+    pub(super) fn note_trial(&mut self, pair: &Pair, found: Option<&SubmapMatch>, outcome: TrialOutcome) {
+        self.trials.trials.push(LoopTrial {
+            round: self.round,
+            target: self.submaps[pair.target].anchor,
+            source: self.submaps[pair.source].anchor,
+            guess: pair.guess,
+            window: pair.window,
+            found: found.map(|found| found.T_target_source),
+            outcome,
+        });
+    }
+
+    /// What the search compared, and the loops that stayed.
+    pub fn trials(&self) -> LoopTrials {
+        let anchor = |submap: usize| self.submaps[submap].anchor;
+        let loops = self.loops.iter().map(|closed| (anchor(closed.candidate.target), anchor(closed.candidate.source)));
+        let anchors = (0..self.submaps.len()).map(anchor).collect();
+        LoopTrials { loops: loops.collect(), anchors, ..self.trials.clone() }
+    }
+}
