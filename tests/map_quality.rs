@@ -1,4 +1,4 @@
-//! Sharpness of maps without any truth, on real depth images: the truth's poses make crisper maps than shaken ones.
+//! Sharpness of maps without any truth, on real depth images: ground-truth poses make sharper maps than shaken ones.
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 
 mod common;

@@ -21,7 +21,7 @@ export async function listBags(files) {
 }
 
 /**
- * The wishes that can be meant for this bag: a topic that another one has is not sought in it.
+ * The wishes that can be meant for this bag: a topic that another one has is not looked for in it.
  * @param {ListedBag} listed
  * @param {readonly ListedBag[]} all
  * @param {Wishes} wishes

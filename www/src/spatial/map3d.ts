@@ -6,7 +6,7 @@ import { mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { Gestures, type GestureTarget } from '../views/gestures.js';
 import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
-import { Eye } from './eye.js';
+import { Viewpoint } from './viewpoint.js';
 import { Graphics, type GraphicsUser } from './graphics.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import { NO_POINTS } from './leveling.js';
@@ -81,7 +81,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   /** What is written beside the map follows when a flight ends: anew at each of its pictures, it would take more time
    * than they do. */
-  private eye = new Eye();
+  private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
   private gestures = new Gestures(this, this);
   private size: Size = { width: 0, height: 0 };
@@ -112,7 +112,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('fit_key')) {
       this.choices = { ...this.choices, section: null };
-      this.eye.reset();
+      this.viewpoint.reset();
     }
     if (changed.has('points') || changed.has('fit_key')) this.takeSurvey();
   }
@@ -123,31 +123,31 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
       this.has_new_points = true;
     }
     const is_whole = changed.has('growing') && !this.growing;
-    if ((changed.has('points') || is_whole) && !this.eye.is_moved) this.follow(changed.has('fit_key'));
+    if ((changed.has('points') || is_whole) && !this.viewpoint.is_moved) this.follow(changed.has('fit_key'));
     if (changed.has('marks') || changed.has('image') || changed.has('points')) {
       this.passMarks(changed.get('marks') ?? null);
     }
     this.requestPaint();
   }
 
-  /** Shows the whole map, from where the eye is. */
+  /** Shows the whole map, from the present viewpoint. */
   fit(at_once = false): void {
-    this.eye.is_moved = false;
+    this.viewpoint.is_moved = false;
     this.fly(this.toAll(this.straightened()), at_once);
   }
 
   /** Looks straight down. */
   fromAbove(): void {
-    this.eye.is_moved = false;
+    this.viewpoint.is_moved = false;
     const { straight } = this.survey;
-    this.fly(this.toAll({ ...this.eye.orbit, azimuth: straight, elevation: STRAIGHT_DOWN }), false);
+    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: straight, elevation: STRAIGHT_DOWN }), false);
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */
   async picture(): Promise<Blob> {
     const { scene } = this.graphics;
     if (!scene) throw new Error('The browser gives no 3D graphics at the moment.');
-    return scene.toPng(this.eye.orbit, this.look(), this.survey.R_view_map[1], 2);
+    return scene.toPng(this.viewpoint.orbit, this.look(), this.survey.R_view_map[1], 2);
   }
 
   protected override render(): TemplateResult {
@@ -175,20 +175,20 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   private renderControls(): TemplateResult {
-    const { choices, eye, has_colors } = this;
+    const { choices, viewpoint, has_colors } = this;
     const section = { heights: this.survey.heights, cut: this.cut() };
     return html`${sectionSlider(section, (height) => this.choose({ section: height }))}
     ${readout(section, {
       hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
       mode: chosenMode(choices, has_colors),
       dark: this.dark,
-      metres_per_pixel: metresPerPixel(eye.orbit, this.size),
+      metres_per_pixel: metresPerPixel(viewpoint.orbit, this.size),
     })}
     ${mapToolbar({
       zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
       fit: () => this.fit(),
       own: ownButtons({
-        is_flat: eye.orbit.projection === 'orthographic',
+        is_flat: viewpoint.orbit.projection === 'orthographic',
         fromAbove: () => this.fromAbove(),
         toggleProjection: () => this.toggleProjection(),
       }),
@@ -276,8 +276,8 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     this.updateGuard();
     if (width === 0 || height === 0) return;
     this.graphics.scene?.resize(this.size, pixelRatio());
-    if (!this.eye.is_moved) this.fit(true);
-    // At once: the canvas is empty now, and an animation frame later the eye would see it so.
+    if (!this.viewpoint.is_moved) this.fit(true);
+    // At once: the canvas is empty now, and it would be seen so until the next animation frame.
     this.paint();
     this.requestUpdate();
   }
@@ -290,14 +290,14 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   private paint(): void {
     cancelAnimationFrame(this.animation_frame);
     this.animation_frame = 0;
-    const { eye, graphics } = this;
-    if (eye.is_flying) {
-      eye.advance();
-      if (!eye.is_flying) this.requestUpdate();
+    const { viewpoint, graphics } = this;
+    if (viewpoint.is_flying) {
+      viewpoint.advance();
+      if (!viewpoint.is_flying) this.requestUpdate();
     }
     if (this.size.width === 0) return;
-    graphics.scene?.render(eye.orbit, this.look(), this.survey.R_view_map[1]);
-    if (eye.is_flying) this.requestPaint();
+    graphics.scene?.render(viewpoint.orbit, this.look(), this.survey.R_view_map[1]);
+    if (viewpoint.is_flying) this.requestPaint();
     else this.stage.ariaBusy = 'false';
     // Where nothing can be drawn, whoever waits for the map need not wait for ever.
     if (!graphics.scene && graphics.state !== 'unavailable') return;
@@ -316,12 +316,12 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   /** Keeps the map in view while it grows; the view stands still where little has been added. */
   private follow(at_once: boolean): void {
     const to = this.toAll(this.straightened());
-    if (at_once || !this.growing || !isAlike(this.eye.goal, to)) this.fly(to, at_once);
+    if (at_once || !this.growing || !isAlike(this.viewpoint.goal, to)) this.fly(to, at_once);
   }
 
   /** From above, the walls run across and along the screen. */
   private straightened(): Orbit {
-    const { orbit } = this.eye;
+    const { orbit } = this.viewpoint;
     return orbit.elevation === STRAIGHT_DOWN ? { ...orbit, azimuth: this.survey.straight } : orbit;
   }
 
@@ -334,23 +334,23 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   private fly(to: Orbit, at_once: boolean): void {
     if (this.survey.sampled.length === 0) return;
-    if (at_once) this.eye.jump(to);
-    else this.eye.fly(to);
-    if (!this.eye.is_flying) this.requestUpdate();
+    if (at_once) this.viewpoint.jump(to);
+    else this.viewpoint.fly(to);
+    if (!this.viewpoint.is_flying) this.requestUpdate();
     this.requestPaint();
   }
 
   private move(orbit: Orbit): void {
-    this.eye.jump(orbit);
-    this.eye.is_moved = true;
+    this.viewpoint.jump(orbit);
+    this.viewpoint.is_moved = true;
     this.requestUpdate();
   }
 
   private toggleProjection(): void {
-    const { orbit } = this.eye;
-    this.eye.jump({ ...orbit, projection: orbit.projection === 'perspective' ? 'orthographic' : 'perspective' });
+    const { orbit } = this.viewpoint;
+    this.viewpoint.jump({ ...orbit, projection: orbit.projection === 'perspective' ? 'orthographic' : 'perspective' });
     this.requestUpdate();
-    if (!this.eye.is_moved) this.fit(true);
+    if (!this.viewpoint.is_moved) this.fit(true);
   }
 
   zoomBy(factor: number): void {
@@ -358,19 +358,19 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   turn(right: number, down: number): void {
-    this.move(orbited(this.eye.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
+    this.move(orbited(this.viewpoint.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
   }
 
   shift(right: number, down: number): void {
-    this.move(panned(this.eye.orbit, this.size, right, down));
+    this.move(panned(this.viewpoint.orbit, this.size, right, down));
   }
 
   zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.eye.orbit, this.size, x, y, factor));
+    this.move(zoomedAt(this.viewpoint.orbit, this.size, x, y, factor));
   }
 
   twist(angle: number): void {
-    this.move(orbited(this.eye.orbit, angle, 0));
+    this.move(orbited(this.viewpoint.orbit, angle, 0));
   }
 
   tap(x: number, y: number, reach: number): void {
@@ -391,14 +391,14 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   private frameAt(x: number, y: number, reach: number): number | null {
     const shown = positions(this.marks.poses.slice(0, this.marks.until), this.survey.R_view_map);
-    return nearest(shown, this.eye.orbit, this.size, x, y, reach);
+    return nearest(shown, this.viewpoint.orbit, this.size, x, y, reach);
   }
 
   private onKey(event: KeyboardEvent): void {
     const step = (right: number, down: number): void =>
       event.shiftKey
         ? this.shift(-right * PAN_STEP, -down * PAN_STEP)
-        : this.move(orbited(this.eye.orbit, -right * TURN_STEP, down * TURN_STEP));
+        : this.move(orbited(this.viewpoint.orbit, -right * TURN_STEP, down * TURN_STEP));
     pressKey(event, this, {
       ArrowLeft: () => step(-1, 0),
       ArrowRight: () => step(1, 0),

@@ -3,8 +3,8 @@
 mod relocalize;
 mod rival_chain;
 
-use self::relocalize::{LookBack, RelocalizationRounds};
-use super::chain::{Chain, Decision, Found};
+use self::relocalize::{BackwardRelocalization, RelocalizationRounds};
+use super::chain::{Chain, Decision, Proposal};
 use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
@@ -34,7 +34,7 @@ pub struct DepthOdometry {
     /// Changes of earlier frames that have not been taken yet, in the order in which they arose.
     pose_updates: Vec<PoseUpdate>,
     /// Frames before a registered one that are to be relocalized, one with each frame that follows.
-    look_back: Option<LookBack>,
+    backward: Option<BackwardRelocalization>,
     /// Relocalization after the last frame; `None` while frames follow.
     rounds: Option<RelocalizationRounds>,
 }
@@ -50,7 +50,7 @@ impl DepthOdometry {
             rival_chain: None,
             unregistered_frames: UnregisteredFrames::default(),
             pose_updates: Vec::new(),
-            look_back: None,
+            backward: None,
             rounds: None,
         }
     }
@@ -72,14 +72,14 @@ impl DepthOdometry {
 
         // Predict, propose and register.
         let near = chain.search_near_prediction(&matcher);
-        let found = if chain.needs_no_wider_search(&near) {
-            Found::InMap(chain.apply_motion_prior(&matcher, near))
+        let proposal = if chain.needs_no_wider_search(&near) {
+            Proposal::InMap(chain.apply_motion_prior(&matcher, near))
         } else {
             let tracked = chain.track(frame, &matcher, &near);
-            tracked.unwrap_or_else(|| Found::InMap(chain.search_wider(&matcher, near)))
+            tracked.unwrap_or_else(|| Proposal::InMap(chain.search_wider(&matcher, near)))
         };
 
-        let outcome = match chain.assess(&matcher, found) {
+        let outcome = match chain.assess(&matcher, proposal) {
             Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis),
             Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why).into(),
             Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)).into(),

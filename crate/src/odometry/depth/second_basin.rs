@@ -16,19 +16,19 @@ use crate::geometry::Pose3;
 /// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
 pub(super) const MAX_STEP: f64 = 3.0;
 /// The same around a pose that does not follow another one: as far as the step and the position may be off.
-const REACH_ANYWHERE: f64 = 3.5;
+const RADIUS_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
 /// Number of best positions that are registered.
 const NUM_REGISTERED: usize = 6;
 
 /// Where a camera may be (m).
-pub(super) struct Reach {
+pub(super) struct SearchArea {
     center: Vector3<f64>,
     radius: f64,
 }
 
-impl Reach {
+impl SearchArea {
     /// After a step from the last pose.
     pub(super) fn from_last(T_world_last: &Pose3, radius: f64) -> Self {
         Self { center: T_world_last.translation.vector, radius }
@@ -36,7 +36,7 @@ impl Reach {
 
     /// Without a pose before it.
     pub(super) fn anywhere(hypothesis: &PoseHypothesis) -> Self {
-        Self { center: hypothesis.T_world_sensor().translation.vector, radius: REACH_ANYWHERE }
+        Self { center: hypothesis.T_world_sensor().translation.vector, radius: RADIUS_ANYWHERE }
     }
 
     fn contains(&self, T: &Pose3) -> bool {
@@ -45,12 +45,12 @@ impl Reach {
 }
 
 impl FrameMatcher<'_> {
-    /// The offset (m, in the world) from a pose to another position within reach that the frame fits about as well.
-    pub(super) fn second_basin(&self, hypothesis: &PoseHypothesis, reach: &Reach) -> Option<Vector3<f64>> {
+    /// The offset (m, in the world) from a pose to another position of the area that the frame fits about as well.
+    pub(super) fn second_basin(&self, hypothesis: &PoseHypothesis, area: &SearchArea) -> Option<Vector3<f64>> {
         let view = &hypothesis.view;
         let offset = |T: &Pose3| T.translation.vector - hypothesis.T_world_sensor().translation.vector;
-        let is_elsewhere = |T: &Pose3| offset(T).norm() > MIN_DISTANCE && reach.contains(T);
-        let refined = self.likely_positions(hypothesis, reach, is_elsewhere).into_iter().filter_map(|guess| {
+        let is_elsewhere = |T: &Pose3| offset(T).norm() > MIN_DISTANCE && area.contains(T);
+        let refined = self.likely_positions(hypothesis, area, is_elsewhere).into_iter().filter_map(|guess| {
             let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
             is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
@@ -68,13 +68,13 @@ impl FrameMatcher<'_> {
     fn likely_positions(
         &self,
         hypothesis: &PoseHypothesis,
-        reach: &Reach,
+        area: &SearchArea,
         is_elsewhere: impl Fn(&Pose3) -> bool,
     ) -> Vec<Pose3> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
-        let around = Pose3::from_parts(reach.center.into(), T_world_sensor.rotation);
-        let num_steps = (REACH_ANYWHERE / GRID_STEP).ceil() as i32;
+        let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
+        let num_steps = (RADIUS_ANYWHERE / GRID_STEP).ceil() as i32;
         let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
         let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));

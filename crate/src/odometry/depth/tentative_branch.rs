@@ -10,7 +10,7 @@ use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
 use super::resolve_degeneracy::is_well_constrained;
-use super::second_basin::Reach;
+use super::second_basin::SearchArea;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -119,7 +119,7 @@ impl TentativeBranch {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
         let anchored = matcher.register_at(*T_world_sensor);
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
-        if !is_accepted || matcher.second_basin(&anchored, &Reach::anywhere(&anchored)).is_some() {
+        if !is_accepted || matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_some() {
             return BranchOutcome::Unresolved;
         }
         if apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE {

@@ -112,7 +112,7 @@ impl VoxelGrid {
                 inside.min(side - inside).max(0.0)
             })
             .fold(f64::INFINITY, f64::min);
-        let mut look_at = |cell: [i32; 3], entries: &[Entry]| {
+        let mut visit_cell = |cell: [i32; 3], entries: &[Entry]| {
             if sq_distance_to_cell(query, cell, side) > limit {
                 return limit;
             }
@@ -139,7 +139,7 @@ impl VoxelGrid {
             if (2 * layer as usize + 1).pow(2) > self.cells.len() {
                 // The map is smaller than what is left to search: all of it is quicker.
                 for Cell { corner, entries } in &self.cells {
-                    look_at(*corner, entries);
+                    visit_cell(*corner, entries);
                 }
                 break;
             }
@@ -148,7 +148,7 @@ impl VoxelGrid {
                 if sq_distance_to_cell(query, cell, side) <= limit
                     && let Some(entries) = self.entries(&cell)
                 {
-                    limit = look_at(cell, entries);
+                    limit = visit_cell(cell, entries);
                 }
             });
         }

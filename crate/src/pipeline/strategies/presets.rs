@@ -13,7 +13,7 @@ pub fn strategy_presets() -> Vec<Preset<VoxelOdometrySettings>> {
         Preset {
             name: "plain",
             label: "Plain",
-            explanation: "The first thing one writes: every point of every frame stays in the map, all points of a frame are matched, and the \
+            explanation: "The simplest strategy: every point of every frame stays in the map, all points of a frame are matched, and the \
                           search index is built anew each time. It grows slower and larger with every frame.",
             settings: VoxelOdometrySettings { map: MapKind::Whole, source_voxel_size: 0.0, ..voxels.clone() },
         },

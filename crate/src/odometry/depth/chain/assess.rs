@@ -5,7 +5,7 @@ use super::super::color::UNEXPLAINED_RATIO;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, Reach};
+use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, SearchArea};
 use super::{Chain, MAX_UNESTABLISHED_FRAMES};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
@@ -19,13 +19,11 @@ const SUFFICIENT_NCC: f64 = 0.9;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 
-/// The pose that was found for a frame.
-pub(in super::super) enum Found {
+/// The pose proposed for a frame, by what it was registered to.
+pub(in super::super) enum Proposal {
     /// By the map.
     InMap(PoseHypothesis),
-    /// By the map and by the frame before it alone, which give the same pose.
-    TrackedOnMap(PoseHypothesis),
-    /// By the frame before it, with the evidence of the map.
+    /// By the frame before it, with the evidence of the map, which may give the same pose.
     Tracked(PoseHypothesis),
     /// By a rejected frame before it.
     TrackedFromRejected(PoseHypothesis),
@@ -45,18 +43,16 @@ pub(in super::super) enum Decision {
 
 impl Chain {
     /// Compares the evidence for a pose with what its relation to the prediction asks for.
-    pub(in super::super) fn assess(&self, matcher: &FrameMatcher<'_>, found: Found) -> Decision {
-        let is_on_map = matches!(found, Found::TrackedOnMap(_));
-        let (mut hypothesis, is_tracked) = match found {
-            Found::TrackedFromRejected(hypothesis) => {
+    pub(in super::super) fn assess(&self, matcher: &FrameMatcher<'_>, proposal: Proposal) -> Decision {
+        let (hypothesis, is_tracked) = match proposal {
+            Proposal::TrackedFromRejected(hypothesis) => {
                 let mut assessment = hypothesis.assessment();
                 assessment.mark_dependent_on_uncertain_pose();
                 return Decision::Reject(hypothesis, assessment);
             }
-            Found::InMap(hypothesis) => (hypothesis, false),
-            Found::Tracked(hypothesis) | Found::TrackedOnMap(hypothesis) => (hypothesis, true),
+            Proposal::InMap(hypothesis) => (hypothesis, false),
+            Proposal::Tracked(hypothesis) => (hypothesis, true),
         };
-        hypothesis.is_tracked_on_map = is_on_map;
         if self.options.verification == Verification::Off {
             let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
             return Decision::Append(hypothesis, assessment);
@@ -136,12 +132,12 @@ impl Chain {
         let position = |T: &Pose3| T.translation.vector;
         let step = (position(hypothesis.T_world_sensor()) - position(&self.last.T_world_sensor)).norm();
         let radius = longest.filter(|longest| step < *longest).unwrap_or(MAX_STEP).min(MAX_STEP);
-        let reach = if step < radius {
-            Reach::from_last(&self.last.T_world_sensor, radius)
+        let area = if step < radius {
+            SearchArea::from_last(&self.last.T_world_sensor, radius)
         } else {
-            Reach::anywhere(&hypothesis)
+            SearchArea::anywhere(&hypothesis)
         };
-        hypothesis.second_basin = matcher.second_basin(&hypothesis, &reach);
+        hypothesis.second_basin = matcher.second_basin(&hypothesis, &area);
         hypothesis
     }
 }

@@ -11,7 +11,7 @@ mod search_near_prediction;
 mod search_wider;
 mod track;
 
-pub(super) use self::assess::{Decision, Found};
+pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::MotionPrior;

@@ -5,7 +5,7 @@ use super::super::hypotheses;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
-use super::super::second_basin::Reach;
+use super::super::second_basin::SearchArea;
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{Chain, Member};
 use crate::geometry::Pose3;
@@ -40,7 +40,7 @@ impl Chain {
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
         let best = best.or_else(|| everywhere.then(|| self.search_near_keyframes(&matcher)).flatten())?;
         let last = matcher.register_at(frame.T_world_sensor);
-        let is_elsewhere = || matcher.second_basin(&best, &Reach::anywhere(&best)).is_some();
+        let is_elsewhere = || matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_some();
         (!is_ambiguous(&last, &best) && !is_elsewhere()).then_some(best)
     }
 

@@ -11,7 +11,7 @@ use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::reference_map::ReferenceMap;
 use super::Chain;
-use super::assess::Found;
+use super::assess::Proposal;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -43,10 +43,10 @@ impl Chain {
         frame: &PreparedSurfels,
         matcher: &FrameMatcher<'_>,
         near: &PoseHypothesis,
-    ) -> Option<Found> {
+    ) -> Option<Proposal> {
         let Some(tracked) = self.track_from(&self.last, frame) else {
             let tracked = self.track_from(self.rejected.as_ref()?, frame)?;
-            return Some(Found::TrackedFromRejected(tracked));
+            return Some(Proposal::TrackedFromRejected(tracked));
         };
         let is_same = |hypothesis: &PoseHypothesis| {
             apart(hypothesis.T_world_sensor(), tracked.T_world_sensor()) < SAME_POSE_DISTANCE
@@ -54,10 +54,10 @@ impl Chain {
         let guess = if is_same(near) { near } else { &tracked };
         let by_map = matcher.register_at(*guess.T_world_sensor());
         if is_same(&by_map) {
-            return Some(Found::TrackedOnMap(by_map));
+            return Some(Proposal::Tracked(PoseHypothesis { is_tracked_on_map: true, ..by_map }));
         }
         let view = matcher.view_from(tracked.T_world_sensor());
-        Some(Found::Tracked(matcher.with_evidence(tracked.registration, view)))
+        Some(Proposal::Tracked(matcher.with_evidence(tracked.registration, view)))
     }
 
     /// The pose of a frame by one before it alone, if the two determine it.

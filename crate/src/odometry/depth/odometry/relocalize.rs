@@ -9,13 +9,13 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 /// Rounds of relocalization after the last frame.
 const MAX_ROUNDS: usize = 3;
 /// Frames before a registered one that are relocalized, ...
-const MAX_LOOK_BACK_FRAMES: u32 = 12;
+const MAX_BACKWARD_FRAMES: u32 = 12;
 /// ... until this many of them fail.
-const MAX_LOOK_BACK_FAILURES: usize = 2;
+const MAX_BACKWARD_FAILURES: usize = 2;
 
 /// Progress of relocalization backwards from a frame.
 #[derive(Clone)]
-pub(super) struct LookBack {
+pub(super) struct BackwardRelocalization {
     /// The frames from `start` until this one are left.
     end: u32,
     start: u32,
@@ -54,9 +54,10 @@ impl DepthOdometry {
         self.drop_small_rival_chain();
         if is_after_gap || !dropped.is_empty() {
             let end = dropped.last().map_or(number, |member| member.number + 1);
-            self.look_back = Some(LookBack { end, start: end.saturating_sub(MAX_LOOK_BACK_FRAMES), num_failures: 0 });
+            self.backward =
+                Some(BackwardRelocalization { end, start: end.saturating_sub(MAX_BACKWARD_FRAMES), num_failures: 0 });
         }
-        self.look_back();
+        self.relocalize_backwards();
     }
 
     /// Tries to relocalize one of the unregistered frames after the last frame; whether there may be more to try.
@@ -86,16 +87,16 @@ impl DepthOdometry {
 
     /// Tries to relocalize the frames before a registered one, backwards from it: one with each frame that follows, so that the
     /// time of a frame is bounded.
-    fn look_back(&mut self) {
-        let Some(LookBack { end, start, num_failures }) = self.look_back.take() else { return };
+    fn relocalize_backwards(&mut self) {
+        let Some(BackwardRelocalization { end, start, num_failures }) = self.backward.take() else { return };
         let is_member = |number: u32| self.chain.as_ref().is_some_and(|chain| chain.is_member(number));
         let earlier = (start..end).rev().take_while(|number| !is_member(*number));
         let Some(number) = earlier.into_iter().find(|number| self.unregistered_frames.get(*number).is_some()) else {
             return;
         };
         let num_failures = num_failures + usize::from(!self.relocalize(number, false));
-        if num_failures < MAX_LOOK_BACK_FAILURES {
-            self.look_back = Some(LookBack { end: number, start, num_failures });
+        if num_failures < MAX_BACKWARD_FAILURES {
+            self.backward = Some(BackwardRelocalization { end: number, start, num_failures });
         }
     }
 

@@ -1,4 +1,4 @@
-/** Where the eye is, and the flight on which it is. */
+/** Where the map is viewed from, and the flight to another viewpoint. */
 import { between, type Orbit, STRAIGHT_DOWN } from '../views/orbit.js';
 
 const FIRST_VIEW: Orbit = {
@@ -10,7 +10,7 @@ const FIRST_VIEW: Orbit = {
 };
 const FLIGHT_MS = 350;
 
-export class Eye {
+export class Viewpoint {
   #orbit = FIRST_VIEW;
   #flight: { from: Orbit; to: Orbit; start: number } | null = null;
   /** The user moved the view: auto-fit is off. */
