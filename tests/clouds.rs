@@ -530,3 +530,40 @@ fn in_a_bare_corridor_no_step_is_good() {
         assert!(estimate.assessment.reason.contains("degenerate"), "{}", estimate.assessment.reason);
     }
 }
+
+/// Doubles of a file are kept as they are, in whichever encoding; floats lose nothing.
+#[test]
+fn points_keep_the_precision_that_their_file_declares() {
+    let points: Vec<[f64; 3]> =
+        (0..50).map(|i| [wave(i, 1.7) * 9.0, wave(i, 0.3) + 1.0 / 3.0, 0.1 * i as f64]).collect();
+    let rows = |sep: &str| points.iter().map(|p| p.map(|x| x.to_string()).join(sep) + "\n").collect::<String>();
+    let bytes: Vec<u8> = points.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+    let ply = |format: &str, scalar: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 50\nproperty {scalar} x\nproperty {scalar} y\nproperty {scalar} z\n\
+             end_header\n"
+        )
+    };
+    let pcd = |data: &str| {
+        format!(
+            "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 50\nHEIGHT 1\nPOINTS 50\nDATA {data}\n"
+        )
+    };
+    let files = [
+        [ply("ascii", "double").as_bytes(), rows(" ").as_bytes()].concat(),
+        [ply("binary_little_endian", "double").as_bytes(), &bytes].concat(),
+        [pcd("ascii").as_bytes(), rows(" ").as_bytes()].concat(),
+        [pcd("binary").as_bytes(), &bytes].concat(),
+    ];
+    for (nth, file) in files.iter().enumerate() {
+        let cloud = point_cloud::read(file).unwrap();
+        let worst = cloud.finite_points().map(|(i, p)| (p - DVec3::from(points[i])).abs().max_element());
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 1e-13, "file {nth}: {worst}");
+    }
+    let single = [ply("ascii", "float").as_bytes(), rows(" ").as_bytes()].concat();
+    assert_eq!(point_cloud::read(&single).unwrap().rounded_off, None);
+    let halves: Vec<u8> = (0..150).flat_map(|i| (f64::from(i) / 2.0).to_le_bytes()).collect();
+    let exact = [ply("binary_little_endian", "double").as_bytes(), &halves].concat();
+    assert_eq!(point_cloud::read(&exact).unwrap().rounded_off, None);
+}

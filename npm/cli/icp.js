@@ -253,7 +253,9 @@ function picture([width = 0, height = 0], color) {
 function rounding(steps) {
   const off = Math.max(0, ...steps.flatMap(({ rotation, translation }) => [rotation, translation]));
   const remedy = 'read yours so (numpy: astype(float32)), and the steps agree to 1e-9';
-  return off > 1e-9 ? `\nThe last digits differ, as ours holds points in single precision: ${remedy}.` : '';
+  return off > 1e-9
+    ? `\nThe last digits differ. Where a file declares floats, ours reads its points so: ${remedy}.`
+    : '';
 }
 
 /** @param {import('../index.js').OwnIcpComparison} compared */

@@ -22,15 +22,17 @@ import {
 /** @typedef {import('../index.js').OwnIcpComparison} OwnIcpComparison */
 /** @typedef {import('../index.js').OwnIcpFault} OwnIcpFault */
 
-/** Steps that differ by more part (rad, m): the engine's points are in single precision, good to 1e-7 of their distance. */
+/** Steps that differ by more part (rad, m): points read in single precision are good to 1e-7 of their distance. */
 const SAME_STEP = 1e-5;
-/** A start that differs by less from the first pose is that pose (rad, m). */
+/** Poses that differ by less are the same (rad, m). */
 const SAME_POSE = 1e-9;
-/** Two points are equally near when their distances differ by less (m). */
+/** Two points are equally near when their distances differ by less (m): the engine compares them in single precision. */
 const SAME_DISTANCE = 1e-6;
 /** With more ties than these, or more numbers times numbers of both clouds, partners are not tried one by one. */
-const MAX_TIES = 5;
+const MAX_TIES = 12;
 const MAX_TIED_PRODUCT = 1e8;
+/** A fault is looked for with this many choices of partners. */
+const MAX_JUDGED = 128;
 /** Any pair is near enough (m). */
 const NO_LIMIT = 1e6;
 
@@ -67,13 +69,12 @@ export function compareOwnIcp(engine, source, target, options, poses) {
         parts < 0 ? null : (unit ?? faultAt({ engine, source, target, options, lab, theirs, iterations, parts }));
       return { steps, parts_at: parts < 0 ? null : parts, fault };
     };
-    let best = judge(begin ? [begin, ...others] : []);
-    // Where it is the same to which of two points a point is paired, theirs may be the other one.
-    for (const variant of begin && best.parts_at === 0 ? tiedSteps(lab, theirs[0] ?? start, begin) : []) {
+    const firsts = begin ? firstSteps(lab, theirs[0] ?? start, begin, theirs[1] ?? start) : [];
+    let best = judge(begin ? [firsts[0] ?? begin, ...others] : []);
+    for (const variant of best.parts_at === 0 ? firsts.slice(1, MAX_JUDGED) : []) {
+      if (best.fault?.kind !== 'unknown') break;
       const other = judge([variant, ...others]);
-      const isKnown = best.fault !== null && best.fault.kind !== 'unknown';
-      if (other.fault === null || (!isKnown && other.fault.kind !== 'unknown')) best = other;
-      if (best.fault === null) break;
+      if (other.fault?.kind !== 'unknown') best = other;
     }
     return { ...best, num_ours: lab.trace(Float64Array.from(start)).records.length };
   } finally {
@@ -87,6 +88,18 @@ function isNear({ rotation, translation }, limit) {
 }
 
 /**
+ * The first step, with other partners, too, where it is the same to which of two points a point is paired: theirs may be any of
+ * them. The one that ends nearest to theirs comes first.
+ * @param {IcpLab} lab @param {number[]} T @param {IcpIteration} begin @param {number[]} T_own
+ */
+function firstSteps(lab, T, begin, T_own) {
+  if (isNear(difference(begin.T_next, T_own), SAME_POSE)) return [begin];
+  const apart = (/** @type {IcpIteration} */ { T_next }) => Math.max(...Object.values(difference(T_next, T_own)));
+  const steps = [begin, ...tiedSteps(lab, T, begin)].map((step) => ({ step, apart: apart(step) }));
+  return steps.sort((a, b) => a.apart - b.apart).map(({ step }) => step);
+}
+
+/**
  * The same step with other partners where two target points are equally near to a source point, as in clouds that lie
  * symmetrically; none where it is no closed form, or in large clouds.
  * @param {IcpLab} lab @param {number[]} T @param {IcpIteration} iteration
@@ -95,7 +108,7 @@ function isNear({ rotation, translation }, limit) {
 function tiedSteps(lab, T, iteration) {
   const [source, target] = [lab.source_points(), lab.target_points()];
   if (source.length * target.length > MAX_TIED_PRODUCT) return [];
-  const point = (/** @type {Float32Array} */ xyz, /** @type {number} */ i) => [...xyz.subarray(3 * i, 3 * i + 3)];
+  const point = (/** @type {Float64Array} */ xyz, /** @type {number} */ i) => [...xyz.subarray(3 * i, 3 * i + 3)];
   const p = Array.from(iteration.source, (i) => moved(T, point(source, i)));
   const all = Array.from({ length: target.length / 3 }, (_, i) => point(target, i));
   const distance = (/** @type {number[]} */ a, /** @type {number[]} */ b) =>
@@ -126,7 +139,7 @@ function tiedSteps(lab, T, iteration) {
 
 /** Translations far beyond both clouds that fit when divided: another unit. @param {IcpLab} lab @param {number[][]} theirs @returns {OwnIcpFault | null} */
 function wrongUnit(lab, theirs) {
-  const reach = (/** @type {Float32Array} */ xyz) => xyz.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+  const reach = (/** @type {Float64Array} */ xyz) => xyz.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
   const size = reach(lab.source_points()) + reach(lab.target_points());
   const far = theirs.reduce((most, T) => Math.max(most, Math.hypot(T[3] ?? 0, T[7] ?? 0, T[11] ?? 0)), 0);
   if (far <= 2 * size) return null;

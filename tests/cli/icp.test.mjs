@@ -1,7 +1,7 @@
 // @ts-check
 /** One registration looked into, and somebody's own ICP beside it. */
 import assert from 'node:assert/strict';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
@@ -27,12 +27,12 @@ function sceneClouds(name) {
 
 /**
  * Point-to-point ICP as a student writes it.
- * @param {Float32Array} source
- * @param {Float32Array} target
+ * @param {Float32Array | Float64Array} source
+ * @param {Float32Array | Float64Array} target
  * @param {string} fault
  */
 function studentsIcp(source, target, fault = '') {
-  const points = (/** @type {Float32Array} */ xyz) =>
+  const points = (/** @type {Float32Array | Float64Array} */ xyz) =>
     Array.from({ length: xyz.length / 3 }, (_, i) => [...xyz.subarray(3 * i, 3 * i + 3)]);
   const [p, q] = [points(source), points(target)];
   let T = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
@@ -104,6 +104,28 @@ test('an own ICP is followed, and planted faults are told apart', () => {
   assert.equal(engine.compare_own_icp(source, target, millimetres, PLAIN).fault?.name, 'unit');
   source.free();
   target.free();
+});
+
+const SCANS = new URL('../../../shared/data/laser/zju10/', import.meta.url);
+const skip = existsSync(SCANS) ? false : '../shared/data is absent';
+
+test('an own ICP on the doubles of a file is followed to 1e-9, and a planted fault is told', { skip }, () => {
+  const files = Array.from({ length: 10 }, (_, i) => readFileSync(new URL(`${i}.ply`, SCANS)));
+  const clouds = files.map((bytes, i) => engine.PointCloud.read(bytes, `${i}.ply`));
+  const doubles = files.map((bytes) =>
+    Float64Array.from(String(bytes).split('end_header')[1]?.trim().split(/\s+/) ?? []),
+  );
+  for (let i = 1; i < files.length; i++) {
+    const [source, target] = [doubles[i], doubles[i - 1]];
+    const pair = /** @type {const} */ ([clouds[i], clouds[i - 1]]);
+    assert.ok(source && target && pair[0] && pair[1]);
+    const { steps, fault } = engine.compare_own_icp(pair[0], pair[1], studentsIcp(source, target), PLAIN);
+    const off = Math.max(...steps.flatMap(({ rotation, translation }) => [rotation, translation]));
+    assert.ok(off < 1e-9 && fault === null, `scan ${i}: ${off}`);
+    const turned = engine.compare_own_icp(pair[0], pair[1], studentsIcp(source, target, 'transposed'), PLAIN);
+    assert.equal(turned.fault?.name, 'transposed_rotation', `scan ${i}`);
+  }
+  clouds.forEach((cloud) => cloud.free());
 });
 
 test('where two points are equally near, an own ICP may take the other one', () => {

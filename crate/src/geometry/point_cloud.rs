@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 /// Points in metres in one frame, with normals and colours where the source had them.
 ///
-/// `normals` and `colors` are either absent or as long as `positions`.
+/// `normals`, `colors` and `rounded_off` are either absent or as long as `positions`.
 /// Positions are stored in single precision relative to `origin`, which is zero unless the coordinates are so large
 /// (map projections) that single precision would cost more than a fraction of a millimetre.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -17,6 +17,9 @@ pub struct PointCloud {
     pub colors: Option<Vec<[u8; 3]>>,
     /// Offset to add to every position (m).
     pub origin: DVec3,
+    /// What a position loses in single precision (m): the file's doubles less `origin` and `positions`. Absent where no
+    /// position loses anything.
+    pub rounded_off: Option<Vec<Vec3>>,
 }
 
 impl PointCloud {
@@ -36,6 +39,21 @@ impl PointCloud {
     /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// A point as precisely as the file held it (m), relative to `origin`.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn point(&self, index: usize) -> DVec3 {
+        let rest = self.rounded_off.as_ref().map_or(DVec3::ZERO, |rest| rest[index].as_dvec3());
+        self.positions[index].as_dvec3() + rest
+    }
+
+    /// The finite points likewise, with their indices.
+    pub fn finite_points(&self) -> impl Iterator<Item = (usize, DVec3)> {
+        let finite = (0..self.len()).filter(|&index| self.positions[index].is_finite());
+        finite.map(|index| (index, self.point(index)))
     }
 
     /// Whether all points lie in the plane z = 0, as a planar laser's do: a scan to be read in two dimensions. What a

@@ -1,5 +1,6 @@
 //! A planar scan, ready for registration.
 
+use glam::DVec3;
 use nalgebra::Vector2;
 
 use super::beam_normals::{beam_normals, bearing, is_one_surface};
@@ -50,9 +51,7 @@ impl PlanarScan {
 impl PlanarScan {
     /// The finite points of a cloud by their x and y, in the order of the beams; z is left out.
     pub fn from_cloud(cloud: &PointCloud) -> Self {
-        let finite = cloud.positions.iter().filter(|p| p.is_finite());
-        Self::new(
-            finite.map(|p| <[f64; 3]>::from(p.as_dvec3() + cloud.origin)).map(|[x, y, _]| [x, y].into()).collect(),
-        )
+        let point = |(_, point): (usize, DVec3)| Vector2::from((point + cloud.origin).truncate().to_array());
+        Self::new(cloud.finite_points().map(point).collect())
     }
 }

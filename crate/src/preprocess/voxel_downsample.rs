@@ -65,6 +65,7 @@ pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner:
         normals: cloud.normals.as_ref().map(|_| voxels.iter().map(normal).collect()),
         colors: cloud.colors.as_ref().map(|_| voxels.iter().map(color).collect()),
         origin: cloud.origin,
+        rounded_off: None,
     })
 }
 
@@ -81,6 +82,7 @@ mod tests {
             normals: Some(vec![Vec3::X, Vec3::Z, Vec3::Y, Vec3::Z]),
             colors: Some(vec![[10, 0, 255], [1, 2, 3], [21, 0, 255], [0, 0, 0]]),
             origin: glam::DVec3::new(5.0, 0.0, 0.0),
+            rounded_off: None,
         };
         let sparse = voxel_downsample(&cloud, 0.5).unwrap();
         assert!((sparse.positions[0] - Vec3::new(0.2, 0.1, 0.2)).length() < 1e-7);

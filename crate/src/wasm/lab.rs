@@ -120,17 +120,17 @@ impl IcpLab {
     }
 
     /// The source's points as the loop uses them, x y z x y z ... (m), in its own frame.
-    pub fn source_points(&self) -> Vec<f32> {
+    pub fn source_points(&self) -> Vec<f64> {
         self.engine.source_points()
     }
 
     /// The target's points as the loop uses them, x y z x y z ... (m); of `vgicp` its voxels.
-    pub fn target_points(&self) -> Vec<f32> {
+    pub fn target_points(&self) -> Vec<f64> {
         self.engine.target_points().positions
     }
 
     /// The unit normals of the target's points; NaN where one has none.
-    pub fn target_normals(&self) -> Vec<f32> {
+    pub fn target_normals(&self) -> Vec<f64> {
         self.engine.target_points().normals
     }
 

@@ -45,11 +45,13 @@ function prepare(method: number, options: Options): LabFacts {
   labs.set(method, lab);
   options_of.set(method, options);
   const normals = lab.target_normals();
+  // What is drawn needs no more than single precision.
+  const single = (values: Float64Array): Float32Array<ArrayBuffer> => Float32Array.from(values);
   return {
     is_planar: lab.is_planar,
-    source_points: lab.source_points(),
-    target_points: lab.target_points(),
-    target_normals: normals.some((value) => !Number.isNaN(value)) ? normals : new Float32Array(0),
+    source_points: single(lab.source_points()),
+    target_points: single(lab.target_points()),
+    target_normals: normals.some((value) => !Number.isNaN(value)) ? single(normals) : new Float32Array(0),
   };
 }
 

@@ -49,8 +49,9 @@ export function ownPanel(
     </details>
     <p class="explanation">
       From each of your poses our next step is computed, with our pairs and weights of the method that was looked at.
-      The stage shows your poses with our pairs. We hold points in single precision: where your program keeps the
-      doubles of a file, the steps agree to about a ten-millionth of the points' distance.
+      The stage shows your poses with our pairs. Points of a file are read as precisely as it declares them: where it
+      declares floats and your program reads doubles from its text, the steps agree to about a ten-millionth of the
+      points' distance.
     </p>
   `;
 }

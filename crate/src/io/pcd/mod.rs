@@ -19,7 +19,7 @@ mod write;
 use glam::DVec3;
 
 use self::header::{Encoding, Field, Header, Kind};
-use super::ply::{origin_of, unit_normals};
+use super::ply::{origin_of, rounding_of, unit_normals, unless_zero};
 use super::text::{line_number, number, quote};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
@@ -217,11 +217,17 @@ impl<'a> Columns<'a> {
         self.all().find(|column| column.value_index == index).map(|column| column.slot)
     }
 
+    /// Whether a coordinate has more digits than single precision holds.
+    fn holds_doubles(&self) -> bool {
+        self.position.iter().flatten().any(|column| matches!(column.field.kind, Kind::Float) && column.field.size == 8)
+    }
+
     /// The cloud of `num_points` points, from the value of each column of each point.
     fn cloud(&self, num_points: usize, value: impl Fn(&Column<'a>, usize) -> f64) -> PointCloud {
         let coordinate = |axis: usize, point| self.position[axis].as_ref().map_or(0.0, |column| value(column, point));
         let position = |point| DVec3::new(coordinate(0, point), coordinate(1, point), coordinate(2, point));
         let origin = origin_of((0..num_points).map(position));
+        let rest = || (0..num_points).map(|point| rounding_of(position(point) - origin)).collect();
         let normal = |columns: &[Column<'a>; 3], point| {
             let [x, y, z] = columns.each_ref().map(|column| value(column, point));
             DVec3::new(x, y, z).as_vec3()
@@ -238,6 +244,7 @@ impl<'a> Columns<'a> {
                 .and_then(|columns| unit_normals((0..num_points).map(|point| normal(columns, point)).collect())),
             colors: self.color.as_ref().map(|column| (0..num_points).map(|point| color(column, point)).collect()),
             origin,
+            rounded_off: self.holds_doubles().then(rest).and_then(unless_zero),
         }
     }
 }

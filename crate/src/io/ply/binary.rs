@@ -4,7 +4,9 @@
 use glam::{DVec3, Vec3};
 
 use super::header::{Element, Kind, Property, Scalar};
-use super::layout::{Column, Layout, Row, Rows, byte_colors, collect, origin_of, unit_normals};
+use super::layout::{
+    Column, Layout, Row, Rows, byte_colors, collect, origin_of, rounding_of, unit_normals, unless_zero,
+};
 use crate::geometry::PointCloud;
 use crate::io::text::shorten;
 use crate::{Error, Result};
@@ -176,13 +178,15 @@ impl<'a, const BIG: bool> Records<'a, BIG> {
         let coordinate = |record: &[u8], column: Option<Column>| {
             column.map_or(0.0, |column| value::<BIG>(&record[column.offset..], column.scalar))
         };
-        let head = self.iter().map(|record| DVec3::from(layout.position.map(|column| coordinate(record, column))));
-        let origin = origin_of(head);
+        let points = || self.iter().map(|record| DVec3::from(layout.position.map(|column| coordinate(record, column))));
+        let origin = origin_of(points());
+        let rest = || points().map(|point| rounding_of(point - origin)).collect();
         PointCloud {
             positions: self.vectors(&layout.position, origin),
             normals: layout.normal.and_then(|normal| unit_normals(self.vectors(&normal, DVec3::ZERO))),
             colors: layout.color.map(|color| self.colors(&color)),
             origin,
+            rounded_off: layout.holds_doubles().then(rest).and_then(unless_zero),
         }
     }
 

@@ -55,6 +55,11 @@ impl Layout {
         Ok(Self { position, normal: has_normal.then_some(normal), color })
     }
 
+    /// Whether a coordinate has more digits than single precision holds.
+    pub(super) fn holds_doubles(&self) -> bool {
+        self.position.iter().flatten().any(|column| column.scalar == Scalar::Float64)
+    }
+
     /// The place of each of the vertex's properties in a [`Row`], where it has one.
     pub(super) fn slots(&self, num_properties: usize) -> Vec<Option<usize>> {
         let mut slots = vec![None; num_properties];
@@ -102,11 +107,16 @@ pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Lay
 
     let capacity = count.min(most as u64) as usize;
     let mut positions = Vec::with_capacity(capacity);
+    let mut rest = Vec::new();
     let mut normals = Vec::with_capacity(if layout.normal.is_some() { capacity } else { 0 });
     let mut colors = Vec::with_capacity(if layout.color.is_some() { capacity } else { 0 });
     for _ in 0..count {
         let [x, y, z, nx, ny, nz, red, green, blue] = rows.next_row()?;
-        positions.push((DVec3::new(x, y, z) - origin).as_vec3());
+        let position = DVec3::new(x, y, z) - origin;
+        positions.push(position.as_vec3());
+        if layout.holds_doubles() {
+            rest.push(rounding_of(position));
+        }
         if layout.normal.is_some() {
             normals.push(DVec3::new(nx, ny, nz).as_vec3());
         }
@@ -116,7 +126,7 @@ pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Lay
     }
     let normals = layout.normal.and_then(|_| unit_normals(normals));
     let colors = layout.color.map(|columns| byte_colors(&colors, &columns));
-    Ok(PointCloud { positions, normals, colors, origin })
+    Ok(PointCloud { positions, normals, colors, origin, rounded_off: unless_zero(rest) })
 }
 
 /// The origin that positions are kept relative to: zero, unless the median of the first finite positions lies further
@@ -138,6 +148,17 @@ pub(in crate::io) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 
     let median = DVec3::new(median(0), median(1), median(2));
     // Adding zero turns -0 into 0.
     if median.abs().max_element() > MAX_CENTER { median.round() + DVec3::ZERO } else { DVec3::ZERO }
+}
+
+/// What a position loses in single precision (m): nothing where it is not finite.
+pub(in crate::io) fn rounding_of(position: DVec3) -> Vec3 {
+    let rest = (position - position.as_vec3().as_dvec3()).as_vec3();
+    if rest.is_finite() { rest } else { Vec3::ZERO }
+}
+
+/// None where no position loses anything.
+pub(in crate::io) fn unless_zero(rest: Vec<Vec3>) -> Option<Vec<Vec3>> {
+    rest.iter().any(|&rest| rest != Vec3::ZERO).then_some(rest)
 }
 
 /// The normals at unit length, those of no length zero; none when all are zero, as writers fill the columns without

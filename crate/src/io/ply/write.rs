@@ -17,8 +17,8 @@ pub enum Format {
 
 /// Writes a cloud as a PLY file: positions (m), then normals and colours where the cloud has them (as many as points).
 ///
-/// Positions are of type float, in which the cloud keeps them; with an origin they are of type double and include it.
-/// Reading the file gives the same cloud, to the bit where the origin is zero.
+/// Positions are of type float; of type double where the cloud was read from doubles or has an origin, which they include.
+/// Reading the file gives the same cloud, to the bit where positions are floats.
 pub fn write(cloud: &PointCloud, format: Format) -> Vec<u8> {
     let points = Points {
         cloud,
@@ -39,8 +39,8 @@ struct Points<'a> {
 }
 
 impl Points<'_> {
-    fn has_origin(&self) -> bool {
-        self.cloud.origin != DVec3::ZERO
+    fn needs_doubles(&self) -> bool {
+        self.cloud.origin != DVec3::ZERO || self.cloud.rounded_off.is_some()
     }
 
     fn header(&self, format: Format) -> String {
@@ -48,7 +48,7 @@ impl Points<'_> {
             Format::Ascii => "ascii",
             Format::BinaryLittleEndian => "binary_little_endian",
         };
-        let position = if self.has_origin() { "double" } else { "float" };
+        let position = if self.needs_doubles() { "double" } else { "float" };
         let mut properties = vec![(position, ["x", "y", "z"])];
         if self.normals.is_some() {
             properties.push(("float", ["nx", "ny", "nz"]));
@@ -67,15 +67,15 @@ impl Points<'_> {
     }
 
     /// The position of a point with the origin in it.
-    fn absolute(&self, position: Vec3) -> [f64; 3] {
-        (position.as_dvec3() + self.cloud.origin).to_array()
+    fn absolute(&self, index: usize) -> [f64; 3] {
+        (self.cloud.point(index) + self.cloud.origin).to_array()
     }
 
     fn ascii(&self, header: String) -> Vec<u8> {
         let mut text = header;
         for (index, &position) in self.cloud.positions.iter().enumerate() {
-            if self.has_origin() {
-                push_numbers(&mut text, self.absolute(position));
+            if self.needs_doubles() {
+                push_numbers(&mut text, self.absolute(index));
             } else {
                 push_numbers(&mut text, position.to_array());
             }
@@ -93,13 +93,13 @@ impl Points<'_> {
     }
 
     fn binary(&self, header: String) -> Vec<u8> {
-        let position = if self.has_origin() { 24 } else { 12 };
+        let position = if self.needs_doubles() { 24 } else { 12 };
         let size = position + self.normals.map_or(0, |_| 12) + self.colors.map_or(0, |_| 3);
         let mut bytes = header.into_bytes();
         bytes.reserve_exact(size * self.cloud.len());
         for (index, &position) in self.cloud.positions.iter().enumerate() {
-            if self.has_origin() {
-                bytes.extend_from_slice(self.absolute(position).map(f64::to_le_bytes).as_flattened());
+            if self.needs_doubles() {
+                bytes.extend_from_slice(self.absolute(index).map(f64::to_le_bytes).as_flattened());
             } else {
                 bytes.extend_from_slice(position.to_array().map(f32::to_le_bytes).as_flattened());
             }

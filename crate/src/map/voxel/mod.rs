@@ -8,7 +8,7 @@ mod grid;
 use std::hint::black_box;
 use std::ops::Range;
 
-use glam::{DVec3, Mat3A, Vec3};
+use glam::{Mat3A, Vec3};
 use rustc_hash::FxHashMap;
 
 use self::batch::{BATCH, Batch};
@@ -140,7 +140,7 @@ impl VoxelMap {
             positions: self.positions().collect(),
             normals: Some(self.normals().collect()),
             colors: self.colors().map(Iterator::collect),
-            origin: DVec3::ZERO,
+            ..PointCloud::default()
         }
     }
 

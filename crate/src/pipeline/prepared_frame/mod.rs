@@ -376,6 +376,7 @@ fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
         normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),
         colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
         origin: cloud.origin,
+        rounded_off: None,
     }
 }
 

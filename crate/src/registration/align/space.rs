@@ -115,11 +115,11 @@ pub(super) struct Near {
 
 impl Near {
     pub(super) fn new(cloud: &PointCloud, origin: DVec3) -> Self {
-        let finite = || cloud.positions.iter().enumerate().filter(|(_, p)| p.is_finite());
         let shift = cloud.origin - origin;
-        let points = finite().map(|(_, p)| Vector3::from((p.as_dvec3() + shift).to_array())).collect();
+        let points = cloud.finite_points().map(|(_, p)| Vector3::from((p + shift).to_array())).collect();
         let normal = |n: Vec3| n.is_finite().then(|| Vector3::from(n.as_dvec3().to_array()));
-        let normals = cloud.normals.as_ref().map(|normals| finite().map(|(index, _)| normal(normals[index])).collect());
+        let of_finite = |normals: &Vec<Vec3>| cloud.finite_points().map(|(index, _)| normal(normals[index])).collect();
+        let normals = cloud.normals.as_ref().map(of_finite);
         Self { points, normals }
     }
 

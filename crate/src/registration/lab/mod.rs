@@ -60,9 +60,9 @@ pub struct IcpTrace {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LabPoints {
     /// x y z of each (m), relative to the target's origin; of the source in its own frame.
-    pub positions: Vec<f32>,
+    pub positions: Vec<f64>,
     /// Unit normals; NaN where a point has none.
-    pub normals: Vec<f32>,
+    pub normals: Vec<f64>,
 }
 
 /// Largest half width of a search (m, rad).
@@ -112,9 +112,9 @@ impl IcpLab {
     }
 
     /// The source's points in its own frame, relative to the target's origin.
-    pub fn source_points(&self) -> Vec<f32> {
-        fn xyz<M: LabMotion>(problem: &dyn IcpProblem<M>) -> Vec<f32> {
-            problem.source_points().iter().flat_map(|p| M::xyz(p).map(|x| x as f32)).collect()
+    pub fn source_points(&self) -> Vec<f64> {
+        fn xyz<M: LabMotion>(problem: &dyn IcpProblem<M>) -> Vec<f64> {
+            problem.source_points().iter().flat_map(M::xyz).collect()
         }
         either!(self, |problem, _guess| xyz(problem))
     }
@@ -125,8 +125,8 @@ impl IcpLab {
             let points = problem.target_points();
             let normal = |normal: &Option<M::Point>| normal.as_ref().map_or([f64::NAN; 3], M::xyz);
             LabPoints {
-                positions: points.iter().flat_map(|(p, _)| M::xyz(p).map(|x| x as f32)).collect(),
-                normals: points.iter().flat_map(|(_, n)| normal(n).map(|x| x as f32)).collect(),
+                positions: points.iter().flat_map(|(p, _)| M::xyz(p)).collect(),
+                normals: points.iter().flat_map(|(_, n)| normal(n)).collect(),
             }
         }
         either!(self, |problem, _guess| listed(problem))
