@@ -220,7 +220,7 @@ test('a link opens a scene with its question and its methods', async ({ page }) 
 type Fault = 'transposed rotation' | 'old pairs' | 'centroid not rotated';
 
 /** Point to point between nearest points within half a metre, as a student writes it: 3 x 3 matrices, one an iteration. */
-function ownIcp(source: Float32Array, target: Float32Array, num_iterations: number, fault?: Fault): number[][] {
+function ownIcp(source: Float64Array, target: Float64Array, num_iterations: number, fault?: Fault): number[][] {
   let [c, s, x, y] = [1, 0, 0, 0];
   let old: [number, number][] = [];
   return Array.from({ length: num_iterations }, () => {
