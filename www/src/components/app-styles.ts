@@ -215,6 +215,14 @@ export const activity_styles = css`
       bottom: 52px;
     }
   }
+  /* The map's buttons, in two columns where it is low, stay free. */
+  @container (max-width: 560px) {
+    .activity {
+      left: 12px;
+      width: min(340px, calc(100% - 110px));
+      transform: none;
+    }
+  }
   .activity-words {
     display: flex;
     align-items: center;
