@@ -382,7 +382,7 @@ fn frames_can_be_added_to_a_finished_run_and_travel_as_bytes() {
             Some(ColorFile { name: "later.jpg", bytes: Ok(&colors) }),
         )
         .unwrap();
-        assert_eq!(frame.notes, [""; 0]);
+        assert_eq!(frame.notes, []);
         let as_bytes = frame.to_bytes();
         let back = PreparedFrame::from_bytes(&as_bytes).unwrap();
         assert_eq!(back, frame);

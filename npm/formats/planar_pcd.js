@@ -46,7 +46,10 @@ function layoutOf(head) {
 function pointsOf(bytes, { columns, offsets, types, stride, numPoints, start, isText }) {
   const body = bytes.subarray(start);
   if (isText) {
-    const lines = new TextDecoder('latin1').decode(body).split('\n').filter((line) => line.trim() !== '');
+    const lines = new TextDecoder('latin1')
+      .decode(body)
+      .split('\n')
+      .filter((line) => line.trim() !== '');
     return lines.slice(0, numPoints).map((line) => {
       const words = line.trim().split(/\s+/);
       return columns.map((column) => Number(words[column] ?? Number.NaN));

@@ -223,6 +223,11 @@ export const activity_styles = css`
       transform: none;
     }
   }
+  @container (max-width: 560px) and (max-height: 260px) {
+    .activity {
+      width: calc(100% - 150px);
+    }
+  }
   .activity-words {
     display: flex;
     align-items: center;
