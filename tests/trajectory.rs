@@ -220,6 +220,9 @@ fn poses_of_frames_that_a_tracker_lost_are_left_out() {
     // Strictly read, or without any pose or with a time that is none, it is an error at the place.
     assert!(read(joined.as_bytes()).unwrap_err().to_string().starts_with("line 1: Column 1 is \"-inf\""));
     assert!(read_lenient(lost.as_bytes(), None).unwrap_err().to_string().contains("Column 1 is \"-inf\""));
+    // A single value is damaged rather than lost.
+    let damaged = read_lenient(b"0 1 0 0 0 0 0 1\n1 nan 2 0 0 0 0 1\n", None).unwrap_err().to_string();
+    assert!(damaged.starts_with("line 2: Column 2 is \"nan\""), "{damaged}");
     let untimed = read_lenient(b"0 1 0 0 0 0 0 1\nnan 3 0 0 0 0 0 1\n", None).unwrap_err().to_string();
     assert!(untimed.starts_with("line 2: Column 1 is \"nan\""), "{untimed}");
 }

@@ -433,6 +433,11 @@ function written(found, name, tell) {
     throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
   }
   const scans = checkedScans(found, name, tell);
+  if (scans.some(({ mayBeMirrored }) => mayBeMirrored)) {
+    tell(
+      'its angles are taken to grow counter-clockwise; of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT do, the map is mirrored: write the angles from -180 to 180 degrees, counter-clockwise',
+    );
+  }
   const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
   if (!hasAngles && scans.some(({ start }) => start !== undefined)) {
     throw fileError(name, 'Its readings have all the same angle', 'Give angle_min, angle_max and angle_increment');

@@ -27,6 +27,9 @@ export function isSystemFile(path) {
   return path.split('/').some((part) => SYSTEM_FILES.test(part) && part !== '.' && part !== '..');
 }
 
+/** Images, and the text of programs and pages, in which numbers may stand as in a table. */
+const NO_LOGS = /\.(depth|[cm]?[jt]sx?|py|cpp|cc|c|h|hpp|rs|java|sh|css|html?|md)$/i;
+
 /**
  * The part a file plays among planar scans.
  * @param {string} path
@@ -42,9 +45,8 @@ export function classify(path, beginning, isTable = false) {
   const base = path.split('/').at(-1) ?? path;
   if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', is_log: false };
   if (isGraph(head)) return { role: 'ignored', reason: adviceFor(base, head) };
-  const isImage = /\.depth$/i.test(base);
   if (
-    (!isImage && isLaserLog(head)) ||
+    (!NO_LOGS.test(base) && isLaserLog(head)) ||
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
     return { role: 'scan', is_log: true };

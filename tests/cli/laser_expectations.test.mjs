@@ -6,6 +6,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { decodeLivoxCloud } from '../../npm/bag/messages.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
+import { isLdrobot, readLdrobot } from '../../npm/formats/ldrobot.js';
 import { readScip } from '../../npm/formats/scip.js';
 import { readSickBinary } from '../../npm/formats/sick.js';
 
@@ -93,4 +94,21 @@ test("Livox' message", () => {
   assert.deepEqual([cloud.stamp.sec, cloud.stamp.nsec], stamp);
   const { buffer, byteOffset, byteLength } = cloud.data;
   assert.deepEqual([...new Float32Array(buffer, byteOffset, byteLength / 4)], positions);
+});
+
+test("the packet that LDROBOT's manual explains", () => {
+  const packet = Buffer.from(
+    '542c6808ab7ee000e4dc00e2d900e5d500e3d300e4d000e9cd00e4ca00e2c700e9c500e5c200e5c000e5be823a1a50',
+    'hex',
+  );
+  const bytes = new Uint8Array(Buffer.concat([Buffer.of(0x54, 0x2c, 7), packet, packet]));
+  assert.ok(isLdrobot(bytes));
+  const [scan] = readLdrobot(bytes).scans;
+  // 324.27 degrees, clockwise; 224 mm and so on to 192 mm at 334.7 degrees; 6714 ms.
+  assert.deepEqual(scan?.ranges.slice(0, 12), [224, 220, 217, 213, 211, 208, 205, 202, 199, 197, 194, 192].map((mm) => 1e-3 * mm)); // prettier-ignore
+  near(scan?.angles?.[0], -324.27 * DEGREE, 'first');
+  near(scan?.angles?.[11], -334.7 * DEGREE, 'last');
+  near(scan?.time, 6.714, 'time');
+  // A sum that does not fit is no packet.
+  assert.ok(!isLdrobot(new Uint8Array(Buffer.concat([packet, packet]).fill(1, 20, 21))));
 });

@@ -190,6 +190,9 @@ pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String
 /// Makes the error at the place that is being read.
 pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
 
+/// Where the position stands in a matrix, row by row.
+pub(super) const POSITION_OF_MATRIX: [usize; 3] = [3, 7, 11];
+
 /// The error about a value that is not finite, its column counted from 0.
 pub(super) fn not_finite(column: usize, value: f64, fault: Fault) -> Error {
     let word = value.to_string().to_ascii_lowercase();
@@ -225,8 +228,9 @@ impl Builder {
     /// Adds the pose of a row of a table.
     pub(super) fn push_table(&mut self, table: &Table, numbers: &[f64], fault: Fault) -> Result<()> {
         let value = |column: usize| numbers.get(column).copied().unwrap_or_default();
-        let is_label = |column| Some(column) == table.number || table.stamp.is_some_and(|(stamp, _)| stamp == column);
-        if self.is_undefined(numbers, &is_label, fault)? {
+        let labels: Vec<usize> = table.number.into_iter().chain(table.stamp.map(|(column, _)| column)).collect();
+        let position: Vec<usize> = [table.x, table.y].into_iter().chain(table.z).collect();
+        if self.is_undefined(numbers, &labels, &position, fault)? {
             return Ok(());
         }
         self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
@@ -277,19 +281,20 @@ impl Builder {
         Ok(())
     }
 
-    /// Whether the row holds no pose, as a value is not finite; it is then counted. Of a label (time or number), that is an
-    /// error.
-    fn is_undefined(&mut self, numbers: &[f64], is_label: &dyn Fn(usize) -> bool, fault: Fault) -> Result<bool> {
-        let columns = || (0..numbers.len()).filter(|&column| !numbers[column].is_finite());
+    /// Whether the row holds no pose, as no value of its position is finite; it is then counted. Where only some values are not
+    /// finite, or a label (time or number) is not, that is an error.
+    fn is_undefined(&mut self, numbers: &[f64], labels: &[usize], position: &[usize], fault: Fault) -> Result<bool> {
+        let is_finite = |column: usize| numbers.get(column).is_some_and(|value| value.is_finite());
+        let Some(first) = (0..numbers.len()).find(|&column| !is_finite(column)) else { return Ok(false) };
         let error = |column: usize| not_finite(column, numbers[column], fault);
-        if let Some(label) = columns().find(|&column| is_label(column)) {
+        if let Some(&label) = labels.iter().find(|&&label| !is_finite(label)) {
             return Err(error(label));
         }
-        let first = columns().next();
-        if let Some(first) = first {
-            self.push_undefined(|| error(first));
+        if position.iter().any(|&column| is_finite(column)) {
+            return Err(error(first));
         }
-        Ok(first.is_some())
+        self.push_undefined(|| error(first));
+        Ok(true)
     }
 
     /// Counts a row that holds no pose.
@@ -305,7 +310,7 @@ impl Builder {
 
     /// Adds the pose of a matrix of three or four rows of four.
     pub(super) fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
-        if self.is_undefined(numbers, &|_| false, fault)? {
+        if self.is_undefined(numbers, &[], &POSITION_OF_MATRIX, fault)? {
             return Ok(());
         }
         let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {

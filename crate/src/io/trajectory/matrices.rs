@@ -1,7 +1,7 @@
 //! 4 x 4 matrices, a line a row, a pose after the other; before each, a line of counts may stand, as in Redwood's
 //! `.log` files.
 
-use super::columns::{Builder, not_finite};
+use super::columns::{Builder, POSITION_OF_MATRIX, not_finite};
 use super::rows::{Row, rows};
 use super::{MatrixPose, nothing};
 use crate::Result;
@@ -48,6 +48,7 @@ pub(super) fn read<'a>(rows: impl Iterator<Item = Row<'a>>) -> Result<Builder> {
         matrix.append(&mut numbers);
         if matrix.len() == 16 {
             match undefined.take() {
+                Some(error) if POSITION_OF_MATRIX.iter().any(|&at| matrix[at].is_finite()) => return Err(error),
                 Some(error) => builder.push_undefined(|| error),
                 None => builder.push_matrix(&matrix, &fault)?,
             }

@@ -173,10 +173,10 @@ pub fn read(bytes: &[u8]) -> Result<Trajectory> {
 }
 
 /// Reads a trajectory as [`read`] does, of the given form where one is given. Quaternions of any length but zero are
-/// normalised, as evo does, and rows whose poses have values that are not finite are left out; notes say so.
+/// normalised, as evo does, and rows whose positions have no finite value are left out, unless no pose is left; notes say so.
 ///
 /// # Errors
-/// As [`read`], but for the length of quaternions and for values that are not finite, unless no pose is left.
+/// As [`read`], but for the length of quaternions and for such rows.
 pub fn read_lenient(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<Contents> {
     let (builder, format) = parse(bytes, format)?;
     let (trajectory, notes) = builder.into_lenient()?;
