@@ -17,6 +17,8 @@ const DEGREE = Math.PI / 180;
 const MIN_RETURNS = 24;
 /** Ranges are not negative, but coordinates are: at least this share of them. */
 const MIN_NEGATIVE = 0.1;
+/** Of coordinates, more negative ones than these differ. */
+const MIN_DISTINCT = 4;
 /** A step is even within this share of the median step. */
 const EVEN = 0.2;
 const SCAN_NUMBERS =
@@ -37,8 +39,11 @@ export function kindOfLines(head) {
   const column = (/** @type {number} */ stride, /** @type {number} */ at) =>
     first.filter((_, index) => index % stride === at);
   const isFlat = first.length % 3 === 0 && new Set(column(3, 2)).size === 1;
-  const areNegative = (/** @type {number[]} */ values) =>
-    values.filter((value) => value < 0).length > MIN_NEGATIVE * values.length;
+  // One negative value again and again means no return.
+  const areNegative = (/** @type {number[]} */ values) => {
+    const negative = values.filter((value) => value < 0);
+    return negative.length > MIN_NEGATIVE * values.length && new Set(negative).size > MIN_DISTINCT;
+  };
   if (isFlat && (areNegative(column(3, 0)) || areNegative(column(3, 1)))) return 'triples';
   if (first.length % 2 !== 0) return null;
   if (isEven(column(2, 0)) && column(2, 1).every((range) => range >= 0)) return 'polar';
@@ -95,9 +100,18 @@ function isEven(angles) {
   return step !== 0 && isView && steps.every((value) => Math.abs(value - step) <= EVEN * Math.abs(step));
 }
 
-/** Whether the names of a table's columns are those of a scan's number and a point's coordinates. @param {string} head */
+/**
+ * Whether the names of a table's columns are those of a scan's number and a point's coordinates, and the first rows are of one scan:
+ * a path has another number in every row.
+ * @param {string} head
+ */
 export function isNumberedPoints(head) {
-  return columnsOf(head) !== null;
+  if (columnsOf(head) === null) return false;
+  const numbers = head
+    .split(/\r?\n/)
+    .slice(1, 1 + MIN_RETURNS)
+    .map((line) => line.split(/[,;\s]+/).find(Boolean));
+  return numbers.length === MIN_RETURNS && new Set(numbers).size === 1;
 }
 
 /** @param {string} head */
@@ -106,7 +120,11 @@ function columnsOf(head) {
   if (!SCAN_NUMBERS.test(`${line} `)) return null;
   const names = line.split(/[,;\s]+/).map((name) => name.replaceAll(/["'\r]/g, '').toLowerCase());
   const [x, y] = [/^x(_?\(?m\)?)?$/, /^y(_?\(?m\)?)?$/].map((name) => names.findIndex((word) => name.test(word)));
-  return x === undefined || y === undefined || x < 0 || y < 0 || names.includes('z') || names.includes('theta')
+  return x === undefined ||
+    y === undefined ||
+    x < 0 ||
+    y < 0 ||
+    names.some((name) => /^(z|theta|yaw|heading|phi|q[wxyz])\b/.test(name))
     ? null
     : { x, y };
 }
@@ -132,6 +150,17 @@ export function readNumberedPoints(text) {
     else points.set(number, [[x, y]]);
   }
   return { scans: [...points.values()].filter(({ length }) => length >= MIN_RETURNS).map(scanOfPoints), numBroken };
+}
+
+/** What lists of points belong to that somebody drew on images. */
+const ANNOTATIONS = /["'](shapes|segmentation|bbox|imagePath|annotations)["']/;
+/** As many points as a scan has, one behind the other: lists, or objects with x and y. */
+const POINT_LISTS = /["']points["']\s*:\s*\[(\s*\[[^[\]]{3,80}\]\s*,){23}/;
+const POINT_OBJECTS = /\[(\s*\{[^{}]{0,80}["']x["']\s*:[^{}]{1,40}["']y["']\s*:[^{}]{1,80}\}\s*,){23}/;
+
+/** Whether a document in JSON begins with scans as points. @param {string} head */
+export function isPointJson(head) {
+  return !ANNOTATIONS.test(head) && (POINT_LISTS.test(head) || POINT_OBJECTS.test(head));
 }
 
 /**

@@ -22,6 +22,7 @@ import { checkedScans, given } from './scan_checks.js';
 import { bytesOfHex, isLdrobot, readLdrobot } from './ldrobot.js';
 import {
   isNumberedPoints,
+  isPointJson,
   kindOfLines,
   pointsOfList,
   readLines,
@@ -114,9 +115,12 @@ function isEcho(head) {
 function isJson(head) {
   if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
   const has = (/** @type {string} */ names) => new RegExp(`["'](${names})["']\\s*:\\s*-?[\\d.[]`, 'i').test(head);
-  const hasPoints =
-    /["']?points["']?\s*:\s*\[\s*[[{]/i.test(head) || (has('x') && has('y') && !has('z|qw|w|theta|heading|yaw'));
-  return hasPoints || has('ranges') || has('angle_min') || (has('angle|theta|bearing') && has('range|dist|distance|r'));
+  return (
+    isPointJson(head) ||
+    has('ranges') ||
+    has('angle_min') ||
+    (has('angle|theta|bearing') && has('range|dist|distance|r'))
+  );
 }
 
 /** The field of a message alone: `ros2 topic echo --field ranges`. @param {string} text @param {string} name @param {Tell} tell */

@@ -35,7 +35,7 @@ const TEXTS = {
     `GetLDSScan\nAngleInDegrees,DistInMM,Intensity,ErrorCodeHEX\n${RANGES.map((range, at) => `${at},${1000 * range},9,0\n`).join('')}ROTATION_SPEED,5.0\n`,
   ),
   'drive.2d': `LaserOdometryLog\nsick1conf: -90 90 30\n${repeated(`time: 1.5\nrobot: 10 20 30\nsick1: ${RANGES.map((range) => 1000 * range).join(' ')}\nscan1: 1 2 3 4 5 6\n`)}`,
-  'numbered.csv': `scan_id,x,y\n${RANGES.map((range, at) => `${at >> 4},${range},${-range}\n`).join('')}`,
+  'numbered.csv': `scan_id,x,y\n${RANGES.map((range) => `7,${range},${-range}\n`).join('')}`,
   'pairs.txt': repeated(`${RANGES.map((range, at) => `${range - 3} ${at - 15}`).join(' ')}\n`),
   'points.json': JSON.stringify([{ points: RANGES.map((range) => [range, -range]) }]),
   'ld06.txt': '54 2c 10 0e 00 00 '.repeat(60),

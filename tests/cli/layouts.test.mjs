@@ -302,6 +302,33 @@ test('a pose and a speed before 1,080 ranges, which could be 1,081, are asked ab
   assert.match(told.join('\n'), /1080 ranges may begin at column 5.*--table ranges=5:1084/s);
 });
 
+test('a path with the numbers of its frames is none of points', async () => {
+  const path = PLACES.map(([x, y], scan) => `${scan},${f(x)},${f(y)}\n`).join('');
+  const scans = lines(HALF, (ranges) => ranges.join(' '));
+  for (const head of ['frame,x,y', 'frame,x,y,yaw']) {
+    const { recording } = await reconstructed({ 'scans.txt': scans, 'groundtruth.csv': `${head}\n${path}` });
+    assert.deepEqual([recording.scans, recording.reference], [['scans.txt'], ['groundtruth.csv']]);
+  }
+});
+
+test('what only looks like points is left alone', async () => {
+  const outline = JSON.stringify({
+    shapes: [{ points: pointsOf(rangesAt(PLACES[0] ?? [0, 0, 0], HALF), HALF) }],
+    imagePath: '1.png',
+  });
+  const corners = JSON.stringify({ points: [[0, 0], [1, 0], [1, 1]], origin: { x: 1, y: 2 } }); // prettier-ignore
+  const { recording, told } = await reconstructed({ 'outline.json': outline, 'corners.json': corners });
+  assert.equal(recording.kind, 'nothing');
+  assert.ok(
+    recording.notes.every(({ is_loss }) => !is_loss),
+    told.join(),
+  );
+  // Ranges with -1 for no return are no coordinates.
+  const ranges = lines(HALF, (given) => given.map((range, beam) => (beam % 5 < 2 ? '-1' : range)).join(' '));
+  const read = await reconstructed({ 'scans.txt': ranges });
+  assert.match(read.told.join(), /--table ranges=1:181,unit=m,start=-90/);
+});
+
 /** @param {string} text */
 const sqlite = (text) => {
   const bytes = Buffer.alloc(4096);
