@@ -11,11 +11,11 @@ import { compareNaturally } from './natural_order.js';
 import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
 import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
-import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, readPlyExtent } from './recording/heads.js';
+import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isImageName } from './recording/kinds.js';
 import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
-import { adviceFor, isGraph } from './recording/other_formats.js';
+import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
 import { findReference } from './recording/reference.js';
 
@@ -231,8 +231,10 @@ async function findClouds(files, numFrames, read, isTable) {
   let inSpace = 0;
   let inPlane = 0;
   for (const { path } of looked) {
-    const head = /\.pcd$/i.test(path) ? null : await read(path, HEAD_BYTES);
-    const extent = head === null ? 'space' : readPlyExtent(head);
+    // Of a PCD that is read as PLY, the points lie in the plane.
+    const head = await read(path, HEAD_BYTES);
+    const isPcd = /\.pcd$/i.test(path) && !(head && isPly(head));
+    const extent = head === null || isPcd ? 'space' : readPlyExtent(head);
     if (extent === 'space') inSpace += 1;
     if (extent === 'plane') inPlane += 1;
   }
@@ -413,10 +415,21 @@ async function nothing(notes, files, read) {
   const others = files.filter(({ path }) => !isImageName(path));
   const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
   const headOf = (/** @type {number} */ at) => heads[at] ?? new Uint8Array();
+  /** @type {Map<string, ListedFile[]>} */
+  const advised = groupBy(
+    others.filter((_, at) => adviceByContents(headOf(at)) !== null),
+    (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
+  );
+  const isAdvised = new Set([...advised.values()].flat());
   const graphs = others.filter((_, at) => isGraph(headOf(at)));
   const columns = others.filter((_, at) => isColumn(headOf(at)));
-  const numbers = new Set(others.filter((file, at) => !graphs.includes(file) && looksLikeNumbers(headOf(at))));
+  const isNumbers = (/** @type {ListedFile} */ file, /** @type {number} */ at) =>
+    !isAdvised.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
+  const numbers = new Set(others.filter(isNumbers));
   const rest = [
+    ...[...advised].flatMap(([advice, files]) =>
+      files.map(({ path }) => ({ file: path, reason: `not used: ${advice}` })),
+    ),
     ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
     ...unused(
       columns,
@@ -427,7 +440,9 @@ async function nothing(notes, files, read) {
       'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
     ),
     ...unused(
-      others.filter((file) => !numbers.has(file) && !graphs.includes(file) && !columns.includes(file)),
+      others.filter(
+        (file) => !isAdvised.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
+      ),
       'neither a scan, nor a cloud, nor a depth image',
     ),
   ];

@@ -521,6 +521,58 @@ fn a_reading_a_line_has_times_and_odometry() {
 }
 
 #[test]
+fn which_way_a_laser_turns_is_open_where_nothing_tells() {
+    let table = |head: &str, first: i32, step: i32| {
+        let line = |beam: i32| format!("{},{}\n", first + step * (beam % 180), 2000 + beam);
+        (0..360).fold(head.to_owned(), |text, beam| text + &line(beam))
+    };
+    let is_open = |text: &str| read(text.as_bytes()).unwrap().may_be_mirrored;
+    assert!(is_open(&table("angle,distance\n", 0, 2)));
+    assert!(is_open(&table("# table: range=2,angle=1:deg\n# direction: unknown\nangle,range\n", 0, 2)));
+    // Told: by the format, by what wrote it, by angles of both signs; and half a turn is that of a sensor on a servo.
+    assert!(!is_open(&table("# table: range=2,angle=1:deg\nangle,range\n", 0, 2)));
+    assert!(!read_given(table("angle,distance\n", 0, 2).as_bytes(), "angle=1:deg").unwrap().may_be_mirrored);
+    assert!(!is_open(&table("theta,dist,q\n", 0, 2)));
+    assert!(!is_open(&table("angle,distance\n", -180, 2)));
+    assert!(!is_open(&table("angle,distance\n", 0, 1)));
+    // A full turn a line from ahead on, whose columns nothing names.
+    let turns = |head: &str| {
+        let reading = |beam: usize| format!("{:.3}", 3.0 + (beam as f64).to_radians().sin());
+        let line = (0..360).map(reading).collect::<Vec<_>>().join(",") + "\n";
+        head.to_owned() + &line.repeat(3)
+    };
+    let named = |word: &str| (0..360).map(|beam| format!("{word}{beam}")).collect::<Vec<_>>().join(",") + "\n";
+    assert!(is_open(&turns("")) && is_open(&turns(&named("d"))) && !is_open(&turns(&named("ranges_"))));
+    let scan = |word: &str| format!("{{\"readings\":[1,2,3],\"theta\":[0,2,4]{word}}}\n");
+    assert!(is_open(&[scan(""), scan(",\"may_be_mirrored\":true")].concat()) && !is_open(&scan("")));
+}
+
+#[test]
+fn what_stands_before_the_ranges_is_none_of_them() {
+    let ranges = |scan: usize, count: usize| {
+        let range = |beam: usize| format!("{:.3}", 3.0 + 0.01 * beam as f64 + 0.02 * scan as f64);
+        (0..count).map(range).collect::<Vec<_>>().join(",")
+    };
+    let table = |before: &dyn Fn(usize) -> String, count: usize| {
+        (0..6).fold(String::new(), |text, scan| text + &format!("{},{}\n", before(scan), ranges(scan, count)))
+    };
+    let guess = |text: &str| TableFormat::guess(text.as_bytes()).unwrap();
+    let time = |scan: usize| 1_227_796_083.0 + 0.013 * scan as f64;
+    // A count, and the angle of the first reading, or of the first and the last.
+    let counted = guess(&table(&|scan| format!("{:.3},181,-1.570796", time(scan)), 181));
+    assert_eq!(counted.format.to_string(), "ranges=4:184,unit=m,start=-90.0000deg,step=1.0000deg,time=1:s");
+    let spanned = guess(&table(&|scan| format!("{:.3},181,-45,135", time(scan)), 181));
+    assert_eq!(spanned.format.to_string(), "ranges=5:185,unit=m,start=-45.0000deg,step=1.0000deg,time=1:s");
+    assert!(counted.doubt.is_none() && spanned.doubt.is_none());
+    // A pose and a speed before 1,080 readings, which could be 1,081: asked about.
+    let moving = guess(&table(&|scan| format!("0.{scan},0.0,-0.1,1.{scan}"), 1080));
+    assert!(moving.format.to_string().starts_with("ranges=5:1084,unit=m,start=-135.0000deg,step=0.2500deg"));
+    assert!(
+        moving.doubt.unwrap().contains("The 1080 ranges may begin at column 5, as is assumed, or one column before")
+    );
+}
+
+#[test]
 fn a_sensor_that_sweeps_to_and_fro_makes_a_scan_of_each_sweep() {
     let beams = |sweep: usize| (0..=120).map(move |beam| if sweep.is_multiple_of(2) { beam } else { 120 - beam });
     let line = |sweep: usize, beam: usize| format!("Angle: {} Distance: {} cm\n", 30 + beam, 100 + beam + sweep);

@@ -222,6 +222,7 @@ fn a_mirrored_map_is_doubtful_where_the_log_has_poses() {
         let num_good = result.frames.iter().filter(|frame| frame.status == Status::Good).count();
         let is_told = result.notes.iter().any(|note| note.contains("mirror image"));
         assert_eq!(is_told, is_clockwise, "{:?}", result.notes);
+        assert_eq!(result.odometry_refusal.is_some(), is_clockwise);
         assert_eq!(num_good, if is_clockwise { 0 } else { result.frames.len() });
     }
 }

@@ -9,7 +9,8 @@ use common::shared_data;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::trajectory::{
-    Trajectory, TrajectoryFormat, in_space, matrix_text, read, read_lenient, read_times, read_tum, tum_text, write,
+    Contents, Trajectory, TrajectoryFormat, in_space, matrix_text, read, read_frames, read_lenient, read_times,
+    read_tum, tum_text, write,
 };
 
 fn project() -> &'static Path {
@@ -188,6 +189,45 @@ fn quaternions_of_another_length_are_mended_where_that_is_asked_for() {
 }
 
 #[test]
+fn poses_of_frames_that_a_tracker_lost_are_left_out() {
+    let matrix = |x: f64| format!("1 0 0 {x}\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+    let lost = "-inf -inf -inf -inf\n".repeat(4);
+    // As ScanNet writes them, the first and the fourth.
+    let frames = [&lost, &matrix(1.0), &matrix(2.0), &lost, &matrix(4.0)];
+    let joined = frames.map(String::as_str).concat();
+    let check = |contents: &Contents| {
+        let trajectory = &contents.trajectory;
+        assert_eq!(trajectory.positions.iter().map(|p| p.x).collect::<Vec<_>>(), [1.0, 2.0, 4.0]);
+        assert_eq!(trajectory.orientations.as_ref().map(Vec::len), Some(3));
+        assert_eq!((trajectory.undefined.as_slice(), trajectory.num_rows()), (&[0, 3][..], 5));
+        let index_of = |row| trajectory.index_of_row(row);
+        assert_eq!([0, 1, 2, 3, 4, 5].map(index_of), [None, Some(0), Some(1), None, Some(2), None]);
+        assert!(contents.notes[0].starts_with("2 of its 5 poses have nan or inf"), "{:?}", contents.notes);
+    };
+    let contents = read_lenient(joined.as_bytes(), None).unwrap();
+    assert_eq!(contents.format, TrajectoryFormat::Matrices);
+    check(&contents);
+    let named: Vec<(String, &String)> = (0..).map(|i| format!("{i}.txt")).zip(frames).collect();
+    let files: Vec<(&str, &[u8])> = named.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
+    check(&read_frames(&files).unwrap());
+    let stamped = contents.trajectory.clone().with_stamps(vec![0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+    assert_eq!(stamped.stamps, Some(vec![1.0, 2.0, 4.0]));
+    // A row a pose, with and without times.
+    let kitti = "nan nan nan nan nan nan nan nan nan nan nan nan\n1 0 0 1 0 1 0 0 0 0 1 0\n";
+    assert_eq!(read_lenient(kitti.as_bytes(), None).unwrap().trajectory.undefined, [0]);
+    let tum = read_lenient(b"0 1 0 0 0 0 0 1\n1 nan nan nan nan nan nan nan\n2 3 0 0 0 0 0 1\n", None).unwrap();
+    assert_eq!((tum.trajectory.stamps, tum.trajectory.undefined), (Some(vec![0.0, 2.0]), vec![1]));
+    // Strictly read, or without any pose or with a time that is none, it is an error at the place.
+    assert!(read(joined.as_bytes()).unwrap_err().to_string().starts_with("line 1: Column 1 is \"-inf\""));
+    assert!(read_lenient(lost.as_bytes(), None).unwrap_err().to_string().contains("Column 1 is \"-inf\""));
+    // A single value is damaged rather than lost.
+    let damaged = read_lenient(b"0 1 0 0 0 0 0 1\n1 nan 2 0 0 0 0 1\n", None).unwrap_err().to_string();
+    assert!(damaged.starts_with("line 2: Column 2 is \"nan\""), "{damaged}");
+    let untimed = read_lenient(b"0 1 0 0 0 0 0 1\nnan 3 0 0 0 0 0 1\n", None).unwrap_err().to_string();
+    assert!(untimed.starts_with("line 2: Column 1 is \"nan\""), "{untimed}");
+}
+
+#[test]
 fn broken_matrices_and_arrays_are_told() {
     for (text, expected) in [
         ("1 0 0 0 0 1 0 0 0 0 -1 0\n", "line 1: The matrix mirrors: its determinant is -1."),
@@ -223,7 +263,7 @@ fn broken_matrices_and_arrays_are_told() {
     assert!(with_header("<f8", ">f8").is_err(), "numbers turned round are no rotation");
     let mut nan = good.clone();
     nan[128 + 56..128 + 64].copy_from_slice(&f64::NAN.to_le_bytes());
-    assert!(read(&nan).unwrap_err().to_string().contains("Row 1: Column 1 is NaN"));
+    assert!(read(&nan).unwrap_err().to_string().contains("Row 1: Column 1 is \"nan\""));
 }
 
 #[test]

@@ -177,6 +177,9 @@ async function openContainer(name, source) {
     if (fault !== null) container.notes.push(lost(name, `${fault}; what was packed before that is used`));
     return container;
   }
+  if (String.fromCharCode(...head.subarray(0, 10)) === '#ROSRECORD') {
+    throw fileError(name, 'This is a bag of a ROS before 1.0', 'Migrate it: rosbag fix FILE new.bag');
+  }
   throw fileError(
     name,
     'This is not a bag: neither a bag of ROS 1 nor an SQLite or MCAP file, as ROS 2 writes them',

@@ -12,7 +12,7 @@ import { startPreparers } from './preparers.js';
 import { isFolder, writeResults } from './disk.js';
 import { accepted, create, mapFile, reportFile } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
-import { frameTable, headline } from './spatial_summary.js';
+import { assumptionNotes, frameTable, headline } from './spatial_summary.js';
 import { note, progressLine } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
@@ -57,6 +57,7 @@ export async function reconstructSpatial(task) {
     if (reference && !isCompared && text.startsWith(reference.name)) complain(text);
     else note(text);
   }
+  for (const text of assumptionNotes(result)) note(text);
   const { sizes, milliseconds, positions } = await writeMap(reconstruction, options, complain);
   await writeResults(options.out, reportFile(result, positions, task));
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);

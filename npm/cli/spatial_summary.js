@@ -45,15 +45,20 @@ export function frameTable({ frames, comparison }, { frames: milliseconds }) {
  */
 export function headline(result, timing, sizes, numRecorded) {
   const { frames, comparison, suggestion, camera, depth_scale, quantisation } = result;
+  const assumed = new Set(result.assumptions.map(({ setting }) => setting));
   const lines = [timeLine(frames.length, timing, numRecorded), statusLine(frames)];
   if (camera) {
     const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
-    lines.push(`Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}`);
+    lines.push(
+      `Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}${assumed.has('fx') ? ' (assumed)' : ''}`,
+    );
   }
   if (depth_scale) {
     const made =
       quantisation === 'truncated' ? ', truncated to whole values' : quantisation === 'rounded' ? ', rounded' : '';
-    lines.push(`Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${made}`);
+    lines.push(
+      `Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${assumed.has('depth_scale') ? ' (assumed)' : ''}${made}`,
+    );
   }
   const map = sizes.map(({ voxel_size, num_points, num_bytes }) => {
     return `${(100 * voxel_size).toFixed(0)} cm: ${num_points} points, ${(num_bytes / 1e6).toFixed(1)} MB`;
@@ -70,6 +75,25 @@ export function headline(result, timing, sizes, numRecorded) {
     if (suggestion) lines.push(`  ${suggestion.text}${optionFor(suggestion)}`);
   }
   return lines.map((line) => `${line}\n`).join('');
+}
+
+/**
+ * What was assumed of depth images because no file and no setting says it, in a sentence each; what a note of the engine says
+ * is left out.
+ * @param {SpatialResult} result
+ * @returns {string[]}
+ */
+export function assumptionNotes({ assumptions, notes }) {
+  const isSaid = notes.some((text) => text.includes('raw values a metre'));
+  return assumptions.flatMap(({ setting, value, why }) => {
+    const number = Number(value.toPrecision(6));
+    if (setting === 'depth_scale') {
+      const remedy = 'If the map has the wrong size, give the right number: --set depth_scale=NUMBER.';
+      return isSaid ? [] : [`No file says how many raw values a metre has: ${number} is assumed, ${why}. ${remedy}`];
+    }
+    const remedy = 'If the map is bent, give the camera: --intrinsics FILE (fx fy cx cy), or --set fx=PIXELS.';
+    return [`No file says what the camera is like: a focal length of ${number} pixels is assumed, ${why}. ${remedy}`];
+  });
 }
 
 /** @param {import('../index.js').Suggestion} suggestion */

@@ -5,7 +5,7 @@
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
-import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
+import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy, hintOf } from '../recording/names.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
@@ -42,7 +42,7 @@ export async function convertFiles(given, wrap) {
   const files = await withUtf8(given, wrap);
   const pointTables = await findPointTables(files);
   const textClouds = new Set(files.filter(({ path, size }) => isTextCloud(path, size, files)));
-  const scanTexts = files.filter(({ path }) => SCAN_TEXTS.test(path));
+  const scanTexts = files.filter(({ path }) => SCAN_TEXTS.test(path) || SCAN_TABLES.test(path));
   // Poses and cameras, a file a frame, are no scans.
   const mayBeScans = new Set(scanTexts.length <= MAX_SCAN_TEXTS ? scanTexts : []);
   const hasArrays = files.some(({ path }) => /\.npy$/i.test(path));
@@ -134,6 +134,7 @@ async function convert(file, notes, alike = () => 1) {
   if (ending === 'mat') return matFile(file);
   if (ending === 'npy') return (await import('./numpy.js')).npyContents(file, alike);
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
+  if (ending === 'pcd') return pcdFile(file);
   if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
   return file;
 }
@@ -195,7 +196,8 @@ async function unpacked(file, inner, notes) {
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function kittiFile(file, notes) {
-  if ((await file.readHead(1))[0] === STX) return scanText(file, notes);
+  const { isLdrobot } = await import('./ldrobot.js');
+  if ((await file.readHead(1))[0] === STX || isLdrobot(await file.readHead(HEAD_BYTES))) return scanText(file, notes);
   const { kittiCloud } = await import('./kitti.js');
   if (!kittiCloud(await file.readHead(HEAD_BYTES), file.size)) return file;
   const make = (/** @type {Uint8Array} */ bytes) => kittiCloud(bytes, file.size) ?? new Uint8Array();
@@ -230,6 +232,13 @@ async function matFile(file) {
   };
   const { length } = await make();
   return madeOf(file, make, { size: length });
+}
+
+/** A planar scan as PLY; other clouds the engine reads itself. @param {Content} file @returns {Promise<Content>} */
+async function pcdFile(file) {
+  const { isPlanarPcd, plyOfPcd } = await import('./planar_pcd.js');
+  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  return isPlanarPcd(head) ? madeOf(file, async () => plyOfPcd(await file.read())) : file;
 }
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
@@ -278,17 +287,21 @@ async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   const isBinary = head.includes(0);
   // Lines of numbers may be a table, but not where words say which program wrote them.
-  if (isBinary ? head[0] !== STX : isLaserLog(head) && !isTable(head)) return file;
-  const [{ fromSick, scanReader }, { isSickBinary }] = await Promise.all([
+  if (!isBinary && isLaserLog(head) && !isTable(head)) return file;
+  const [{ fromLdrobot, fromSick, scanReader, tableScanReader }, { isSickBinary }, { isLdrobot }] = await Promise.all([
     import('./scan_messages.js'),
     import('./sick.js'),
+    import('./ldrobot.js'),
   ]);
   const decode = (/** @type {Uint8Array} */ bytes) => new TextDecoder().decode(bytes);
-  const reader = isBinary ? null : scanReader(decode(head), TRAJECTORY_WORDS.test(baseOf(file.path)));
-  if (!reader && !isSickBinary(head)) return file;
+  const readerOf = (/** @type {string} */ text) =>
+    SCAN_TABLES.test(file.path) ? tableScanReader(text) : scanReader(text, TRAJECTORY_WORDS.test(baseOf(file.path)));
+  const reader = isBinary ? null : readerOf(decode(head));
+  const fromBytes = isSickBinary(head) ? fromSick : isLdrobot(head) ? fromLdrobot : null;
+  if (!reader && !fromBytes) return file;
   const make = async (/** @type {import('./scan_checks.js').Tell} */ tell = () => undefined) => {
     const bytes = await file.read();
-    const text = reader ? reader(decode(bytes), file.path, tell) : fromSick(bytes, file.path, tell);
+    const text = reader ? reader(decode(bytes), file.path, tell) : (fromBytes?.(bytes, file.path, tell) ?? '');
     return new TextEncoder().encode(text);
   };
   const { length } = await make((reason, isLoss = false) => {
@@ -310,14 +323,16 @@ async function findPointTables(files) {
   const isOther = ({ path = '' }) => isCloudName(path) || isImageName(path) || isBagName(path) || FOREIGN.test(path);
   const named = files.filter(({ path }) => POINT_TABLES.test(path) && !TRAJECTORY_WORDS.test(baseOf(path)));
   if (named.length === 0 || files.some(isOther)) return tables;
-  const [{ isLaserTable, looksLikePoints, numberRows }, { polarTable }] = await Promise.all([
+  const [{ isLaserTable, looksLikePoints, numberRows }, { polarTable }, { isNumberedPoints }] = await Promise.all([
     import('./text_cloud.js'),
     import('./polar.js'),
+    import('./point_scans.js'),
   ]);
   let isOfLaser = false;
   for (const file of files) {
     const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
-    const columns = named.includes(file) ? looksLikePoints(head) : null;
+    const isNumbered = isNumberedPoints(new TextDecoder().decode(head));
+    const columns = named.includes(file) && !isNumbered ? looksLikePoints(head) : null;
     const isTold = columns !== null && isLaserTable(head);
     if (!isTold && isLaserLog(head)) return new Map();
     const polar = columns?.length === 2 && file.size <= MAX_KEPT ? polarTable(numberRows(await file.read())) : null;

@@ -31,7 +31,9 @@ export function polarTable(rows) {
   const [angles = [], ranges = []] = found.map((index) => column(rows, index));
   const angle = inDegrees(angles) ? 'deg' : 'rad';
   const lines = withoutJump(angles).map((bearing, at) => `${bearing},${ranges[at]}\n`);
-  return new TextEncoder().encode(`# table: range=2,angle=1:${angle}\nangle,range\n${lines.join('')}`);
+  return new TextEncoder().encode(
+    `# table: range=2,angle=1:${angle}\nangle,range\n${lines.join('')}# direction: unknown\n`,
+  );
 }
 
 /** @param {readonly number[]} angles @param {readonly number[]} ranges */

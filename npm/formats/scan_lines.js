@@ -6,6 +6,8 @@
  * rn`); the output of `ultra_simple` in the SDK of RPLIDARs (`S  theta: 0.00 Dist: 1200.00 Q: 47`, degrees clockwise, mm).
  */
 
+import { scanOfPoints } from './point_scans.js';
+
 /** @typedef {import('./scan_messages.js').Scan} Scan */
 
 const DEGREE = Math.PI / 180;
@@ -94,4 +96,93 @@ export function fromRplidar(text) {
     scans.at(-1)?.ranges.push(Number(distance) > 0 ? 1e-3 * Number(distance) : null);
   }
   return scans.filter(({ ranges }) => ranges.length > 1);
+}
+
+/** What the listeners of RPLIDARs' and YDLIDARs' ROS packages print, with whatever stands before it: degrees and metres. */
+const LISTENER =
+  /(?:angle-distance\s*:|\]:\s*:|^\s*:)\s*\[\s*(-?[\d.]+),\s*(-?[\d.]+|inf|nan)\s*(?:,\s*\d+\s*)?\]\s*$/i;
+const LISTENS = /I heard a laser scan .*\[\d+\]/;
+
+/** @param {string} head */
+export function isListener(head) {
+  return LISTENS.test(head) && head.split(/\r?\n/).some((line) => LISTENER.test(line));
+}
+
+/** A scan begins where it is announced. @param {string} text @returns {Scan[]} */
+export function fromListener(text) {
+  /** @type {(Scan & { angles: number[] })[]} */
+  const scans = [];
+  for (const line of text.split(/\r?\n/)) {
+    if (LISTENS.test(line)) scans.push({ ranges: [], angles: [] });
+    const [, angle, range] = LISTENER.exec(line) ?? [];
+    if (angle === undefined) continue;
+    scans.at(-1)?.angles.push(DEGREE * Number(angle));
+    scans.at(-1)?.ranges.push(Number(range) > 0 ? Number(range) : null);
+  }
+  return scans.filter(({ ranges }) => ranges.length > 1);
+}
+
+const NEATO_HEAD = /^AngleInDegrees\s*,\s*DistInMM\s*,\s*Intensity\s*,\s*ErrorCodeHEX/im;
+
+/** What a vacuum cleaner of Neato answers to GetLDSScan. @param {string} head */
+export function isNeato(head) {
+  return NEATO_HEAD.test(head);
+}
+
+/** Degrees counter-clockwise, mm; what has an error code is none. @param {string} text @returns {Scan[]} */
+export function fromNeato(text) {
+  /** @type {(Scan & { angles: number[] })[]} */
+  const scans = [];
+  for (const line of text.split(/\r?\n/)) {
+    if (NEATO_HEAD.test(line)) scans.push({ ranges: [], angles: [] });
+    const [, angle, distance, code] = /^\s*(\d{1,3})\s*,\s*(\d+)\s*,\s*\d+\s*,\s*([0-9a-f]+)\s*$/i.exec(line) ?? [];
+    if (angle === undefined) continue;
+    scans.at(-1)?.angles.push(DEGREE * Number(angle));
+    scans
+      .at(-1)
+      ?.ranges.push(Number.parseInt(code ?? '', 16) === 0 && Number(distance) > 0 ? 1e-3 * Number(distance) : null);
+  }
+  return scans.filter(({ ranges }) => ranges.length > 1);
+}
+
+/** Logs of MobileRobots' ARIA and ARNL: mm and degrees. @param {string} head */
+export function isAria(head) {
+  return /^LaserOdometryLog\s*$/m.test(head);
+}
+
+/**
+ * `sick1conf: first last count` tells the angles, `robot: x y heading` the odometry, `sick1:` the ranges; the second form of it has
+ * the returns as `scan1: x y x y ...`, in the robot's frame.
+ * @param {string} text @returns {Scan[]}
+ */
+export function fromAria(text) {
+  /** @type {Scan[]} */
+  const scans = [];
+  /** @type {{ odometry?: number[], time?: number }} */
+  let known = {};
+  let [start, view] = [-Math.PI / 2, Math.PI];
+  for (const line of text.split(/\r?\n/)) {
+    const [, word = '', rest = ''] = /^(\w+):\s*(.*)$/.exec(line) ?? [];
+    const values = rest.trim().split(/\s+/).map(Number);
+    const [first = 0, second = 0, third = 0] = values;
+    if (/^(sick|laser)1?conf$/i.test(word) && second > first)
+      [start, view] = [DEGREE * first, DEGREE * (second - first)];
+    if (word === 'time' && Number.isFinite(first)) known = { ...known, time: first };
+    if (word === 'robot') known = { ...known, odometry: [1e-3 * first, 1e-3 * second, DEGREE * third] };
+    if (/^(sick|laser)1?$/i.test(word) && values.length > 2) {
+      scans.push({
+        ranges: values.map((range) => (range > 0 ? 1e-3 * range : null)),
+        start,
+        step: view / (values.length - 1),
+        ...known,
+      });
+    }
+    if (word === 'scan1' && values.length > 4) {
+      const points = Array.from({ length: values.length >> 1 }, (_, at) => {
+        return /** @type {[number, number]} */ ([1e-3 * (values[2 * at] ?? 0), 1e-3 * (values[2 * at + 1] ?? 0)]);
+      });
+      scans.push({ ...scanOfPoints(points), ...known });
+    }
+  }
+  return scans;
 }

@@ -19,7 +19,18 @@ import { fileError } from '../errors.js';
 import { angleDistanceReader } from './angle_distance.js';
 import { lookUp } from '../look_up.js';
 import { checkedScans, given } from './scan_checks.js';
-import { fromDpSlam, fromPlayer, fromRplidar, isDpSlam, isPlayer, isRplidar } from './scan_lines.js';
+import { bytesOfHex, isLdrobot, readLdrobot } from './ldrobot.js';
+import {
+  isNumberedPoints,
+  isPointJson,
+  kindOfLines,
+  pointsOfList,
+  readLines,
+  readNumberedPoints,
+  scanOfPoints,
+} from './point_scans.js';
+import * as lines from './scan_lines.js';
+import { isScip, readScip } from './scip.js';
 import { readSickBinary, readSickText } from './sick.js';
 
 /** @typedef {import('./scan_checks.js').Tell} Tell */
@@ -27,8 +38,8 @@ import { readSickBinary, readSickText } from './sick.js';
 /**
  * A scan: ranges (m; null where nothing came back), angles in rad.
  * @typedef {{ ranges: (number | null)[], start?: number, step?: number, end?: number, angles?: number[], time?: number,
- *   nearest?: number, farthest?: number, odometry?: number[] }} Scan end: the angle of the last reading, where it is told; odometry: x, y
- *   (m) and heading (rad) by the wheels
+ *   nearest?: number, farthest?: number, odometry?: number[], mayBeMirrored?: boolean }} Scan end: the angle of the last reading, where it is told; odometry: x, y
+ *   (m) and heading (rad) by the wheels; mayBeMirrored: whether nothing tells which way the laser turns
  */
 
 const DEGREE = Math.PI / 180;
@@ -51,15 +62,38 @@ const FIRST_RANGE_OF_URG = 20;
 const KINDS = [
   { is: (head) => /\bLMDscandata /.test(head), read: fromSick },
   { is: (head) => /^\[startStep\]/m.test(head) && /^\[(scan|endStep)\]/m.test(head), read: fromUrgBenri },
+  { is: isScip, read: fromScip },
   { is: isRepr, read: fromRepr },
   { is: isJson, read: fromJson },
   { is: isTuples, read: fromTuples },
   { is: (head) => ARRAYS.test(head), read: fromArrays },
   { is: isEcho, read: fromEcho },
-  { is: isPlayer, read: (text, name, tell) => written(fromPlayer(text), name, tell) },
-  { is: isDpSlam, read: (text, name, tell) => written(fromDpSlam(text), name, tell) },
-  { is: isRplidar, read: (text, name, tell) => written(fromRplidar(text), name, tell) },
+  { is: lines.isPlayer, read: (text, name, tell) => written(lines.fromPlayer(text), name, tell) },
+  { is: lines.isDpSlam, read: (text, name, tell) => written(lines.fromDpSlam(text), name, tell) },
+  { is: lines.isRplidar, read: (text, name, tell) => written(lines.fromRplidar(text), name, tell) },
+  { is: lines.isListener, read: (text, name, tell) => written(lines.fromListener(text), name, tell) },
+  { is: lines.isAria, read: (text, name, tell) => written(lines.fromAria(text), name, tell) },
 ];
+
+/** Those that lie in tables as well: what has another reader by its columns is none of them. @type {typeof KINDS} */
+const TABLE_KINDS = [
+  { is: lines.isNeato, read: (text, name, tell) => written(lines.fromNeato(text), name, tell) },
+  { is: isNumberedPoints, read: (text, name, tell) => whole(readNumberedPoints(text), 'lines', name, tell) },
+  {
+    is: (head) => isLdrobot(bytesOfHex(head) ?? new Uint8Array()),
+    read: (text, name, tell) => fromLdrobot(bytesOfHex(text) ?? new Uint8Array(), name, tell),
+  },
+  { is: (head) => kindOfLines(head) !== null, read: (text, name, tell) => whole(readLines(text), 'lines', name, tell) },
+];
+
+/**
+ * What reads a table that begins like this and whose columns are no ranges; null where it is none of these.
+ * @param {string} head
+ * @returns {Reader | null}
+ */
+export function tableScanReader(head) {
+  return TABLE_KINDS.find(({ is }) => is(head))?.read ?? null;
+}
 
 /**
  * What reads a text that begins like this; null where it is none of these.
@@ -68,7 +102,7 @@ const KINDS = [
  * @returns {Reader | null}
  */
 export function scanReader(head, isPath = false) {
-  const reader = KINDS.find(({ is }) => is(head))?.read ?? angleDistanceReader(head);
+  const reader = KINDS.find(({ is }) => is(head))?.read ?? tableScanReader(head) ?? angleDistanceReader(head);
   return reader ?? (!isPath && /^\s*[[{]/.test(head) && LISTS.test(head) ? fromJson : null);
 }
 
@@ -81,7 +115,12 @@ function isEcho(head) {
 function isJson(head) {
   if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
   const has = (/** @type {string} */ names) => new RegExp(`["'](${names})["']\\s*:\\s*-?[\\d.[]`, 'i').test(head);
-  return has('ranges') || has('angle_min') || (has('angle|theta|bearing') && has('range|dist|distance|r'));
+  return (
+    isPointJson(head) ||
+    has('ranges') ||
+    has('angle_min') ||
+    (has('angle|theta|bearing') && has('range|dist|distance|r'))
+  );
 }
 
 /** The field of a message alone: `ros2 topic echo --field ranges`. @param {string} text @param {string} name @param {Tell} tell */
@@ -256,7 +295,8 @@ function documentsOf(text, name, tell) {
 function collect(value, around, depth, scans) {
   if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
   if (Array.isArray(value)) {
-    const readings = readingsOf(value);
+    const points = pointsOfList(value);
+    const readings = points ? scanOfPoints(points) : readingsOf(value);
     if (readings) scans.push({ ...scanOf((key) => around[key], []), ...readings });
     else value.forEach((item) => collect(item, around, depth + 1, scans));
     return;
@@ -301,7 +341,7 @@ function flat(object) {
   return Object.assign(Object.fromEntries(plain), ...below);
 }
 
-/** A list of objects with an angle and a distance each. @param {readonly unknown[]} list @returns {Pick<Scan, 'ranges' | 'angles'> | null} */
+/** A list of objects with an angle and a distance each. @param {readonly unknown[]} list @returns {Pick<Scan, 'ranges' | 'angles' | 'mayBeMirrored'> | null} */
 function readingsOf(list) {
   const [first] = list;
   if (list.length < 2 || typeof first !== 'object' || first === null || Array.isArray(first)) return null;
@@ -311,7 +351,10 @@ function readingsOf(list) {
   if (angle === undefined || distance === undefined) return null;
   const values = (/** @type {string} */ key) =>
     list.map((item) => numberOf(/** @type {Record<string, unknown>} */ (item ?? {})[key]));
-  return { angles: radians(values(angle)), ranges: metres(values(distance)) };
+  const angles = radians(values(angle));
+  // From 0 to beyond half a turn, as both lasers count that turn clockwise and others.
+  const isOpen = angles.every((value) => !(value < 0)) && angles.some((value) => value > Math.PI);
+  return { angles, ranges: metres(values(distance)), ...(isOpen && { mayBeMirrored: true }) };
 }
 
 /** Angles beyond a turn of radians are degrees. @param {readonly number[]} angles */
@@ -341,6 +384,24 @@ function fromTuples(text, name, tell) {
 export function fromSick(telegrams, name, tell) {
   const { scans, numBroken } = typeof telegrams === 'string' ? readSickText(telegrams) : readSickBinary(telegrams);
   if (numBroken > 0) tell(`${numBroken} of its telegrams are cut off or damaged`, true);
+  return written(scans, name, tell);
+}
+
+/** Answers of Hokuyo's lasers. @param {string} text @param {string} name @param {Tell} tell */
+function fromScip(text, name, tell) {
+  return whole(readScip(text), 'answers', name, tell);
+}
+
+/** Packets of LDROBOT's lasers. @param {Uint8Array} bytes @param {string} name @param {Tell} tell */
+export function fromLdrobot(bytes, name, tell) {
+  return whole(readLdrobot(bytes), 'packets', name, tell);
+}
+
+/**
+ * @param {{ scans: Scan[], numBroken: number }} found @param {string} parts what may be broken @param {string} name @param {Tell} tell
+ */
+function whole({ scans, numBroken }, parts, name, tell) {
+  if (numBroken > 0) tell(`${numBroken} of its ${parts} are cut off or damaged`, true);
   return written(scans, name, tell);
 }
 
@@ -376,6 +437,11 @@ function written(found, name, tell) {
     throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
   }
   const scans = checkedScans(found, name, tell);
+  if (scans.some(({ mayBeMirrored }) => mayBeMirrored)) {
+    tell(
+      'its angles are taken to grow counter-clockwise; of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT do, the map is mirrored: write the angles from -180 to 180 degrees, counter-clockwise',
+    );
+  }
   const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
   if (!hasAngles && scans.some(({ start }) => start !== undefined)) {
     throw fileError(name, 'Its readings have all the same angle', 'Give angle_min, angle_max and angle_increment');
@@ -384,13 +450,14 @@ function written(found, name, tell) {
 }
 
 /** @param {Scan} scan */
-function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest, odometry }) {
+function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest, odometry, mayBeMirrored }) {
   const whole = {
     readings: ranges.map((range) => (range !== null && farthest !== undefined && range > farthest ? null : range)),
     ...(angles ? { theta: angles } : { min_theta: start, max_theta: start + step * (ranges.length - 1) }),
     ...given('min_range', nearest),
     ...given('timestamp', time),
     ...(odometry ? { odometry } : {}),
+    ...(mayBeMirrored && { may_be_mirrored: true }),
   };
   return `${JSON.stringify(whole)}\n`;
 }

@@ -89,7 +89,7 @@ function ofNumbers(numbers) {
   }
   // TUM's tools: the parameters, then five coefficients of the distortion.
   if (numbers.length === 4 || numbers.length === 9) {
-    return isFocal(a) && isFocal(b) ? [{ ...camera('', numbers), distortion: numbers.slice(4) }] : [];
+    return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
   }
   return [];
 }
@@ -102,6 +102,17 @@ function isCentre([x = 0, y = 0], [width = 0, height = 0]) {
 /** @param {number} value pixels */
 function isFocal(value) {
   return value > 10 && value < 1e5;
+}
+
+/**
+ * fx fy cx cy of four numbers that stand as fx cx fy cy, as OpenLORIS has them: focal lengths agree within a few percent, and the
+ * principal point is none of them.
+ * @param {number[]} numbers
+ */
+function inOrder(numbers) {
+  const [a = 0, b = 0, c = 0, d = 0] = numbers;
+  const areAlike = (/** @type {number} */ one, /** @type {number} */ other) => Math.abs(one - other) < 0.02 * one;
+  return areAlike(a, c) && !areAlike(a, b) ? [a, c, b, d] : numbers;
 }
 
 /** @param {string} label @param {number[]} parameters @returns {Camera} */
@@ -191,7 +202,8 @@ function ofFields(all, label) {
   for (const { name, key, value } of found.length > 0 ? [] : all) {
     const numbers = numbersOf(value);
     const parameters =
-      numbers && (ofMatrix(numbers) ?? (/intrinsic|projection/.test(key) && numbers.length === 4 ? numbers : null));
+      numbers &&
+      (ofMatrix(numbers) ?? (/intrinsic|projection/.test(key) && numbers.length === 4 ? inOrder(numbers) : null));
     if (parameters && isFocal(parameters[0] ?? 0)) add(name, parameters, ['', '']);
     if (key === 'modelparameters' && numbers && !label.includes('PV0')) found.push(...ofAzureKinect(numbers, label));
   }

@@ -1,6 +1,6 @@
 // @ts-check
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
-import { brokenImage, isPointer } from './heads.js';
+import { brokenImage, isPly, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
 import { isLaserLog, isOdometryName } from './laser_logs.js';
 import { adviceFor, isGraph } from './other_formats.js';
@@ -27,6 +27,9 @@ export function isSystemFile(path) {
   return path.split('/').some((part) => SYSTEM_FILES.test(part) && part !== '.' && part !== '..');
 }
 
+/** Images, and the text of programs and pages, in which numbers may stand as in a table. */
+const NO_LOGS = /\.(depth|[cm]?[jt]sx?|py|cpp|cc|c|h|hpp|rs|java|sh|css|html?|md)$/i;
+
 /**
  * The part a file plays among planar scans.
  * @param {string} path
@@ -40,11 +43,10 @@ export function classify(path, beginning, isTable = false) {
   if (isPointer(head))
     return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
-  if (/\.ply$/i.test(base) || startsAsPly(head)) return { role: 'scan', is_log: false };
+  if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', is_log: false };
   if (isGraph(head)) return { role: 'ignored', reason: adviceFor(base, head) };
-  const isImage = /\.depth$/i.test(base);
   if (
-    (!isImage && isLaserLog(head)) ||
+    (!NO_LOGS.test(base) && isLaserLog(head)) ||
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
     return { role: 'scan', is_log: true };
@@ -71,11 +73,6 @@ export function classify(path, beginning, isTable = false) {
   }
   if (/\.zip$/i.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
   return { role: 'ignored', reason: 'not a PLY scan and not a trajectory (.tum or .txt)' };
-}
-
-/** @param {Uint8Array} head */
-function startsAsPly(head) {
-  return /^ply\s/.test(new TextDecoder('latin1').decode(head.subarray(0, 4)));
 }
 
 /**

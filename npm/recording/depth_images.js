@@ -25,6 +25,11 @@ const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt|depth)$/i;
 const RAW_KINECT = /(^|\/)d-\d+\.\d+-\d+\.pgm$/i;
 const RAW_REASON =
   "not used: a Kinect's raw values (NYU), not distances; convert them with the data set's toolbox (get_synched_frames, project_depth_map), or by 351.3 / (1092.5 - value) metres with the bytes of each value swapped, and save PNG of 16 bits in mm";
+/** Distances along the ray of each pixel, as simulators write them beside the depth: Isaac Sim, AirSim's type 2, Unreal. */
+const RADIAL =
+  /(distance_to_camera|euclidean_?(depth|distance)|depth_?perspective|radial_?depth|(^|\/)img_\w*_2_\d+\.pfm$)/i;
+const RADIAL_REASON =
+  "not used: distances along each pixel's ray, not along the optical axis; give the depth (Isaac Sim: distance_to_image_plane; AirSim: DepthPlanar), or divide each by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)";
 /** So many files of a series are looked into: one may be broken. */
 const LOOKED_INTO = 3;
 const REMEDY =
@@ -43,7 +48,10 @@ export async function findDepthRecordings(files, peek) {
   const broken = [];
   const isRaw = (/** @type {ListedFile} */ { path }) => RAW_KINECT.test(path);
   for (const series of seriesOf(files.filter(isRaw))) broken.push({ file: nameOf(series), reason: RAW_REASON });
-  for (const series of seriesOf(files.filter((file) => isImageName(file.path) && !isRaw(file)))) {
+  const isRadial = (/** @type {ListedFile} */ { path }) => isImageName(path) && RADIAL.test(path);
+  for (const series of seriesOf(files.filter(isRadial))) broken.push({ file: nameOf(series), reason: RADIAL_REASON });
+  const isSeen = (/** @type {ListedFile} */ file) => isImageName(file.path) && !isRaw(file) && !isRadial(file);
+  for (const series of seriesOf(files.filter(isSeen))) {
     const { facts, fault } = await lookInto(series, peek);
     if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
     else if (fault) broken.push({ file: nameOf(series), reason: `not used: ${fault}` });

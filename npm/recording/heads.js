@@ -212,6 +212,11 @@ function binaryColumn(body, properties, column, count, littleEndian) {
   return Array.from({ length: rows }, (_, row) => view[read](row * stride + offset, littleEndian));
 }
 
+/** @param {Uint8Array} head */
+export function isPly(head) {
+  return /^ply\s/.test(latin1(head.subarray(0, 4)));
+}
+
 /**
  * Shape of a NumPy array, from its header.
  * @param {Uint8Array} head

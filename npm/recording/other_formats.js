@@ -59,6 +59,10 @@ const ADVICE = [
     /\.3d$/i,
     "a scan of 3DTK (cm; x right, y up, z ahead); write it as x y z in metres: awk '{print $3/100, -$1/100, $2/100}' FILE > scan.xyz",
   ],
+  [
+    /(^|\/)rgbd\/\d+\.(depth|conf)$/i,
+    'the depth of a recording of Record3D, packed by LZFSE; export it in the app as a sequence of PLY files, which are read',
+  ],
   [/\.depth$/i, 'a depth image in a form of its own; save it as PNG of 16 bits in mm, or as numpy.save(...)'],
   [
     /\.sens$/i,
@@ -75,6 +79,15 @@ const ADVICE = [
     'a log for a viewer, which is not read; give what it was logged from, or export the points as PLY',
   ],
   [/\.(ipynb|m|py|cpp|hpp|launch|sdf|urdf|xacro|world|rviz)$/i, 'a program or a description, and no recording'],
+  [
+    /(\.lcm$|(^|\/)lcmlog-[\w.-]*$)/i,
+    'a log of LCM, which is not read; play it (lcm-logplayer FILE) and write each scan as a line of numbers: time r1 r2 ...',
+  ],
+  [/\.tfrecords?$/i, 'records of TensorFlow, which are not read; save the clouds: numpy.save(f"{frame}.npy", points)'],
+  [
+    /\.(nmea|ubx|gpx|rinex)$/i,
+    'positions of a satellite receiver, without scans; give the recording of the laser or the camera',
+  ],
   [/\.bag\.active$/i, 'a bag that its recorder did not close; repair it: rosbag reindex FILE'],
   [
     /\.mkv$/i,
@@ -97,6 +110,37 @@ const ADVICE = [
   [/\.(mp4|avi|mov|webm)$/i, 'a film; depth is needed, as images of 16 bits: PNG, or a ROS bag'],
 ];
 
+/** So much of a file is looked into for it (bytes). */
+const LOOKED_INTO = 4096;
+/** By what a file begins with or holds at its beginning. @type {readonly [RegExp, string][]} */
+const BY_CONTENTS = [
+  [
+    /^SQLite format 3\0[^]*CREATE TABLE Node/,
+    'a database of RTAB-Map, which is not read; export its images: rtabmap-export --images --poses --output out FILE',
+  ],
+  [/^SQLite format 3\0/, 'a database of SQLite that is no bag of ROS 2; a bag is called .db3'],
+  [
+    /^\s*image:\s*\S+[^]*\b(occupied_thresh|resolution):/,
+    'describes a map that is finished, which holds no scans; give what it was made of: ros2 bag record /scan /odom',
+  ],
+  [
+    /^(rosbag2_bagfile_information):/,
+    'describes a bag of ROS 2 that is not here; give the whole folder, with its .db3 or .mcap',
+  ],
+  [
+    /^\xed\xa1\xda\x01/,
+    'a log of LCM, which is not read; play it (lcm-logplayer FILE) and write each scan as a line of numbers: time r1 r2 ...',
+  ],
+  [
+    /^\$G[PNLAB][A-Z]{3},/m,
+    'sentences of a satellite receiver, without scans; give the recording of the laser or the camera',
+  ],
+  [
+    /^[^\n]*\b(acc(el)?(eration)?_?x|a_?x|gyro_?x|linear_acceleration\.x)\b/i,
+    'readings of an inertial sensor, without scans; give the recording of the laser or the camera',
+  ],
+];
+
 /** How lines of graphs of poses begin, whatever the file is called. */
 const RELATIONS = /^(EDGE(2|3|_SE2|_SE3:QUAT)|VERTEX_SE[23]\S*)\s/;
 /** What a Git LFS pointer begins with. */
@@ -112,9 +156,20 @@ export function adviceFor(path, head = null) {
   if (head && new TextDecoder('latin1').decode(head.subarray(0, LFS_POINTER.length)) === LFS_POINTER) {
     return 'a pointer of Git LFS in place of the file; fetch the file: git lfs pull';
   }
-  const known = ADVICE.find(([name]) => name.test(path))?.[1] ?? null;
+  const known = adviceByContents(head) ?? ADVICE.find(([name]) => name.test(path))?.[1] ?? null;
   const isOfGraph = known === null && head !== null && isGraph(head);
   return isOfGraph ? 'relations between poses, without scans; give the log or bag of the laser' : known;
+}
+
+/**
+ * The same where the beginning of a file tells; null where it does not.
+ * @param {Uint8Array | null} head
+ * @returns {string | null}
+ */
+export function adviceByContents(head) {
+  if (head === null || head.length === 0) return null;
+  const beginning = new TextDecoder('latin1').decode(head.subarray(0, LOOKED_INTO));
+  return BY_CONTENTS.find(([contents]) => contents.test(beginning))?.[1] ?? null;
 }
 
 /** Whether what is known of a text is a graph of poses alone. @param {Uint8Array} head */

@@ -71,8 +71,11 @@ function figures(result, { num_frames = 0 }) {
     rows.push(['Sharpness', millimetres(result.sharpness.mean_residual), 'mean distance between overlapping scans']);
   if ('camera' in result && result.camera) {
     const { width, height, fx } = result.camera;
-    const scale = result.depth_scale === null ? '' : `, ${Number(result.depth_scale.toPrecision(6))} values per metre`;
-    rows.push(['Camera', `${width} x ${height}`, `focal length ${fx.toFixed(1)} pixels${scale}`]);
+    const mark = (/** @type {string} */ setting) =>
+      result.assumptions.some((assumption) => assumption.setting === setting) ? ' (assumed)' : '';
+    const perMetre = Number((result.depth_scale ?? 0).toPrecision(6));
+    const scale = result.depth_scale === null ? '' : `, ${perMetre} values per metre${mark('depth_scale')}`;
+    rows.push(['Camera', `${width} x ${height}`, `focal length ${fx.toFixed(1)} pixels${mark('fx')}${scale}`]);
   }
   if (comparison) {
     const { name, num_matched, aligned } = comparison;

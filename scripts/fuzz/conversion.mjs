@@ -28,6 +28,18 @@ const TEXTS = {
   'player.log': repeated(PLAYER),
   'dpslam.log': repeated(`Odometry 1 2 0.5\nLaser ${BEAMS} ${RANGES.join(' ')}\n`),
   'rplidar.txt': repeated(`S  theta: 0.10 Dist: 1200.00 Q: 47\n${RPLIDAR}`),
+  'listener.txt': repeated(
+    `[INFO]: I heard a laser scan laser[30]:\n${RANGES.map((range, at) => `[INFO]: : [${at}.5, ${range}]\n`).join('')}`,
+  ),
+  'neato.txt': repeated(
+    `GetLDSScan\nAngleInDegrees,DistInMM,Intensity,ErrorCodeHEX\n${RANGES.map((range, at) => `${at},${1000 * range},9,0\n`).join('')}ROTATION_SPEED,5.0\n`,
+  ),
+  'drive.2d': `LaserOdometryLog\nsick1conf: -90 90 30\n${repeated(`time: 1.5\nrobot: 10 20 30\nsick1: ${RANGES.map((range) => 1000 * range).join(' ')}\nscan1: 1 2 3 4 5 6\n`)}`,
+  'numbered.csv': `scan_id,x,y\n${RANGES.map((range) => `7,${range},${-range}\n`).join('')}`,
+  'pairs.txt': repeated(`${RANGES.map((range, at) => `${range - 3} ${at - 15}`).join(' ')}\n`),
+  'points.json': JSON.stringify([{ points: RANGES.map((range) => [range, -range]) }]),
+  'ld06.txt': '54 2c 10 0e 00 00 '.repeat(60),
+  'plane_0.pcd': `VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 30\nHEIGHT 1\nPOINTS 30\nDATA ascii\n${RANGES.map((range) => `${range} 1 0\n`).join('')}`,
   'polar.txt': RANGES.map((range, at) => `${3 * at},${range}\n`).join(''),
   'points.xyz': RANGES.map((range, at) => `${at} ${range} 1\n`).join(''),
   'scan.ptx': `2\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5\n2 2 3 0.5\n3 2 3 0.5\n4 2 3 0.5\n`,
@@ -50,12 +62,26 @@ function sickBinary() {
   return [...head, ...body, body.reduce((sum, byte) => sum ^ byte, 0)];
 }
 
+/** Logs of the tests, by a reader of another's. */
+const EXPECTED = JSON.parse(readFileSync(join(ROOT, 'tests', 'cli', 'laser_expectations.json'), 'utf8'));
+const LASERS = ['scip_gs', 'scip_gd', 'sick_binary'].map((name) => {
+  const bytes = new Uint8Array(Buffer.from(EXPECTED[name].file, 'base64'));
+  return /** @type {[string, Uint8Array]} */ ([`${name}.dat`, bytes]);
+});
+const PACKET = Uint8Array.from([
+  ...[0x54, 0x2c, 0x68, 0x08, 0xab, 0x7e, 0xe0, 0x00, 0xe4, 0xdc, 0x00, 0xe2, 0xd9, 0x00, 0xe5, 0xd5, 0x00, 0xe3, 0xd3],
+  ...[0x00, 0xe4, 0xd0, 0x00, 0xe9, 0xcd, 0x00, 0xe4, 0xca, 0x00, 0xe2, 0xc7, 0x00, 0xe9, 0xc5, 0x00, 0xe5, 0xc2, 0x00],
+  ...[0xe5, 0xc0, 0x00, 0xe5, 0xbe, 0x82, 0x3a, 0x1a, 0x50],
+]);
+
 /** @type {[name: string, bytes: Uint8Array][]} */
 const FILES = [
   ...Object.entries(TEXTS).map(
     ([name, text]) => /** @type {[string, Uint8Array]} */ ([name, new TextEncoder().encode(text)]),
   ),
+  ...LASERS,
   ['sick.bin', Uint8Array.from([...sickBinary(), ...sickBinary()])],
+  ['ld19.bin', Uint8Array.from([...PACKET, ...PACKET, ...PACKET])],
   ['scan.yaml.gz', gzipSync(new TextEncoder().encode(ECHO))],
   ['000000.bin', new Uint8Array(Float32Array.from(RANGES.slice(0, 28)).buffer)],
   ...['npy', 'mat'].flatMap((folder) => {

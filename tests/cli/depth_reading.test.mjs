@@ -56,6 +56,54 @@ test('the depth scale of a camera file is used, and nothing but what it leaves o
   );
 });
 
+test('what is assumed is said, in a note and where the figure stands', (t) => {
+  const { status, stdout, stderr } = reconstruct(
+    t,
+    depthFiles((depth) => greyPng(depth)),
+  );
+  assert.equal(status, 0, stderr);
+  assert.match(
+    stderr,
+    /^note: No file says how many raw values a metre has: 1000 is assumed, .*--set depth_scale=NUMBER\.$/m,
+  );
+  assert.match(
+    stderr,
+    /^note: No file says what the camera is like: a focal length of 96 pixels is assumed, .*--intrinsics FILE/m,
+  );
+  assert.match(stdout, /^Camera: .* \(assumed\)$/m);
+  assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed\)/m);
+});
+
+test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', (t) => {
+  const poses = WALK.map(([x, y, z, yaw], index) => {
+    const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+    const rows = [[c, 0, s, x], [0, 1, 0, y], [-s, 0, c, z], [0, 0, 0, 1]]; // prettier-ignore
+    const text = rows.map((row) => `${row.join(' ')}\n`).join('');
+    return [`pose/${index + 1}.txt`, index === 0 || index === 3 ? '-inf -inf -inf -inf\n'.repeat(4) : text];
+  });
+  const images = Object.entries(depthFiles((depth) => greyPng(depth))).filter(([path]) => path.startsWith('depth/'));
+  const { status, stderr, result } = reconstruct(t, Object.fromEntries([...images, ...poses]));
+  assert.equal(status, 0, stderr);
+  assert.match(
+    stderr,
+    /^note: 1\.txt to 6\.txt: 2 of its 6 poses have nan or inf in place of numbers \(first pose 0, counted from 0\)/m,
+  );
+  const { num_matched, errors, max } = result?.comparison ?? { num_matched: 0, errors: [], max: 9 };
+  assert.deepEqual([num_matched, errors.map((error) => error === null)], [4, [true, false, false, true, false, false]]);
+  assert.ok(max < 0.01, `${max}`);
+});
+
+test('colours of another size in every frame are one note', (t) => {
+  const small = colourPng(see([0, 0, 0, 0], 96, 96).colours, 96);
+  const colours = Object.fromEntries(WALK.map((_, index) => [`rgb/${index + 1}.png`, small]));
+  const { stderr } = reconstruct(t, { ...FILES, ...colours });
+  assert.equal(stderr.match(/its colours are left out/g)?.length, 1, stderr);
+  assert.match(
+    stderr,
+    /^note: depth\/1\.png: its colours are left out: .*rgb\/1\.png \(and 5 other frames\): The colour image has 96 x 96/m,
+  );
+});
+
 test('a wrong scale by hand: what would make it fit the ground truth is offered, and the estimate stays', (t) => {
   const files = depthFiles((depth) => greyPng(depth));
   const { stdout, result } = reconstruct(t, files, ['--set', 'depth_scale=200', '--set', 'max_range=50']);

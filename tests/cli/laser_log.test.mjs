@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { rangesAt } from './layout_room.mjs';
 import { readReport, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 /** A robot that drives 5 cm a scan ahead in a room with a niche, as CARMEN logs it. @param {number} numScans */
@@ -181,4 +182,30 @@ test('a bad line is told with its number', (t) => {
   const { status, stderr } = scanstitch(['reconstruct', join(folder, 'bad.log'), '--out', join(folder, 'out')]);
   assert.notEqual(status, 0);
   assert.match(stderr, /bad\.log, line 2: "x" in the place of readings is not a number/);
+});
+
+test('a log whose odometry is the mirror image of its scans: told, doubtful, and exit code 2', (t) => {
+  const folder = temporaryFolder(t);
+  const log = (/** @type {boolean} */ isClockwise) =>
+    Array.from({ length: 120 }, (_, scan) => {
+      // Stands still for a while now and then, which gives the clock away.
+      const at = 0.09 * (14 * Math.floor(scan / 20) + Math.min(scan % 20, 14));
+      const [x, y, heading] = [1.2 + 1.2 * Math.cos(at), 1.6 + 1.4 * Math.sin(at), at + 1.6 + 0.4 * Math.sin(5 * at)];
+      const along = Array.from({ length: 180 }, (_, beam) => ((beam - 90) * Math.PI) / 180);
+      const ranges = rangesAt([x, y, heading], along).map((range) => range.toFixed(3));
+      const beams = (isClockwise ? ranges.toReversed() : ranges).join(' ');
+      return `FLASER 180 ${beams} ${x} ${y} ${heading} ${x} ${y} ${heading} ${100 + scan / 2} h ${100 + scan / 2}\n`;
+    }).join('');
+  const run = (/** @type {boolean} */ isClockwise) => {
+    const [path = ''] = writeFiles(folder, { 'drive.log': log(isClockwise) });
+    return scanstitch(['reconstruct', path, '--out', folder]);
+  };
+  const right = run(false);
+  assert.equal(right.status, 0, right.stderr);
+  const { status, stderr } = run(true);
+  assert.equal(status, 2, stderr);
+  assert.match(stderr, /mirror image/);
+  // A complaint, not a note.
+  assert.match(stderr, /^(?!note: ).*mirror image.*turns clockwise/m);
+  assert.ok(readReport(folder).frames.every((/** @type {{ status: string }} */ frame) => frame.status !== 'good'));
 });

@@ -121,7 +121,7 @@ test('tables of two columns: bearings are even, the x of points is not', () => {
   // One turn that begins at 270 degrees is one scan.
   assert.deepEqual([turned?.[0], turned?.[2], turned?.[361]], ['# table: range=2,angle=1:deg', '270,1500', '629,1859']);
   const two = decode(polarTable([...rows, ...rows].map((at) => [at, 2])));
-  assert.deepEqual([two?.length, two?.[362]], [723, '0,2']);
+  assert.deepEqual([two?.length, two?.[362], two?.[722]], [724, '0,2', '# direction: unknown']);
   assert.equal(polarTable(rows.map((at) => [3 * Math.cos(at / 57), 3 * Math.sin(at / 57) + 4])), null);
   assert.equal(polarTable(rows.map((at) => [at / 100, at % 2 === 0 ? -1 : 1])), null);
 });

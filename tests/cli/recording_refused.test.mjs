@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { count, DEPTH16, JPEG, many, PALETTE, RGB, understandAll } from './recording_files.mjs';
+import { ROOM_FILES } from './support.mjs';
 
 test('8-bit colours given as depth: told, with the remedy', async () => {
   for (const [image, words] of /** @type {const} */ ([
@@ -81,4 +82,10 @@ test('a series of images none of which can be read is told, with its first fault
       reason: 'not used: 1.png: this PNG cannot be read: it is cut off at byte 20; copy or export it again',
     },
   ]);
+});
+
+test('the text of a program is no table, whatever numbers stand in it', async () => {
+  const table = `# angle range\n${Array.from({ length: 40 }, (_, at) => `${at} 1.${at}\n`).join('')}`;
+  const { scans } = await understandAll({ ...ROOM_FILES, 'reader.js': table, 'scan.txt': table });
+  assert.ok(scans.includes('scan.txt') && !scans.includes('reader.js'), scans.join());
 });

@@ -2,6 +2,7 @@
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { expect, test } from './scanstitch_page.js';
+import { bearings, LAST, PLACES, rangesAt } from '../cli/layout_room.mjs';
 import { stopAfter } from './stop.js';
 
 const FREIBURG = join(import.meta.dirname, '../../../shared/data/laser/fr079');
@@ -89,4 +90,35 @@ test('1464 scans of a building, stopped and resumed', async ({ app, page }, info
   expect(result.frames).toHaveLength(1464);
   expect(result.comparison?.mean).toBeLessThan(0.08);
   await info.attach('map', { body: await page.screenshot(), contentType: 'image/png' });
+});
+
+test('scans as other programs write them: points by their scan, planar PCD, a turn of a laser whose sense is open', async ({
+  app,
+}) => {
+  const along = bearings(360, 0, 1);
+  const points = PLACES.map((place) =>
+    rangesAt(place, along).map((range, beam) => [
+      range * Math.cos(along[beam] ?? 0),
+      range * Math.sin(along[beam] ?? 0),
+    ]),
+  );
+  const rows = points.flatMap((of, scan) => of.map(([x = 0, y = 0]) => `${scan},${x.toFixed(3)},${y.toFixed(3)}\n`));
+  const pcds = points.map((of, scan) => ({
+    name: `scan_${scan}.pcd`,
+    content: `VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 360\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 360\nDATA ascii\n${of.map(([x = 0, y = 0]) => `${x.toFixed(4)} ${y.toFixed(4)} 0\n`).join('')}`,
+  }));
+  const turns = PLACES.flatMap((place) =>
+    rangesAt(place, along).map((range, beam) => `${beam},${Math.round(1000 * range)},15\n`),
+  );
+  for (const [files, status] of [
+    [[{ name: 'points.csv', content: `scan_id,x,y\n${rows.join('')}` }], 'good'],
+    [pcds, 'good'],
+    [[{ name: 'lidar.csv', content: `angle,distance,quality\n${turns.join('')}` }], 'doubtful'],
+  ] as const) {
+    await app.drop([...files]);
+    const { frames } = (await app.stitched()).result;
+    expect(frames.map((frame) => frame.status)).toEqual(PLACES.map(() => status));
+    const { x = 0, y = 0 } = frames.at(-1)?.T_world_sensor ?? {};
+    expect(Math.hypot(x - LAST[0], y - LAST[1])).toBeLessThan(0.01);
+  }
 });

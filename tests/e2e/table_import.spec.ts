@@ -85,6 +85,27 @@ test('an angle and a distance a line, of a laser that turns clockwise', async ({
   expect(result.frames.every(({ status }) => status === 'good')).toBe(true);
 });
 
+test('inches and gon, as a surveyor has them', async ({ app, page }) => {
+  const rows = PLACES.flatMap((x) =>
+    ranges(x, 200, -Math.PI, Math.PI - Math.PI / 100).map(
+      (range, beam) => `${2 * beam - 200},${(range / 0.0254).toFixed(1)},7`,
+    ),
+  );
+  await app.drop([{ name: 'survey.csv', content: `${rows.join('\n')}\n` }]);
+  const dialog = page.getByRole('dialog');
+  await dialog.getByLabel('Range column').fill('2');
+  await dialog.getByLabel('Angle column').fill('1');
+  await dialog.getByLabel('Angles are').selectOption('gon');
+  await dialog.getByLabel('Unit').selectOption('inches');
+  await expect(dialog.getByLabel('On the command line')).toHaveValue(/angle=1:0\.9000deg,unit=in/);
+  // What the engine understood is shown as what was chosen.
+  await expect(dialog.getByLabel('Angles are')).toHaveValue('0.9deg');
+  await dialog.getByRole('button', { name: 'Read 5 scans' }).click();
+  const { result } = await app.stitched();
+  expect(result.frames.every(({ status }) => status === 'good')).toBe(true);
+  expect(result.frames[4]?.T_world_sensor?.x).toBeCloseTo(0.6, 1);
+});
+
 test('arrays of MATLAB, scans packed by gzip: read at once, and changed afterwards', async ({ app, page }) => {
   const mat = readFileSync(join(import.meta.dirname, '../data/mat/columns.mat'));
   await app.drop([{ name: 'columns.mat', content: mat }]);

@@ -238,8 +238,8 @@ fn partners(trajectory: &Trajectory, num_frames: usize, times: Option<&[f64]>) -
     {
         return Ok(placed(&mut pairs.iter().map(|pair| (pair.estimate, pair.reference))));
     }
-    if trajectory.len() == num_frames {
-        return Ok((0..num_frames).map(Some).collect());
+    if trajectory.num_rows() == num_frames {
+        return Ok((0..num_frames).map(|frame| trajectory.index_of_row(frame)).collect());
     }
     let numbers: Vec<f64> = (0..num_frames).map(|number| number as f64 + 0.5).collect();
     if let Some(stamps) = &trajectory.stamps

@@ -301,7 +301,13 @@ fn associate(
             let problem = format!("The {whose} has no times to associate by");
             return Err(Error::whole(problem, "Associate by index, or give the times in a file of their own"));
         }
-        _ => by_index(reference.len(), estimate.len())?,
+        _ => {
+            let pair = |rows: Pair| {
+                let reference = reference.index_of_row(rows.reference)?;
+                Some(Pair { reference, estimate: estimate.index_of_row(rows.estimate)? })
+            };
+            by_index(reference.num_rows(), estimate.num_rows())?.into_iter().filter_map(pair).collect()
+        }
     };
     let fewer = reference.len().min(estimate.len());
     if pairs.len() < fewer {

@@ -32,6 +32,8 @@ pub struct RecordedScan {
     pub odometry: Option<Pose2>,
     /// Whose `odometry` is.
     pub odometry_origin: OdometryOrigin,
+    /// Whether nothing tells which way the laser turns.
+    pub may_be_mirrored: bool,
 }
 
 impl RecordedScan {
@@ -46,6 +48,7 @@ impl RecordedScan {
             reference: None,
             odometry: None,
             odometry_origin: OdometryOrigin::Unknown,
+            may_be_mirrored: false,
         }
     }
 
@@ -62,6 +65,7 @@ impl RecordedScan {
                 reference: scan.reference,
                 odometry: scan.odometry,
                 odometry_origin: log.odometry_origin,
+                may_be_mirrored: log.may_be_mirrored,
             }
         })
     }

@@ -215,6 +215,19 @@ export const activity_styles = css`
       bottom: 52px;
     }
   }
+  /* The map's buttons, in two columns where it is low, stay free. */
+  @container (max-width: 560px) {
+    .activity {
+      left: 12px;
+      width: min(340px, calc(100% - 110px));
+      transform: none;
+    }
+  }
+  @container (max-width: 560px) and (max-height: 260px) {
+    .activity {
+      width: calc(100% - 150px);
+    }
+  }
   .activity-words {
     display: flex;
     align-items: center;

@@ -287,8 +287,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   /** Odometry that was not used: everything was placed without it. */
   #tellOfOdometry({ result: { odometry_refusal } }: Snapshot): void {
-    const file = this.dataset?.odometry?.name ?? '';
     if (odometry_refusal === null) return;
+    // Odometry in a log is told under the log's name.
+    const file = this.dataset?.odometry?.name ?? this.dataset?.scans[0]?.name ?? '';
     const start = `${file}: `;
     const problem = odometry_refusal.startsWith(start) ? odometry_refusal.slice(start.length) : odometry_refusal;
     this.tell([errorMessage({ file, place: null, problem, remedy: '' })]);

@@ -362,15 +362,26 @@ export class ScanstitchTableImport extends LitElement {
   static override styles = [shared, dialog_styles, import_styles];
 }
 
-const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres' };
-const ANGLE_UNITS = { deg: 'degrees', rad: 'radians', '-1deg': 'degrees, clockwise', '-1': 'radians, clockwise' };
+const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres', in: 'inches', ft: 'feet' };
+const ANGLE_UNITS = {
+  deg: 'degrees',
+  rad: 'radians',
+  '0.9deg': 'gon',
+  '-1deg': 'degrees, clockwise',
+  '-1': 'radians, clockwise',
+  '-0.9deg': 'gon, clockwise',
+};
+/** What one of an angle's unit is in radians, as the engine writes it in degrees. */
+const RADIAN = '57.2958';
 const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
 
 /** The choice that an angle's unit is; another one is a choice of its own. */
 function unitOfAngles(unit: string): string {
-  const degrees = Number(unit.replace(/deg$/, ''));
-  if (!unit.endsWith('deg')) return unit;
-  return degrees === 1 || unit === 'deg' ? 'deg' : degrees === -1 ? '-1deg' : unit;
+  if (!unit.endsWith('deg')) return unit === 'gon' ? '0.9deg' : unit;
+  if (unit === 'deg') return unit;
+  const degrees = String(Number(unit.slice(0, -3)));
+  const known: Record<string, string> = { '1': 'deg', [RADIAN]: 'rad', [`-${RADIAN}`]: '-1' };
+  return known[degrees] ?? `${degrees}deg`;
 }
 
 function firstGuess(num_columns: number): string {

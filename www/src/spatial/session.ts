@@ -333,13 +333,17 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.#tellOfReference(result.notes, result.comparison === null);
   }
 
-  /** A reference that fits no frame must not go unnoticed; the engine's other notes are read beside the result. */
+  /** A reference that fits no frame or not all must not go unnoticed; the engine's other notes are read beside the result. */
   #tellOfReference(notes: readonly string[], is_unused: boolean): void {
     const name = this.dataset?.reference_name ?? '';
-    if (name === '' || !is_unused) return;
-    const own = notes.filter((text) => text.includes(baseName(name)));
+    if (name === '') return;
+    const isOwn = (text: string): boolean => (is_unused ? text.includes(baseName(name)) : text.startsWith(`${name}: `));
+    const own = notes.filter(isOwn);
+    const words = own.map((text) => text.replace(`${name}: `, ''));
     this.tell(
-      own.map((text) => errorMessage({ file: name, place: null, problem: text.replace(`${name}: `, ''), remedy: '' })),
+      is_unused
+        ? words.map((problem) => errorMessage({ file: name, place: null, problem, remedy: '' }))
+        : words.map((text) => noteMessage(name, text)),
     );
   }
 

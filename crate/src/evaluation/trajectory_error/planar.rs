@@ -75,8 +75,8 @@ pub(crate) fn planar_error(
 
 /// Index in the reference of each frame's partner.
 fn partners(names: &[&str], times: Option<&[f64]>, reference: &Trajectory) -> Option<Vec<Option<usize>>> {
-    if reference.len() == names.len() {
-        return Some((0..names.len()).map(Some).collect());
+    if reference.num_rows() == names.len() {
+        return Some((0..names.len()).map(|row| reference.index_of_row(row)).collect());
     }
     if let (Some(times), Some(stamps)) = (times, &reference.stamps)
         && let Ok(pairs) = by_time(stamps, times, time_tolerance(stamps).max(time_tolerance(times)), 0.0)

@@ -76,11 +76,12 @@ fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajecto
         }
         return Ok(partners);
     }
-    if reference.len() == num_recorded {
-        return Ok(frames.iter().map(|frame| Some(frame.index)).collect());
+    if reference.num_rows() == num_recorded {
+        return Ok(frames.iter().map(|frame| reference.index_of_row(frame.index)).collect());
     }
-    let problem = format!("The reference has {} poses, but the recording has {num_recorded} frames", reference.len());
-    let remedy = if reference.len() > num_recorded {
+    let problem =
+        format!("The reference has {} poses, but the recording has {num_recorded} frames", reference.num_rows());
+    let remedy = if reference.num_rows() > num_recorded {
         "Give the poses of these frames alone, or drop all frames of the recording"
     } else {
         "Give one pose for each frame"
@@ -138,6 +139,12 @@ mod tests {
         let refused =
             spatial_error(&left, 4, "ref.txt", &reference, KnownConvention::default()).unwrap_err().to_string();
         assert!(refused.contains("5 poses") && refused.contains("4 frames"), "{refused}");
+
+        // The reference has no pose of the third frame.
+        let mut with_gap = contents(Trajectory::from_poses(&[truth[0], truth[1], truth[3], truth[4]]));
+        with_gap.trajectory.undefined = vec![2];
+        let error = spatial_error(&left, 5, "ref.txt", &with_gap, KnownConvention::default()).unwrap();
+        assert!(error.max < 1e-9 && error.num_matched == 3 && error.errors[1].is_none());
 
         let stamped = Trajectory::from_poses(&truth).with_stamps(vec![1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
         for frame in &mut left {

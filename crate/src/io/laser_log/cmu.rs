@@ -55,6 +55,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         scans,
         T_robot_laser,
         odometry_origin: OdometryOrigin::Wheels,
+        may_be_mirrored: false,
         losses: Vec::new(),
         notes: Vec::new(),
     })

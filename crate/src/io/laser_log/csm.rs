@@ -33,6 +33,9 @@ struct RawScan {
     true_pose: Option<[Option<f64>; 3]>,
     #[serde(alias = "time")]
     timestamp: Option<Timestamp>,
+    /// Said by whoever converted angles that may grow clockwise.
+    #[serde(default)]
+    may_be_mirrored: bool,
 }
 
 #[derive(Deserialize)]
@@ -54,6 +57,7 @@ const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
 #[inline(never)]
 pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut scans = Vec::new();
+    let mut may_be_mirrored = false;
     let mut losses = Vec::new();
     let is_list = bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'[');
     let mut lines = Lines { bytes, offset: 0, line: 1 };
@@ -69,13 +73,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             OneOrMany::One(one) => vec![*one],
         };
         for raw in many {
+            may_be_mirrored |= raw.may_be_mirrored;
             scans.push(scan(raw, scans.len(), 1)?);
         }
     } else {
         let mut objects = serde_json::Deserializer::from_slice(bytes).into_iter::<RawScan>();
         while let Some(object) = objects.next() {
             match object {
-                Ok(raw) => scans.push(scan(raw, scans.len(), lines.at(objects.byte_offset()))?),
+                Ok(raw) => {
+                    may_be_mirrored |= raw.may_be_mirrored;
+                    scans.push(scan(raw, scans.len(), lines.at(objects.byte_offset()))?);
+                }
                 Err(error) if error.is_eof() && !scans.is_empty() => {
                     losses.push(CUT_OFF.to_owned());
                 }
@@ -84,7 +92,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         }
     }
     let T_robot_laser = Pose2::identity();
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin: OdometryOrigin::Unknown, losses, notes: Vec::new() })
+    let odometry_origin = OdometryOrigin::Unknown;
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored, losses, notes: Vec::new() })
 }
 
 /// Whether a list ends before it is closed.

@@ -106,6 +106,9 @@ pub struct LaserLog {
     pub T_robot_laser: Pose2,
     /// Whose the scans' odometry is.
     pub odometry_origin: OdometryOrigin,
+    /// Whether nothing tells which way the laser turns, though its angles are counted as both kinds count them: read
+    /// counter-clockwise, the map may then be a mirror image, and its scans agree as well.
+    pub may_be_mirrored: bool,
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
     /// What else is worth knowing, in whole sentences.

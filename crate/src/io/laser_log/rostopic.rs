@@ -23,6 +23,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         scans,
         T_robot_laser: Pose2::identity(),
         odometry_origin: OdometryOrigin::Unknown,
+        may_be_mirrored: false,
         losses: losses.into_iter().collect(),
         notes: Vec::new(),
     })

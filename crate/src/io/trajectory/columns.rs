@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::{Trajectory, nothing};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::nearest_rotation;
+use crate::io::text::quote;
 use crate::io::trajectory::rows::Row;
 use crate::{Error, Result};
 
@@ -189,21 +190,49 @@ pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String
 /// Makes the error at the place that is being read.
 pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
 
+/// Where the position stands in a matrix, row by row.
+pub(super) const POSITION_OF_MATRIX: [usize; 3] = [3, 7, 11];
+
+/// The error about a value that is not finite, its column counted from 0.
+pub(super) fn not_finite(column: usize, value: f64, fault: Fault) -> Error {
+    let word = value.to_string().to_ascii_lowercase();
+    let problem = format!("Column {} is {}, not a finite number", column + 1, quote(word.as_bytes()));
+    fault(problem, "Write decimal numbers, or remove the line")
+}
+
+/// How many rows without a pose were left out, in a sentence.
+pub(super) fn left_out(trajectory: &Trajectory) -> Option<String> {
+    let first = trajectory.undefined.first()?;
+    Some(format!(
+        "{} of its {} poses have nan or inf in place of numbers (first pose {first}, counted from 0), as trackers write \
+         where they are lost; these are left out.",
+        trajectory.undefined.len(),
+        trajectory.num_rows()
+    ))
+}
+
 /// A trajectory in the making.
 pub(super) struct Builder {
     trajectory: Trajectory,
     /// The first quaternion whose length is off, and how many there are.
     off_length: Option<(Error, usize)>,
+    /// What is wrong with the first row that holds no pose.
+    undefined: Option<Error>,
 }
 
 impl Builder {
     pub(super) fn new() -> Self {
-        Self { trajectory: Trajectory::default(), off_length: None }
+        Self { trajectory: Trajectory::default(), off_length: None, undefined: None }
     }
 
     /// Adds the pose of a row of a table.
     pub(super) fn push_table(&mut self, table: &Table, numbers: &[f64], fault: Fault) -> Result<()> {
         let value = |column: usize| numbers.get(column).copied().unwrap_or_default();
+        let labels: Vec<usize> = table.number.into_iter().chain(table.stamp.map(|(column, _)| column)).collect();
+        let position: Vec<usize> = [table.x, table.y].into_iter().chain(table.z).collect();
+        if self.is_undefined(numbers, &labels, &position, fault)? {
+            return Ok(());
+        }
         self.trajectory.positions.push(Vector3::new(value(table.x), value(table.y), table.z.map_or(0.0, value)));
         if let Some((column, divisor)) = table.stamp {
             self.trajectory.stamps.get_or_insert_default().push(value(column) / divisor);
@@ -252,8 +281,38 @@ impl Builder {
         Ok(())
     }
 
+    /// Whether the row holds no pose, as no value of its position is finite; it is then counted. Where only some values are not
+    /// finite, or a label (time or number) is not, that is an error.
+    fn is_undefined(&mut self, numbers: &[f64], labels: &[usize], position: &[usize], fault: Fault) -> Result<bool> {
+        let is_finite = |column: usize| numbers.get(column).is_some_and(|value| value.is_finite());
+        let Some(first) = (0..numbers.len()).find(|&column| !is_finite(column)) else { return Ok(false) };
+        let error = |column: usize| not_finite(column, numbers[column], fault);
+        if let Some(&label) = labels.iter().find(|&&label| !is_finite(label)) {
+            return Err(error(label));
+        }
+        if position.iter().any(|&column| is_finite(column)) {
+            return Err(error(first));
+        }
+        self.push_undefined(|| error(first));
+        Ok(true)
+    }
+
+    /// Counts a row that holds no pose.
+    pub(super) fn push_undefined(&mut self, error: impl FnOnce() -> Error) {
+        self.trajectory.undefined.push(self.trajectory.num_rows());
+        self.undefined.get_or_insert_with(error);
+    }
+
+    /// Whether there is one row, and it holds no pose.
+    pub(super) fn is_one_undefined(&self) -> bool {
+        self.trajectory.undefined == [0] && self.trajectory.is_empty()
+    }
+
     /// Adds the pose of a matrix of three or four rows of four.
     pub(super) fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
+        if self.is_undefined(numbers, &[], &POSITION_OF_MATRIX, fault)? {
+            return Ok(());
+        }
         let [a, b, c, x, d, e, f, y, g, h, i, z, last @ ..] = numbers else {
             return Err(fault(format!("A matrix of {} numbers is not a pose", numbers.len()), "Give 12 or 16"));
         };
@@ -276,21 +335,25 @@ impl Builder {
         Ok(())
     }
 
-    /// The trajectory, unless a quaternion's length is off.
+    /// The trajectory, unless a quaternion's length is off or a row holds no pose.
     pub(super) fn into_strict(self) -> Result<Trajectory> {
-        match self.off_length {
-            Some((error, _)) => Err(error),
+        match self.undefined.or(self.off_length.map(|(error, _)| error)) {
+            Some(error) => Err(error),
             None if self.trajectory.is_empty() => Err(nothing()),
             None => Ok(self.trajectory),
         }
     }
 
-    /// The trajectory, with a note where quaternions were normalised.
-    pub(super) fn into_lenient(self) -> (Trajectory, Vec<String>) {
+    /// The trajectory, with notes where quaternions were normalised and rows left out; an error where no row holds a pose.
+    pub(super) fn into_lenient(self) -> Result<(Trajectory, Vec<String>)> {
         let note = self.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
             format!("{error} {them} made of length 1.")
         });
-        (self.trajectory, note.into_iter().collect())
+        let left_out = match self.undefined {
+            Some(error) if self.trajectory.is_empty() => return Err(error),
+            _ => left_out(&self.trajectory),
+        };
+        Ok((self.trajectory, note.into_iter().chain(left_out).collect()))
     }
 }

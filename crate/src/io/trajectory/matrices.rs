@@ -1,7 +1,7 @@
 //! 4 x 4 matrices, a line a row, a pose after the other; before each, a line of counts may stand, as in Redwood's
 //! `.log` files.
 
-use super::columns::Builder;
+use super::columns::{Builder, POSITION_OF_MATRIX, not_finite};
 use super::rows::{Row, rows};
 use super::{MatrixPose, nothing};
 use crate::Result;
@@ -18,7 +18,14 @@ pub(super) fn has_counts(bytes: &[u8]) -> bool {
 
 /// Whether the fourth line is the last row of a pose's matrix.
 pub(super) fn has_last_rows(bytes: &[u8]) -> bool {
-    rows(bytes).nth(3).is_some_and(|row| row.columns().map(number).eq([0.0, 0.0, 0.0, 1.0].map(Some)))
+    let mut rows = rows(bytes).map(|row| row.columns().map(number).collect::<Vec<_>>());
+    let is_undefined = |row: &Vec<Option<f64>>| row.iter().flatten().any(|value| !value.is_finite());
+    // Of poses that hold no numbers, as trackers write where they are lost, the last row tells nothing.
+    let mut last = rows.nth(3);
+    while last.as_ref().is_some_and(is_undefined) {
+        last = rows.nth(3).or(Some(vec![Some(0.0), Some(0.0), Some(0.0), Some(1.0)]));
+    }
+    last.is_some_and(|last| last == [0.0, 0.0, 0.0, 1.0].map(Some))
 }
 
 pub(super) fn read<'a>(rows: impl Iterator<Item = Row<'a>>) -> Result<Builder> {
@@ -26,6 +33,7 @@ pub(super) fn read<'a>(rows: impl Iterator<Item = Row<'a>>) -> Result<Builder> {
     let mut matrix = Vec::with_capacity(16);
     let mut numbers = Vec::new();
     let mut last: Option<Row> = None;
+    let mut undefined = None;
     for row in rows {
         if matrix.is_empty() && row.columns().count() == COUNTS {
             row.exactly(COUNTS, &mut numbers)?;
@@ -33,9 +41,17 @@ pub(super) fn read<'a>(rows: impl Iterator<Item = Row<'a>>) -> Result<Builder> {
             continue;
         }
         row.exactly(4, &mut numbers)?;
+        let fault = |problem: String, remedy: &str| row.fault(problem, remedy);
+        if let Some(column) = numbers.iter().position(|value| !value.is_finite()) {
+            undefined.get_or_insert_with(|| not_finite(column, numbers[column], &fault));
+        }
         matrix.append(&mut numbers);
         if matrix.len() == 16 {
-            builder.push_matrix(&matrix, &|problem, remedy| row.fault(problem, remedy))?;
+            match undefined.take() {
+                Some(error) if POSITION_OF_MATRIX.iter().any(|&at| matrix[at].is_finite()) => return Err(error),
+                Some(error) => builder.push_undefined(|| error),
+                None => builder.push_matrix(&matrix, &fault)?,
+            }
             matrix.clear();
         }
         last = Some(row);

@@ -33,7 +33,7 @@ pub(crate) mod npy;
 mod rows;
 pub(crate) mod tum;
 
-use columns::{Builder, Layout, Table};
+use columns::{Builder, Layout, Table, left_out, not_finite};
 use rows::{Row, rows};
 
 pub use matrices::matrix_text;
@@ -58,6 +58,9 @@ pub struct Trajectory {
     pub numbers: Option<Vec<f64>>,
     /// Headings as the file wrote them, where it has such: radians, if whoever wrote them kept to that.
     pub headings: Option<Vec<f64>>,
+    /// Rows of the file that hold no pose, ascending and counted from 0 over all rows: trackers write `nan` or `-inf` in every
+    /// frame that they lost. The other fields leave them out.
+    pub undefined: Vec<usize>,
 }
 
 impl Trajectory {
@@ -73,6 +76,17 @@ impl Trajectory {
     /// Number of positions.
     pub fn len(&self) -> usize {
         self.positions.len()
+    }
+
+    /// Number of rows of the file: positions, and rows without a pose.
+    pub fn num_rows(&self) -> usize {
+        self.len() + self.undefined.len()
+    }
+
+    /// Index of the position that a row of the file holds, for rows counted from 0; `None` where it holds none.
+    pub fn index_of_row(&self, row: usize) -> Option<usize> {
+        let before = self.undefined.binary_search(&row).err()?;
+        Some(row - before).filter(|&index| index < self.len())
     }
 
     /// Whether there is no position.
@@ -98,8 +112,13 @@ impl Trajectory {
     /// The same trajectory with these times (s).
     ///
     /// # Errors
-    /// When there are not as many times as poses.
+    /// When there are not as many times as poses, or as rows of the file.
     pub fn with_stamps(mut self, stamps: Vec<f64>) -> Result<Self> {
+        let stamps = if self.undefined.is_empty() || stamps.len() != self.num_rows() {
+            stamps
+        } else {
+            (0..).zip(stamps).filter(|(row, _)| self.index_of_row(*row).is_some()).map(|(_, stamp)| stamp).collect()
+        };
         if stamps.len() != self.len() {
             let problem = format!("There are {} times for {} poses", stamps.len(), self.len());
             return Err(Error::whole(problem, "Give one time for each pose"));
@@ -154,17 +173,18 @@ pub fn read(bytes: &[u8]) -> Result<Trajectory> {
 }
 
 /// Reads a trajectory as [`read`] does, of the given form where one is given. Quaternions of any length but zero are
-/// normalised, as evo does, and a note says so.
+/// normalised, as evo does, and rows whose positions have no finite value are left out, unless no pose is left; notes say so.
 ///
 /// # Errors
-/// As [`read`], but for the length of quaternions.
+/// As [`read`], but for the length of quaternions and for such rows.
 pub fn read_lenient(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<Contents> {
     let (builder, format) = parse(bytes, format)?;
-    let (trajectory, notes) = builder.into_lenient();
+    let (trajectory, notes) = builder.into_lenient()?;
     Ok(Contents { trajectory, format, notes })
 }
 
-/// Reads a recording's poses from one file each, in the order given: 4 x 4 matrices, or any other form of one pose.
+/// Reads a recording's poses from one file each, in the order given: 4 x 4 matrices, or any other form of one pose. Files whose
+/// values are not finite hold none and are left out, with a note.
 ///
 /// # Errors
 /// As [`read`], and when a file holds several poses, or one holds orientations and another does not. The error names the
@@ -173,6 +193,10 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
     let mut all = Trajectory::default();
     let (mut notes, mut format) = (Vec::new(), TrajectoryFormat::Matrices);
     for &(name, bytes) in files {
+        if parse(bytes, None).is_ok_and(|(builder, _)| builder.is_one_undefined()) {
+            all.undefined.push(all.num_rows());
+            continue;
+        }
         let read = |format| read_lenient(bytes, format).map_err(|error| error.in_file(name));
         let one = match read(None)? {
             // Of a frame, rows of four are a matrix, though its last be missing.
@@ -199,6 +223,7 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
         notes.extend(one.notes.into_iter().map(|note| format!("{name}: {note}")));
         format = one.format;
     }
+    notes.extend(left_out(&all));
     if all.is_empty() { Err(nothing()) } else { Ok(Contents { trajectory: all, format, notes }) }
 }
 
@@ -208,7 +233,12 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
 /// A line of several columns or of what is no finite number; no line at all.
 pub fn read_times(bytes: &[u8]) -> Result<Vec<f64>> {
     let mut numbers = Vec::new();
-    let times: Result<Vec<f64>> = rows(bytes).map(|row| row.exactly(1, &mut numbers).map(|()| numbers[0])).collect();
+    let mut time = |row: Row| {
+        row.exactly(1, &mut numbers)?;
+        let fault = |problem: String, remedy: &str| row.fault(problem, remedy);
+        if numbers[0].is_finite() { Ok(numbers[0]) } else { Err(not_finite(0, numbers[0], &fault)) }
+    };
+    let times: Result<Vec<f64>> = rows(bytes).map(&mut time).collect();
     times.and_then(|times| if times.is_empty() { Err(nothing()) } else { Ok(times) })
 }
 

@@ -33,10 +33,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Builder> {
         let fault = |problem: String, remedy: &str| Error::byte(offset, format!("Row {index}: {problem}"), remedy);
         numbers.clear();
         numbers.extend(row.chunks_exact(array.item.size).map(|item| array.item.number(item)));
-        if let Some(column) = numbers.iter().position(|value| !value.is_finite()) {
-            let problem = format!("Column {} is {}, not a finite number", column + 1, numbers[column]);
-            return Err(fault(problem, "Remove the row, or find out why it has no pose"));
-        }
         match &layout {
             Layout::Table(table) => builder.push_table(table, &numbers, &fault)?,
             _ => builder.push_matrix(&numbers, &fault)?,

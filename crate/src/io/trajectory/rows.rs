@@ -75,7 +75,7 @@ impl<'a> Row<'a> {
         self.columns().all(|column| number(column).is_none())
     }
 
-    /// The numbers of the row, which must have `num_columns` of them.
+    /// The numbers of the row, which must have `num_columns` of them; they need not be finite.
     pub(super) fn exactly(&self, num_columns: usize, numbers: &mut Vec<f64>) -> Result<()> {
         if self.take(num_columns, true, numbers)?.next().is_some() {
             return Err(self.wrong_columns(self.columns().count(), num_columns));
@@ -99,7 +99,7 @@ impl<'a> Row<'a> {
         numbers.clear();
         let mut columns = self.columns();
         for index in 0..num_columns {
-            let value = columns.next().map(|column| (column, number(column).filter(|value| value.is_finite())));
+            let value = columns.next().map(|column| (column, number(column)));
             match value {
                 Some((_, Some(value))) => numbers.push(value),
                 None => return Err(self.wrong_columns(index, num_columns)),

@@ -188,7 +188,9 @@ impl Reconstruction {
             joint_history: self.run.as_ref().map_or_else(Vec::new, Run::joint_history),
             sharpness: self.run.as_ref().and_then(|run| run.sharpness),
             comparison,
-            odometry_refusal: checked.and_then(|checked| checked.refusal.clone()),
+            odometry_refusal: checked
+                .and_then(|checked| checked.refusal.clone())
+                .or_else(|| self.run.as_ref().and_then(|run| run.mirrored_in_log.clone())),
             notes,
         }
     }

@@ -29,6 +29,9 @@ use crate::registration::icp::IterationRecord;
 /// The joint solution of a long sequence starts close to its end, and one iteration takes long.
 const LONG_ITERATIONS: usize = 8;
 
+const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
+const DIRECTION_OPEN: &str = "the map may be mirrored: the file does not tell which way the laser turns";
+
 /// What a run has come to.
 pub struct Run {
     num_scans: usize,
@@ -42,8 +45,10 @@ pub struct Run {
     pub checked_odometry: Option<CheckedOdometry>,
     /// What is worth knowing of the measured motion, in whole sentences.
     pub odometry_notes: Vec<String>,
-    /// Why the scans or the odometry are a mirror image; `None` where they are not.
-    mirrored: Option<String>,
+    /// Why the poses in the log are the mirror image of the scans; `None` where they are not.
+    pub mirrored_in_log: Option<String>,
+    /// Why the map may be a mirror image; `None` where nothing speaks for it.
+    mirror_doubt: Option<&'static str>,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
@@ -99,11 +104,12 @@ impl Run {
             odometry_notes.extend(note);
             source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
         }
-        let mut mirrored = checked.as_ref().and_then(|checked| checked.mirrored.clone());
-        if is_asked_for && odometry.is_none() {
-            mirrored = mirror_of_log(recorded, limit);
-            odometry_notes.extend(mirrored.clone());
-        }
+        let mirrored_in_log = if is_asked_for && odometry.is_none() { mirror_of_log(recorded, limit) } else { None };
+        let is_mirrored =
+            mirrored_in_log.is_some() || checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
+        odometry_notes.extend(mirrored_in_log.clone());
+        let is_open = |scan: &RecordedScan| scan.may_be_mirrored && scan.odometry.is_none();
+        let is_direction_open = checked.is_none() && recorded.iter().any(is_open);
         let motions = first_guesses(source, recorded, given);
         let (motions, note) = measured_motion::judged(&motions, &scan, &options);
         odometry_notes.extend(note);
@@ -114,7 +120,12 @@ impl Run {
             uses_poses_in_log: source == OdometrySource::Log,
             checked_odometry: checked,
             odometry_notes,
-            mirrored,
+            mirrored_in_log,
+            mirror_doubt: if is_mirrored {
+                Some(MIRRORED_BY_ODOMETRY)
+            } else {
+                is_direction_open.then_some(DIRECTION_OPEN)
+            },
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
@@ -212,10 +223,9 @@ impl Run {
         self.stage = Stage::Joint;
     }
 
-    /// Doubts every frame of a map that is the mirror image of what the odometry tells: one of the two is wrong.
+    /// Doubts every frame of a map that may be a mirror image.
     fn doubt_mirrored(&mut self) {
-        if self.mirrored.is_some() {
-            let reason = "the map may be mirrored: the odometry tells the mirror image of its motion";
+        if let Some(reason) = self.mirror_doubt {
             self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
         }
     }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{FrameLabel, MapPoints, PreparedFrame, Surfaces};
+use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces};
 use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
@@ -22,7 +22,7 @@ use crate::registration::projective::PackedSurfel;
 #[derive(Serialize, Deserialize)]
 struct Header {
     label: FrameLabel,
-    notes: Vec<String>,
+    notes: Vec<FrameNote>,
     fills_range: bool,
     surfaces: SurfacesHeader,
     map_points: MapPointsHeader,
@@ -116,7 +116,7 @@ impl PreparedFrame {
             MapPoints::Image(image, _) => image.depths.len() * PIXEL_BYTES,
             MapPoints::Cloud(cloud) => cloud.len() * POINT_BYTES,
         };
-        let of_words: usize = self.notes.iter().map(String::len).sum();
+        let of_words: usize = self.notes.iter().map(|note| note.subject.len() + note.reason.len()).sum();
         of_surfaces + of_map + 2 * of_words + HEADER_BYTES
     }
 

@@ -26,6 +26,10 @@ use crate::preprocess::wrap_around::usable_pixels;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 mod bytes;
+mod frame_note;
+
+pub use frame_note::FrameNote;
+pub(crate) use frame_note::merged;
 
 /// What preparing a frame has to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -227,8 +231,8 @@ pub struct PreparedFrame {
     pub surfaces: Surfaces,
     /// What it gives to the map.
     pub map_points: MapPoints,
-    /// What could not be used of it, in whole sentences.
-    pub notes: Vec<String>,
+    /// What could not be used of it.
+    pub notes: Vec<FrameNote>,
     /// Whether its depth reaches just to the largest value that the file can hold.
     pub fills_range: bool,
 }
@@ -295,11 +299,17 @@ impl PreparedFrame {
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
         let (image, camera) = (depth.read(&label.name, bytes)?, &depth.camera);
-        let mut notes: Vec<String> =
-            depth.other_camera(&image).map(|note| format!("{}: {note}", label.name)).into_iter().collect();
+        let of_frame = |reason| FrameNote { subject: label.name.clone(), reason };
+        let mut notes: Vec<FrameNote> = depth.other_camera(&image).map(of_frame).into_iter().collect();
         let colors = color.and_then(|ColorFile { name, bytes }| {
             let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
-            let note = |problem| notes.push(format!("{}: its colours are left out: {problem}", label.name));
+            let note = |problem: String| {
+                let left_out = format!("{}: its colours are left out", label.name);
+                notes.push(match problem.strip_prefix(&format!("{name}: ")) {
+                    Some(reason) => FrameNote { subject: format!("{left_out}: {name}"), reason: reason.to_owned() },
+                    None => FrameNote { subject: left_out, reason: problem },
+                });
+            };
             bytes.map_err(str::to_owned).and_then(read).map_err(note).ok()
         });
         let usable = usable_pixels(&image);

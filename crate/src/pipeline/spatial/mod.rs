@@ -24,7 +24,9 @@ use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
 use crate::pipeline::assumptions::{own_focal_length_of_kinect, suggestion};
-use crate::pipeline::prepared_frame::{DecodeConfig, DepthDecodeConfig, MapPoints, PreparedFrame, set_intrinsics};
+use crate::pipeline::prepared_frame::{
+    DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, merged, set_intrinsics,
+};
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
 use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
@@ -50,7 +52,7 @@ pub struct SpatialReconstruction {
     hypotheses: Hypotheses,
     history: PoseHistory,
     reference: Option<Reference>,
-    notes: Vec<String>,
+    notes: Vec<FrameNote>,
     range_use: RangeUse,
     stitched: Option<StitchedMap>,
     /// Whether it has been said that no frame will follow.
@@ -240,7 +242,7 @@ impl SpatialReconstruction {
 
     /// What is known so far.
     pub fn result(&self) -> SpatialResult {
-        let mut notes = self.notes.clone();
+        let mut notes = merged(&self.notes);
         notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
         notes.extend(self.frames.note());
         if self.hypotheses.have_misaligned_colors() {

@@ -16,7 +16,9 @@ use crate::io::trajectory::Contents;
 use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometry;
 use crate::odometry::voxel::VoxelOdometrySettings;
-use crate::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces, set_intrinsics};
+use crate::pipeline::prepared_frame::{
+    DecodeConfig, FrameLabel, FrameNote, PreparedFrame, Surfaces, merged, set_intrinsics,
+};
 use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
@@ -38,7 +40,7 @@ pub struct StrategyComparison {
     /// Labels of all frames offered, and a few points of each.
     seen: Vec<(FrameLabel, Vec<Vec3>)>,
     reference: Option<Reference>,
-    notes: Vec<String>,
+    notes: Vec<FrameNote>,
 }
 
 struct Strategy {
@@ -175,7 +177,7 @@ impl StrategyComparison {
     /// `None` where there is no such strategy.
     pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Option<StrategyResult> {
         let Strategy { odometry, frames, places, .. } = self.strategies.get(strategy)?;
-        let mut notes = self.notes.clone();
+        let mut notes = merged(&self.notes);
         let comparison = self.reference.as_ref().filter(|_| !frames.is_empty()).and_then(|reference| {
             let errors = self.compare(frames, places, reference);
             errors.map_err(|error| notes.push(error.in_file(&reference.name).to_string())).ok()

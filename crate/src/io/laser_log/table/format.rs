@@ -10,6 +10,8 @@ use crate::{Error, Result};
 pub(super) const UNITS: [(&str, f64); 7] =
     [("m", 1.0), ("cm", 0.01), ("mm", 1e-3), ("in", 0.0254), ("inches", 0.0254), ("ft", 0.3048), ("feet", 0.3048)];
 pub(super) const TIMES: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+/// A hundredth of a right angle (rad).
+const GON: f64 = std::f64::consts::FRAC_PI_2 / 100.0;
 const FORM: &str = "Write e.g. ranges=2:541,unit=m,start=-135deg,step=0.5deg,time=1:s,odometry=542:543:544";
 /// What to do about a table that is no scan as it stands.
 pub(super) const SAY_COLUMNS: &str =
@@ -143,11 +145,12 @@ impl TableFormat {
         }
     }
 
-    /// The angle's column, and what one of it is: `deg`, `rad`, or an angle; negative where angles grow clockwise.
+    /// The angle's column, and what one of it is: `deg`, `rad`, `gon`, or an angle; negative where angles grow clockwise.
     fn set_angle(&mut self, at: &str, unit: &str) -> Option<()> {
         let unit = match unit {
             "deg" => 1f64.to_radians(),
             "rad" => 1.0,
+            "gon" => GON,
             value => angle(value).filter(|&unit| unit != 0.0)?,
         };
         let range = if let Layout::ReadingPerLine { range, .. } = self.layout { range } else { usize::MAX };
@@ -193,11 +196,12 @@ fn wheels(parts: &[&str]) -> Option<OdometryColumns> {
     })
 }
 
-/// Radians, or degrees as `35deg`.
+/// Radians, degrees as `35deg`, or gon as `40gon`.
 fn angle(text: &str) -> Option<f64> {
-    let angle = match text.strip_suffix("deg") {
-        Some(degrees) => number(degrees.as_bytes())?.to_radians(),
-        None => number(text.as_bytes())?,
+    let angle = match (text.strip_suffix("deg"), text.strip_suffix("gon")) {
+        (Some(degrees), _) => number(degrees.as_bytes())?.to_radians(),
+        (_, Some(gon)) => number(gon.as_bytes())? * GON,
+        _ => number(text.as_bytes())?,
     };
     angle.is_finite().then_some(angle)
 }

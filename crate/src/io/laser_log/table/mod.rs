@@ -4,6 +4,8 @@
 //! As text, a [`TableFormat`] is `name=value` pairs apart by commas, columns counted from 1:
 //! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
 
+use std::f64::consts::{PI, TAU};
+
 use super::fields::tolerate;
 use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
 use crate::geometry::Pose2;
@@ -162,23 +164,45 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     log.notes.push(format!(
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
-    log.notes.extend(note_on_direction(&format));
+    log.notes.extend(note_on_direction(&table, &format));
+    let is_told = table.format.is_some() && !table.has_unknown_direction;
+    log.may_be_mirrored = !is_told && is_direction_open(&table, &format);
     log.losses.extend(guess::loss_of_positions(&table.names));
     Ok(log)
 }
 
 /// That angles were taken to grow counter-clockwise: the other way round, the readings give the mirror image of the same map, whose
 /// scans agree as well, so that nothing in the table tells which it is.
-fn note_on_direction(format: &TableFormat) -> Option<String> {
-    let Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } = format.layout else { return None };
-    (unit > 0.0).then(|| {
-        format!(
-            "Its angles are taken to grow counter-clockwise. Of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT \
-             do, the map is mirrored: give angle={}:-{:.4}deg.",
-            column + 1,
-            unit.to_degrees()
-        )
-    })
+fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
+    let remedy = match format.layout {
+        Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
+            format!("angle={}:-{:.4}deg", column + 1, unit.to_degrees())
+        }
+        Layout::ScanPerLine { .. } if is_direction_open(table, format) => {
+            format!("step=-{:.4}deg", format.step.to_degrees())
+        }
+        _ => return None,
+    };
+    Some(format!(
+        "Its angles are taken to grow counter-clockwise. Of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT \
+         do, the map is mirrored: give {remedy}."
+    ))
+}
+
+/// Whether the angles may as well grow clockwise: degrees from 0 to beyond 180, as lasers count them that turn all round, or the
+/// readings of a full turn from ahead on. Those of ROS (`ranges`) and of lasers that look ahead grow counter-clockwise.
+fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
+    match format.layout {
+        Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } => {
+            let angles = || table.rows.iter().filter_map(|row| row.values.get(column));
+            unit > 0.0 && angles().all(|&angle| angle >= 0.0) && angles().any(|&angle| unit * angle > PI)
+        }
+        Layout::ScanPerLine { first, end } => {
+            let is_round = format.start == 0.0 && format.step * (end - first) as f64 > 0.99 * TAU;
+            is_round && !table.names.get(first).is_some_and(|name| name.contains("range"))
+        }
+        Layout::ReadingPerLine { .. } => false,
+    }
 }
 
 /// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the
@@ -244,7 +268,7 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
     };
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
     let odometry_origin = if format.has_wheels { OdometryOrigin::Wheels } else { OdometryOrigin::Unknown };
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin, losses, notes: Vec::new() })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored: false, losses, notes: Vec::new() })
 }
 
 fn no_number(line: usize) -> Error {

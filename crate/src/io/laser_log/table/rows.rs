@@ -10,6 +10,8 @@ use crate::io::text::number;
 
 /// A comment that begins so says what the columns are.
 const FORMAT_COMMENT: &[u8] = b"table:";
+/// A comment of a table whose bearings were told by their numbers alone.
+const DIRECTION_COMMENT: &[u8] = b"direction: unknown";
 /// Lines that the separators are told from.
 const LOOKED_INTO: usize = 50;
 /// Words of a scan's line that are no numbers, at most: names of frames, dates.
@@ -34,6 +36,8 @@ pub(super) struct Table {
     pub names: Vec<String>,
     /// What a comment says the columns are.
     pub format: Option<String>,
+    /// Whether a comment says that it is not known which way the laser turns.
+    pub has_unknown_direction: bool,
     /// Lines below the first row that are none.
     pub strays: Vec<usize>,
 }
@@ -49,6 +53,8 @@ impl Table {
                 let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
                 if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
                     table.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+                } else if words == DIRECTION_COMMENT {
+                    table.has_unknown_direction = true;
                 } else if table.rows.is_empty() {
                     commented = separators.names(words);
                 }
