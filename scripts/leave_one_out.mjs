@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * How much the laser pipeline depends on each of its thresholds, and what each log would get had its thresholds been chosen without
- * it: `node scripts/leave_one_out.mjs [--scratch FOLDER] [--data FOLDER]`.
+ * it: `node scripts/leave_one_out.mjs [--thresholds 1,2,...] [--scratch FOLDER] [--data FOLDER]`.
  *
  * In a copy of the sources each threshold below is multiplied by a factor from the environment: 0.7 and 1.4, one threshold at a time.
  * `laser_scores` runs all logs with odometry. Then, for each log, every threshold gets the factor with which the other logs score best together (fewest falsely good
@@ -24,7 +24,7 @@ const FACTORS = [0.7, 1.4];
 const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
 
 /**
- * @typedef {{ file: string, name: string, field?: string, as?: 'share', usedIn?: string }} Constant A `share` is scaled by what is
+ * @typedef {{ file: string, name: string, field?: string, as?: 'share' | 'scaled', usedIn?: string }} Constant A `share` is scaled by what is
  * left to 1; `usedIn` is another file that uses it.
  * @typedef {{ means: string, constants: Constant[] }} Threshold
  */
@@ -151,6 +151,12 @@ pub mod factors {
 }
 `;
 
+/** What has to be there. @template T @param {T | undefined} value @returns {T} */
+function known(value) {
+  if (value === undefined) throw new Error('Neither the sources nor laser_scores are as this script expects them.');
+  return value;
+}
+
 /** The declaration of a constant: visibility, name, type, value. @param {string} name */
 const declaration = (name) => new RegExp(`^(pub |)const (${name}): ([^=]+) =(\\s[^;]*);$`, 'm');
 
@@ -165,11 +171,12 @@ function multiplied(text, { name, field, as = 'scaled' }, threshold) {
       const scaled = `crate::factors::${as}(${threshold}, ${number}${isWhole ? '.0' : ''})`;
       return isWhole ? `${scaled}.round() as usize` : scaled;
     });
-  const found = text.match(declaration(name));
-  if (!found) throw new Error(`No value of ${name} was found.`);
+  const [all, visibility, , type, whole] = text.match(declaration(name))?.map(String) ?? [];
   const ofField = new RegExp(`(\\b${field}: )([\\d.]+)`);
-  const value = field ? found[4].replace(ofField, (_, before, number) => before + times(number)) : times(found[4]);
-  return text.replace(found[0], () => `${found[1]}const ${name}: ${found[3]} =${value};`);
+  const value = field
+    ? known(whole).replace(ofField, (_, before, number) => before + times(number))
+    : times(known(whole));
+  return text.replace(known(all), () => `${visibility}const ${name}: ${type} =${value};`);
 }
 
 /** The text of a file with a constant as a function, for its value is no constant any more. @param {string} text @param {string} name */
@@ -179,7 +186,7 @@ function asFunction(text, name) {
 }
 
 /**
- * @typedef {{ pairs: number, wrong: number, believed: number, falsely: number, mean: number, degrees: number }} Score
+ * @typedef {{ pairs: number, wrong: number, believed: number, falsely: number, mean: number }} Score
  * @typedef {{ scans: number, good: number, scores: Score[] }} LogScore
  * @typedef {Record<string, LogScore>} Scores by log
  */
@@ -192,21 +199,20 @@ function parsed(text) {
   for (const line of text.split('\n')) {
     const head = line.match(/^(\S+) +odometry +(\d+) scans.* good (\d+) doubtful/);
     const row = line.match(
-      /(\d+) pairs, wrong +([\d.]+) %.* mean ([\d.]+) \+- [\d.]+ m ([\d.]+) .*; good pairs (\d+), false ([\d.]+) %/,
+      /(\d+) pairs, wrong +([\d.]+) %.* mean ([\d.]+) \+- [\d.]+ m .*; good pairs (\d+), false ([\d.]+) %/,
     );
     if (head) {
-      log = head[1];
+      log = known(head[1]);
       scores[log] = { scans: Number(head[2]), good: Number(head[3]), scores: [] };
     } else if (row) {
-      const [pairs, wrong, mean, degrees, believed, falsely] = row.slice(1).map(Number);
+      const [pairs = NaN, wrong = NaN, mean = NaN, believed = NaN, falsely = NaN] = row.slice(1).map(Number);
       const count = (/** @type {number} */ share, /** @type {number} */ of) => Math.round((share * of) / 100);
-      scores[log].scores.push({
+      known(scores[log]).scores.push({
         pairs,
         wrong: count(wrong, pairs),
         believed,
         falsely: count(falsely, believed),
         mean,
-        degrees,
       });
     }
   }
@@ -216,6 +222,7 @@ function parsed(text) {
 const { values } = parseArgs({
   options: {
     scratch: { type: 'string' },
+    thresholds: { type: 'string' },
     data: { type: 'string', default: '../shared/data/laser' },
   },
 });
@@ -239,7 +246,10 @@ if (!existsSync(program)) {
       for (const file of [constant.file, constant.usedIn ?? constant.file]) uses.add(`${constant.name} ${file}`);
     }
   });
-  for (const [name, file] of [...uses].map((use) => use.split(' '))) edit(file, (text) => asFunction(text, name));
+  for (const use of uses) {
+    const [name = '', file = ''] = use.split(' ');
+    edit(file, (text) => asFunction(text, name));
+  }
   const build = ['build', '--quiet', '--profile', 'quick', '--example', 'laser_scores'];
   execFileSync('cargo', build, { cwd: scratch, stdio: 'inherit' });
 }
@@ -263,7 +273,7 @@ function scored(factors, only) {
 /** @param {LogScore} score */
 function cell({ scans, good, scores }) {
   const pairs = scores.map(({ wrong, pairs, falsely }) => `${wrong}/${falsely} of ${pairs}`);
-  return `${good} of ${scans}; ${pairs.join(', ')}; ${scores[0].mean.toFixed(3)} m`;
+  return `${good} of ${scans}; ${pairs.join(', ')}; ${known(scores[0]).mean.toFixed(3)} m`;
 }
 
 /** Falsely good pairs, wrong pairs and frames that are not good, over some logs: less is better, the first first. @param {LogScore[]} scores */
@@ -277,14 +287,17 @@ function faults(scores) {
 /** @param {number[]} a @param {number[]} b */
 function isLess(a, b) {
   const at = a.findIndex((value, index) => value !== b[index]);
-  return at >= 0 && a[at] < b[at];
+  return at >= 0 && known(a[at]) < known(b[at]);
 }
 
+const wanted = values.thresholds?.split(',').map((number) => Number(number) - 1) ?? [...THRESHOLDS.keys()];
+if (wanted.some((index) => !THRESHOLDS[index])) throw new Error(`--thresholds: numbers from 1 to ${THRESHOLDS.length}`);
 const usual = THRESHOLDS.map(() => 1);
 const asItIs = scored(usual);
 const logs = Object.keys(asItIs);
 /** For each threshold its scores by factor. @type {Map<number, Scores>[]} */
 const byFactor = THRESHOLDS.map((_, index) => {
+  if (!wanted.includes(index)) return new Map([[1, asItIs]]);
   const one = (/** @type {number} */ factor) => usual.map((usually, at) => (at === index ? factor : usually));
   return new Map([[1, asItIs], ...FACTORS.map((factor) => /** @type {const} */ ([factor, scored(one(factor))]))]);
 });
@@ -294,31 +307,35 @@ const rule = (/** @type {number} */ count) => row(Array.from({ length: count }, 
 console.log('Good frames; wrong/falsely good of all pairs, by places and by stretches; mean error of the first.\n');
 row(['threshold', 'factor', ...logs]);
 rule(logs.length + 2);
-row(['as it is', '1', ...logs.map((log) => cell(asItIs[log]))]);
-THRESHOLDS.forEach(({ means }, index) => {
+row(['as it is', '1', ...logs.map((log) => cell(known(asItIs[log])))]);
+for (const index of wanted) {
   for (const factor of FACTORS) {
-    const scores = byFactor[index].get(factor) ?? asItIs;
-    const cells = logs.map((log) => (cell(scores[log]) === cell(asItIs[log]) ? '=' : cell(scores[log])));
-    row([means, `${factor}`, ...cells]);
+    const scores = byFactor[index]?.get(factor) ?? asItIs;
+    const cells = logs.map((log) => {
+      const [now, before] = [cell(known(scores[log])), cell(known(asItIs[log]))];
+      return now === before ? '=' : now;
+    });
+    row([known(THRESHOLDS[index]).means, `${factor}`, ...cells]);
   }
-});
+}
 
 console.log('\nEach log with every threshold chosen on the other logs:\n');
 row(['log', 'as it is', 'chosen on the others', 'factors other than 1']);
 rule(4);
 for (const log of logs) {
-  const others = (/** @type {Scores} */ scores) => logs.filter((other) => other !== log).map((other) => scores[other]);
+  const others = (/** @type {Scores} */ scores) =>
+    logs.filter((other) => other !== log).map((other) => known(scores[other]));
   const factors = byFactor.map((scores) => {
     let best = 1;
-    for (const factor of FACTORS) {
-      const known = (/** @type {number} */ of) => faults(others(scores.get(of) ?? asItIs));
-      if (isLess(known(factor), known(best))) best = factor;
+    for (const factor of scores.keys()) {
+      const faultsBy = (/** @type {number} */ of) => faults(others(scores.get(of) ?? asItIs));
+      if (isLess(faultsBy(factor), faultsBy(best))) best = factor;
     }
     return best;
   });
   const changed = THRESHOLDS.flatMap(({ means }, index) =>
     factors[index] === 1 ? [] : [`${means} x ${factors[index]}`],
   );
-  row([log, cell(asItIs[log]), cell(scored(factors, log)[log]), changed.join(', ') || 'none']);
+  row([log, cell(known(asItIs[log])), cell(known(scored(factors, log)[log])), changed.join(', ') || 'none']);
 }
 if (!values.scratch) rmSync(scratch, { recursive: true });

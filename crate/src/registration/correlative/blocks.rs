@@ -1,9 +1,8 @@
 //! Bounds of the blocks of a window: for several turns at once, and for single turns where these do not rule a block out.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::ops::Range;
 
-use super::branch_and_bound::Candidate;
 use super::grid::{BlockRows, Buffers, LANES, NUM_LEVELS};
 use super::turns::{RotatedSource, Segment, Turns};
 
@@ -13,6 +12,17 @@ const MOST_ACROSS: i32 = 16;
 const POINTS_AT_ONCE: usize = 256;
 /// Turns that are bounded together: under these, points 10 m away move by fewer than so many cells.
 const TURNS_TOGETHER: usize = 8;
+
+/// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub bound: u32,
+    pub level: usize,
+    pub rotated: usize,
+    pub turn: i32,
+    pub x: i32,
+    pub y: i32,
+}
 
 /// Rows of [`LANES`] blocks, one below the other; 0 where the window has no such block.
 type Column = Vec<[u32; LANES]>;
@@ -32,6 +42,13 @@ pub(super) struct Blocks<'a> {
     largest: Vec<u32>,
     /// The bounds of single turns, column by column, where they were needed.
     of_turns: Vec<OnceCell<Column>>,
+    known: RefCell<Known>,
+}
+
+/// All blocks whose bounds are at least `least`, as far as searches have needed them.
+struct Known {
+    least: u32,
+    candidates: Vec<Candidate>,
 }
 
 impl<'a> Blocks<'a> {
@@ -44,7 +61,9 @@ impl<'a> Blocks<'a> {
         let groups: Vec<Range<usize>> = starts.map(|start| start..(start + TURNS_TOGETHER).min(turns.len())).collect();
         let num_columns = shifts.len().div_ceil(LANES);
         let of_turns = (0..turns.len() * num_columns).map(|_| OnceCell::new()).collect();
-        let mut blocks = Self { turns, level, shifts, groups, bounds: Vec::new(), largest: Vec::new(), of_turns };
+        let known = RefCell::new(Known { least: u32::MAX, candidates: Vec::new() });
+        let (bounds, largest) = (Vec::new(), Vec::new());
+        let mut blocks = Self { turns, level, shifts, groups, bounds, largest, of_turns, known };
         blocks.bounds = blocks.together();
         blocks.largest = blocks.bounds.iter().map(|column| column.iter().flatten().fold(0, |a, &b| a.max(b))).collect();
         blocks
@@ -54,14 +73,14 @@ impl<'a> Blocks<'a> {
     fn together(&self) -> Vec<Column> {
         let (mut bounds, mut buffers) = (Vec::with_capacity(self.groups.len()), Buffers::default());
         for group in &self.groups {
-            let source = self.turns.together(group, self.level, self.shifts.len());
-            for first in (0..self.shifts.len()).step_by(LANES) {
+            let source = self.turns.together(group, self.level);
+            for (first, xs) in (0_i32..).step_by(LANES).zip(self.shifts.chunks(LANES)) {
                 let mut column = vec![[255 * source.num_uncovered; LANES]; self.shifts.len()];
                 for (width, rotated) in &source.by_width {
                     let squares = self.turns.grid.squares(self.level, *width);
-                    add_to(&mut column, squares, rotated, (first as i32, 0), &mut buffers);
+                    add_to(&mut column, squares, rotated, (first, 0), &mut buffers);
                 }
-                cut(&mut column, self.shifts.len() - first);
+                cut(&mut column, xs.len());
                 bounds.push(column);
             }
         }
@@ -73,8 +92,23 @@ impl<'a> Blocks<'a> {
         self.largest.iter().fold(0, |most, &bound| bound.max(most))
     }
 
+    /// All blocks whose bound is at least `least` and below `end`.
+    pub(super) fn between(&self, least: u32, end: u32) -> Vec<Candidate> {
+        let known = &mut *self.known.borrow_mut();
+        if least < known.least {
+            let end = std::mem::replace(&mut known.least, least);
+            self.visit(least, |candidate| {
+                if candidate.bound < end {
+                    known.candidates.push(candidate);
+                }
+            });
+        }
+        let is_between = |candidate: &&Candidate| (least..end).contains(&candidate.bound);
+        known.candidates.iter().filter(is_between).copied().collect()
+    }
+
     /// Shows all blocks whose bound is at least `least`.
-    pub(super) fn visit(&self, least: u32, mut visit: impl FnMut(Candidate)) {
+    fn visit(&self, least: u32, mut visit: impl FnMut(Candidate)) {
         let num_columns = self.shifts.len().div_ceil(LANES);
         for (index, (column, &largest)) in self.bounds.iter().zip(&self.largest).enumerate() {
             if largest < least {
@@ -164,6 +198,18 @@ mod tests {
             .map(f64::from)
             .map(|index| range(index) * Vector2::new((index * step).cos(), (index * step).sin()))
             .collect()
+    }
+
+    #[test]
+    fn points_beyond_all_cells_are_passed_over() {
+        let grid = LikelihoodGrid::new(&source(0.11)[..60]);
+        let far = [[1e12, 0.0], [0.0, -1e12], [-1e30, 1e30], [3.0, 1.0]].map(Vector2::from);
+        for half_cells in [3, 30] {
+            let blocks = Blocks::new(Turns::new(&grid, &far, &Pose2::identity(), (0.01, 9), half_cells));
+            let most = 255 * far.len() as u32;
+            assert!(blocks.between(0, u32::MAX).iter().all(|candidate| candidate.bound <= 255));
+            assert!(blocks.largest() <= most);
+        }
     }
 
     #[test]

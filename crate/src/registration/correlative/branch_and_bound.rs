@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Candidate};
 
 /// Poses that a search passes over, in cells and steps of turn from the centre of its window.
 #[derive(Debug, Clone, Copy)]
@@ -20,17 +20,6 @@ impl Excluded {
         (f64::from(turn) - self.turn).abs() <= self.turns
             && far(x, self.away.x).powi(2) + far(y, self.away.y).powi(2) <= self.radius * self.radius
     }
-}
-
-/// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    pub bound: u32,
-    pub level: usize,
-    pub rotated: usize,
-    pub turn: i32,
-    pub x: i32,
-    pub y: i32,
 }
 
 /// A search in progress.
@@ -56,12 +45,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
             if least >= done || self.best.is_some_and(|best| best.bound >= self.enough) {
                 break;
             }
-            let mut candidates = Vec::new();
-            self.blocks.visit(least, |candidate| {
-                if candidate.bound < done {
-                    candidates.push(candidate);
-                }
-            });
+            let mut candidates = self.blocks.between(least, done);
             self.look_into_all(&mut candidates);
             done = least;
         }

@@ -19,7 +19,7 @@ pub(super) const LANES: usize = 8;
 /// Zeros on either side of a row of blocks, as many as are scored together.
 const PADDING: i32 = 8;
 /// Blocks across the largest squares.
-pub(super) const MAX_SQUARE: usize = 8;
+pub(super) const MAX_SQUARE: i32 = 8;
 
 /// A target drawn into a pyramid of likelihoods. Levels are made when a search first needs them.
 pub struct LikelihoodGrid {
@@ -35,7 +35,7 @@ pub struct LikelihoodGrid {
     /// The same by rows of blocks.
     rows: [OnceCell<BlockRows>; NUM_LEVELS],
     /// `squares[h][n - 1]` holds for each block of 2^h x 2^h cells the largest likelihood in the square of n blocks from it on.
-    squares: [[OnceCell<BlockRows>; MAX_SQUARE]; NUM_LEVELS],
+    squares: [[OnceCell<BlockRows>; MAX_SQUARE as usize]; NUM_LEVELS],
 }
 
 impl LikelihoodGrid {
@@ -117,7 +117,7 @@ impl LikelihoodGrid {
 
     /// Columns and rows of blocks of a level, with [`MAX_SQUARE`] empty ones before them: squares reach from there onto the grid.
     pub(super) fn size_in_blocks(&self, level: usize) -> (i32, i32) {
-        let blocks = |cells: i32| ((cells + (1 << level) - 1) >> level) + MAX_SQUARE as i32;
+        let blocks = |cells: i32| ((cells + (1 << level) - 1) >> level) + MAX_SQUARE;
         (blocks(self.width), blocks(self.height))
     }
 
@@ -209,9 +209,9 @@ impl BlockRows {
         let length = width + 2 * PADDING;
         let mut cells = vec![0; (height * length) as usize];
         let level_rows = grid.level(level).chunks_exact(grid.width.max(1) as usize).step_by(1 << level);
-        for (blocks, row) in cells.chunks_exact_mut(length as usize).skip(MAX_SQUARE).zip(level_rows) {
+        for (blocks, row) in cells.chunks_exact_mut(length as usize).skip(MAX_SQUARE as usize).zip(level_rows) {
             for (block, &entry) in
-                blocks[PADDING as usize + MAX_SQUARE..].iter_mut().zip(row.iter().step_by(1 << level))
+                blocks[(PADDING + MAX_SQUARE) as usize..].iter_mut().zip(row.iter().step_by(1 << level))
             {
                 *block = entry;
             }
@@ -276,7 +276,7 @@ impl BlockRows {
 #[inline]
 fn floor(value: f64) -> i32 {
     let whole = value as i32;
-    whole - i32::from(value < f64::from(whole))
+    whole.saturating_sub(i32::from(value < f64::from(whole)))
 }
 
 /// Raises each of `values` to its counterpart in `others`.

@@ -14,8 +14,8 @@ mod grid;
 mod turns;
 
 use crate::geometry::{Pose2, RigidMotion};
-use blocks::Blocks;
-use branch_and_bound::{Candidate, Excluded, Search};
+use blocks::{Blocks, Candidate};
+use branch_and_bound::{Excluded, Search};
 pub use grid::{LikelihoodGrid, RESOLUTION};
 use turns::Turns;
 

@@ -39,8 +39,10 @@ pub(super) struct Segment<'a> {
 impl RotatedSource {
     /// From all cells of the source, which are shifted from the first to the last of `shifts` on a grid of this size.
     fn new(size: (i32, i32), cells: &[(i32, i32)], shifts: (i32, i32)) -> Self {
-        let is_on = |cell: i32, size: i32| cell + shifts.1 >= 0 && cell + shifts.0 < size;
-        let stays_on = |cell: i32, size: i32| cell + shifts.0 >= 0 && cell + shifts.1 < size;
+        let first = |cell: i32| cell.saturating_add(shifts.0);
+        let last = |cell: i32| cell.saturating_add(shifts.1);
+        let is_on = |cell: i32, size: i32| last(cell) >= 0 && first(cell) < size;
+        let stays_on = |cell: i32, size: i32| first(cell) >= 0 && last(cell) < size;
         let mut entries: Vec<((i32, i32), usize)> = Vec::with_capacity(cells.len());
         for &cell in cells {
             match entries.last_mut() {
@@ -130,7 +132,8 @@ pub(super) struct Turns<'a> {
     half: i32,
     /// Shifts in x and y reach so far.
     pub half_cells: i32,
-    made: Vec<OnceCell<RotatedSource>>,
+    /// The steps of each turn from the centre, and the source under it.
+    made: Vec<(i32, OnceCell<RotatedSource>)>,
 }
 
 /// The source under several turns, for blocks of one side: for each number of blocks across those whose square covers all cells
@@ -149,7 +152,7 @@ impl<'a> Turns<'a> {
         (step, half): (f64, i32),
         half_cells: i32,
     ) -> Self {
-        let made = (-half..=half).map(|_| OnceCell::new()).collect();
+        let made = (-half..=half).map(|turn| (turn, OnceCell::new())).collect();
         Self { grid, source, center: *center, step, half, half_cells, made }
     }
 
@@ -159,7 +162,7 @@ impl<'a> Turns<'a> {
 
     /// Steps of a turn from the centre.
     pub(super) fn turn(&self, index: usize) -> i32 {
-        index as i32 - self.half
+        self.made[index].0
     }
 
     /// The index of a turn by so many steps; `None` outside the window.
@@ -173,7 +176,7 @@ impl<'a> Turns<'a> {
 
     /// The source under one turn.
     pub(super) fn get(&self, index: usize) -> &RotatedSource {
-        self.made[index].get_or_init(|| {
+        self.made[index].1.get_or_init(|| {
             let (rotation, shift) = (self.rotation(index), self.center.translation.vector);
             let cells: Vec<_> = self.source.iter().map(|p| self.grid.cell(&(rotation * p + shift))).collect();
             let size = (self.grid.width, self.grid.height);
@@ -181,28 +184,29 @@ impl<'a> Turns<'a> {
         })
     }
 
-    /// The source under all of these turns, for so many blocks of a level in a row, of which the first is at `-half_cells`.
-    pub(super) fn together(&self, turns: &Range<usize>, level: usize, num_blocks: usize) -> TurnedSource {
+    /// The source under all of these turns, for the window's blocks of a level, of which the first is at `-half_cells`.
+    pub(super) fn together(&self, turns: &Range<usize>, level: usize) -> TurnedSource {
         let (first, last) = (self.rotation(turns.start), self.rotation(turns.end - 1));
         let shift = self.center.translation.vector;
         // An arc leaves its chord by no more than its height.
         let height = 1.0 - (0.5 * (turns.len() - 1) as f64 * self.step).cos();
-        let mut corners: [Vec<(i32, i32)>; MAX_SQUARE] = Default::default();
+        let mut corners: [Vec<(i32, i32)>; MAX_SQUARE as usize] = Default::default();
         let mut num_uncovered = 0;
         for point in self.source {
             let (a, b) = (first * point + shift, last * point + shift);
             let margin = Vector2::repeat(height * point.norm() + ROUNDING * self.grid.resolution);
             let (low, high) = (self.grid.cell(&(a.inf(&b) - margin)), self.grid.cell(&(a.sup(&b) + margin)));
-            let block = |cell: i32| ((cell - self.half_cells) >> level) + MAX_SQUARE as i32;
+            let block = |cell: i32| (cell.saturating_sub(self.half_cells) >> level).saturating_add(MAX_SQUARE);
             let corner = (block(low.0), block(low.1));
             let end = (1 << level) - 1;
-            let more = (block(high.0 + end) - corner.0).max(block(high.1 + end) - corner.1);
+            let last = |cell: i32| block(cell.saturating_add(end));
+            let more = last(high.0).saturating_sub(corner.0).max(last(high.1).saturating_sub(corner.1));
             match corners.get_mut(more as usize) {
                 Some(corners) => corners.push(corner),
                 None => num_uncovered += 1,
             }
         }
-        let (size, shifts) = (self.grid.size_in_blocks(level), (0, num_blocks as i32 - 1));
+        let (size, shifts) = (self.grid.size_in_blocks(level), (0, (2 * self.half_cells) >> level));
         let corners = (1..).zip(&corners).filter(|(_, corners)| !corners.is_empty());
         let by_width = corners.map(|(width, corners)| (width, RotatedSource::new(size, corners, shifts)));
         TurnedSource { by_width: by_width.collect(), num_uncovered }
