@@ -236,6 +236,54 @@ fn a_log_that_was_cut_in_mid_scan_gives_the_rest() {
 }
 
 #[test]
+fn a_log_that_was_cut_between_scans_says_so() {
+    let line = |index: usize| format!("ODOM {index}.25 0.50 0.75 0 0 0 {index}.5 h {index}.5\n");
+    let text = drive(60, line) + &line(60);
+    let is_told = |text: &str| {
+        let log = read(text.as_bytes()).unwrap();
+        assert_eq!(log.scans.len(), 60, "{:?}", log.losses);
+        match &log.losses[..] {
+            [] => false,
+            [loss] => loss.starts_with("Line 121, the last one, is cut off"),
+            several => panic!("{several:?}"),
+        }
+    };
+    let last = text[..text.len() - 1].rfind('\n').unwrap() + 1;
+    // Within the word, within its pose, and within what follows that.
+    for end in [last + 1, last + 3, last + 4, last + 9, last + 16, last + 20, last + 26] {
+        assert!(is_told(&text[..end]), "{:?}", &text[last..end]);
+    }
+    assert!(!is_told(&text) && !is_told(&text[..text.len() - 1]) && !is_told(&text[..last]));
+    assert!(!is_told(&format!("{text}# REF")) && !is_told(&format!("{text}MARKER 12")));
+}
+
+#[test]
+fn a_gap_between_lines_of_odometry_is_told_where_scans_have_their_poses_from_them() {
+    let scan = "RAWLASER1 0 -1 2 0.5 30 0.1 0 2 1 2 0 1.5 h 2\n";
+    let with_gap = |gap: std::ops::Range<usize>| {
+        let line =
+            |index: usize| if gap.contains(&index) { String::new() } else { format!("ODOM {index} 0 0 0 0 0 1 h 1\n") };
+        let text: String = (0..100).map(|index| line(index) + scan).collect();
+        read(text.as_bytes()).unwrap().notes
+    };
+    let notes = with_gap(40..46);
+    assert!(notes[0].contains("no line of odometry (ODOM) between scans 39 and 45: for 6 scans"), "{notes:?}");
+    assert!(notes[0].ends_with("or place its scans without odometry (odometry=none)."), "{notes:?}");
+    assert!(with_gap(0..0).is_empty() && with_gap(40..42).is_empty());
+    // Lines that come more rarely than scans are no gap; poses in the scans' own lines need none.
+    let rare: String = (0..100)
+        .map(|index| if index % 4 == 0 { format!("ODOM {index} 0 0 0 0 0 1 h 1\n") } else { String::new() } + scan)
+        .collect();
+    assert!(read(rare.as_bytes()).unwrap().notes.is_empty());
+    let own =
+        drive(
+            60,
+            |index| if (20..40).contains(&index) { String::new() } else { format!("ODOM {index} 0 0 0 0 0 1 h 1\n") },
+        );
+    assert!(read(own.as_bytes()).unwrap().notes.iter().all(|note| !note.contains("ODOM")));
+}
+
+#[test]
 fn the_times_of_the_radish_logs_are_those_of_the_relations() {
     let Some(folder) = shared_data("laser/radish") else { return };
     let log = read(&fs::read(folder.join("aces.clf")).unwrap()).unwrap();

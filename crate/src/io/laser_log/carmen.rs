@@ -27,6 +27,11 @@ const WORDS: [&[u8]; 9] =
 /// four whose poses a program corrected.
 const MIN_REPEATING_SHARE: f64 = 0.9;
 
+/// Odometry has gaps where more than this share of the scans have a line of their own before them ...
+const MIN_FRESH_SHARE: f64 = 0.9;
+/// ... and this number in a row have none: lines may change places.
+const MIN_STALE_SCANS: usize = 3;
+
 /// Words that begin a scan of another laser than the front one.
 const OTHER_LASERS: [&[u8]; 3] = [b"RLASER", b"ROBOTLASER2", b"RAWLASER2"];
 
@@ -51,6 +56,11 @@ struct Reader {
     num_same: usize,
     vertex: Option<Pose2>,
     odometry: Option<Pose2>,
+    /// Words of the `ODOM` line before the last one, and of the last one.
+    num_odometry_words: [usize; 2],
+    /// For each scan whose pose is that of an `ODOM` line its number, and how many such scans came after the line before it.
+    since_odometry: Vec<(usize, usize)>,
+    num_since_odometry: usize,
     /// Scans with a pose of their own after lines of odometry, each at another pose than the scan before; and those of them whose
     /// pose is that of the line.
     num_moved: usize,
@@ -72,7 +82,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         match reader.take(line, text) {
             Err(_) if is_last && !reader.scans.is_empty() => losses.push(cut_off(line)),
             Err(error) => damaged.push(error),
-            Ok(()) if is_last && reader.take_back_if_cut(line) => losses.push(cut_off(line)),
+            Ok(()) if is_last && (reader.take_back_if_cut(line) || reader.is_cut(text)) => losses.push(cut_off(line)),
             Ok(()) => {}
         }
     }
@@ -102,6 +112,9 @@ impl Reader {
             num_same: 0,
             vertex: None,
             odometry: None,
+            num_odometry_words: [0; 2],
+            since_odometry: Vec::new(),
+            num_since_odometry: 0,
             num_moved: 0,
             num_repeating: 0,
             field_of_view: None,
@@ -122,7 +135,11 @@ impl Reader {
                 fields.next = 2;
                 self.vertex = Some(fields.pose("VERTEX2")?);
             }
-            b"ODOM" => self.odometry = Some(fields.pose("ODOM")?),
+            b"ODOM" => {
+                self.odometry = Some(fields.pose("ODOM")?);
+                self.num_odometry_words = [self.num_odometry_words[1], fields.words.len()];
+                self.num_since_odometry = 0;
+            }
             b"PARAM" => self.parameter(&fields),
             kind if kind == self.kind => {
                 self.num_scans += 1;
@@ -145,6 +162,29 @@ impl Reader {
             self.num_words_after.pop();
         }
         is_cut
+    }
+
+    /// Whether the file's last line, which is no scan, ends within its word or lacks words that the line of odometry before has.
+    fn is_cut(&self, text: &[u8]) -> bool {
+        let Some(word) = words(text).next().filter(|_| !is_comment(text)) else { return false };
+        let [before, last] = self.num_odometry_words;
+        let is_part = |whole: &&[u8]| whole.len() > word.len() && whole.starts_with(word);
+        if word == b"ODOM" { last < before } else { WORDS.iter().any(is_part) && !WORDS.contains(&word) }
+    }
+
+    /// The longest gap between lines of odometry, where scans have their poses from these and nearly every one has its own.
+    fn gap_of_odometry(&self) -> Option<String> {
+        let num_fresh = self.since_odometry.iter().filter(|(_, since)| *since == 0).count();
+        let is_usual = num_fresh as f64 > MIN_FRESH_SHARE * self.since_odometry.len() as f64;
+        let &(last, since) =
+            self.since_odometry.iter().max_by_key(|(number, since)| (*since, std::cmp::Reverse(*number)))?;
+        (is_usual && since >= MIN_STALE_SCANS).then(|| {
+            format!(
+                "The log has no line of odometry (ODOM) between scans {} and {last}: for {since} scans the robot seems to stand \
+                 still. Complete the log, or place its scans without odometry (odometry=none).",
+                last - since
+            )
+        })
     }
 
     /// Parameters say what a FLASER line does not. Unknown ones, and such that are no numbers, are none of ours.
@@ -189,6 +229,10 @@ impl Reader {
         };
         if self.kind == b"ROBOTLASER1" {
             fields.next += 5; // velocities, safety distances and the axis of turning
+        }
+        if robot.is_some() && (self.kind == b"RAWLASER1" || num_words_after == 0) {
+            self.since_odometry.push((self.num_scans - 1, self.num_since_odometry));
+            self.num_since_odometry += 1;
         }
         let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
         let last = self.scans.last().and_then(|scan| scan.odometry);
@@ -256,6 +300,7 @@ impl Reader {
                 "{same} lines of other kinds of scans were left out: {kind} lines tell more of the laser."
             ));
         }
+        notes.extend(self.gap_of_odometry());
         notes
     }
 

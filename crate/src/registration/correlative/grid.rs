@@ -18,6 +18,8 @@ const MAX_CELLS: f64 = 4e6;
 pub(super) const LANES: usize = 8;
 /// Zeros on either side of a row of blocks, as many as are scored together.
 const PADDING: i32 = 8;
+/// Blocks across the largest squares.
+pub(super) const MAX_SQUARE: i32 = 8;
 
 /// A target drawn into a pyramid of likelihoods. Levels are made when a search first needs them.
 pub struct LikelihoodGrid {
@@ -32,6 +34,8 @@ pub struct LikelihoodGrid {
     levels: [OnceCell<Vec<u8>>; NUM_LEVELS],
     /// The same by rows of blocks.
     rows: [OnceCell<BlockRows>; NUM_LEVELS],
+    /// `squares[h][n - 1]` holds for each block of 2^h x 2^h cells the largest likelihood in the square of n blocks from it on.
+    squares: [[OnceCell<BlockRows>; MAX_SQUARE as usize]; NUM_LEVELS],
 }
 
 impl LikelihoodGrid {
@@ -54,6 +58,7 @@ impl LikelihoodGrid {
             height: 0,
             levels: Default::default(),
             rows: Default::default(),
+            squares: Default::default(),
         };
         let mut reach = 0;
         if !points.is_empty() {
@@ -108,6 +113,20 @@ impl LikelihoodGrid {
     /// A level by rows of blocks.
     pub(super) fn block_rows(&self, level: usize) -> &BlockRows {
         self.rows[level].get_or_init(|| BlockRows::new(self, level))
+    }
+
+    /// Columns and rows of blocks of a level, with [`MAX_SQUARE`] empty ones before them: squares reach from there onto the grid.
+    pub(super) fn size_in_blocks(&self, level: usize) -> (i32, i32) {
+        let blocks = |cells: i32| ((cells + (1 << level) - 1) >> level) + MAX_SQUARE;
+        (blocks(self.width), blocks(self.height))
+    }
+
+    /// For each block of a level the largest likelihood in the square of so many blocks across from it on.
+    pub(super) fn squares(&self, level: usize, width: usize) -> &BlockRows {
+        self.squares[level][width - 1].get_or_init(|| match width {
+            1 => BlockRows::of_blocks(self, level),
+            _ => self.squares(level, width - 1).one_wider(),
+        })
     }
 
     /// The largest of four squares of a finer level, `shift` cells apart; whole rows at once.
@@ -184,6 +203,33 @@ impl BlockRows {
         Self { level, length, height, cells }
     }
 
+    /// The blocks of a level alone, as cells.
+    fn of_blocks(grid: &LikelihoodGrid, level: usize) -> Self {
+        let (width, height) = grid.size_in_blocks(level);
+        let length = width + 2 * PADDING;
+        let mut cells = vec![0; (height * length) as usize];
+        let level_rows = grid.level(level).chunks_exact(grid.width.max(1) as usize).step_by(1 << level);
+        for (blocks, row) in cells.chunks_exact_mut(length as usize).skip(MAX_SQUARE as usize).zip(level_rows) {
+            for (block, &entry) in
+                blocks[(PADDING + MAX_SQUARE) as usize..].iter_mut().zip(row.iter().step_by(1 << level))
+            {
+                *block = entry;
+            }
+        }
+        Self { level: 0, length, height, cells }
+    }
+
+    /// The largest of each cell, of those to the right of and below it, and of the one diagonal from it.
+    fn one_wider(&self) -> Self {
+        let mut cells = self.cells.clone();
+        for shift in [1, self.length as usize, self.length as usize + 1] {
+            let shift = shift.min(cells.len());
+            let end = cells.len() - shift;
+            maximum(&mut cells[..end], &self.cells[shift..]);
+        }
+        Self { cells, ..*self }
+    }
+
     /// Adds to `sums[j][i]` the entries at (x + i * stride, y + j * stride) of points that are shifted, `count` times; nothing
     /// is off the grid. There are at most 257 points.
     pub(super) fn add_to(
@@ -230,7 +276,7 @@ impl BlockRows {
 #[inline]
 fn floor(value: f64) -> i32 {
     let whole = value as i32;
-    whole - i32::from(value < f64::from(whole))
+    whole.saturating_sub(i32::from(value < f64::from(whole)))
 }
 
 /// Raises each of `values` to its counterpart in `others`.

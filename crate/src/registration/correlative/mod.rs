@@ -8,12 +8,16 @@
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
+mod blocks;
 mod branch_and_bound;
 mod grid;
+mod turns;
 
 use crate::geometry::{Pose2, RigidMotion};
-use branch_and_bound::{Blocks, Candidate, Excluded, RotatedSource, Search};
+use blocks::{Blocks, Candidate};
+use branch_and_bound::{Excluded, Search};
 pub use grid::{LikelihoodGrid, RESOLUTION};
+use turns::Turns;
 
 /// Where to search, around a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,8 +65,7 @@ pub struct WindowSearch<'a> {
     /// The turn (rad) that moves the source's furthest point, or one [`MAX_LEVER`] away, by one cell.
     turn_step: f64,
     source: &'a [Vector2<f64>],
-    rotated: Vec<RotatedSource>,
-    blocks: Blocks,
+    blocks: Blocks<'a>,
 }
 
 impl LikelihoodGrid {
@@ -73,17 +76,8 @@ impl LikelihoodGrid {
         let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
-        let (mut cells, mut entries) = (Vec::with_capacity(source.len()), Vec::with_capacity(source.len()));
-        let rotated: Vec<RotatedSource> = (-turns..=turns)
-            .map(|turn| {
-                let rotation = nalgebra::UnitComplex::new(turn as f64 * turn_step) * center.rotation;
-                cells.clear(); // in a loop of its own, which takes two points at a time
-                cells.extend(source.iter().map(|p| self.cell(&(rotation * p + center.translation.vector))));
-                RotatedSource::new(self, turn, &cells, half_cells, &mut entries)
-            })
-            .collect();
-        let blocks = Blocks::new(self, &rotated, half_cells);
-        WindowSearch { grid: self, center: *center, turn_step, source, rotated, blocks }
+        let blocks = Blocks::new(Turns::new(self, source, center, (turn_step, turns), half_cells));
+        WindowSearch { grid: self, center: *center, turn_step, source, blocks }
     }
 
     /// The best pose within `window` around `center`. `None` for an empty source.
@@ -98,13 +92,20 @@ impl WindowSearch<'_> {
         self.run(Vec::new(), (0, u32::MAX), |_| ())
     }
 
-    /// The same, and sooner where a pose near this one scores well: only what scores as much is looked for.
+    /// The same where it scores at least this (mean likelihood, 0..=1), and sooner where none does. `None` there.
+    pub fn best_above(&self, score: f64) -> Option<CorrelativeMatch> {
+        let floor = (score * 255.0 * self.source.len() as f64) as u32; // saturates
+        self.run(Vec::new(), (floor, u32::MAX), |_| ())
+    }
+
+    /// The best pose, sooner than by [`best`](Self::best) where a pose near this one scores well: only what scores as much is looked for.
     pub fn best_from(&self, known: &Pose2) -> Option<CorrelativeMatch> {
         let (away, turn) = self.place(known);
         let (x, y) = (away.x.round() as i32, away.y.round() as i32);
-        let is_inside = x.abs() <= self.blocks.half_cells && y.abs() <= self.blocks.half_cells;
-        let turned = self.rotated.iter().find(|rotated| rotated.turn == turn.round() as i32);
-        let sum = turned.filter(|_| is_inside).map_or(0, |turned| turned.sum(self.grid, (x, y)));
+        let turns = &self.blocks.turns;
+        let is_inside = x.abs() <= turns.half_cells && y.abs() <= turns.half_cells;
+        let turned = turns.index_of(turn.round() as i32).filter(|_| is_inside);
+        let sum = turned.map_or(0, |index| turns.get(index).sum(self.grid, (x, y)));
         self.run(Vec::new(), (sum, u32::MAX), |_| ())
     }
 
@@ -159,8 +160,8 @@ impl WindowSearch<'_> {
         if self.source.is_empty() {
             return None;
         }
-        let Self { grid, rotated, blocks, .. } = self;
-        let best = Search { grid, rotated, blocks, excluded, floor, enough, best: None, visit }.run()?;
+        let Self { grid, blocks, .. } = self;
+        let best = Search { blocks, excluded, floor, enough, best: None, visit }.run()?;
         let turned = nalgebra::UnitComplex::new(best.turn as f64 * self.turn_step) * self.center.rotation;
         let shift = Vector2::new(best.x as f64, best.y as f64) * grid.resolution;
         let pose = Pose2::exp(&Vector3::new(turned.angle(), 0.0, 0.0));

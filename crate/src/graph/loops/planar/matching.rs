@@ -48,7 +48,7 @@ pub struct SubmapMatch {
     pub num_seen: usize,
     /// Share of the source's returns that have a partner, 0..=1.
     pub fitness: f64,
-    /// How well the best other place of the window scores, as a share of this one; 0 where there is none near.
+    /// How well another place of the window scores, as a share of this one; 0 where none is a rival.
     pub rival: f64,
 }
 
@@ -82,10 +82,8 @@ const MAX_REFERENCE_KEYFRAMES: usize = 5;
 const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
 /// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
-/// Smallest distance (m, rad) of a rival pose from the best one ...
+/// Smallest distance (m, rad) of a rival pose from the best one.
 const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
-/// ... where it scores this share of the best.
-const RIVAL_SCORE: f64 = 0.75;
 /// A place is one of several where another one scores more than this share of it.
 pub const MAX_RIVAL: f64 = 0.9;
 
@@ -123,10 +121,10 @@ pub fn match_stretches(
     let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
         let search = target.grid.window(&searched, guess, window);
-        let best = search.best().filter(|best| best.score > MIN_SCORE)?;
+        let best = search.best_above(MIN_SCORE).filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
         let known = (&[start][..], MIN_RIVAL_DISTANCE);
-        let other = search.rival(known, (RIVAL_SCORE * best.score, MAX_RIVAL * best.score));
+        let other = search.rival(known, (MAX_RIVAL * best.score, MAX_RIVAL * best.score));
         rival = other.map_or(0.0, |other| other.score / best.score);
     }
     let found: PlanarRegistration = register(
