@@ -53,10 +53,15 @@ pub struct DegenerateDirection {
 impl DegenerateDirection {
     /// `None` where enough surfaces constrain every direction. Pairs further apart than `tolerance` (m) do not count.
     pub fn of(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Option<Self> {
+        let weakest = Self::by_moved_surfaces(correspondences, tolerance);
+        (!weakest.is_constrained()).then_some(weakest)
+    }
+
+    /// The direction that is constrained least by the surfaces that were moved, whatever their partners are.
+    pub fn by_moved_surfaces(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Self {
         let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
         let normals = fitting.filter_map(|pair| pair.normal.map(|normal| (normal, normal)));
-        let weakest = Self::least_constrained(&normals.collect::<Vec<_>>());
-        (!weakest.is_constrained()).then_some(weakest)
+        Self::least_constrained(&normals.collect::<Vec<_>>())
     }
 
     /// The direction that is constrained least. Surfaces that face along it constrain it if most of their partners in the target do

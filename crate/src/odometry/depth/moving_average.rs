@@ -31,9 +31,13 @@ mod tests {
     fn the_first_values_count_alike_and_later_ones_fade() {
         let mut average = MovingAverage::default();
         assert_eq!(average.of_at_least(0), None);
-        [1.0, 3.0].iter().for_each(|value| average.push(*value));
+        for value in [1.0, 3.0] {
+            average.push(value);
+        }
         assert_eq!((average.of_at_least(2), average.of_at_least(3)), (Some(2.0), None));
-        (0..40).for_each(|_| average.push(5.0));
+        for _ in 0..40 {
+            average.push(5.0);
+        }
         assert!((average.of_at_least(3).unwrap() - 5.0).abs() < 0.01, "{average:?}");
     }
 }

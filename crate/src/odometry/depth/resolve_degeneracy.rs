@@ -9,12 +9,6 @@ use crate::registration::degeneracy::DegenerateDirection;
 const NUM_OFFSETS: i32 = 10;
 /// ... and their spacing (m).
 const OFFSET_STEP: f64 = 0.1;
-/// Share of the surfaces facing along the least constrained direction (0..=1) above which they constrain it. Of 1486 frames
-/// of generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
-pub(super) const WELL_CONSTRAINED_SHARE: f64 = 0.05;
-/// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
-/// generated flats one was off by 4 cm, the others by less than 3.
-const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
 /// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
 const MIN_OVERLAP_RATIO: f64 = 0.6;
 /// Difference in agreement (0..=1) by which one position is told from another.
@@ -25,9 +19,9 @@ impl FrameMatcher<'_> {
     /// objects, but free space does: positions are compared by their agreement, and not by their overlap, which is largest
     /// where nothing new is in view.
     pub(super) fn resolve_degeneracy(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
-        let (weakest, sigma) = (hypothesis.weakest, hypothesis.weakest_sigma());
-        let share = weakest.share;
-        if hypothesis.registration.converged && is_well_constrained(share, sigma) || share > WELL_CONSTRAINED_SHARE {
+        let weakest = hypothesis.weakest;
+        let is_clear = hypothesis.registration.converged && hypothesis.is_well_constrained();
+        if is_clear || hypothesis.has_constraining_surfaces() {
             return hypothesis;
         }
         let agreement_here = self.agreement_at(&hypothesis, &weakest, 0).0;
@@ -59,9 +53,4 @@ impl FrameMatcher<'_> {
         let agreements = steps.map(|steps| self.agreement_at(hypothesis, along, steps));
         agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
     }
-}
-
-/// Whether surfaces constrain a direction that this share of them face along, with this standard deviation (m).
-pub(super) fn is_well_constrained(share: f64, sigma: f64) -> bool {
-    share > WELL_CONSTRAINED_SHARE || sigma < WELL_CONSTRAINED_SIGMA
 }

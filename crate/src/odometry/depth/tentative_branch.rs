@@ -8,7 +8,6 @@ use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
 use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
-use super::resolve_degeneracy::is_well_constrained;
 use super::second_basin::SearchArea;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
@@ -127,8 +126,7 @@ impl TentativeBranch {
         }
         // A pose that corrects others must be well constrained itself: along a bare wall, free space at the borders of
         // objects tells positions apart, but not reliably.
-        let is_reliable =
-            anchored.photometric_ncc.is_some() || is_well_constrained(anchored.weakest.share, anchored.weakest_sigma());
+        let is_reliable = anchored.photometric_ncc.is_some() || anchored.is_well_constrained();
         if is_reliable { BranchOutcome::Refuted(Box::new(anchored)) } else { BranchOutcome::Unresolved }
     }
 

@@ -3,7 +3,7 @@
 use super::super::Verification;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::resolve_degeneracy::{MIN_AGREEMENT_DIFFERENCE, is_well_constrained};
+use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -28,7 +28,7 @@ impl Chain {
             return hypothesis;
         }
         let (weakest, sigma) = (hypothesis.weakest, hypothesis.weakest_sigma());
-        if !hypothesis.is_degenerate && is_well_constrained(weakest.share, sigma) {
+        if !hypothesis.is_degenerate && hypothesis.is_well_constrained() {
             return hypothesis;
         }
         let Some(offset) = self.offset_by_prior(&hypothesis, &weakest, sigma) else { return hypothesis };
