@@ -23,6 +23,8 @@ const MAX_DEPTH: f64 = 7.0;
 const SQUARE_NOISE: f64 = 1.5e-3;
 /// A good frame further off than this (m) is falsely good.
 const MAX_ERROR: f64 = 0.2;
+/// The same before a bare wall, after a few steps (m).
+const MAX_GOOD_ERROR_AT_WALL: f64 = 0.03;
 /// The same for its rotation (rad).
 const MAX_ROTATION_ERROR: f64 = 0.17;
 
@@ -125,6 +127,24 @@ fn along_tiles_no_frame_is_falsely_good() {
     for step in [0.4, 1.3, 2.0] {
         check_good_frames(Repetition::Tiles, step, 10, true);
     }
+}
+
+/// Before a near wall that fills the picture, the pieces that a stereo camera makes of it face anywhere: they constrain no position.
+#[test]
+fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
+    let apartment = Apartment::generate(2);
+    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.04, 4f64.to_radians(), 2);
+    truth.truncate(6);
+    let camera = Pinhole::new(640, 480, [384.0, 384.0, 320.0, 240.0]).unwrap();
+    let frame = |index: usize, pose: &Pose3| {
+        let (last, seed) = (&truth[index.saturating_sub(1)], 2000 + index as u64);
+        (pgm(&StereoCamera::default().measure(&apartment.space, pose, last, &camera, seed)), None)
+    };
+    let frames = reconstruct(&camera, &truth, frame);
+    let is_off = |frame: &&(Status, f64, f64)| frame.1 > MAX_GOOD_ERROR_AT_WALL;
+    let wrong = frames.iter().filter(|frame| frame.0 == Status::Good).filter(is_off).count();
+    assert_eq!(wrong, 0, "{frames:?}");
+    assert!(frames.iter().all(|frame| frame.0 != Status::Lost && frame.1 < MAX_ERROR), "{frames:?}");
 }
 
 /// Patches of noise, ragged outlines, holes, flying pixels and errors that are the same in every image: none of them loses a frame

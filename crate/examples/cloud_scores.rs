@@ -50,10 +50,9 @@ fn score(name: &str, clouds: &[PointCloud], truth: &[Pose3], verbose: bool) {
                 estimate.T_world_sensor.rotation_angle().to_degrees(),
                 estimate.overlap,
                 estimate.assessment.agreement,
-                estimate
-                    .registration
-                    .as_ref()
-                    .map_or(1.0, |r| { DegenerateDirection::weakest(&r.correspondences, 3.0 * options.voxel_size,).1 }),
+                estimate.registration.as_ref().map_or(1.0, |r| {
+                    DegenerateDirection::by_moved_surfaces(&r.correspondences, 3.0 * options.voxel_size).share
+                }),
                 begin.elapsed().as_secs_f64() * 1e3,
                 estimate.assessment.reason
             );

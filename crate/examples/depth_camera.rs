@@ -1,7 +1,7 @@
 //! Runs the depth engine on the images of a real camera and writes a line a frame: its status, processor time, evidence and pose.
 //!
-//! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2] [--lines FILE]`, or a folder with `depth` and `rgb`
-//! and `--camera fx,fy,cx,cy --depth-scale 1000`.
+//! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2] [--reverse] [--agree] [--lines FILE]`.
+//! `--agree` compares the depth of successive frames at their poses.
 
 #[path = "depth/processor_time.rs"]
 mod processor_time;
@@ -12,6 +12,9 @@ mod recordings;
 mod scores;
 
 use recordings::{Recording, pgm};
+use scanstitch::camera::Pinhole;
+use scanstitch::evaluation::depth_consistency::{ConsistencyLimits, DepthView};
+use scanstitch::geometry::Pose3;
 use scanstitch::io::depth_png;
 use scanstitch::odometry::depth::ColorUse;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
@@ -68,6 +71,12 @@ fn main() {
             assessment.reason
         );
     }
+    let agreeing = if flag("--agree") { agreeing_steps(&recording, &reconstruction.poses()) } else { Vec::new() };
+    if flag("--agree") {
+        let apart: Vec<usize> = (0..agreeing.len()).filter(|step| !agreeing[*step]).map(|step| order[step]).collect();
+        let count = agreeing.len() - apart.len();
+        eprintln!("{count} of {} steps agree; those after {apart:?} do not", agreeing.len());
+    }
     let worst = seconds.iter().copied().fold(0.0, f64::max);
     eprintln!(
         "{name}: {} frames, good, doubtful, lost {counts:?}; register {:.0} ms a frame, at most {:.0}; loops {}",
@@ -76,6 +85,33 @@ fn main() {
         1000.0 * worst,
         reconstruction.loop_report().num_closed
     );
+}
+
+/// Depths beyond this (m) are not compared: a stereo camera's are noise.
+const MAX_COMPARED_DEPTH: f64 = 5.0;
+
+/// Whether the depth images agree at the poses, for each step from one frame to the next: the measure of `scanstitch consistency`.
+fn agreeing_steps(recording: &Recording, poses: &[Pose3]) -> Vec<bool> {
+    let limits = ConsistencyLimits::default();
+    let scale = recording.depth_scale.unwrap_or(1000.0);
+    let views: Vec<DepthView> = recording
+        .depth
+        .iter()
+        .map(|bytes| {
+            let image = depth_png::read(bytes).expect("a depth image");
+            let intrinsics = recording.intrinsics.expect("a camera");
+            let camera = Pinhole::new(image.width, image.height, intrinsics).expect("a camera");
+            let depths = image.values.iter().map(|&value| f64::from(value) / scale);
+            let depths = depths.map(|depth| if depth > MAX_COMPARED_DEPTH { 0.0 } else { depth as f32 }).collect();
+            DepthView { camera, depths }
+        })
+        .collect();
+    let agrees = |(views, poses): (&[DepthView], &[Pose3])| {
+        let (visible, agreeing) = limits.compare(&views[0], &views[1], &(poses[1].inverse() * poses[0]));
+        let is_enough = visible as f64 >= limits.min_visible * views[1].depths.len() as f64;
+        is_enough && agreeing as f64 >= limits.min_share * visible as f64
+    };
+    views.windows(2).zip(poses.windows(2)).map(agrees).collect()
 }
 
 /// A depth image with more noise (standard deviation over the square of the depth, 1/m), and with this share of its patches

@@ -7,6 +7,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::factors::Correspondence;
+use super::target::SurfaceTarget;
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the least determined direction of motion is measured.
@@ -43,24 +44,60 @@ const CONSTRAINING_SHARE: f64 = 0.01;
 pub struct DegenerateDirection {
     /// Unit vector in the target's frame.
     pub direction: Vector3<f64>,
+    /// Share of all surfaces that constrain it, 0..=1.
+    pub share: f64,
+    /// The same where the partners of the surfaces are not asked: the noise of normals counts.
+    pub apparent_share: f64,
 }
 
 impl DegenerateDirection {
     /// `None` where enough surfaces constrain every direction. Pairs further apart than `tolerance` (m) do not count.
     pub fn of(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Option<Self> {
-        let (weakest, share) = Self::weakest(correspondences, tolerance);
-        (share < CONSTRAINING_SHARE).then_some(weakest)
+        let weakest = Self::by_moved_surfaces(correspondences, tolerance);
+        (!weakest.is_constrained()).then_some(weakest)
     }
 
-    /// The direction that is constrained least, and the share of all surfaces that constrain it.
-    pub fn weakest(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> (Self, f64) {
+    /// The direction that is constrained least by the surfaces that were moved, whatever their partners are.
+    pub fn by_moved_surfaces(correspondences: &[Correspondence<Vector3<f64>>], tolerance: f64) -> Self {
         let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
-        let normals: Vec<Vector3<f64>> = fitting.filter_map(|pair| pair.normal).collect();
-        let spread: Matrix3<f64> = normals.iter().map(|normal| normal * normal.transpose()).sum();
+        let normals = fitting.filter_map(|pair| pair.normal.map(|normal| (normal, normal)));
+        Self::least_constrained(&normals.collect::<Vec<_>>())
+    }
+
+    /// The direction that is constrained least. Surfaces that face along it constrain it if most of their partners in the target do
+    /// as well, otherwise only those whose partners do: on a bare wall the noise of the normals makes pieces face anywhere, and
+    /// they are picked evenly over the directions, but their partners have other errors. Pairs further apart than `tolerance` (m) do not count.
+    pub fn weakest<T: SurfaceTarget<Point = Vector3<f64>>>(
+        correspondences: &[Correspondence<Vector3<f64>>],
+        target: &T,
+        tolerance: f64,
+    ) -> Self {
+        let fitting = correspondences.iter().filter(|pair| pair.residual.abs() < tolerance);
+        let normals = fitting.filter_map(|pair| Some((pair.normal?, target.normal(pair.target)?)));
+        Self::least_constrained(&normals.collect::<Vec<_>>())
+    }
+
+    /// By the normals of both surfaces of each pair.
+    fn least_constrained(normals: &[(Vector3<f64>, Vector3<f64>)]) -> Self {
+        let spread: Matrix3<f64> = normals.iter().map(|(moved, _)| moved * moved.transpose()).sum();
         let eigen = spread.symmetric_eigen();
         let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-        let constraining = normals.iter().filter(|normal| normal.dot(&direction).abs() > CONSTRAINING_COSINE).count();
-        (Self { direction }, constraining as f64 / normals.len().max(1) as f64)
+        let share_of = |constrains: &dyn Fn(f64, f64) -> bool| {
+            let cosines = normals.iter().map(|(moved, partner)| (moved.dot(&direction), partner.dot(&direction)));
+            cosines.filter(|(moved, partner)| constrains(*moved, *partner)).count() as f64 / normals.len().max(1) as f64
+        };
+        let is_confirmed =
+            |moved: f64, partner: f64| moved.abs().min(partner.abs()) > CONSTRAINING_COSINE && moved * partner > 0.0;
+        let apparent_share = share_of(&|moved, _| moved.abs() > CONSTRAINING_COSINE);
+        let confirmed_share = share_of(&is_confirmed);
+        // Surfaces that face along it at a cosine just above the limit have partners just below it.
+        let is_mostly_confirmed = 2.0 * confirmed_share > apparent_share;
+        Self { direction, share: if is_mostly_confirmed { apparent_share } else { confirmed_share }, apparent_share }
+    }
+
+    /// Whether surfaces constrain it at all.
+    pub fn is_constrained(&self) -> bool {
+        self.share >= CONSTRAINING_SHARE
     }
 
     /// Standard deviation (m) along it by the information matrix of the registration, were its residuals independent of each
@@ -253,6 +290,39 @@ mod tests {
         assert!(is_turn_constrained(&Vector3::y(), &with_floor, tolerance));
         let far: Vec<_> = with_floor.into_iter().map(|pair| Correspondence { residual: 1.0, ..pair }).collect();
         assert!(!is_turn_constrained(&Vector3::x(), &far, tolerance), "pairs far apart count for nothing");
+    }
+
+    #[test]
+    fn noise_of_the_normals_constrains_no_direction_along_a_wall() {
+        let mut state = 5_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24) - 0.5
+        };
+        // Noise of 9 degrees; pieces that face along x are picked ten times as often, as even sampling over directions does.
+        let mut facing = |normal: Vector3<f64>| {
+            let noise =
+                Vector3::from_fn(|_, _| 12f64.sqrt() * 9f64.to_radians() * (random() + random() - random()) / 1.7);
+            (normal + noise).normalize()
+        };
+        let mut weakest = |num_across: usize| {
+            let mut normals: Vec<_> = (0..40_000).map(|_| (facing(-Vector3::z()), facing(-Vector3::z()))).collect();
+            let num_usual = normals.iter().filter(|(moved, _)| moved.x.abs() <= CONSTRAINING_COSINE).count() / 10;
+            let mut num_left = num_usual;
+            normals.retain(|(moved, _)| {
+                let is_usual = moved.x.abs() <= CONSTRAINING_COSINE;
+                num_left = num_left.saturating_sub(usize::from(is_usual));
+                !is_usual || num_left > 0
+            });
+            normals.extend((0..600).map(|_| (facing(Vector3::y()), facing(Vector3::y()))));
+            normals.extend((0..num_across).map(|_| (facing(Vector3::x()), facing(Vector3::x()))));
+            DegenerateDirection::least_constrained(&normals)
+        };
+        let bare = weakest(0);
+        assert!(bare.direction.x.abs() > 0.95, "{bare:?}");
+        assert!(bare.apparent_share > 0.1 && bare.share < CONSTRAINING_SHARE && !bare.is_constrained(), "{bare:?}");
+        let with_another = weakest(400);
+        assert!(with_another.share > 0.05 && with_another.is_constrained(), "{with_another:?}");
     }
 
     #[test]

@@ -60,13 +60,8 @@ impl FrameMatcher<'_> {
     /// Refines a registration by brightness, where there is texture and it agrees.
     pub(super) fn refine_by_color(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
         let Some(textured) = &self.textured else { return hypothesis };
-        let weakest = || DegenerateDirection::weakest(&hypothesis.registration.correspondences, FINE_TOLERANCE).0;
-        let open = if hypothesis.is_degenerate {
-            Some(weakest())
-        } else {
-            DegenerateDirection::of(&hypothesis.registration.correspondences, FINE_TOLERANCE)
-        };
-        if let Some(open) = open
+        let is_open = hypothesis.is_degenerate || !hypothesis.weakest.is_constrained();
+        if let Some(open) = is_open.then_some(hypothesis.weakest)
             && let Some(offset) = self.offset_along(textured, &hypothesis, &open)
         {
             if let Some(moved) = self.register_at_offset(textured, &hypothesis, &open, offset) {
@@ -168,12 +163,12 @@ impl FrameMatcher<'_> {
 
     /// A hypothesis moved to the photometric pose, unless the surfaces agree less there.
     fn moved_to(&self, mut hypothesis: PoseHypothesis, result: &PhotometricResult) -> PoseHypothesis {
-        let Evidence { support, overlap, agreement } =
+        let Evidence { support, overlap, agreement, repeatability } =
             self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
         if agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE {
             return hypothesis;
         }
-        hypothesis = PoseHypothesis { support, overlap, agreement, ..hypothesis };
+        hypothesis = PoseHypothesis { support, overlap, agreement, repeatability, ..hypothesis };
         hypothesis.registration.T_target_source = result.T_world_camera;
         // ICP on surfaces alone may cycle without converging.
         hypothesis.registration.converged |= result.converged;

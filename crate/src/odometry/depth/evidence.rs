@@ -27,6 +27,8 @@ pub(super) struct Evidence {
     pub(super) overlap: f64,
     /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
+    /// Share of the frame's surface in the place of the map's that faces as the map's does, 0..=1.
+    pub(super) repeatability: f64,
 }
 
 impl Evidence {
@@ -43,10 +45,13 @@ impl Evidence {
         let (R, t) = rotation_and_translation(T_world_camera);
         let mut frame_in_map = FreeSpaceTally::default();
         let keyframes = reference.keyframes.near(T_world_camera);
+        let mut num_in_place = 0;
         for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
             let tolerance = noise.tolerance(FINE_TOLERANCE, point.z);
             let (point, normal) = (R * point + t, R * normal);
-            match view.classify_leniently(&point, tolerance).facing(&normal, AGREEING_COSINE) {
+            let test = view.classify_leniently(&point, tolerance);
+            num_in_place += usize::from(matches!(test, FreeSpaceTest::Agreeing(_)));
+            match test.facing(&normal, AGREEING_COSINE) {
                 FreeSpaceTest::Agreeing(_) => frame_in_map.agreeing += 1,
                 _ if keyframes.iter().any(|keyframe| keyframe.saw_through(&point, noise)) => {
                     frame_in_map.in_free_space += 1;
@@ -66,7 +71,8 @@ impl Evidence {
         both += map_in_frame;
         let support = (both.agreeing as f64 - CONTRADICTION_WEIGHT * both.in_free_space as f64)
             / (2 * cloud.points.len().max(1)) as f64;
-        Self { support, overlap, agreement: both.agreement() }
+        let repeatability = frame_in_map.agreeing as f64 / num_in_place.max(1) as f64;
+        Self { support, overlap, agreement: both.agreement(), repeatability }
     }
 }
 

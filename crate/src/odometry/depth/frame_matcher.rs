@@ -3,7 +3,7 @@
 use nalgebra::Vector6;
 
 use super::DepthOptions;
-use super::evidence::Evidence;
+use super::evidence::{Evidence, FINE_TOLERANCE};
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::textured_frame::TexturedFrame;
@@ -87,7 +87,8 @@ impl<'a> FrameMatcher<'a> {
     pub(super) fn register_finely(&self, guess: Pose3) -> PoseHypothesis {
         let (view, fine) = (self.view_from(&guess), self.fine.source());
         let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), &self.solver);
-        self.with_evidence(registration, view)
+        let weakest = weakest_direction(&registration, &view);
+        self.with_evidence(registration, weakest, view)
     }
 
     /// The same without motion along a direction.
@@ -98,13 +99,19 @@ impl<'a> FrameMatcher<'a> {
         let (view, solver) = (self.view_from(&guess), self.solver.holding(&along));
         let registration =
             register_with(self.fine.source(), &view, guess, &PointToPlane, &self.final_options(), &solver);
-        self.with_evidence(registration, view)
+        let weakest = weakest_direction(&registration, &view);
+        self.with_evidence(registration, weakest, view)
     }
 
     /// A registration, perhaps to another reference, with the evidence of this one, whose `view` is from about its pose.
-    pub(super) fn with_evidence(&self, registration: SpatialRegistration, view: ProjectiveTarget) -> PoseHypothesis {
+    pub(super) fn with_evidence(
+        &self,
+        registration: SpatialRegistration,
+        weakest: DegenerateDirection,
+        view: ProjectiveTarget,
+    ) -> PoseHypothesis {
         let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis::new(registration, view, &evidence)
+        PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_repeatability())
     }
 
     /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.
@@ -120,6 +127,10 @@ impl<'a> FrameMatcher<'a> {
         }
         options
     }
+}
+
+fn weakest_direction(registration: &SpatialRegistration, view: &ProjectiveTarget) -> DegenerateDirection {
+    DegenerateDirection::weakest(&registration.correspondences, view, FINE_TOLERANCE)
 }
 
 /// Options from an initial pose.

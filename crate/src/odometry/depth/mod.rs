@@ -17,6 +17,7 @@ mod frame_matcher;
 mod grid_search;
 mod hypotheses;
 mod motion_prior;
+mod moving_average;
 mod odometry;
 mod options;
 mod pair_registration;

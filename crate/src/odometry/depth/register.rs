@@ -1,7 +1,6 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
 use super::color::{MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
-use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE, middle_options};
 use super::hypotheses::best_distinct;
 use super::pose_hypothesis::PoseHypothesis;
@@ -9,7 +8,6 @@ use super::propose::Proposals;
 use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
-use crate::registration::degeneracy::DegenerateDirection;
 
 /// Poses of a wide search of which the final registration is computed, at the most.
 const NUM_FINELY_REGISTERED: usize = 3;
@@ -68,7 +66,7 @@ impl FrameMatcher<'_> {
             return best;
         }
         if !best.is_degenerate {
-            let (weakest, _) = DegenerateDirection::weakest(&best.registration.correspondences, FINE_TOLERANCE);
+            let weakest = best.weakest;
             let offset = self.offset_along(textured, &best, &weakest);
             if let Some(offset) = offset.filter(|offset| offset.steps.abs() > SAME_OFFSET_STEPS) {
                 if let Some(moved) = self.register_at_offset(textured, &best, &weakest, offset) {

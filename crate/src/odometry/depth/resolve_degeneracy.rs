@@ -1,6 +1,5 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
-use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::FrameMatcher;
 use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
@@ -10,12 +9,8 @@ use crate::registration::degeneracy::DegenerateDirection;
 const NUM_OFFSETS: i32 = 10;
 /// ... and their spacing (m).
 const OFFSET_STEP: f64 = 0.1;
-/// Share of the surfaces facing along the least constrained direction (0..=1) above which they constrain it. Of 1486 frames
-/// of generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
-const WELL_CONSTRAINED_SHARE: f64 = 0.05;
-/// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
-/// generated flats one was off by 4 cm, the others by less than 3.
-const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
+/// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
+const MIN_OVERLAP_RATIO: f64 = 0.6;
 /// Difference in agreement (0..=1) by which one position is told from another.
 pub(super) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 
@@ -24,9 +19,9 @@ impl FrameMatcher<'_> {
     /// objects, but free space does: positions are compared by their agreement, and not by their overlap, which is largest
     /// where nothing new is in view.
     pub(super) fn resolve_degeneracy(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
-        let (weakest, share) = DegenerateDirection::weakest(&hypothesis.registration.correspondences, FINE_TOLERANCE);
-        let sigma = weakest.sigma(&hypothesis.registration.information);
-        if hypothesis.registration.converged && is_well_constrained(share, sigma) || share > WELL_CONSTRAINED_SHARE {
+        let weakest = hypothesis.weakest;
+        let is_clear = hypothesis.registration.converged && hypothesis.is_well_constrained();
+        if is_clear || hypothesis.has_constraining_surfaces() {
             return hypothesis;
         }
         let agreement_here = self.agreement_at(&hypothesis, &weakest, 0).0;
@@ -34,7 +29,8 @@ impl FrameMatcher<'_> {
         let mut is_resolved = agreement_elsewhere < agreement_here - MIN_AGREEMENT_DIFFERENCE;
         if agreement_elsewhere > agreement_here + MIN_AGREEMENT_DIFFERENCE {
             let other = self.register_finely(elsewhere);
-            if other.agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
+            let tells_as_much = other.overlap > MIN_OVERLAP_RATIO * hypothesis.overlap;
+            if tells_as_much && other.agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
                 is_resolved = self.best_at_offset(&other, &weakest).0 < other.agreement - MIN_AGREEMENT_DIFFERENCE;
                 hypothesis = other;
             }
@@ -57,9 +53,4 @@ impl FrameMatcher<'_> {
         let agreements = steps.map(|steps| self.agreement_at(hypothesis, along, steps));
         agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
     }
-}
-
-/// Whether surfaces constrain a direction that this share of them face along, with this standard deviation (m).
-pub(super) fn is_well_constrained(share: f64, sigma: f64) -> bool {
-    share > WELL_CONSTRAINED_SHARE || sigma < WELL_CONSTRAINED_SIGMA
 }

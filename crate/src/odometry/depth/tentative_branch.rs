@@ -4,16 +4,13 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::DepthOptions;
-use super::evidence::FINE_TOLERANCE;
 use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
 use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
-use super::resolve_degeneracy::is_well_constrained;
 use super::second_basin::SearchArea;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
-use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Cosine between a frame's undetermined direction and the observed error above which the frame may have caused it.
@@ -117,7 +114,9 @@ impl TentativeBranch {
         options: DepthOptions,
     ) -> BranchOutcome {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
-        let anchored = matcher.register_at(*T_world_sensor);
+        let mut anchored = matcher.register_at(*T_world_sensor);
+        // A branch that leads to the same pose is off by no more than this one may be.
+        anchored.is_degenerate &= !anchored.is_held_within(MAX_SIGMA);
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
         if !is_accepted || matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_some() {
             return BranchOutcome::Unresolved;
@@ -127,9 +126,7 @@ impl TentativeBranch {
         }
         // A pose that corrects others must be well constrained itself: along a bare wall, free space at the borders of
         // objects tells positions apart, but not reliably.
-        let (weakest, share) = DegenerateDirection::weakest(&anchored.registration.correspondences, FINE_TOLERANCE);
-        let is_reliable = anchored.photometric_ncc.is_some()
-            || is_well_constrained(share, weakest.sigma(&anchored.registration.information));
+        let is_reliable = anchored.photometric_ncc.is_some() || anchored.is_well_constrained();
         if is_reliable { BranchOutcome::Refuted(Box::new(anchored)) } else { BranchOutcome::Unresolved }
     }
 

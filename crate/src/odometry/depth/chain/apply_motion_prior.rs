@@ -1,10 +1,9 @@
 //! The motion prior, applied to a pose that hardly any surface constrains along one direction.
 
 use super::super::Verification;
-use super::super::evidence::FINE_TOLERANCE;
 use super::super::frame_matcher::FrameMatcher;
-use super::super::pose_hypothesis::{OPEN_ERROR_RATIO, PoseHypothesis};
-use super::super::resolve_degeneracy::{MIN_AGREEMENT_DIFFERENCE, is_well_constrained};
+use super::super::pose_hypothesis::PoseHypothesis;
+use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -28,9 +27,8 @@ impl Chain {
         if is_off || hypothesis.photometric_ncc.is_some() || self.num_rejected > 0 || !hypothesis.is_plausible() {
             return hypothesis;
         }
-        let (weakest, share) = DegenerateDirection::weakest(&hypothesis.registration.correspondences, FINE_TOLERANCE);
-        let sigma = weakest.sigma(&hypothesis.registration.information);
-        if !hypothesis.is_degenerate && is_well_constrained(share, sigma) {
+        let (weakest, sigma) = (hypothesis.weakest, hypothesis.weakest_sigma());
+        if !hypothesis.is_degenerate && hypothesis.is_well_constrained() {
             return hypothesis;
         }
         let Some(offset) = self.offset_by_prior(&hypothesis, &weakest, sigma) else { return hypothesis };
@@ -55,7 +53,7 @@ impl Chain {
         let sigma = match (hypothesis.registration.converged, hypothesis.is_degenerate) {
             // A registration that has not converged knows nothing about the direction.
             (false, _) => f64::INFINITY,
-            (true, true) => OPEN_ERROR_RATIO * sigma,
+            (true, true) => hypothesis.open_error_ratio() * sigma,
             (true, false) => CONSTRAINED_ERROR_RATIO * sigma,
         };
         let difference = predicted.along - direction.dot(&motion.translation.vector);

@@ -113,10 +113,8 @@ impl Chain {
 
     /// Whether the frame leaves at most this multiple of the unexplained brightness (1 - correlation) of other frames.
     fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
-        if self.num_ncc_frames < MIN_NCC_FRAMES {
-            return true;
-        }
-        let expected = 1.0 - UNEXPLAINED_RATIO * (1.0 - self.mean_ncc);
+        let Some(mean_ncc) = self.ncc.of_at_least(MIN_NCC_FRAMES) else { return true };
+        let expected = 1.0 - UNEXPLAINED_RATIO * (1.0 - mean_ncc);
         hypothesis.photometric_ncc.is_none_or(|ncc| ncc > expected.min(SUFFICIENT_NCC))
     }
 

@@ -15,6 +15,7 @@ pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::MotionPrior;
+use super::moving_average::MovingAverage;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::TentativeBranch;
@@ -26,8 +27,6 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 /// Number of frames above which a chain is established: it is kept beside a longer one, and a plausible frame may begin a
 /// tentative branch of it.
 pub(super) const MAX_UNESTABLISHED_FRAMES: usize = 5;
-/// Smallest weight of the last frame in moving averages.
-const MIN_AVERAGE_WEIGHT: f64 = 0.2;
 
 /// Frames that are registered to each other, and their map.
 #[derive(Clone)]
@@ -44,10 +43,8 @@ pub(super) struct Chain {
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
-    /// Moving average of the photometric correlation of appended frames, ...
-    mean_ncc: f64,
-    /// ... and the number of frames in it.
-    num_ncc_frames: u32,
+    /// The photometric correlation of appended frames.
+    ncc: MovingAverage,
     /// Whether a frame fitted about as well at another position within reach.
     surfaces_repeat: bool,
     /// Branches of which the frames are members already, each beginning within the one before it.
@@ -112,8 +109,7 @@ impl Chain {
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
-            mean_ncc: 0.0,
-            num_ncc_frames: 0,
+            ncc: MovingAverage::default(),
             surfaces_repeat: false,
             tentative_branches: Vec::new(),
         };
@@ -175,11 +171,11 @@ impl Chain {
         let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
             self.motion_prior.push(&motion);
+            self.reference.repeatability.push(hypothesis.repeatability);
         }
         (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor, motion), None, 0);
         if let Some(ncc) = hypothesis.photometric_ncc {
-            self.num_ncc_frames += 1;
-            self.mean_ncc += MIN_AVERAGE_WEIGHT.max(1.0 / f64::from(self.num_ncc_frames)) * (ncc - self.mean_ncc);
+            self.ncc.push(ncc);
         }
         for branch in &mut self.tentative_branches {
             branch.push(number, uncertain.is_some().then(|| hypothesis.uncertainty()));

@@ -57,12 +57,13 @@ impl Chain {
             return Some(Proposal::Tracked(PoseHypothesis { is_tracked_on_map: true, ..by_map }));
         }
         let view = matcher.view_from(tracked.T_world_sensor());
-        Some(Proposal::Tracked(matcher.with_evidence(tracked.registration, view)))
+        Some(Proposal::Tracked(matcher.with_evidence(tracked.registration, tracked.weakest, view)))
     }
 
     /// The pose of a frame by one before it alone, if the two determine it.
     fn track_from(&self, before: &PosedFrame, frame: &PreparedSurfels) -> Option<PoseHypothesis> {
-        let (mut reference, T_world_before) = (ReferenceMap::default(), before.T_world_sensor);
+        let (repeatability, T_world_before) = (self.reference.repeatability, before.T_world_sensor);
+        let mut reference = ReferenceMap { repeatability, ..ReferenceMap::default() };
         let view = reference.map.view(&before.frame.image, &T_world_before);
         reference.insert(&before.frame, 0, &T_world_before, &view);
         let matcher = FrameMatcher::new(&reference, frame, self.options);

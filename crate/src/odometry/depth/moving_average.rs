@@ -1,0 +1,43 @@
+//! The moving average of what a chain's frames have in common.
+
+/// Smallest weight of the last value.
+const MIN_WEIGHT: f64 = 0.2;
+
+/// The mean of the first values, then an average in which older ones fade.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct MovingAverage {
+    mean: f64,
+    count: u32,
+}
+
+impl MovingAverage {
+    /// Adds a value.
+    pub(super) fn push(&mut self, value: f64) {
+        self.count += 1;
+        self.mean += MIN_WEIGHT.max(1.0 / f64::from(self.count)) * (value - self.mean);
+    }
+
+    /// The average; `None` of fewer than `min_count` values.
+    pub(super) fn of_at_least(&self, min_count: u32) -> Option<f64> {
+        (self.count >= min_count.max(1)).then_some(self.mean)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MovingAverage;
+
+    #[test]
+    fn the_first_values_count_alike_and_later_ones_fade() {
+        let mut average = MovingAverage::default();
+        assert_eq!(average.of_at_least(0), None);
+        for value in [1.0, 3.0] {
+            average.push(value);
+        }
+        assert_eq!((average.of_at_least(2), average.of_at_least(3)), (Some(2.0), None));
+        for _ in 0..40 {
+            average.push(5.0);
+        }
+        assert!((average.of_at_least(3).unwrap() - 5.0).abs() < 0.01, "{average:?}");
+    }
+}
