@@ -7,7 +7,7 @@ use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::by_time;
 use crate::evaluation::relation_times::time_tolerance;
-use crate::geometry::rotation::turn_about;
+use crate::geometry::rotation::twist_angle;
 use crate::geometry::{Pose2, Pose3};
 use crate::io::trajectory::{Trajectory, in_space};
 
@@ -118,7 +118,7 @@ fn seen_from(reference: &Trajectory, partners: &[Option<usize>], T_world_first: 
     let turn = to_first.map_or_else(UnitQuaternion::identity, |q| in_space(T_world_first).rotation * q);
     let placed = |partner: usize| Placed {
         position: (turn * (reference.positions[partner] - first)).xy() + T_world_first.translation.vector,
-        heading: orientation(partner).map(|q| UnitComplex::new(turn_about(&(turn * q), &Vector3::z_axis()))),
+        heading: orientation(partner).map(|q| UnitComplex::new(twist_angle(&(turn * q), &Vector3::z_axis()))),
     };
     partners.iter().map(|partner| partner.map(placed)).collect()
 }
