@@ -20,8 +20,9 @@ pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f
         return None;
     }
     let gramian = matrix * matrix.transpose();
-    let perpendicular =
-        gramian.m12.abs() <= MAX_OFF_DIAGONAL && gramian.m13.abs() <= MAX_OFF_DIAGONAL && gramian.m23.abs() <= MAX_OFF_DIAGONAL;
+    let perpendicular = gramian.m12.abs() <= MAX_OFF_DIAGONAL
+        && gramian.m13.abs() <= MAX_OFF_DIAGONAL
+        && gramian.m23.abs() <= MAX_OFF_DIAGONAL;
     let unit = gramian.diagonal().iter().all(|length| (length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
     let rotation = if perpendicular && unit { *matrix } else { polar_factor(matrix)? };
     Some(quaternion_of(&rotation))

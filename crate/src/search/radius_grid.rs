@@ -97,7 +97,8 @@ impl<'a> RadiusGrid<'a> {
     fn mark(&mut self, point: Vec3) {
         let position = (point - self.origin) * self.cells_per_metre;
         let cell = position.floor();
-        let [(near_x, far_x), (near_y, far_y), (near_z, far_z)] = (position - cell).to_array().map(sq_distances_to_cells);
+        let [(near_x, far_x), (near_y, far_y), (near_z, far_z)] =
+            (position - cell).to_array().map(sq_distances_to_cells);
         let sq_distance = CELLS_PER_DISTANCE * CELLS_PER_DISTANCE;
         let (may, must) = (sq_distance * (1.0 + MARGIN), sq_distance * (1.0 - MARGIN));
         let (x, y, z) = (cell.x as usize - CELL_REACH, cell.y as usize - CELL_REACH, cell.z as usize - CELL_REACH);
