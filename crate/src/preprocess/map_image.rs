@@ -1,4 +1,4 @@
-//! What a depth image gives to the stitched map: fewer pixels, the steps of coarse depth smoothed, silhouettes left out.
+//! A depth image reduced for the stitched map: every second pixel, coarse depth smoothed, silhouettes left out.
 
 use glam::Vec3;
 use nalgebra::Vector3;
@@ -14,22 +14,22 @@ use crate::geometry::PointCloud;
 pub struct MapImage {
     /// The camera that sees these pixels.
     pub camera: Pinhole,
-    /// Metres a unit of `depths`.
+    /// Unit of `depths` (m).
     pub unit: f32,
-    /// Row by row; 0 where there is no depth.
+    /// Depths, row by row, in `unit`; 0 where there is none.
     pub depths: Vec<u16>,
-    /// Unit normals in 127ths, camera frame; zero where none could be told.
+    /// Unit normals in 127ths, camera frame; zero where unknown.
     pub normals: Vec<[i8; 3]>,
     /// Colours, where the recording has them.
     pub colors: Option<Vec<[u8; 3]>>,
 }
 
-/// Pixels between those that are kept.
+/// Stride of the pixels that are kept.
 const STRIDE: usize = 2;
-/// The finest unit of kept depths (m): far below what depth cameras tell apart.
+/// The finest unit of kept depths (m), far below the resolution of depth cameras.
 const FINEST_UNIT: f64 = 2.5e-4;
-/// A pixel whose depth lies between those of its neighbours, further from both than this share of it, is a mixture of
-/// the surfaces at a silhouette.
+/// A pixel whose depth is between those of its neighbours and differs from both by more than this share of its depth is a
+/// mixed pixel at a silhouette.
 const MIN_MIXED_STEP: f64 = 0.03;
 
 impl MapImage {
@@ -131,7 +131,7 @@ impl MapImage {
         }
     }
 
-    /// The same as a cloud, with unit normals.
+    /// Its points as a cloud with unit normals.
     pub fn cloud(&self, shift: f64) -> PointCloud {
         let most = self.depths.len();
         let (mut positions, mut normals, mut colors) =
@@ -146,7 +146,7 @@ impl MapImage {
     }
 }
 
-/// The depth (m) of each raw value; 0 where it stands for none.
+/// The depth (m) of each raw value; 0 where it has none.
 struct DepthTable {
     depths: Vec<f64>,
     /// Of the model, in raw values.
@@ -182,7 +182,7 @@ impl DepthTable {
     }
 }
 
-/// The plane of a piece of surface.
+/// The plane of a surfel.
 struct Plane {
     normal: Vector3<f64>,
     /// The normal times any of its points (m).
