@@ -42,17 +42,9 @@ impl MapImage {
         model: &DepthModel,
         colors: Option<&ColorImage>,
     ) -> Self {
-        let (width, height) = (image.width.div_ceil(STRIDE), image.height.div_ceil(STRIDE));
-        let full = surfels.camera;
-        let stride = STRIDE as f64;
-        let camera = Pinhole {
-            width,
-            height,
-            fx: full.fx / stride,
-            fy: full.fy / stride,
-            cx: full.cx / stride,
-            cy: full.cy / stride,
-        };
+        let full = Pinhole { width: image.width, height: image.height, ..surfels.camera };
+        let camera = thinned_camera(&full, 0, 0);
+        let Pinhole { width, height, .. } = camera;
         let unit = FINEST_UNIT.max(model.max_range * 1.01 / f64::from(u16::MAX));
         let (a_metre, table) = (1.0 / unit, DepthTable::new(image, model));
         let planes: Vec<Option<Plane>> = surfels.cells.iter().map(|surfel| surfel.as_ref().map(Plane::of)).collect();
@@ -77,7 +69,7 @@ impl MapImage {
                     ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
                 });
                 let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
-                // Halves go up: depths are positive. Signed on the way: unsigned conversions take many instructions.
+                // Rounded half up, for depths are positive. Converted as signed integers, which takes fewer instructions.
                 *kept_depth = ((z * a_metre + 0.5) as i32).clamp(1, i32::from(u16::MAX)) as u16;
                 *kept_normal = normal;
             }
@@ -92,19 +84,11 @@ impl MapImage {
     /// Every second pixel of every second row, from pixel (`left`, `top`) on, each 0 or 1.
     #[must_use]
     pub fn thinned(&self, left: usize, top: usize) -> Self {
-        let Pinhole { width, height, fx, fy, cx, cy } = self.camera;
-        let every_second = |first: usize, count: usize| (first..count).step_by(2);
+        let Pinhole { width, height, .. } = self.camera;
+        let every_second = |first: usize, count: usize| (first..count).step_by(STRIDE);
         let kept = || every_second(top, height).flat_map(|v| every_second(left, width).map(move |u| v * width + u));
-        let camera = Pinhole {
-            width: every_second(left, width).len(),
-            height: every_second(top, height).len(),
-            fx: fx / 2.0,
-            fy: fy / 2.0,
-            cx: (cx - left as f64) / 2.0,
-            cy: (cy - top as f64) / 2.0,
-        };
         Self {
-            camera,
+            camera: thinned_camera(&self.camera, left, top),
             unit: self.unit,
             depths: kept().map(|index| self.depths[index]).collect(),
             normals: kept().map(|index| self.normals[index]).collect(),
@@ -143,6 +127,19 @@ impl MapImage {
         });
         let colors = self.colors.is_some().then_some(colors);
         PointCloud { positions, normals: Some(normals), colors, ..PointCloud::default() }
+    }
+}
+
+/// The camera whose image has every second pixel of every second row of `camera`'s, from pixel (`left`, `top`) on.
+fn thinned_camera(camera: &Pinhole, left: usize, top: usize) -> Pinhole {
+    let stride = STRIDE as f64;
+    Pinhole {
+        width: camera.width.saturating_sub(left).div_ceil(STRIDE),
+        height: camera.height.saturating_sub(top).div_ceil(STRIDE),
+        fx: camera.fx / stride,
+        fy: camera.fy / stride,
+        cx: (camera.cx - left as f64) / stride,
+        cy: (camera.cy - top as f64) / stride,
     }
 }
 

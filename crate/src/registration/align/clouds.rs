@@ -32,7 +32,7 @@ impl PreparedClouds {
     ///
     /// # Errors
     /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
-    /// guess is no rigid motion.
+    /// guess is not a rigid motion.
     pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
         Self::prepare(source, target, options, |_| None)
     }
@@ -93,7 +93,7 @@ impl PreparedClouds {
     /// The inverse of the conversion above.
     ///
     /// # Errors
-    /// When it is no rigid motion.
+    /// When it is not a rigid motion.
     pub fn near(&self, T_target_source: &[f64; 16]) -> Result<Pose3> {
         Ok(self.origin.inverse() * pose_from(T_target_source)? * self.origin)
     }

@@ -46,7 +46,7 @@ pub struct RegistrationResult {
 ///
 /// # Errors
 /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
-/// guess is no rigid motion.
+/// guess is not a rigid motion.
 pub fn register_clouds(
     source: &PointCloud,
     target: &PointCloud,

@@ -135,7 +135,7 @@ impl IcpLab {
     /// Runs the loop from a pose, or from that at which a registration starts.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<&[f64; 16]>) -> Result<IcpTrace> {
         let init = init_T_target_source.map(|rows| self.clouds.near(rows)).transpose()?;
         let (trace, traced) = match &self.clouds.problem {
@@ -170,7 +170,7 @@ impl IcpLab {
     /// The iteration that the loop would do at a pose.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn iteration(&self, T_target_source: &[f64; 16]) -> Result<TracedIteration> {
         self.sampled_iteration(T_target_source, 1)
     }
@@ -178,7 +178,7 @@ impl IcpLab {
     /// The same with every `stride`-th source point only, for large clouds that are dragged by hand.
     ///
     /// # Errors
-    /// When the pose is no rigid motion, or the stride is 0.
+    /// When the pose is not a rigid motion, or the stride is 0.
     pub fn sampled_iteration(&self, T_target_source: &[f64; 16], stride: usize) -> Result<TracedIteration> {
         if stride == 0 {
             return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
@@ -216,7 +216,7 @@ impl IcpLab {
     /// The pose at offsets from a centre, in the coordinates of landscapes and basins (rotation first).
     ///
     /// # Errors
-    /// When the centre is no rigid motion, or there are not as many offsets as unknowns.
+    /// When the centre is not a rigid motion, or there are not as many offsets as unknowns.
     pub fn pose_at(&self, T_center: &[f64; 16], offsets: &[f64]) -> Result<[f64; 16]> {
         fn moved<M: LabMotion>(center: &Pose3, offsets: &[f64]) -> Result<Pose3> {
             let mut tangent = M::Tangent::zeros();
@@ -235,7 +235,7 @@ impl IcpLab {
     /// The offsets of a pose from a centre: the coordinates of landscapes and basins.
     ///
     /// # Errors
-    /// When one of them is no rigid motion.
+    /// When one of them is not a rigid motion.
     pub fn offsets(&self, T_center: &[f64; 16], T_target_source: &[f64; 16]) -> Result<Vec<f64>> {
         fn between<M: LabMotion>(center: &Pose3, pose: &Pose3) -> Vec<f64> {
             M::from_space(center).offsets_to(&M::from_space(pose)).as_slice().to_vec()
@@ -279,7 +279,7 @@ impl IcpLab {
     /// The levels of the correlative search around a centre. `window`: half widths in x and y (m) and in rotation (rad).
     ///
     /// # Errors
-    /// When the clouds are not planar, the centre is no rigid motion, or the window is not finite.
+    /// When the clouds are not planar, the centre is not a rigid motion, or the window is not finite.
     pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
         let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
             let problem = "The correlative search is for planar clouds, and these are clouds in space";
@@ -297,7 +297,7 @@ impl IcpLab {
     /// Groups results by minimum: see [`basin`]. `reference` is a pose in the basin of the minimum that is taken as right.
     ///
     /// # Errors
-    /// When a pose is no rigid motion.
+    /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &Ends, reference: &[f64; 16]) -> Result<Basin> {
         let near = |rows: &[f64; 16]| self.clouds.near(rows);
         either!(self, |problem, _guess| basin::labelled(problem, ends, &near(reference)?, &near))
