@@ -78,7 +78,7 @@ const SCENES = {
   }),
   repeated_doors: () => ({
     title: 'Doors that repeat',
-    look_at: 'The basin of attraction over x and y: stripes, one a door.',
+    look_at: 'The basin of convergence over x and y: stripes, one a door.',
     question: 'A corridor has a niche every two metres. How far off may the first guess be?',
     answer:
       'Less than half of the distance between two niches, 1 m. Beyond it ICP ends one niche further, at a minimum that fits as well: the basin over x repeats every 2 m.',
