@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_in_the_wrong_order_are_told_from_a_surface() {
+    fn swapped_bytes_are_distinguished_from_a_surface() {
         let ramp: Vec<u16> = (0..640).map(|column| 1500 + 3 * column + column % 5).collect();
         let right = image(16, &ramp);
         assert!(!right.has_swapped_bytes() && right.clone().with_swapped_bytes().has_swapped_bytes());
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stretched_image_is_told_from_one_that_is_cut_off() {
+    fn a_stretched_image_is_distinguished_from_a_clipped_one() {
         let ramp = |scale: u16| (0..=255).map(|value| value * scale).collect::<Vec<u16>>();
         assert!(image(8, &ramp(1)).fills_range() && image(16, &ramp(257)).fills_range());
         assert!(!image(16, &ramp(1)).fills_range() && !image(DepthImage::METRES, &ramp(257)).fills_range());

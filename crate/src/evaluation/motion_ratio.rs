@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_have_no_factor_in_common_tell_none() {
+    fn motions_without_a_common_ratio_give_none() {
         let wild: Vec<Option<Pose3>> =
             (0..40).map(|i: u32| Some(Isometry3::translation(f64::from(i * i * 7919 % 97), 0.0, 0.0))).collect();
         assert_eq!(motion_ratio(&wild, &path(40, 1.0, 1.0)).translation, None);

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_beside_their_depth_are_told_from_registered_ones() {
+    fn shifted_colours_are_distinguished_from_registered_ones() {
         assert!(!boxes(0).is_misaligned(), "{:?}", boxes(0));
         assert!(boxes(14).is_misaligned(), "{:?}", boxes(14));
     }

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_the_inverse_depth_is_found_and_steps_are_none() {
+    fn noise_of_the_inverse_depth_is_estimated_without_the_quantisation() {
         for noise in [1.5e-3, 5e-3] {
             assert!((wall(noise) / noise - 1.0).abs() < 0.2, "{} for {noise}", wall(noise));
         }

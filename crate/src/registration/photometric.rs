@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn paint_tells_the_place_along_a_wall_in_any_light() {
+    fn texture_determines_the_position_along_a_wall_under_any_illumination() {
         let truth = Pose3::exp(&Vector6::new(0.01, -0.02, 0.005, 0.07, 0.04, -0.1));
         let before = picture(&wall(&Pose3::identity(), 1.0));
         for gain in [1.0, 0.6, 1.15] {
@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_where_nothing_is_painted_or_seen() {
+    fn there_is_no_result_without_texture_or_overlap() {
         let mut bare = wall(&Pose3::identity(), 1.0);
         let colors = ColorImage { width: 320, height: 240, pixels: vec![[90; 3]; 320 * 240] };
         bare.brightness = Some(Arc::new(Brightness::new(&colors)));

@@ -1,4 +1,4 @@
-//! What a depth camera makes of the exact depth.
+//! The errors of a depth camera: quantisation, noise and missing pixels, applied to exact depth.
 
 use super::super::random::Random;
 use scanstitch::camera::DepthImage;
