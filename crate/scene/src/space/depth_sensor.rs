@@ -1,4 +1,4 @@
-//! The errors of a depth camera: quantisation, noise and missing pixels, applied to exact depth.
+//! The errors of a depth camera, applied to exact depth: quantisation and noise.
 
 use super::super::random::Random;
 use scanstitch::camera::DepthImage;
