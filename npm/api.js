@@ -83,7 +83,7 @@ export function basin_of_attraction(source, target, options = {}) {
   }
 }
 
-/** A pose of sixteen numbers is one, whatever the type of its array. @param {object} grid */
+/** A type cast: the sixteen numbers of a pose may be an array of any type. @param {object} grid */
 function gridOf(grid) {
   return /** @type {import('./index.js').GridOptions} */ (grid);
 }

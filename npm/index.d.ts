@@ -89,19 +89,19 @@ export {
 } from '../pkg/scanstitch.js';
 
 /**
- * Makes the engine ready. Everything else may be called once the promise is fulfilled; calling it again is free.
+ * Loads the engine. All other functions may be called once the promise is fulfilled; further calls have no effect.
  *
  * @param engine Where the engine comes from, when it is not beside this file: its address, its response, its bytes, or
  *   the compiled module, which workers can be sent.
  */
 export function load(engine?: string | URL | Request | Response | BufferSource | WebAssembly.Module): Promise<void>;
 
-/** Some of the fields of a grid; the others have their defaults. */
+/** Any subset of the fields of a grid; missing ones have their default values. */
 export type LabGrid = Partial<Omit<GridOptions, 'T_center'>> & { T_center?: number[] };
 
 /**
  * The cost of a registration over two of its unknowns (m^2): the mean robust loss of a source point, with the pairs searched at
- * every node. Without a grid: x and y, 1 m to either side of where the registration ends, 101 x 101 nodes.
+ * every node. Without a grid: x and y, 1 m to either side of the registration's result, 101 x 101 nodes.
  */
 export function cost_landscape(
   source: PointCloud,
@@ -110,8 +110,8 @@ export function cost_landscape(
 ): { grid: GridOptions; costs: Float64Array<ArrayBuffer>; minima: LocalMinimum[] };
 
 /**
- * Where registrations end that start at the nodes of a grid over one to three unknowns, and which ends are the same minimum.
- * `reference` is a pose of the minimum that is called right; without, where the registration ends.
+ * The results of registrations that start at the nodes of a grid over one to three unknowns, grouped by minimum. `reference` is a
+ * pose in the basin of the minimum that is taken as right; by default the result of the registration.
  */
 export function basin_of_attraction(
   source: PointCloud,
@@ -119,21 +119,21 @@ export function basin_of_attraction(
   options?: Partial<RegistrationOptions> & { grid?: LabGrid; reference?: number[] },
 ): { grid: GridOptions; reference: number[]; ends: BasinEnds } & BasinLabels;
 
-/** A step of somebody's own ICP beside the engine's from the same pose. */
+/** A step of an own ICP beside the engine's step from the same pose. */
 export interface OwnIcpStep {
-  /** Their pose before it: 4 x 4, row by row. */
+  /** The own ICP's pose before the step: 4 x 4, row by row. */
   T_before: number[];
-  /** Their pose after it. */
+  /** The own ICP's pose after the step. */
   T_own: number[];
-  /** Where the engine's step from `T_before` leads. */
+  /** The pose after the engine's step from `T_before`. */
   T_ours: number[];
-  /** How far the two are apart (rad). */
+  /** Rotation between the two poses after the step (rad). */
   rotation: number;
-  /** How far the two are apart (m). */
+  /** Translation between the two poses after the step (m). */
   translation: number;
 }
 
-/** Why their step differs from the engine's. */
+/** Why a step of an own ICP differs from the engine's. */
 export interface OwnIcpFault {
   kind: 'input' | 'pairs' | 'weights' | 'solution' | 'unknown';
   name: string;
@@ -142,18 +142,18 @@ export interface OwnIcpFault {
 
 export interface OwnIcpComparison {
   steps: OwnIcpStep[];
-  /** The first step that differs, from 0; null where all are followed. */
+  /** Index of the first step that differs, from 0; null where all agree. */
   parts_at: number | null;
-  /** The one of the known faults that gives exactly their steps from there; null where all are followed. */
+  /** The known fault that reproduces the own steps from there; null where all agree. */
   fault: OwnIcpFault | null;
-  /** Iterations that the engine's own loop takes from the same start. */
+  /** Number of iterations of the engine's loop from the same start. */
   num_ours: number;
 }
 
 /**
- * Follows somebody's own ICP: from each of their poses (T_target_source after each iteration, 16 numbers, the start before them
- * or not) the engine does one step by `options`, and theirs is compared with it. Where they part, the fault is looked for in the
- * pairs, the weights and the solution. For an ICP without weights and limits give `robust_kernel: 'none'`,
+ * Compares the steps of an own ICP with the engine's: from each of the own poses (T_target_source after each iteration, 16 numbers,
+ * with or without the start before them) the engine does one step by `options`. Where the steps differ, the fault is searched in
+ * the pairs, the weights and the solution. For an ICP without weights and limits give `robust_kernel: 'none'`,
  * `max_correspondence_distance: 1e6` and `max_normal_angle: Math.PI`.
  */
 export function compare_own_icp(
@@ -164,16 +164,16 @@ export function compare_own_icp(
 ): OwnIcpComparison;
 
 /**
- * Reads the poses of an own ICP, a 3 x 3 or 4 x 4 matrix an iteration, from CSV, JSON or npy (by the name's ending). Throws an
- * Error that says what is wrong: not rigid, transposed, a reflection, matrices of other lengths.
+ * Reads the poses of an own ICP, a 3 x 3 or 4 x 4 matrix per iteration, from CSV, JSON or npy (by the file extension). Throws an
+ * Error with the reason: not rigid, transposed, a reflection, matrices of other lengths.
  */
 export function read_own_poses(bytes: Uint8Array, name: string): number[][];
 
-/** A small scene with one thing to see. */
+/** A small scene that demonstrates one effect. */
 export interface LabScene {
   name: string;
   title: string;
-  /** What to look at. */
+  /** A hint at what to observe. */
   look_at: string;
   question: string;
   answer: string;
@@ -182,12 +182,12 @@ export interface LabScene {
   target: Float32Array;
   /** True motion: 4 x 4, row by row. */
   T_reference: number[];
-  /** Options to set side by side, the first to begin with. */
+  /** Options to compare, the initially selected ones first. */
   methods: Partial<RegistrationOptions>[];
 }
 
 /** Names of the scenes of the gallery, in its order. */
 export function lab_scenes(): string[];
 
-/** Makes a scene of the gallery. Throws a RangeError where there is none of this name. */
+/** Makes a scene of the gallery. Throws a RangeError if there is none of this name. */
 export function lab_scene(name: string): LabScene;

@@ -18,7 +18,7 @@ export { WorkerDied };
  */
 
 /**
- * Prepares frames, one after the other, in a thread of its own.
+ * Prepares frames, one after the other, in a separate thread.
  * @template {Job} J
  * @typedef {object} Preparer
  * @property {number} [ahead] frames that it is given at a time, 1 where it does not say: with another one at hand it need

@@ -86,7 +86,7 @@ fn scans_alone_claim_nothing_wrong() {
 }
 
 #[test]
-fn poses_that_never_come_back_are_not_used_and_that_is_told() {
+fn poses_of_a_path_without_revisits_are_not_used_and_a_note_says_so() {
     let drive = generate(&CampusOptions { length: 60.0, ..CampusOptions::default() });
     let run = run(&drive, Settings::default().odometry);
     let notes = run.result().notes;

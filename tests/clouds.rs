@@ -283,7 +283,7 @@ fn a_walk_through_a_room_is_followed_and_what_is_no_part_of_it_is_lost() {
 }
 
 #[test]
-fn a_leap_is_found_by_features_or_told() {
+fn a_leap_is_registered_by_features_or_reported() {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.9);
     let leap = Pose3::from_parts(Vector3::new(0.9, 0.0, -0.6).into(), turn);
     let clouds = [room(&Pose3::identity(), 60_000, 1), room(&leap, 60_000, 2)];

@@ -106,7 +106,7 @@ fn between(source: &PointCloud, target: &PointCloud, voxel_size: f64) -> scansti
 }
 
 #[test]
-fn rooms_that_have_nothing_in_common_are_told_so() {
+fn rooms_without_overlap_are_rejected() {
     let Some(folder) = shared_data(ROOMS) else { return };
     let here = room(&folder, "first", 4);
     for frame in [11, 51, 101] {

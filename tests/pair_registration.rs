@@ -47,7 +47,7 @@ fn a_frame_is_found_in_another_from_no_guess_and_from_a_poor_one() {
 }
 
 #[test]
-fn a_frame_of_another_flat_is_not_believed() {
+fn a_frame_of_another_flat_is_not_accepted() {
     let (here, elsewhere) = (frames(5, &[0]), frames(6, &[3]));
     let found = PairRegistration::new(&here[0].0).register(&elsewhere[0].0, Search::Anywhere, DepthOptions::default());
     assert_ne!(found.assessment.status, Status::Good, "agreement {}", found.assessment.agreement);

@@ -80,7 +80,7 @@ fn closed(poses: &[Pose3], images: &[PreparedSurfels]) -> (Vec<Pose3>, SpatialLo
 }
 
 #[test]
-fn what_a_way_round_adds_up_is_spread_over_it_and_told() {
+fn the_drift_around_a_loop_is_distributed_over_it_and_reported() {
     let (truth, images) = recording();
     let num_round = truth.len() - 8;
     assert!((truth[num_round].translation.vector).norm() < 1e-9, "the walk is back at its start");

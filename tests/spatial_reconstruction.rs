@@ -154,7 +154,7 @@ fn hand_held_recordings_are_within_a_centimetre() {
 /// The last half of a noisy stereo camera's drive, and every fourth frame of all of it, forwards and backwards. No more than 0.55 to
 /// 0.9 of this camera's surface faces as the map's does, wherever it stands.
 #[test]
-fn a_noisy_stereo_camera_is_followed_and_believed() {
+fn a_noisy_stereo_camera_is_tracked_and_good() {
     let Some(folder) = shared_data("rgbd/d435_robot") else { return };
     let camera = Some([384.0, 384.0, 320.0, 237.0]);
     let all = files(&folder.join("depth"), ".png");
@@ -170,7 +170,7 @@ fn a_noisy_stereo_camera_is_followed_and_believed() {
 
 /// Steps of 39 mm made steps of 78 mm in both ways: which one it was is told from the frames alone.
 #[test]
-fn truncated_and_rounded_depth_are_told_apart() {
+fn truncated_and_rounded_depth_are_distinguished() {
     let Some(folder) = shared_data("rgbd") else { return };
     let mut frames = files(&folder.join("apartment_first_floor/depth"), ".png");
     frames.truncate(16);
@@ -219,7 +219,7 @@ fn frames_that_do_not_belong_are_lost_and_the_rest_holds() {
     assert!(mean < 0.02, "{mean}");
 }
 
-/// A walk whose parts come in another order: every frame that is believed is where it should be, and most are believed.
+/// A walk whose parts are in another order: every good frame is right, and most frames are good.
 #[test]
 fn frames_in_a_wrong_order_are_found_again() {
     let Some(folder) = shared_data("rgbd") else { return };
@@ -228,7 +228,7 @@ fn frames_in_a_wrong_order_are_found_again() {
     let order: Vec<usize> = (0..24).chain([3, 17, 8]).chain((0..6).rev()).collect();
     let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
     let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
-    believed_frames_are_right("a wrong order", &run(&frames, None), &truth, &[]);
+    good_frames_are_right("a wrong order", &run(&frames, None), &truth, &[]);
 }
 
 /// Every second frame, so half-metre steps, of which twelve come backwards: the way from the last frame before them to their first
@@ -241,23 +241,23 @@ fn a_block_in_reverse_order_is_found_from_its_end() {
     let order: Vec<usize> = (0..20).chain((20..32).rev()).chain(32..36).collect();
     let frames: Vec<Vec<u8>> = order.iter().map(|&index| all[index].clone()).collect();
     let truth: Vec<Pose3> = order.iter().map(|&index| truth[index]).collect();
-    believed_frames_are_right("a block reversed", &run(&frames, None), &truth, &[]);
+    good_frames_are_right("a block reversed", &run(&frames, None), &truth, &[]);
 }
 
-/// Steps of more than a metre, turns of 50 degrees: what is believed is right, and most is.
+/// Steps of more than a metre, rotations of 50 degrees: good frames are right, and most are good.
 #[test]
 fn every_fifth_frame_is_enough() {
     let Some(folder) = shared_data("rgbd") else { return };
     for name in ["apartment_first_floor", "apartment_second_floor"] {
         let folder = folder.join(name);
         let run = run(&every(5, &files(&folder.join("depth"), ".png")), None);
-        believed_frames_are_right(name, &run, &every(5, &apartment_truth(&folder)), &[]);
+        good_frames_are_right(name, &run, &every(5, &apartment_truth(&folder)), &[]);
     }
 }
 
 /// A recording that begins with frames of the other floor, or has some in between, is that of the floor that most are of.
 #[test]
-fn frames_swapped_between_the_floors_are_not_believed() {
+fn frames_swapped_between_the_floors_are_not_good() {
     let Some(folder) = shared_data("rgbd") else { return };
     let first = folder.join("apartment_first_floor");
     let (all, truth) = (files(&first.join("depth"), ".png"), apartment_truth(&first));
@@ -267,7 +267,7 @@ fn frames_swapped_between_the_floors_are_not_believed() {
         for &index in strangers {
             frames[index] = others[index + 30].clone();
         }
-        believed_frames_are_right("the first floor", &run(&frames, None), truth, strangers);
+        good_frames_are_right("the first floor", &run(&frames, None), truth, strangers);
     }
 }
 
@@ -325,7 +325,7 @@ fn images_that_are_each_stretched_to_the_full_range_are_not_good() {
 
 /// A frame of another flat, a blank and a repeated one.
 #[test]
-fn frames_of_another_flat_are_not_believed() {
+fn frames_of_another_flat_are_not_good() {
     let (others, _) = generated_walk(9);
     for (seed, strangers) in [(4, &[6][..])] {
         let (mut frames, mut truth) = generated_walk(seed);
@@ -336,33 +336,33 @@ fn frames_of_another_flat_are_not_believed() {
         frames[19] = frames[18].clone();
         truth[19] = truth[18];
         let strangers = [strangers, &[15]].concat();
-        let num_believed = believed_and_right(&format!("flat {seed}"), &run(&frames, None), &truth, &strangers);
-        assert!(2 * num_believed >= truth.len(), "flat {seed}: {num_believed} of {}", truth.len());
+        let num_good = count_good_frames(&format!("flat {seed}"), &run(&frames, None), &truth, &strangers);
+        assert!(2 * num_good >= truth.len(), "flat {seed}: {num_good} of {}", truth.len());
     }
 }
 
-/// All that are believed are right, strangers are not, and of those that belong at most one in five is not believed.
-fn believed_frames_are_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) {
-    let num_believed = believed_and_right(name, run, truth, strangers);
+/// All good frames are right, no stranger is good, and at least four in five of the other frames are good.
+fn good_frames_are_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) {
+    let num_good = count_good_frames(name, run, truth, strangers);
     let num_belonging = truth.len() - strangers.len();
-    assert!(5 * num_believed >= 4 * num_belonging, "{name}: {num_believed} of {num_belonging}");
+    assert!(5 * num_good >= 4 * num_belonging, "{name}: {num_good} of {num_belonging}");
 }
 
-/// All that are believed are right, strangers are not, and all others have a reason; how many are believed.
-fn believed_and_right(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) -> usize {
+/// All good frames are right, no stranger is good, and all other frames have a reason. Returns the number of good frames.
+fn count_good_frames(name: &str, run: &SpatialReconstruction, truth: &[Pose3], strangers: &[usize]) -> usize {
     let (poses, assessments) = (run.poses(), run.assessments());
-    let believed: Vec<usize> = (0..poses.len()).filter(|&index| assessments[index].status == Status::Good).collect();
-    for &index in &believed {
+    let good: Vec<usize> = (0..poses.len()).filter(|&index| assessments[index].status == Status::Good).collect();
+    for &index in &good {
         assert!(!strangers.contains(&index), "{name}: {index} belongs elsewhere");
-        let moved = poses[believed[0]].inverse() * poses[index];
-        let off = (truth[believed[0]].inverse() * truth[index]).inverse() * moved;
+        let moved = poses[good[0]].inverse() * poses[index];
+        let off = (truth[good[0]].inverse() * truth[index]).inverse() * moved;
         let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
         assert!(moved < 0.06 && turned < 1.0, "{name}, {index}: {moved} m, {turned} degrees");
     }
     for (index, assessment) in assessments.iter().enumerate() {
-        assert_eq!(assessment.reason.is_empty(), believed.contains(&index), "{name}, {index}");
+        assert_eq!(assessment.reason.is_empty(), good.contains(&index), "{name}, {index}");
     }
-    believed.len()
+    good.len()
 }
 
 #[test]
@@ -444,7 +444,7 @@ fn a_walk_to_and_fro_stays_in_its_map() {
 
 /// The reference's conventions are told, and it changes nothing.
 #[test]
-fn the_truth_is_compared_with_whatever_its_conventions_and_used_for_nothing_else() {
+fn the_reference_is_compared_under_any_convention_and_does_not_affect_the_estimate() {
     let Some(folder) = shared_data("rgbd") else { return };
     let folder = folder.join("apartment_first_floor");
     let mut frames = files(&folder.join("depth"), ".png");

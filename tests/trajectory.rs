@@ -139,7 +139,7 @@ fn every_form_comes_back_without_loss() {
 }
 
 #[test]
-fn forms_are_told_apart() {
+fn formats_are_detected() {
     let quarter = "0.7071067811865476";
     for (text, format, position) in [
         ("0 1 2 3 0 0 0 1\n".to_owned(), TrajectoryFormat::Tum, [1.0, 2.0, 3.0]),
@@ -228,7 +228,7 @@ fn poses_of_frames_that_a_tracker_lost_are_left_out() {
 }
 
 #[test]
-fn broken_matrices_and_arrays_are_told() {
+fn damaged_matrices_and_arrays_are_refused() {
     for (text, expected) in [
         ("1 0 0 0 0 1 0 0 0 0 -1 0\n", "line 1: The matrix mirrors: its determinant is -1."),
         ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: The matrix is not a rotation: R^T R is off the identity by 3."),
@@ -297,7 +297,7 @@ fn separators_comments_and_line_endings() {
 }
 
 #[test]
-fn broken_lines_are_told_by_line_and_column() {
+fn errors_give_line_and_column() {
     for (text, expected) in [
         ("", "The file has no line with numbers. A trajectory has one pose or position a line."),
         ("# nothing\n\n", "The file has no line with numbers. A trajectory has one pose or position a line."),

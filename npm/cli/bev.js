@@ -39,10 +39,10 @@ export const bev = {
   about: 'pixels of a top view projected into a front view by way of the ground',
   help: (engine) => `scanstitch bev --scene SCENE.json --points POINTS.csv [OPTION]...
 
-Follows each pixel to the point of the ground that it sees, and on to the pixel at which the other camera sees that
-point. Both cameras are pinholes; pixel (0, 0) is the middle of the upper left pixel.
+Projects each pixel to the ground, and that point to the pixel of the other camera. Both cameras are pinholes; pixel
+(0, 0) is the centre of the upper left pixel.
 
-The points: a line each, u and v apart by commas or spaces; a first line may name the columns (u, v).
+The points: one per line, u and v separated by commas or spaces; the first line may name the columns (u, v).
 The scene: the two cameras and the ground, in metres and radians, for example
 
   { "axes": "three_js", "plane": { "kind": "level", "height": 0 },
@@ -64,14 +64,14 @@ Options:
     .map(({ name }) => name)
     .join(' | ')} (default: the first)
   --points FILE        the pixels; - reads them from stdin
-  --from VIEW          the view that they are marked in: top | front (default: top)
-  --truncate           projected pixels with their fractions cut off
+  --from VIEW          the view in which they are marked: top | front (default: top)
+  --truncate           projected pixels truncated to whole numbers
   --round              projected pixels rounded
   --polygon            the points are the corners of a region: with --json, also the part of it that the other view
                        shows, clipped before it is projected
-  --pairs FILE         places marked in both views, top_u top_v front_u front_v a line: moves a camera until the
-                       projections fall on the marks, and uses the scene so refined
-  --refine LIST        what is refined: ${PARAMETERS.join(',')} (default: ${REFINED}); ground is the
+  --pairs FILE         points marked in both views, top_u top_v front_u front_v per line: adjusts a camera until the
+                       projections fall on the marks, and uses the refined scene
+  --refine LIST        refined parameters: ${PARAMETERS.join(',')} (default: ${REFINED}); ground is the
                        height of the ground itself
   --camera VIEW        the camera that is refined: top | front (default: front)
 

@@ -93,17 +93,17 @@ Error:
   --relation RELATION     translation_part (m) | rotation_angle_deg | rotation_angle_rad | rotation_part |
                           full_transformation | point_distance (m) | point_distance_error_ratio (rpe, %)
                           (default: translation_part)
-  --delta NUMBER          rpe: how far apart the two poses of a pair are (default: 1)
+  --delta NUMBER          rpe: separation of the two poses of a pair (default: 1)
   --delta-unit UNIT       ${CHOICES['delta-unit'].join(' | ')} (default: frames)
-  --all-pairs             rpe: every pose begins a pair; otherwise a pair begins where the last one ended
-  --delta-tolerance PART  rpe with all pairs: how far off delta a pair may be, as a share of it (default: 0.1)
-  --pairs-from-reference  rpe: path and angle are the reference's, not the estimate's
-  --drift                 the drift as KITTI measures it (%, deg/m), over 100 to 800 m or scaled to a short path
+  --all-pairs             rpe: a pair begins at every pose; otherwise each pair begins where the last one ended
+  --delta-tolerance PART  rpe with all pairs: largest deviation from delta, as a share of it (default: 0.1)
+  --pairs-from-reference  rpe: path and angle are measured along the reference, not the estimate
+  --drift                 drift as in the KITTI benchmark (%, deg/m), over 100 to 800 m or scaled to a short path
 
 Relations (Kuemmerle et al. 2009): mean, deviation, median and largest error, and the share beyond 0.5 m or 5 degrees:
   --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad), whose poses are the nearest in
-                          time: within --max-diff, or half the distance of the estimate's times and 0.1 s at most;
-                          or EDGE2, EDGE_SE3:QUAT, which count the poses from 0
+                          time: within --max-diff, or half the interval of the estimate's times but at most 0.1 s;
+                          or EDGE2, EDGE_SE3:QUAT, which refer to poses by index from 0
   --loops-only            leaves out relations between one pose and the next
 
 Output:

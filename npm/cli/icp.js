@@ -1,5 +1,5 @@
 // @ts-check
-/** `scanstitch icp`: one registration, looked into. */
+/** `scanstitch icp`: one registration, iteration by iteration. */
 import { basename } from 'node:path';
 import { OwnPosesError } from '../lab/own_poses.js';
 import { MOST_POINTS, voxelFor } from '../lab/thinning.js';
@@ -37,16 +37,16 @@ Options:
   --set NAME=VALUE     an option of the registration, as of register() in docs/api.md: metric=point_to_point,
                        robust_kernel=none, max_correspondence_distance=1, voxel_size=0.25, step=gauss_newton, ...
   --trace FILE         every iteration with its pairs, weights and normal equations, as JSON
-  --landscape FILE     the cost over two unknowns around the end, as PNG; dark is low
-  --basin FILE         where registrations end that start there, as PNG: green is this end, other colours are
-                       other minima, black is not converged
+  --landscape FILE     the cost over two unknowns around the result, as PNG; dark is low
+  --basin FILE         the basin of attraction on the same grid of starts, as PNG: green is the result, other colours
+                       are other minima, black is not converged
   --axes I,J           unknowns of both pictures, counted in the plane from 0 in theta, x, y (default: 1,2) and in
                        space in wx, wy, wz, x, y, z (default: 3,4)
-  --half-widths A,B    how far each goes to either side (rad, m; default: 1,1)
+  --half-widths A,B    half width of the pictures along each (rad, m; default: 1,1)
   --size W,H           nodes of the pictures (default: 101,101; of the basin 31,31)
-  --stride N           every N-th source point alone for both pictures: for large clouds (default: 1)
-  --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix an iteration (CSV, JSON, npy): each of its steps
-                       is compared with ours from the same pose, and where they part the fault is named: pairs,
+  --stride N           uses every N-th source point for both pictures, which is faster for large clouds (default: 1)
+  --own FILE           poses of your own ICP, a 3 x 3 or 4 x 4 matrix per iteration (CSV, JSON, npy): each of its steps
+                       is compared with ours from the same pose; where they differ, the cause is reported: pairs,
                        weights or solution
 
 Examples:
@@ -89,7 +89,7 @@ async function run(engine, args) {
 }
 
 /**
- * Options that thin clouds of more points than can be registered in seconds, which is told.
+ * Options that downsample clouds with more points than can be registered in seconds; a message says so.
  * @param {Engine} engine @param {PointCloud} source @param {PointCloud} target @param {Options} options
  * @returns {Promise<Options>}
  */

@@ -23,15 +23,15 @@ export const mapQuality = {
   help: () => `scanstitch map-quality MAP... [OPTION]...
        scanstitch map-quality --frames FOLDER TRAJECTORY... [OPTION]...
 
-Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. They compare maps of the same scans.
+Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. Only maps of the same scans are comparable.
 With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
 frames (in the plane: point-to-line) is printed as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.
 
 Options:
-  --frames FOLDER    one cloud a frame, PLY or PCD, in the order of their numbers, each in its sensor's frame
+  --frames FOLDER    one cloud per frame, PLY or PCD, in the order of their numbers, each in its sensor's frame
   --radius METRES    of the neighbourhood of a point (default: 0.3)
-  --max-points N     points that are looked at, spread over the map; 0 for all (default: 50000)
+  --max-points N     points that are evaluated, spread over the map; 0 for all (default: 50000)
   --json             in full precision
 
 Examples:

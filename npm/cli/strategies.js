@@ -48,11 +48,11 @@ export const strategies = {
   about: 'accuracy, time and map size of strategies of odometry, side by side',
   help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
 
-Runs several strategies over one recording of depth images or clouds: each frame is registered by ICP to the map of all
-before it, and the strategies differ in how that map is kept and how frames are matched with it. The reference, where
-one is found or given, is used for the errors alone.
+Runs several strategies on one recording of depth images or clouds: each frame is registered by ICP to the map of the
+frames before it, and the strategies differ in the map and in the registration. The reference, where one is found or
+given, is used for the errors only.
 
-Printed, a line a strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its growth
+Output, one line per strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its growth
 from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from frame
 to frame (RPE); sharpness of the map (mean map entropy, mean plane variance). Ctrl-C stops; what has been computed is
 printed.

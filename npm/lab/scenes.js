@@ -69,26 +69,26 @@ const SCENES = {
   }),
   circle: () => ({
     title: 'A round room',
-    look_at: 'The weakest direction: a turn about the centre of the room, which is not where the sensor is.',
+    look_at: 'The weakest direction: a rotation about the centre of the room, which is not the position of the sensor.',
     question: 'Inside a cylinder, what is left undetermined: a translation or a rotation?',
     answer:
-      'A rotation, about the centre of the room: it maps the wall onto itself. The turn of the robot (0.2 rad) is not found, its distance from the centre is.',
+      'A rotation about the centre of the room: it maps the wall onto itself. The rotation of the robot (0.2 rad) is not found; its distance from the centre is.',
     ...pair(circle(3, 720), { x: 0.3, y: 0.2, theta: 0.2 }),
     methods: [{ metric: 'point_to_line' }],
   }),
   repeated_doors: () => ({
     title: 'Doors that repeat',
-    look_at: 'The basin of attraction over x and y: stripes, one a door.',
-    question: 'A corridor has a niche every two metres. How far off may the first guess be?',
+    look_at: 'The basin of attraction over x and y: stripes, one per door.',
+    question: 'A corridor has a niche every two metres. How large may the error of the initial guess be?',
     answer:
-      'Less than half of the distance between two niches, 1 m. Beyond it ICP ends one niche further, at a minimum that fits as well: the basin over x repeats every 2 m.',
+      'Less than half of the distance between two niches, 1 m. Beyond it ICP converges one niche further, to a minimum with the same cost: the basin over x repeats every 2 m.',
     ...pair(doors(2), { x: 0.3, y: 0.05, theta: 0.02 }, { max_range: 9 }),
     methods: [{ metric: 'point_to_line' }],
   }),
   large_motion: () => ({
     title: 'Too large a motion',
-    look_at: 'The landscape over x and theta: the start lies in the valley of another minimum.',
-    question: 'The robot turned by 70 degrees. Where does ICP end when it starts at the identity, and what helps?',
+    look_at: 'The landscape over x and theta: the start is in the basin of another minimum.',
+    question: 'The robot turned by 70 degrees. Where does ICP converge from the identity, and what helps?',
     answer:
       'In another minimum, more than 30 degrees off. The basin reaches to about 40 degrees around the truth; a correlative search over all headings starts ICP inside it.',
     ...pair(ROOM, { x: 0.6, y: -0.4, theta: (70 * Math.PI) / 180 }),
@@ -99,10 +99,12 @@ const SCENES = {
   }),
   partial_overlap: () => ({
     title: 'Partial overlap',
-    look_at: 'The pairs: with a wide limit, points that the target never saw are drawn to its edge.',
-    question: 'Half of what the source sees, the target does not. What does the largest distance of a pair decide?',
+    look_at:
+      'The pairs: with a wide limit, points on surfaces that the target does not see are paired with points at its edge.',
+    question:
+      'The target does not see half of the surfaces that the source sees. What is the effect of the largest distance of a pair?',
     answer:
-      'How far points that have no partner pull. With 5 m every point has one, and those that the target never saw are drawn to its edge: the error is several times that with 0.5 m. Neither is right: least squares has no way to say that a point has no partner.',
+      'The influence of points without a true partner. With 5 m every point has a pair, and those on surfaces that the target does not see pull towards its edge: the error is several times that with 0.5 m. Neither is right: least squares cannot express that a point has no partner.',
     source: scan(ROOM, { x: 0.4, y: 0.1, theta: 0.1 }, { field: Math.PI, sigma: 0.005, seed: 2 }),
     target: scan(ROOM, { x: 0, y: 0, theta: 0 }, { field: (2 * Math.PI) / 3, sigma: 0.005, seed: 1 }),
     T_reference: poseIn({ x: 0.4, y: 0.1, theta: 0.1 }),
@@ -114,9 +116,9 @@ const SCENES = {
   outliers: () => ({
     title: 'Outliers',
     look_at: 'The weights of the pairs: with a robust kernel the outliers fade.',
-    question: 'A fifth of the returns come from people walking by. Does least squares mind?',
+    question: 'A fifth of the returns come from people walking by. Do they affect a least-squares fit?',
     answer:
-      'Yes. The squares of a few large residuals outweigh all small ones: the error is ten times and more that with a robust kernel, which gives large residuals small weights.',
+      'Yes. The squares of a few large residuals outweigh all small ones: the error is more than ten times that with a robust kernel, which gives large residuals small weights.',
     ...outliers(0.2, 3),
     methods: [
       { metric: 'point_to_line', robust_kernel: 'none' },
@@ -128,7 +130,7 @@ const SCENES = {
     look_at: 'Which pairs are trimmed, and the error in the table, for three shares.',
     question: 'Is it always better to drop more of the worst pairs?',
     answer:
-      'No. Some 30 % of the returns are wrong: without trimming they pull, with 35 % dropped they are gone. With 90 % dropped, points that fit by chance at the start decide where ICP stays.',
+      'No. About 30 % of the returns are wrong: without trimming they bias the result, with 35 % dropped they have no effect. With 90 % dropped, points that happen to fit at the start keep ICP near the start.',
     ...outliers(0.3, 5),
     methods: [0, 0.35, 0.9].map((trim_fraction) => ({ metric: 'point_to_line', robust_kernel: 'none', trim_fraction })),
   }),
@@ -136,7 +138,7 @@ const SCENES = {
     title: 'Point to point crawls along a wall',
     look_at:
       'Both methods side by side: the number of iterations, and how little each step of point to point moves along the wall.',
-    question: 'Both methods end at the same place. Why does one need so many more iterations?',
+    question: 'Both methods converge to the same pose. Why does one need so many more iterations?',
     answer:
       'Each pair holds its point where it is: along the wall the nearest point moves along with the source, so that each step covers only a small share of the way. Point to line lets the points slide along the wall.',
     ...crawl(),
@@ -151,19 +153,19 @@ const SCENES = {
   }),
   free_plane: () => ({
     title: 'A plane in space',
-    look_at: 'Three directions without measure: the plane slides and turns in itself.',
-    question: 'A camera sees nothing but the floor. How many of its six unknowns are measured?',
+    look_at: 'Three undetermined directions: the plane can slide along itself and rotate about its normal.',
+    question: 'A camera sees nothing but the floor. How many of its six unknowns are determined?',
     answer:
-      'Three: the height and both tilts. The floor slides along itself in x and z and turns about its normal without any residual.',
+      'Three: the height and both tilts. A translation in x or z or a rotation about the normal of the floor changes no residual.',
     ...plane(),
     methods: [{ metric: 'point_to_plane' }],
   }),
   sparse_rings: () => ({
     title: 'Sparse rings',
-    look_at: 'The pairs: point to point joins ring with ring, GICP surface with surface.',
-    question: 'A laser with eight rings moves by 0.3 m. Which method sees the motion, and which the rings?',
+    look_at: 'The pairs: point to point pairs rings with rings, GICP surfaces with surfaces.',
+    question: 'A laser with eight rings moves by 0.3 m. Which method finds the motion?',
     answer:
-      'GICP finds the motion to a few millimetres: neighbouring points give each ring its surface. Point to point joins ring with ring and hardly moves: its error is nearly the whole motion.',
+      'GICP, to a few millimetres, since the normals of neighbouring points represent the surface. Point to point pairs rings with rings and hardly moves: its error is nearly the whole motion.',
     ...rings(),
     methods: [
       { metric: 'gicp', max_correspondence_distance: 1 },

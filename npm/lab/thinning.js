@@ -1,5 +1,5 @@
 // @ts-check
-/** Clouds of so many points that an iteration takes a second: a voxel size that leaves few enough, for the lab and the command line. */
+/** The voxel size for clouds with so many points that an iteration takes a second, for the lab and the command line. */
 
 /** Clouds with more points are thinned: an iteration of them takes a second or more on one core. */
 export const MOST_POINTS = 300_000;

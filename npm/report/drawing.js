@@ -1,7 +1,7 @@
 // @ts-check
 /** The map and the path from above, as one picture of lines and points (SVG), for a page that runs no script. */
 
-/** Of a larger map every so-manieth point is drawn, so that there are at most so many. */
+/** Largest number of points that are drawn; larger maps are sampled evenly. */
 const MOST_POINTS = 20_000;
 /** Points within this quantile of the distances to the path, or this many times their median, are to be in the picture, as on the page. */
 const NEAR_QUANTILE = 0.9;

@@ -216,7 +216,7 @@ function millimetres(metres) {
   return `${(1000 * metres).toFixed(1)} mm`;
 }
 
-/** What the page tells and what the result notes may be the same sentence. @param {readonly string[]} sentences */
+/** Removes repeated sentences, since messages of the page may equal notes of the result. @param {readonly string[]} sentences */
 function unlike(sentences) {
   const letters = (/** @type {string} */ sentence) => sentence.replaceAll(/[^\p{L}\p{N}]+/gu, ' ').trim();
   return [...new Map(sentences.map((sentence) => [letters(sentence), sentence])).values()];

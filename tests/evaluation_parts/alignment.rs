@@ -11,7 +11,7 @@ use scanstitch::io::trajectory::{read, tum_text};
 use crate::samples::winding;
 
 #[test]
-fn a_turned_first_pose_of_the_reference_is_told_and_the_error_with_all_poses_aligned() {
+fn a_rotated_first_pose_of_the_reference_is_reported_with_the_aligned_error() {
     let pose = |i: u32| Pose3::new(Vector3::new(0.3 * f64::from(i), f64::from(i % 5) * 0.2, 0.0), Vector3::zeros());
     let poses: Vec<Pose3> = (0..20).map(pose).collect();
     let mut turned = poses.clone();
@@ -29,7 +29,7 @@ fn a_turned_first_pose_of_the_reference_is_told_and_the_error_with_all_poses_ali
 }
 
 #[test]
-fn umeyama_finds_a_similarity_and_refuses_what_fixes_none() {
+fn umeyama_finds_a_similarity_and_refuses_degenerate_points() {
     let points = winding(50).positions;
     let rotation = Rotation3::from_euler_angles(0.4, -1.0, 2.5);
     let (translation, scale) = (Vector3::new(10.0, -4.0, 0.3), 2.5);

@@ -57,7 +57,7 @@ fn unsorted_times_agree_with_a_search_through_all() {
 }
 
 #[test]
-fn no_overlap_in_time_tells_both_spans_and_guesses() {
+fn an_error_without_overlap_in_time_gives_both_spans_and_a_guess() {
     let reference: Vec<f64> = (0..50).map(|i| 1000.0 + f64::from(i)).collect();
     let told = |estimate: &[f64]| by_time(&reference, estimate, 0.01, 0.0).unwrap_err().to_string();
     let shifted = told(&[0.0, 10.0, 49.0]);

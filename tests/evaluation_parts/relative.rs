@@ -172,7 +172,7 @@ fn figures_of_relations_by_time_on_poses_made_by_hand() {
 }
 
 #[test]
-fn relations_whose_times_fit_no_pose_are_told_with_what_would_help() {
+fn relations_whose_times_fit_no_pose_are_reported_with_the_remedy() {
     let mut random = Random::new(4);
     let mut time = 0.11;
     let stamps: Vec<f64> = (0..500)

@@ -204,7 +204,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     return this.runView()?.map_points ?? null;
   }
 
-  /** What the attribute asks for; what is wrong with it is told in the element. */
+  /** The value of the attribute; an error in it is shown in the element. */
   private openSource(): void {
     this.api.openSource(this.src).catch(() => undefined);
   }
@@ -407,7 +407,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (own === this.num_asked) this.show(tool);
   }
 
-  /** Back to the strategies with what was dropped there, unless something of it is told on the map. */
+  /** Returns to the strategies with the files that were dropped there, unless a message about them is shown on the map. */
   private async compareDropped(): Promise<void> {
     if (!this.is_to_compare || !this.spatial?.facts.result) return;
     this.is_to_compare = false;
@@ -478,7 +478,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const [{ warmUp }] = await Promise.all([import('./datasets/warm-up.js'), import('./spatial/spatial-view.js')]);
       if (!signal.aborted) await warmUp(signal);
     } catch {
-      // Nothing is missing: what could not be loaded now is loaded when it is wanted, or told of then.
+      // A failure is ignored here: the part is loaded again when it is needed, with a message if that fails.
     }
   }
 

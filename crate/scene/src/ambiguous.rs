@@ -1,4 +1,4 @@
-//! Worlds that look the same from several places: what scans alone cannot tell, measured motion can.
+//! Worlds with several similar places: their poses are ambiguous in scans alone, and measured motion resolves them.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! A drive outdoors, round the buildings of a campus: most beams see nothing, and what they see are trees, cars, hedges and the
+//! A drive outdoors around the buildings of a campus: most beams have no return, the others hit trees, cars, hedges and the
 //! ground ahead of slopes.
 
 use nalgebra::Vector2;

@@ -1,4 +1,4 @@
-//! A long drive with a laser as a robot logs it: many scans close to each other, wheels that slip, and the truth.
+//! A long drive as a robot with a laser logs it: dense scans, wheel odometry with slip, and the reference poses.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;

@@ -1,4 +1,4 @@
-//! A walk with the camera in a hand: it sways, nods and trembles.
+//! The sway, nodding and tremor of a hand-held camera, added to a walk.
 
 use nalgebra::{Isometry3, Vector3};
 

@@ -1,4 +1,4 @@
-//! The synthetic world that the samples are rendered from: exact, seeded, the same bytes on every machine.
+//! Synthetic worlds for samples, tests and benchmarks: exact reference poses, seeded, the same bytes on every machine.
 //!
 //! Sines and cosines come from the `libm` crate, since the standard library's differ from platform to platform in the
 //! last digit.

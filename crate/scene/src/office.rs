@@ -1,4 +1,4 @@
-//! A ring of corridors round a block of rooms, and a robot that drives round it: a drive that comes back to its start.
+//! A ring of corridors around a block of rooms, and a drive around it that closes a loop.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

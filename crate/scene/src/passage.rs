@@ -1,4 +1,4 @@
-//! A straight passage between two walls, and what makes it a place: doors, rooms, niches, furniture.
+//! A straight passage between two walls, with landmarks: doors, rooms, niches, furniture.
 
 use nalgebra::{UnitComplex, Vector2};
 

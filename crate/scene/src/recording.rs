@@ -1,4 +1,4 @@
-//! What a robot recorded on a drive, with its exact truth.
+//! The recording of a drive, with the exact reference poses.
 
 use nalgebra::Vector2;
 

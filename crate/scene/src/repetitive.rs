@@ -1,4 +1,4 @@
-//! Rooms in which a depth camera sees the same from several places.
+//! Rooms in which a depth camera sees similar images from several places.
 
 use std::f64::consts::TAU;
 

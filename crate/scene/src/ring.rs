@@ -1,5 +1,5 @@
-//! A corridor that goes round a block and comes back to its start: the camera never looks across, so what its path adds
-//! up in errors shows where it closes.
+//! A corridor around a block that returns to its start. The camera never sees across the block, so the drift of its path
+//! appears where the loop closes.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,4 +1,4 @@
-//! A spinning laser in a world of solids: few rings, each dense along itself, as robots carry it through rooms.
+//! A spinning laser in a world of solids: few rings, each with dense points, as on indoor robots.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! A floor plan: walls, boxes and pillars, by which rays are cast exactly.
+//! A floor plan of walls, boxes and pillars, with exact ray casting.
 
 use nalgebra::Vector2;
 

@@ -1,4 +1,4 @@
-//! Brightness of a colour image in a pyramid of half its size and coarser: texture distinguishes positions along a wall.
+//! The brightness pyramid of a colour image, from half its size downwards, for photometric registration.
 
 use super::{ColorImage, Pinhole};
 
@@ -10,7 +10,7 @@ pub struct Brightness {
     levels: [Level; NUM_LEVELS],
 }
 
-/// One level: pixel (u, v) is the middle of the pixels around (2 u, 2 v) of the level before it.
+/// One level: pixel (u, v) is the smoothed brightness around pixel (2 u, 2 v) of the next finer level.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Level {
     width: usize,
@@ -19,20 +19,20 @@ struct Level {
     values: Vec<u16>,
 }
 
-/// Brightness at a place and its slope.
+/// Brightness at a position and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sample {
-    /// Grey levels, 0 to 255.
+    /// Brightness (grey levels, 0 to 255).
     pub value: f64,
-    /// Grey levels a pixel of the level, along the rows and along the columns.
+    /// Gradient along the rows and along the columns (grey levels per pixel of the level).
     pub slope: [f64; 2],
 }
 
 /// Levels of the pyramid.
 pub(crate) const NUM_LEVELS: usize = 3;
-/// Pixels of the image that make one of the finest level, along each side.
+/// Side of the squares of image pixels that are averaged to a pixel of the finest level.
 const FINEST_BINNING: usize = 2;
-/// Grey levels are kept to this.
+/// Resolution of the stored brightness (grey levels).
 const GREY_UNIT: f64 = 1.0 / 256.0;
 
 impl Brightness {
@@ -55,8 +55,8 @@ impl Brightness {
         Self { levels: [finest, middle, coarsest] }
     }
 
-    /// From all levels, as [`levels`](Self::levels) gives them: columns, rows and values, the finest first. None where they
-    /// are none of one image.
+    /// From all levels, as [`levels`](Self::levels) returns them: columns, rows and values, the finest first. `None` where they
+    /// are not a pyramid of one image.
     pub(crate) fn from_levels(levels: [(usize, usize, Vec<u16>); NUM_LEVELS]) -> Option<Self> {
         let levels = levels.map(|(width, height, values)| Level { width, height, values });
         let is_whole = |level: &Level| level.width.checked_mul(level.height) == Some(level.values.len());
@@ -70,7 +70,7 @@ impl Brightness {
         self.levels.each_ref().map(|Level { width, height, values }| (*width, *height, &values[..]))
     }
 
-    /// What it takes on the heap.
+    /// Memory on the heap (bytes).
     pub(crate) fn num_bytes(&self) -> usize {
         self.levels.iter().map(|level| size_of::<u16>() * level.values.capacity()).sum()
     }
@@ -103,17 +103,17 @@ impl Brightness {
         Some([half(values[index + 1], values[index - 1]), half(values[index + width], values[index - width])])
     }
 
-    /// What is seen at the place (u, v) of a level; none within a pixel of the border.
+    /// Brightness and gradient at (u, v) of a level, by interpolation; `None` within a pixel of the border.
     #[inline]
     pub(crate) fn sample(&self, level: usize, u: f64, v: f64) -> Option<Sample> {
         let Level { width, height, values } = &self.levels[level];
-        // Comparisons that also turn away what is not a number.
+        // Comparisons that are false for NaN.
         if !(u >= 1.0 && v >= 1.0 && u < (*width as f64) - 2.0 && v < (*height as f64) - 2.0) {
             return None;
         }
         let (column, row) = (u as usize, v as usize);
         let (right, down) = (u - column as f64, v - row as f64);
-        // The four rows around the place, each at its columns left, here, right and one further.
+        // The four rows around the position, each at the columns left, here, right and one further.
         let line = |row: usize| {
             let line = &values[row * width + column - 1..][..4];
             [f64::from(line[0]), f64::from(line[1]), f64::from(line[2]), f64::from(line[3])]
@@ -133,7 +133,7 @@ impl Brightness {
 }
 
 impl Level {
-    /// With the kernel 1 4 6 4 1 along rows and columns; what lies beyond the border is as the border.
+    /// Smoothed with the kernel 1 4 6 4 1 along rows and columns; the border is repeated outwards.
     fn smoothed(&self) -> Self {
         let Self { width, height, values } = self;
         let (width, height) = (*width, *height);

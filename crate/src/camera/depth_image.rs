@@ -1,6 +1,6 @@
-//! Depth images as their files have them.
+//! Depth images with the raw values of their files.
 
-/// Raw depth values, row by row from the top; 0 means that nothing was measured.
+/// Raw depth values, row by row from the top; 0 means no measurement.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DepthImage {
     /// Pixels in a row.
@@ -9,16 +9,16 @@ pub struct DepthImage {
     pub height: usize,
     /// `width * height` values.
     pub values: Vec<u16>,
-    /// Bits a value had in the file: 8 (or fewer) or 16; or [`Self::METRES`].
+    /// Bits of a value in the file: 8 (or fewer) or 16; or [`Self::METRES`].
     pub bits: u8,
 }
 
 impl DepthImage {
-    /// `bits` of an image whose file holds metres as fractions: its values are millimetres.
+    /// `bits` of an image whose file holds metres as floating-point numbers; its values are millimetres.
     pub const METRES: u8 = 32;
 
-    /// Whether the two bytes of each value seem to be in the wrong order. Neighbouring pixels mostly see one surface; in the wrong
-    /// order their values differ far more.
+    /// Whether the two bytes of each value are likely in the wrong order: adjacent pixels mostly see one surface, and their values
+    /// differ far more in the wrong order.
     pub(crate) fn has_swapped_bytes(&self) -> bool {
         let swapped = |value: u16| value.swap_bytes();
         self.bits == 16 && self.roughness(|value| value) > MIN_SWAPPED_RATIO * self.roughness(swapped)
@@ -54,7 +54,7 @@ impl DepthImage {
         num_largest > 0 && num_largest < self.values.iter().filter(|value| below.contains(value)).count()
     }
 
-    /// How many pixels have each raw value, up to the largest there is.
+    /// Number of pixels of each raw value, up to the largest one.
     fn histogram(&self) -> Vec<usize> {
         let largest = self.values.iter().copied().max().unwrap_or(0);
         let mut counts = vec![0; usize::from(largest) + 1];
@@ -64,7 +64,7 @@ impl DepthImage {
         counts
     }
 
-    /// The image as the eye can read it: in these colours, from near to far, whatever they are packed as.
+    /// The image in colours from near to far; `colors` may be of any encoding.
     pub fn picture(&self, colors: &[u32]) -> DepthPicture {
         let counts = self.histogram();
         let num_invalid = counts[0];
@@ -89,27 +89,27 @@ impl DepthImage {
     }
 }
 
-/// Bytes are in the wrong order where the values are at least this many times as rough as with their bytes swapped. In 227 images of
-/// six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values a metre) and of generated flats, the right order is
-/// smoother by a factor of 3.9 and more.
+/// Smallest ratio of the roughness of the values to that with swapped bytes for which their order is wrong. Measured on 227 images
+/// of six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values per metre) and of generated flats: the right
+/// order is smoother by a factor of 3.9 and more.
 const MIN_SWAPPED_RATIO: f64 = 2.0;
 
-/// The last twentieth of the range.
+/// Inverse of the share of the range that is its end.
 const RANGE_END: u16 = 20;
 
-/// One pixel in this many, at the near and at the far end, is left out of the range of a picture.
+/// Inverse of the share of pixels at the near and at the far end that the colour range of a picture leaves out.
 const STRAY_SHARE: usize = 100;
 
 /// A depth image in colours.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DepthPicture {
-    /// Row by row: a colour, from the first for `near` to the last for `far`; 0 where nothing was measured.
+    /// Colours row by row, from the first for `near` to the last for `far`; 0 without a measurement.
     pub pixels: Vec<u32>,
-    /// The nearest raw value, the nearest hundredth of the pixels left out; 0 where nothing was measured.
+    /// Raw value of the first colour, the first percentile; 0 where the image has no measurement.
     pub near: u16,
-    /// The farthest, likewise.
+    /// Raw value of the last colour, the 99th percentile; 0 where the image has no measurement.
     pub far: u16,
-    /// Pixels where nothing was measured.
+    /// Number of pixels without a measurement.
     pub num_invalid: usize,
 }
 
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_in_the_wrong_order_are_told_from_a_surface() {
+    fn swapped_bytes_are_distinguished_from_a_surface() {
         let ramp: Vec<u16> = (0..640).map(|column| 1500 + 3 * column + column % 5).collect();
         let right = image(16, &ramp);
         assert!(!right.has_swapped_bytes() && right.clone().with_swapped_bytes().has_swapped_bytes());
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stretched_image_is_told_from_one_that_is_cut_off() {
+    fn a_stretched_image_is_distinguished_from_a_clipped_one() {
         let ramp = |scale: u16| (0..=255).map(|value| value * scale).collect::<Vec<u16>>();
         assert!(image(8, &ramp(1)).fills_range() && image(16, &ramp(257)).fills_range());
         assert!(!image(16, &ramp(1)).fills_range() && !image(DepthImage::METRES, &ramp(257)).fills_range());

@@ -1,6 +1,6 @@
-//! Cameras and what they deliver: depth images, and the rays that their pixels look along.
+//! Cameras and their images: pinhole model, depth and colour images, brightness pyramids, surfel images, bird's-eye views.
 //!
-//! Camera frames: x right, y down, z forward. Pixel (0, 0) is the middle of the upper left pixel.
+//! Camera frames: x right, y down, z forward. Pixel (0, 0) is the centre of the upper left pixel. Read `pinhole` first.
 
 pub mod bev;
 pub(crate) mod brightness;

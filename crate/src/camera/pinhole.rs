@@ -52,29 +52,29 @@ impl Pinhole {
         Self::new(width, height, [f, f, width as f64 / 2.0, height as f64 / 2.0])
     }
 
-    /// The pixel (u, v) that a point (m, camera frame) is seen at, inside the image or not; `None` behind the camera.
+    /// The pixel (u, v) that a point (m, camera frame) projects to, inside the image or not; `None` behind the camera.
     pub fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         (point.z > 0.0)
             .then(|| Vector2::new(self.fx * point.x / point.z + self.cx, self.fy * point.y / point.z + self.cy))
     }
 
-    /// Derivative of [`project`](Self::project) by the point, which lies in front of the camera.
+    /// Derivative of [`project`](Self::project) with respect to the point, which must be in front of the camera.
     pub fn projection_jacobian(&self, point: &Vector3<f64>) -> Matrix2x3<f64> {
         let (x, y, z) = (point.x / point.z, point.y / point.z, 1.0 / point.z);
         Matrix2x3::new(self.fx * z, 0.0, -self.fx * x * z, 0.0, self.fy * z, -self.fy * y * z)
     }
 
-    /// The point at z = 1 that the pixel (u, v) sees.
+    /// The point at z = 1 on the ray of pixel (u, v).
     pub fn ray(&self, u: f64, v: f64) -> Vector3<f64> {
         Vector3::new((u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0)
     }
 
-    /// The point at depth `z` (m, along the optical axis) that the pixel (u, v) sees.
+    /// The point at depth `z` (m, along the optical axis) on the ray of pixel (u, v).
     pub fn unproject(&self, u: f64, v: f64, z: f64) -> Vector3<f64> {
         self.ray(u, v) * z
     }
 
-    /// x / z of every column and y / z of every row: the rays of all pixels, for rays of a pinhole are a product.
+    /// x / z of every column and y / z of every row, which give the rays of all pixels.
     pub(crate) fn ray_table(&self) -> RayTable {
         RayTable {
             x: (0..self.width).map(|u| self.ray(u as f64, 0.0).x).collect(),
@@ -83,12 +83,12 @@ impl Pinhole {
     }
 }
 
-/// The rays of all pixels: pixel (u, v) sees `(x[u], y[v], 1)`.
+/// The rays of all pixels: that of pixel (u, v) is `(x[u], y[v], 1)`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RayTable {
-    /// One a column.
+    /// x / z of each column.
     pub x: Vec<f64>,
-    /// One a row.
+    /// y / z of each row.
     pub y: Vec<f64>,
 }
 

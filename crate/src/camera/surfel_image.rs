@@ -1,4 +1,4 @@
-//! A depth image as small pieces of surface: what registration and mapping work with.
+//! A depth image as surfels, in the form that registration and mapping use.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use nalgebra::Vector3;
 
 use super::{Brightness, Pinhole};
 
-/// A piece of surface: a point on it, where it faces and how well that is known.
+/// A surface element: a point, the normal, and the uncertainty along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surfel {
     /// A point of the surface (m).
     pub point: Vector3<f64>,
-    /// Unit normal, towards the side it was seen from.
+    /// Unit normal, facing the camera.
     pub normal: Vector3<f64>,
     /// Standard deviation of the surface along the normal (m).
     pub sigma: f64,
 }
 
-/// Pieces of surface in a grid of square cells over an image, in the camera's frame.
+/// Surfels in a grid of square cells over an image, in the camera frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfelImage {
     /// The camera of the whole image.
@@ -28,9 +28,9 @@ pub struct SurfelImage {
     pub columns: usize,
     /// Rows of cells.
     pub rows: usize,
-    /// Row by row; `None` where no surface could be told.
+    /// The surfels of the cells, row by row; `None` where no plane fits.
     pub cells: Vec<Option<Surfel>>,
-    /// How bright the image is, where the frame has colours that are to be used.
+    /// Brightness of the image, where the frame has colours that are to be used.
     pub brightness: Option<Arc<Brightness>>,
 }
 
@@ -40,17 +40,16 @@ impl SurfelImage {
         cell_camera(&self.camera, self.cell_size)
     }
 
-    /// All pieces there are, row by row.
+    /// All surfels, row by row.
     pub fn surfels(&self) -> impl Iterator<Item = &Surfel> {
         self.cells.iter().flatten()
     }
 }
 
-/// The camera that sees the cells of `camera`'s image as pixels. What is left over at the right and at the bottom is
-/// no cell.
+/// The camera whose pixels are the cells of `camera`'s image. Incomplete cells at the right and at the bottom are left out.
 pub fn cell_camera(camera: &Pinhole, cell_size: usize) -> Pinhole {
     let size = cell_size as f64;
-    // A cell's middle lies (size - 1) / 2 pixels from its first pixel's.
+    // The centre of a cell is (size - 1) / 2 pixels from that of its first pixel.
     let middle = (size - 1.0) / 2.0;
     Pinhole {
         width: camera.width / cell_size,

@@ -1,4 +1,4 @@
-//! Bringing the estimate into the reference's frame.
+//! Alignment of the estimate with the reference by a similarity: none, the first poses, or Umeyama's least-squares fit.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -7,12 +7,12 @@ use super::path::Path;
 use super::umeyama::{Fit, Similarity, umeyama};
 use crate::{Error, Result};
 
-/// How the estimate is brought into the reference's frame before they are compared.
+/// How the estimate is aligned with the reference before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum Alignment {
-    /// Not at all.
+    /// No alignment.
     #[default]
     None,
     /// By the motion that makes the first poses equal (evo's `--align_origin`).
@@ -25,11 +25,11 @@ pub enum Alignment {
     Scale,
 }
 
-/// The similarity that aligns `estimate` with `reference`, poses of the same index belonging together. The fits use the
-/// first `align_first` poses, or all.
+/// The similarity that aligns `estimate` with `reference`, poses of equal index corresponding. The fits use the first
+/// `align_first` poses, or all.
 ///
 /// # Errors
-/// When the positions do not fix it; when the first poses have to be made equal and one has no orientation.
+/// When the positions do not determine it; when the first poses are to be made equal and one has no orientation.
 pub fn align(reference: &Path, estimate: &Path, alignment: Alignment, align_first: Option<usize>) -> Result<Fit> {
     let n = align_first.unwrap_or(usize::MAX).min(reference.len()).min(estimate.len());
     let fit = |with_scale| umeyama(&estimate.positions[..n], &reference.positions[..n], with_scale);

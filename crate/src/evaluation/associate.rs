@@ -1,9 +1,9 @@
-//! Which pose of the estimate belongs to which of the reference.
+//! Association: finds the pose of the reference that corresponds to each pose of the estimate, by time, index or number.
 
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
-/// A pose of the reference and the one of the estimate that belongs to it, by their indices.
+/// Indices of corresponding poses of the reference and the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pair {
     /// Index in the reference.
@@ -12,14 +12,14 @@ pub struct Pair {
     pub estimate: usize,
 }
 
-/// Pairs by time, as evo's `associate_trajectories` finds them: for each stamp of the trajectory with fewer poses (of
-/// the estimate, when they have the same number), in its order, the nearest of the other, if it is no further away than
-/// `max_diff` (s). Of two equally near ones the earlier is taken. `offset` (s) is added to the estimate's times.
+/// Pairs by time, as in evo's `associate_trajectories`: for each stamp of the trajectory with fewer poses (of the estimate
+/// where the numbers are equal), in its order, the nearest stamp of the other, if it is within `max_diff` (s). Of two equally
+/// near stamps the earlier is used. `offset` (s) is added to the estimate's times.
 ///
-/// A pose of the longer trajectory may so belong to several of the shorter one.
+/// A pose of the longer trajectory may thus correspond to several poses of the shorter one.
 ///
 /// # Errors
-/// When no stamps match; the error gives both spans and, where one fits, the unit or offset that would make them overlap.
+/// When no stamps match; the error gives both time spans and, where one is found, the unit or offset by which they overlap.
 pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> Result<Vec<Pair>> {
     let estimate_is_longer = estimate.len() > reference.len();
     let (short, long) = if estimate_is_longer { (reference, estimate) } else { (estimate, reference) };
@@ -37,7 +37,7 @@ pub fn by_time(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) 
     Ok(matches.into_iter().map(pair).collect())
 }
 
-/// Pairs by index: the first with the first.
+/// Pairs of poses with the same index.
 ///
 /// # Errors
 /// When the numbers of poses differ.
@@ -53,8 +53,8 @@ pub fn by_index(reference: usize, estimate: usize) -> Result<Vec<Pair>> {
     Ok((0..reference).map(|index| Pair { reference: index, estimate: index }).collect())
 }
 
-/// Pairs by number, where the times of one trajectory count the poses of the other, whose times are none such: whole
-/// numbers from 0, ascending, none beyond its last pose. Tells whose are numbers.
+/// Pairs by number, and the name of the trajectory whose "times" are pose numbers of the other one: integers from 0,
+/// ascending, none beyond the other's last pose. `None` where that holds for neither or for both.
 pub fn by_number(reference: &[f64], estimate: &[f64]) -> Option<(&'static str, Vec<Pair>)> {
     let counts = |numbers: &[f64], others: usize| {
         let is_number = |&number: &f64| number >= 0.0 && number.fract() == 0.0 && number < others as f64;
@@ -73,8 +73,8 @@ pub fn by_number(reference: &[f64], estimate: &[f64]) -> Option<(&'static str, V
     }
 }
 
-/// The nearest of sorted stamps, by halving. Of repeated stamps, the last is found, but for a query that is exactly as
-/// late as the very last ones: then the last but one is. This is what evo's search finds.
+/// Nearest stamps by binary search in sorted stamps. Among repeated stamps the last one is used, except for a query equal to
+/// the last stamps of all, for which the last but one is. evo's search does the same.
 fn nearest_sorted(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {
     let (Some(&first), Some(&last)) = (stamps.first(), stamps.last()) else { return Vec::new() };
     let find = |&query: &f64| {
@@ -95,7 +95,7 @@ fn nearest_sorted(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize,
     queries.iter().enumerate().filter_map(|(index, query)| Some((index, find(query)?))).collect()
 }
 
-/// The nearest of stamps in any order; of equally near ones, the first in the file.
+/// Nearest stamps among unsorted ones; among equally near stamps the first in the file.
 fn nearest(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)> {
     let order = ascending(stamps.iter().copied());
     let find = |&query: &f64| {
@@ -112,7 +112,7 @@ fn nearest(queries: &[f64], stamps: &[f64], max_diff: f64) -> Vec<(usize, usize)
     queries.iter().enumerate().filter_map(|(index, query)| Some((index, find(query)?))).collect()
 }
 
-/// First and last time (s), whatever the order.
+/// Earliest and latest time (s).
 fn span(stamps: &[f64]) -> (f64, f64) {
     stamps.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &stamp| (low.min(stamp), high.max(stamp)))
 }
@@ -128,7 +128,7 @@ fn no_match(reference: &[f64], estimate: &[f64], max_diff: f64, offset: f64) -> 
     Error::whole(problem, guess(of_reference, of_estimate, offset))
 }
 
-/// What may be wrong: the estimate's unit, a constant offset, or the tolerance.
+/// The likely cause, in a sentence: the estimate's unit, a constant offset, or the tolerance.
 fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> String {
     let (first, last) = (first + offset, last + offset);
     let overlaps = |first: f64, last: f64| first <= high && last >= low;
@@ -136,14 +136,16 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
         return "The spans overlap, so a larger time difference may be what is missing".to_owned();
     }
     let (duration, length) = (high - low, last - first);
-    if !alike(duration, length) {
+    if !are_similar(duration, length) {
         for (factor, unit) in [(1e9, "nanoseconds"), (1e6, "microseconds"), (1e3, "milliseconds")] {
             let remedy =
                 |whose| format!("The {whose}'s times look like {unit}: divide them by {factor:e} to get seconds");
-            if overlaps(first / factor, last / factor) || alike(duration, length / factor) {
+            if overlaps(first / factor, last / factor) || are_similar(duration, length / factor) {
                 return remedy("estimate");
             }
-            if alike(duration / factor, length) || (overlaps(first * factor, last * factor) && first * factor > 1e6) {
+            if are_similar(duration / factor, length)
+                || (overlaps(first * factor, last * factor) && first * factor > 1e6)
+            {
                 return remedy("reference");
             }
         }
@@ -151,12 +153,12 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
     format!("If both began at the same moment, an offset of {:.3} s would make them meet", offset + low - first)
 }
 
-/// Whether two durations differ by a fifth at the most.
-fn alike(a: f64, b: f64) -> bool {
+/// Whether two durations differ by at most a fifth.
+fn are_similar(a: f64, b: f64) -> bool {
     a > 0.0 && b > 0.0 && (a / b).max(b / a) <= 1.2
 }
 
-/// What is odd about times, in a sentence: those that go back and those that are repeated.
+/// A sentence about times that go back and times that are repeated; `None` where there are none.
 pub fn oddities(stamps: &[f64]) -> Option<String> {
     let back = stamps.windows(2).position(|pair| pair[1] < pair[0]).map(|index| index + 2);
     let back_count = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();

@@ -1,8 +1,8 @@
-//! What the poses of a reference mean: files seldom say in which order a quaternion stands, which way the camera's axes
-//! point, and whether a pose maps camera to world or back.
+//! The pose convention of a reference: files seldom state the order of the quaternion, the directions of the camera's axes and
+//! whether a pose maps camera to world or world to camera.
 //!
-//! Under the right reading the motions between consecutive frames of the reference are those that were estimated. This is
-//! looked for, after the estimate and without any effect on it.
+//! Under the right convention the motions between consecutive frames of the reference equal the estimated ones. The
+//! convention with the smallest difference is chosen, after the estimation and without any effect on the estimate.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub enum QuaternionOrder {
     RealPartFirst,
 }
 
-/// Where the axes of a sensor point.
+/// Directions of a sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -31,12 +31,12 @@ pub enum SensorAxes {
     Opencv,
     /// x right, y up, z backward: OpenGL, three.js, Habitat.
     Opengl,
-    /// x forward, y left, z up: ROS bodies.
+    /// x forward, y left, z up: ROS body frames.
     Robotics,
 }
 
 impl SensorAxes {
-    /// Turns coordinates of this engine's camera axes into these.
+    /// Rotates coordinates along this engine's camera axes into coordinates along these axes.
     fn R_axes_opencv(self) -> UnitQuaternion<f64> {
         let rows = match self {
             Self::Opencv => return UnitQuaternion::identity(),
@@ -47,7 +47,7 @@ impl SensorAxes {
     }
 }
 
-/// What a pose maps.
+/// The frames that a pose maps between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -58,31 +58,31 @@ pub enum PoseDirection {
     WorldToSensor,
 }
 
-/// A reading of the poses of a file.
+/// How the numbers of a file are read as poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct PoseConvention {
-    /// Order of the quaternions; none where the file has matrices.
+    /// Order of the quaternions; `None` where the file has matrices.
     pub quaternion_order: Option<QuaternionOrder>,
     /// Axes of the sensor.
     pub sensor_axes: SensorAxes,
-    /// What a pose maps.
+    /// The frames that a pose maps between.
     pub direction: PoseDirection,
 }
 
-/// What of the reading is given; the rest is told from the motions.
+/// The parts of the convention that are given; the others are found from the motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct KnownConvention {
     /// Order of the quaternions.
     pub quaternion_order: Option<QuaternionOrder>,
     /// Axes of the sensor.
     pub sensor_axes: Option<SensorAxes>,
-    /// What a pose maps.
+    /// The frames that a pose maps between.
     pub direction: Option<PoseDirection>,
 }
 
 impl PoseConvention {
-    /// One sentence.
+    /// The convention in words, for notes.
     pub fn words(self) -> String {
         let order = match self.quaternion_order {
             Some(QuaternionOrder::RealPartLast) => "quaternions qx qy qz qw, ",
@@ -101,8 +101,8 @@ impl PoseConvention {
         format!("{order}camera axes {axes}, poses from {direction}")
     }
 
-    /// A pose of the file as `T_world_sensor` with this engine's axes of the sensor; the world stays the file's.
-    /// `read_order` is the one that the reader took.
+    /// A pose of the file as `T_world_sensor` with this engine's sensor axes, in the file's world frame. `read_order` is the
+    /// quaternion order that the reader has assumed.
     fn apply(self, pose: &Pose3, read_order: QuaternionOrder) -> Pose3 {
         let rotation = match self.quaternion_order {
             Some(order) if order != read_order => reordered(&pose.rotation, read_order),
@@ -114,7 +114,7 @@ impl PoseConvention {
     }
 }
 
-/// The same four numbers of a file, taken in the other order.
+/// The same four numbers of a file, read in the other order.
 fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuaternion<f64> {
     let other = match read_order {
         QuaternionOrder::RealPartFirst => Quaternion::new(q.k, q.w, q.i, q.j),
@@ -123,14 +123,15 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
     UnitQuaternion::from_quaternion(other)
 }
 
-/// A reading is taken for another only where it fits better by this ratio: the first that fits is the usual one.
-const CLEARLY_BETTER: f64 = 0.8;
-/// Misfits below this (m) do not tell readings apart.
-const NEGLIGIBLE: f64 = 1e-6;
-/// Metres that count as much as a radian: the distance of what a camera in a room sees.
-const METRES_A_RADIAN: f64 = 2.0;
+/// Largest ratio of misfits for which a less usual convention replaces the best one before it in the list.
+const MAX_MISFIT_RATIO: f64 = 0.8;
+/// Differences of misfits (m) below this one are rounding errors.
+const MISFIT_ROUNDING: f64 = 1e-6;
+/// Weight of a rotation error against a translation error (m/rad): the typical distance of the surfaces that a camera in a
+/// room sees.
+const METRES_PER_RADIAN: f64 = 2.0;
 
-/// The poses of a reference as `T_world_sensor` with this engine's axes, and the reading that was found.
+/// The poses of a reference as `T_world_sensor` with this engine's axes, and the convention found.
 ///
 /// `partners` are pairs of an estimated pose and the index of its pose in the reference, in the order of the recording.
 /// `None` where the reference has no orientations.
@@ -143,7 +144,7 @@ pub fn interpret(
     let mut best: Option<(f64, (PoseConvention, Vec<Pose3>))> = None;
     for reading in readings(reference, format, known)? {
         let misfit = misfit(&reading.1, partners);
-        let is_better = best.as_ref().is_none_or(|(least, _)| misfit + NEGLIGIBLE < CLEARLY_BETTER * least);
+        let is_better = best.as_ref().is_none_or(|(least, _)| misfit + MISFIT_ROUNDING < MAX_MISFIT_RATIO * least);
         if is_better {
             best = Some((misfit, reading));
         }
@@ -151,8 +152,8 @@ pub fn interpret(
     best.map(|(_, (convention, poses))| (poses, convention))
 }
 
-/// The poses of a trajectory as `T_world_sensor` with this engine's axes, by every reading that agrees with what is known,
-/// the usual ones first; `None` where it has no orientations.
+/// The poses of a trajectory as `T_world_sensor` with this engine's axes, under every convention that agrees with `known`,
+/// the usual ones first; `None` where the trajectory has no orientations.
 pub(crate) fn readings(
     trajectory: &Trajectory,
     format: TrajectoryFormat,
@@ -170,7 +171,7 @@ pub(crate) fn readings(
     Some(candidates(read_order, has_quaternions, known).map(read).collect())
 }
 
-/// Every reading that agrees with what is known, the usual ones first.
+/// Every convention that agrees with `known`, the usual ones first.
 fn candidates(
     read_order: QuaternionOrder,
     has_quaternions: bool,
@@ -199,7 +200,7 @@ fn candidates(
     })
 }
 
-/// Median over consecutive frames of how far their motion is off (m).
+/// Median difference (m) between the motions of consecutive frames in the estimate and in the reference.
 fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
     let mut misfits: Vec<f64> = partners
         .windows(2)
@@ -207,7 +208,7 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
             let (from, to) = (poses.get(pair[0].1)?, poses.get(pair[1].1)?);
             let estimated = pair[0].0.inverse() * pair[1].0;
             let off = (from.inverse() * to).inverse() * estimated;
-            Some(off.translation.vector.norm() + METRES_A_RADIAN * angle_of(&off.rotation))
+            Some(off.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&off.rotation))
         })
         .collect();
     misfits.sort_by(f64::total_cmp);
@@ -220,7 +221,7 @@ mod tests {
     use crate::geometry::RigidMotion;
     use nalgebra::Vector6;
 
-    /// A walk with turns about several axes.
+    /// A walk with rotations about several axes.
     fn walk() -> Vec<Pose3> {
         let step = |i: u32| {
             let i = f64::from(i);
@@ -234,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn every_reading_is_found_again() {
+    fn every_convention_is_found_from_the_motions() {
         let truth = walk();
         let partners: Vec<(Pose3, usize)> = truth.iter().copied().zip(0..).collect();
         let world = Isometry3::rotation(nalgebra::Vector3::new(0.3, -0.8, 1.1));
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_is_kept_and_standing_still_tells_nothing() {
+    fn known_parts_are_kept_and_a_camera_at_rest_leaves_the_usual_convention() {
         let still: Vec<(Pose3, usize)> = (0..5).map(|index| (Pose3::identity(), index)).collect();
         let file = Trajectory::from_poses(&[Pose3::identity(); 5]);
         let known = KnownConvention { sensor_axes: Some(SensorAxes::Robotics), ..KnownConvention::default() };

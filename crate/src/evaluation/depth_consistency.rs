@@ -1,7 +1,7 @@
 //! How well the depth images of a recording agree with each other at the poses of a trajectory; no reference is needed.
 //!
-//! For each step from one frame to the next, every pixel with depth is carried into the next camera by the relative pose.
-//! Where that image has depth at the pixel it falls on, both frames see the place, and the two depths are compared.
+//! For each pair of consecutive frames, every pixel with depth is projected into the second camera by the relative pose. Where
+//! the second image has depth at that pixel, the point is visible in both frames and the two depths are compared.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -13,17 +13,17 @@ use crate::error::{Error, Result};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::io::trajectory::{Contents, Trajectory};
 
-/// When two depths agree, and when a step does.
+/// Tolerances for two depths to agree, and for a step to agree.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct ConsistencyLimits {
-    /// Depths agree within this (m) ...
+    /// Constant part of the tolerance of a depth (m).
     pub absolute_tolerance: f64,
-    /// ... and this share of the depth together.
+    /// Part of the tolerance proportional to the depth (1); the two parts are added.
     pub relative_tolerance: f64,
-    /// A step agrees from this share of agreeing pixels on.
+    /// Smallest share of agreeing pixels for which a step agrees.
     pub min_share: f64,
-    /// A step of which fewer of the image's pixels are seen by both frames does not agree (share of all pixels).
+    /// Smallest share of the image's pixels that must be visible in both frames for a step to agree.
     pub min_visible: f64,
 }
 
@@ -34,32 +34,32 @@ impl Default for ConsistencyLimits {
     }
 }
 
-/// Depths (m, along the optical axis) of the pixels of a camera, row by row; 0 where there is none.
+/// A camera and the depths of its pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthView {
     /// The camera.
     pub camera: Pinhole,
-    /// One a pixel.
+    /// Depth of each pixel (m, along the optical axis), row by row; 0 where there is none.
     pub depths: Vec<f32>,
 }
 
-/// What one step comes to.
+/// Agreement of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct StepConsistency {
-    /// Place of the first frame in the recording, counted from 0; the other is the one after it.
+    /// Index of the first frame in the recording, from 0; the second frame is the next one.
     pub frame: usize,
-    /// Pixels that both frames see.
+    /// Number of pixels visible in both frames.
     pub num_visible: usize,
-    /// Those of them whose depths agree.
+    /// Number of visible pixels whose depths agree.
     pub num_agreeing: usize,
-    /// Share of the visible pixels that agree, 0..=1; null where none is visible, an image is missing, or a pose is.
+    /// Share of the visible pixels that agree, 0..=1; null where none is visible, or an image or a pose is missing.
     pub share: Option<f64>,
-    /// How far the camera moved by the trajectory (m); null without poses.
+    /// Translation of the camera by the trajectory (m); null without poses.
     pub translation: Option<f64>,
-    /// How far it turned by the trajectory (rad); null without poses.
+    /// Rotation angle of the camera by the trajectory (rad); null without poses.
     pub rotation: Option<f64>,
-    /// Whether the share reaches the limit.
+    /// Whether the step agrees by the limits.
     pub agrees: bool,
 }
 
@@ -69,22 +69,22 @@ pub struct StepConsistency {
 pub struct ConsistencyReport {
     /// Every step of the recording.
     pub steps: Vec<StepConsistency>,
-    /// Steps that agree.
+    /// Number of steps that agree.
     pub num_agreeing: usize,
-    /// Mean of the steps' shares, 0..=1, those without one counted as 0.
+    /// Mean of the steps' shares, 0..=1, a missing share counted as 0.
     pub mean_share: f64,
-    /// How the poses of the file were read, in words.
+    /// The pose convention of the file, in words.
     pub convention: String,
-    /// What agreement means.
+    /// The tolerances used.
     pub limits: ConsistencyLimits,
 }
 
-/// Compares frame after frame; only the last image is kept.
+/// Compares consecutive frames as they are added; only the last image is kept.
 pub struct DepthConsistency {
     limits: ConsistencyLimits,
     /// Index of each frame's pose in the trajectory.
     partners: Vec<Option<usize>>,
-    /// The usual reading of the poses first.
+    /// The pose conventions that are still possible, the usual one first.
     readings: Vec<Reading>,
     last: Option<DepthView>,
     num_frames: usize,
@@ -96,16 +96,16 @@ struct Reading {
     steps: Vec<StepConsistency>,
 }
 
-/// Steps after which readings of the poses that agree clearly less are given up.
+/// Number of steps after which pose conventions that agree clearly less than the best one are discarded.
 const DECIDING_STEPS: usize = 10;
-/// Mean shares that differ by less do not tell one reading of the poses from another.
+/// Difference of mean shares above which one pose convention agrees clearly less than another.
 const CLEARLY_LESS: f64 = 0.1;
 
 impl DepthConsistency {
     /// For a recording of `num_frames` frames, taken at `times` (s) where they are known.
     ///
     /// # Errors
-    /// When the trajectory has positions alone, or it cannot be told which pose belongs to which frame.
+    /// When the trajectory has no orientations, or the pose of each frame cannot be determined.
     pub fn new(
         trajectory: &Contents,
         num_frames: usize,
@@ -146,7 +146,7 @@ impl DepthConsistency {
         self.readings.retain(|reading| reading.mean_share() >= best - CLEARLY_LESS);
     }
 
-    /// The steps so far, by the usual reading of the poses unless another one agrees clearly more.
+    /// The steps so far, under the usual pose convention unless another one agrees clearly more.
     pub fn report(&self) -> ConsistencyReport {
         let better = |best: &'_ Reading, next: &Reading| next.mean_share() > best.mean_share() + CLEARLY_LESS;
         let best = self.readings.iter().reduce(|best, next| if better(best, next) { next } else { best });
@@ -190,7 +190,7 @@ impl ConsistencyLimits {
         }
     }
 
-    /// Number of pixels of `from` that `to` sees as well, and of those whose depths agree.
+    /// Number of pixels of `from` that are visible in `to` as well, and number of these whose depths agree.
     pub fn compare(&self, from: &DepthView, to: &DepthView, T_to_from: &Pose3) -> (usize, usize) {
         let rays = from.camera.ray_table();
         let (R, t) = (T_to_from.rotation.to_rotation_matrix().into_inner(), T_to_from.translation.vector);
@@ -209,7 +209,7 @@ impl ConsistencyLimits {
 }
 
 impl DepthView {
-    /// The depth measured at the pixel that a point (m, camera frame) falls on.
+    /// The depth measured at the pixel that a point (m, camera frame) projects to.
     fn depth_at(&self, point: &Vector3<f64>) -> Option<f64> {
         let pixel = self.camera.project(point)?;
         let (column, row) = (pixel.x.round(), pixel.y.round());
@@ -220,11 +220,11 @@ impl DepthView {
     }
 }
 
-/// Frames and poses further apart in time (s) do not belong together.
+/// Largest difference between the times of a frame and its pose (s).
 const MAX_TIME_DIFFERENCE: f64 = 0.02;
 
-/// Index of each frame's pose in the trajectory: by time, where both have times; in their order, where there are as many;
-/// by number, where the trajectory's times count the frames.
+/// Index of each frame's pose in the trajectory: by time, where both have times; by order, where there are equally many; by
+/// number, where the trajectory's times are frame numbers.
 fn partners(trajectory: &Trajectory, num_frames: usize, times: Option<&[f64]>) -> Result<Vec<Option<usize>>> {
     let placed = |pairs: &mut dyn Iterator<Item = (usize, usize)>| {
         let mut partners = vec![None; num_frames];
@@ -256,12 +256,12 @@ mod tests {
     use super::*;
     use crate::io::trajectory::TrajectoryFormat;
 
-    /// A wall that rises and falls, at 2 to 3 m.
+    /// Depth of a wavy wall, 2 to 3 m.
     fn wall(x: f64, y: f64) -> f64 {
         2.5 + 0.4 * (1.3 * x).sin() + 0.1 * (2.0 * y).cos()
     }
 
-    /// What a camera sees of the wall from (x, 0, z), turned by nothing.
+    /// The wall from (x, 0, z), with the identity as rotation.
     fn view(x: f64, z: f64) -> DepthView {
         let camera = Pinhole::from_field_of_view(64, 48, 1.2).unwrap();
         let table = camera.ray_table();

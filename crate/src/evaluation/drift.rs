@@ -1,5 +1,5 @@
-//! Drift as the KITTI odometry benchmark measures it: relative errors over stretches of the path, by their length
-//! (Geiger, Lenz and Urtasun, "Are we ready for autonomous driving?", CVPR 2012).
+//! Drift as in the KITTI odometry benchmark: mean relative errors over stretches of the path of several lengths (Geiger, Lenz
+//! and Urtasun, "Are we ready for autonomous driving?", CVPR 2012).
 
 use nalgebra::Matrix3;
 use serde::Serialize;
@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::path::{Path, angle, relative};
 use crate::{Error, Result};
 
-/// Lengths of stretches (m) are these multiples of a unit, 100 m in the benchmark.
+/// Number of lengths of stretches: 1 to 8 times a unit, 100 m in the benchmark.
 const MULTIPLES: usize = 8;
 /// The benchmark's unit (m).
 const KITTI_UNIT: f64 = 100.0;
-/// In the benchmark a stretch begins at every tenth pose, a second apart.
+/// In the benchmark a stretch begins at every tenth pose, which is one a second.
 const KITTI_STEP: usize = 10;
 
 /// Mean errors of stretches of one length.
@@ -22,9 +22,9 @@ pub struct DriftOfLength {
     pub length: f64,
     /// Number of stretches.
     pub num_stretches: usize,
-    /// Mean error of the translation, as a share of the length (percent).
+    /// Mean translation error divided by the length (percent).
     pub translation: f64,
-    /// Mean error of the rotation, by the length (deg/m).
+    /// Mean rotation error divided by the length (deg/m).
     pub rotation: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Drift {
     pub by_length: Vec<DriftOfLength>,
 }
 
-/// The drift of an estimate, poses of the same index belonging together.
+/// The drift of an estimate, poses of equal index corresponding.
 ///
 /// A stretch begins at every tenth pose and ends at the first pose that lies further along the reference's path than its
 /// length: 100, 200, ... 800 m. Where the reference's path is shorter than 200 m, it begins at every pose, and the unit
@@ -86,7 +86,7 @@ pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
     Ok(Drift { is_kitti, num_stretches, translation, rotation, by_length })
 }
 
-/// For each stretch of a length (m), the errors of its motion over the length: of the translation, and of the rotation (deg/m).
+/// For each stretch of a length (m), the errors of its motion divided by the length: translation (1) and rotation (deg/m).
 fn stretch_errors(
     (reference, R_reference): (&Path, &[Matrix3<f64>]),
     (estimate, R_estimate): (&Path, &[Matrix3<f64>]),

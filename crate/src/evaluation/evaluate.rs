@@ -30,18 +30,17 @@ pub enum ErrorMetric {
     Rpe,
 }
 
-/// Which poses belong together.
+/// How corresponding poses are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum Association {
-    /// Those of nearest times where both have times, those of the same index otherwise; and of the same number where the
-    /// times of one count the poses of the other.
+    /// By nearest time where both have times, else by index; by number where the times of one are pose numbers of the other.
     #[default]
     Auto,
-    /// Those of nearest times.
+    /// By nearest time.
     Time,
-    /// Those of the same index.
+    /// By equal index.
     Index,
 }
 
@@ -50,29 +49,29 @@ pub enum Association {
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(default, deny_unknown_fields)]
 pub struct EvaluationOptions {
-    /// Which poses belong together.
+    /// How corresponding poses are found.
     pub association: Association,
-    /// Times further apart than this do not belong together (s).
+    /// Largest difference of the times of corresponding poses (s).
     pub max_diff: f64,
     /// Added to the estimate's times (s).
     pub offset: f64,
-    /// How the estimate is brought into the reference's frame.
+    /// How the estimate is aligned with the reference before they are compared.
     pub alignment: Alignment,
-    /// How many poses from the first the fit uses; 0: all.
+    /// Number of poses, from the first, that the alignment is fitted to; 0: all.
     pub align_first: usize,
     /// What is measured.
     pub metric: ErrorMetric,
-    /// What of the error pose is measured.
+    /// The part of the error pose that is measured.
     pub relation: PoseRelation,
-    /// rpe: how far apart the two poses of a pair are, in `delta_unit`.
+    /// rpe: separation of the two poses of a pair, in `delta_unit`.
     pub delta: f64,
-    /// rpe: what `delta` counts.
+    /// rpe: unit of `delta`.
     pub delta_unit: DeltaUnit,
-    /// rpe: whether every pose begins a pair. Otherwise a pair begins where the last one ended.
+    /// rpe: whether a pair begins at every pose. Otherwise each pair begins where the last one ended.
     pub all_pairs: bool,
-    /// rpe with all pairs: how far off `delta` a pair may be, as a share of it.
+    /// rpe with all pairs: largest deviation of a pair's separation from `delta`, as a share of `delta`.
     pub delta_tolerance: f64,
-    /// rpe: whether path and angle are the reference's and not the estimate's.
+    /// rpe: whether path and angle are measured along the reference rather than the estimate.
     pub pairs_from_reference: bool,
 }
 
@@ -119,28 +118,28 @@ impl From<&Similarity> for AlignmentResult {
     }
 }
 
-/// The figures of an evaluation.
+/// Statistics of an evaluation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct EvaluationSummary {
-    /// Poses of the reference.
+    /// Number of poses of the reference.
     pub num_reference: usize,
-    /// Poses of the estimate.
+    /// Number of poses of the estimate.
     pub num_estimate: usize,
-    /// Poses that belong together.
+    /// Number of pairs of corresponding poses.
     pub num_matched: usize,
-    /// Errors: of poses (ape) or pairs of poses (rpe).
+    /// Number of errors: of poses (ape) or pairs of poses (rpe).
     pub num_errors: usize,
     /// Unit of the errors, empty where they have none.
     pub unit: String,
-    /// Of the errors.
+    /// Statistics of the errors.
     pub statistics: Statistics,
     /// Mean distance of the positions after the alignment (m): the homework's mean L2 norm.
     pub mean_l2: f64,
-    /// Distances of the positions with all of them aligned by a rotation and a translation, whatever the alignment; null where
-    /// the positions do not fix them.
+    /// Distances of the positions after an alignment of all positions by a rotation and a translation, independent of
+    /// `alignment`; null where the positions do not determine it.
     pub aligned: Option<AlignedError>,
-    /// KITTI's drift, or null where a path is too short or has no orientations.
+    /// KITTI's drift; null where a path is too short or has no orientations.
     pub drift: Option<Drift>,
     /// How the estimate was aligned.
     pub alignment: AlignmentResult,
@@ -148,20 +147,20 @@ pub struct EvaluationSummary {
     pub path_length_reference: f64,
     /// Path through the matched poses of the estimate, after the alignment (m).
     pub path_length_estimate: f64,
-    /// What is worth knowing about the input, in whole sentences.
+    /// Remarks about the input, in whole sentences.
     pub notes: Vec<String>,
 }
 
-/// An evaluation with everything that can be drawn of it.
+/// An evaluation with its errors and matched poses, for plots.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// The figures.
+    /// The statistics.
     pub summary: EvaluationSummary,
     /// The errors, in `summary.unit`.
     pub errors: Vec<f64>,
-    /// For each error the index of its pose among the matched ones; of a pair the second.
+    /// For each error the index of its pose among the matched ones; for a pair of poses that of the second.
     pub error_poses: Vec<usize>,
-    /// Which poses belong together.
+    /// The pairs of corresponding poses.
     pub matched: Vec<Pair>,
     /// The matched poses of the reference.
     pub reference: Path,
@@ -169,7 +168,7 @@ pub struct Evaluation {
     pub estimate: Path,
 }
 
-/// Most frames, spread evenly, by which the reference is judged to fit or not.
+/// Most frames, evenly spread, for which the motions of estimate and reference are compared.
 const MAX_MISFIT_FRAMES: usize = 5000;
 
 const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
@@ -178,8 +177,8 @@ const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignme
 /// Compares an estimate with the reference.
 ///
 /// # Errors
-/// When nothing matches, the alignment is not fixed, or the metric needs what the trajectories lack. Options out of their
-/// limits.
+/// When no poses correspond, the positions do not determine the alignment, the metric needs times or orientations that a
+/// trajectory lacks, or an option is out of its range.
 pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Evaluation> {
     check(options)?;
     let (matched, notes) = associate(reference, estimate, options)?;
@@ -212,13 +211,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         return Err(Error::whole("The errors are too large for double precision", "Give the positions in metres"));
     }
     let has_orientations = reference.orientations.is_some() && estimate.orientations.is_some();
-    if let Some(misfit) = misfit_hint("Ground truth", &sampled_pairs(&aligned, &reference_path), has_orientations) {
-        summary.notes.push(misfit);
-    } else if options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape {
-        let pairs: Vec<_> = aligned.poses().into_iter().zip(reference_path.poses()).collect();
-        let rmse = Statistics::of(&distances).ok_or_else(none)?.rmse;
-        summary.notes.extend(summary.aligned.and_then(|all| first_row_hint("Ground truth", rmse, &all, &pairs)));
-    }
+    summary.notes.extend(fit_hint(&reference_path, &aligned, has_orientations, options, &distances, summary.aligned));
     if is_about_a_line {
         summary.notes.push(ABOUT_A_LINE.to_owned());
     }
@@ -228,13 +221,31 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     Ok(Evaluation { summary, errors, error_poses, matched, reference: reference_path, estimate: aligned })
 }
 
-/// Poses of the estimate and the reference, spread evenly over both.
+/// A note where the reference does not fit the estimate at all, or where its first pose alone causes the error. `distances`:
+/// of the aligned positions (m).
+fn fit_hint(
+    reference: &Path,
+    estimate: &Path,
+    has_orientations: bool,
+    options: &EvaluationOptions,
+    distances: &[f64],
+    aligned: Option<AlignedError>,
+) -> Option<String> {
+    let misfit = misfit_hint("Ground truth", &sampled_pairs(estimate, reference), has_orientations);
+    if misfit.is_some() || options.alignment != Alignment::Origin || options.metric != ErrorMetric::Ape {
+        return misfit;
+    }
+    let pairs: Vec<_> = estimate.poses().into_iter().zip(reference.poses()).collect();
+    first_row_hint("Ground truth", Statistics::of(distances)?.rmse, &aligned?, &pairs)
+}
+
+/// Pairs of poses of the estimate and the reference, evenly spread.
 fn sampled_pairs(estimate: &Path, reference: &Path) -> Vec<(Pose3, Pose3)> {
     let stride = estimate.len().div_ceil(MAX_MISFIT_FRAMES).max(1);
     (0..estimate.len()).step_by(stride).map(|index| (estimate.pose(index), reference.pose(index))).collect()
 }
 
-/// The errors, for each one its pose, and how many pairs had no motion.
+/// The errors, the index of the pose of each, and the number of pairs without motion.
 fn errors_of(reference: &Path, estimate: &Path, options: &EvaluationOptions) -> Result<(Vec<f64>, Vec<usize>, usize)> {
     match options.metric {
         ErrorMetric::Ape => {
@@ -316,8 +327,7 @@ fn associate(
     Ok((pairs, notes))
 }
 
-/// Roll, pitch and yaw of each pose (rad): its rotation is a turn about x by roll, then about y by pitch, then about z by
-/// yaw, the axes staying where they are.
+/// Roll, pitch and yaw of each pose (rad): the rotation is Rz(yaw) Ry(pitch) Rx(roll).
 pub fn roll_pitch_yaw(path: &Path) -> Option<Vec<Vector3<f64>>> {
     let angles = |rotation: UnitQuaternion<f64>| {
         let (roll, pitch, yaw) = rotation.euler_angles();

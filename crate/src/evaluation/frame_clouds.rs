@@ -1,5 +1,5 @@
-//! How well the clouds of frames fit each other at the poses that an estimate gives them, without any truth: the
-//! point-to-plane residual between overlapping frames, and the map that the frames make together.
+//! How well the clouds of frames overlay at estimated poses, without a reference: the point-to-plane residual between
+//! overlapping frames, and the map of all frames.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -11,12 +11,12 @@ use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::search::{KdTree, Neighbourhood};
 use crate::{Error, Result};
 
-/// What of the frames is looked at.
+/// Pairing distance and number of points of [`FrameClouds::residual`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(default, deny_unknown_fields)]
 pub struct FrameResidualOptions {
-    /// A point and the nearest one of another frame that are further apart do not overlap (m).
+    /// Largest distance between a point and the nearest one of another frame for which the frames overlap there (m).
     pub max_pair_distance: f64,
     /// Most points that are evaluated, evenly spread over all frames. 0: all.
     pub max_points: usize,
@@ -29,43 +29,41 @@ impl Default for FrameResidualOptions {
     }
 }
 
-/// How far points lie from the surfaces that other frames saw.
+/// Distances of points from the surfaces of other frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct FrameResidual {
-    /// Mean distance of a point from the plane (in the flat world: the line) at its partner (m): the smaller, the better
-    /// the frames fit.
+    /// Mean distance of a point from the plane (for planar scans: the line) at its partner (m); smaller is better.
     pub mean_residual: f64,
-    /// Root of the mean squared distance (m).
+    /// Root mean square distance (m).
     pub rms_residual: f64,
-    /// Pairs of a point and its partner in another frame.
+    /// Number of pairs of a point and its partner in another frame.
     pub num_pairs: usize,
-    /// Pairs of frames with such points.
+    /// Number of pairs of frames with such points.
     pub num_overlaps: usize,
 }
 
-/// One frame's points (m, sensor frame), thinned out, with normals where neighbours span a surface.
+/// One frame's downsampled points (m, sensor frame), with normals where neighbours span a surface.
 struct FrameCloud {
     positions: Vec<[f32; 3]>,
     normals: Vec<Option<Vector3<f64>>>,
     tree: KdTree<3>,
-    /// Centre and radius of a ball around all points (m).
+    /// Centre and radius of a bounding sphere of all points (m).
     ball: (Point3<f64>, f64),
 }
 
-/// The clouds of the frames of a recording, each in its own sensor's frame. They are indexed once; any number of
-/// trajectories can then be judged by them.
+/// The clouds of the frames of a recording, each in its sensor frame. They are indexed once for the comparison of any number
+/// of trajectories.
 #[derive(Default)]
 pub struct FrameClouds {
     frames: Vec<FrameCloud>,
 }
 
 impl FrameClouds {
-    /// Side of the cubes that a frame's points are averaged in (m): dense frames stay quick, and near surfaces do not
-    /// outweigh far ones.
+    /// Voxel size of the downsampling of a frame (m), which bounds the time and keeps near surfaces from outweighing far ones.
     pub const VOXEL_SIZE: f64 = 0.05;
 
-    /// No frame yet.
+    /// Without frames.
     pub fn new() -> Self {
         Self::default()
     }
@@ -80,8 +78,8 @@ impl FrameClouds {
         self.frames.is_empty()
     }
 
-    /// Adds the next frame. Normals are estimated from the points: along the beams' order where the cloud is a planar
-    /// scan, from the nearest neighbours otherwise.
+    /// Adds the next frame. Normals are estimated from adjacent beams where the cloud is a planar scan, from the nearest
+    /// neighbours otherwise.
     ///
     /// # Errors
     /// When the cloud has no finite point.
@@ -89,7 +87,7 @@ impl FrameClouds {
         let is_planar = cloud.is_planar();
         let finite: Vec<_> = cloud.positions.iter().copied().filter(|p| p.is_finite()).collect();
         let cloud = PointCloud { origin: cloud.origin, ..PointCloud::from_positions(finite) };
-        // The few points of a planar scan are all wanted, and their order gives the neighbours.
+        // The few points of a planar scan are all kept, since their order gives the neighbours.
         let cloud = if is_planar { cloud } else { voxel_downsample(&cloud, Self::VOXEL_SIZE)? };
         if cloud.is_empty() {
             return Err(Error::whole("This frame has no point", "Leave it out, with its pose"));
@@ -112,9 +110,9 @@ impl FrameClouds {
 
     /// Mean distance between overlapping frames at these `T_world_sensor`, one for each frame.
     ///
-    /// A point is held against every other frame: the nearest point of that frame, if it is no further away than
-    /// `max_pair_distance` and has a normal, is its partner there, and |n . (p - q)| counts. (Against the union of all
-    /// frames, the nearest of many shaken copies of a surface would always be near.)
+    /// In every other frame the partner of a point p is the nearest point q, if it is within `max_pair_distance` and has a
+    /// normal n; the residual is |n . (p - q)|. (In the union of all frames the nearest of many displaced copies of a surface
+    /// would always be near.)
     ///
     /// # Errors
     /// When the numbers of poses and frames differ, or no two frames overlap.
@@ -155,11 +153,11 @@ impl FrameClouds {
         }
         let count = num_pairs as f64;
         let (mean_residual, rms_residual) = (sum / count, (sum_of_squares / count).sqrt());
-        // Each pair of frames was looked at from both sides.
+        // Each pair of frames was counted from both sides.
         Ok(FrameResidual { mean_residual, rms_residual, num_pairs, num_overlaps: num_overlaps.div_ceil(2) })
     }
 
-    /// All points in the world (m), at these `T_world_sensor`.
+    /// All points in the world frame (m), at these `T_world_sensor`.
     ///
     /// # Errors
     /// When the numbers of poses and frames differ.
@@ -184,7 +182,7 @@ impl FrameCloud {
         Point3::from(self.positions[index].map(f64::from))
     }
 
-    /// Distance of a point (m, this frame) from the surface here, if there is one nearby.
+    /// Distance of a point (m, this frame) from this frame's surface; `None` where there is none within `reach` (m).
     fn residual_of(&self, point: &Point3<f64>, reach: f64) -> Option<f64> {
         let query = [point.x as f32, point.y as f32, point.z as f32];
         let partner = self.tree.nearest(&query, reach as f32)?.index as usize;
@@ -192,7 +190,7 @@ impl FrameCloud {
     }
 }
 
-/// Every `stride`-th of all points, those of one frame: it has `count`, and `before` lie in frames before it.
+/// Indices of every `stride`-th of all points within one frame of `count` points, with `before` points in earlier frames.
 fn strided(before: usize, count: usize, stride: f64) -> Vec<usize> {
     let first = (before as f64 / stride).ceil() as usize;
     let place = |k: usize| (k as f64 * stride) as usize;
@@ -219,7 +217,7 @@ mod tests {
     use super::*;
     use scanstitch_scene::random::Random;
 
-    /// A corner of three walls, seen from a few places.
+    /// A corner of three walls, as seen by one sensor.
     fn corner(random: &mut Random, sensor: &Pose3) -> PointCloud {
         let points = (0..3000).map(|i| {
             let (u, v) = (random.uniform(0.0, 2.0), random.uniform(0.0, 2.0));
@@ -255,12 +253,12 @@ mod tests {
             assert!(found.mean_residual > last.mean_residual && found.rms_residual > last.rms_residual);
             last = found;
         }
-        // Half of the pairs are of the shifted frame, and lie off by the shift; at the edges a little less.
+        // Half of the pairs contain the shifted frame and have the shift as residual, slightly less at the edges.
         assert!((0.02..0.03).contains(&last.mean_residual), "{last:?}");
     }
 
     #[test]
-    fn few_points_tell_what_all_do_and_distance_is_no_overlap() {
+    fn a_sample_of_points_gives_the_residual_of_all_and_distant_frames_do_not_overlap() {
         let mut random = Random::new(4);
         let mut clouds = FrameClouds::new();
         let mut poses = sensors();
@@ -289,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn every_stride_takes_its_share_of_every_frame() {
+    fn a_stride_samples_every_frame_in_proportion_to_its_points() {
         for stride in [1.0, 2.0, 2.5, 7.3] {
             let counts = [10, 1, 0, 25, 3];
             let mut before = 0;

@@ -1,4 +1,4 @@
-//! Sharpness of a map without a reference: errors of the poses blur its surfaces.
+//! Sharpness of a map without a reference, by two metrics that grow as errors of the poses blur its surfaces:
 //!
 //! - Mean map entropy: Droeschel and Behnke, "Local multi-resolution surfel grids for MAV motion estimation and 3D
 //!   mapping", IAS-13 (2014).
@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 use crate::search::KdTree;
 use crate::{Error, Result};
 
-/// Where a point's neighbourhood ends, and which points are looked at.
+/// Size of the neighbourhoods, and the number of points that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(default, deny_unknown_fields)]
 pub struct MapQualityOptions {
     /// Radius of the neighbourhood (m).
     pub radius: f64,
-    /// A point with fewer points around it, itself among them, does not count.
+    /// Fewest points of a neighbourhood, the point itself included, for which the point is evaluated.
     pub min_neighbors: usize,
-    /// Most points that are evaluated, evenly spread over the map; their neighbours are taken from all points. 0: all.
+    /// Most points that are evaluated, evenly spread over the map; neighbours are searched among all points. 0: all.
     pub max_points: usize,
 }
 
@@ -31,7 +31,7 @@ impl Default for MapQualityOptions {
     }
 }
 
-/// The metrics of a map, lower is sharper. They compare maps of the same scans only.
+/// The metrics of a map; lower is sharper. Only maps of the same scans can be compared by them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct MapQuality {
@@ -40,18 +40,18 @@ pub struct MapQuality {
     pub mean_map_entropy: f64,
     /// Mean plane variance, the mean of the smallest eigenvalue of Sigma (m^2).
     pub mean_plane_variance: f64,
-    /// Points that were looked at and have neighbours enough: the plane variance is a mean over them.
+    /// Number of points evaluated: the plane variance is the mean over them.
     pub num_points: usize,
-    /// Those of them whose neighbourhood has a volume: the entropy, minus infinity otherwise, is a mean over them.
+    /// Number of these whose covariance has a positive determinant: the entropy is the mean over them, minus infinity if none.
     pub num_with_volume: usize,
-    /// Points that were looked at and have too few neighbours.
+    /// Number of points with too few neighbours to be evaluated.
     pub num_sparse: usize,
 }
 
-/// The figures of a map of points in `D` dimensions (m). Where `D` is 2, the plane variance is that across lines.
+/// The metrics of a map of points in `D` dimensions (m). Where `D` is 2, the plane variance is the variance across lines.
 ///
 /// # Errors
-/// When the radius is no length, or no point has neighbours enough.
+/// When the radius is not positive and finite, or no point has enough neighbours.
 pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOptions) -> Result<MapQuality> {
     let MapQualityOptions { radius, min_neighbors, max_points } = *options;
     if !(radius > 0.0 && radius.is_finite()) {
@@ -60,8 +60,7 @@ pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOpti
     let tree = KdTree::build(points);
     let num_queries = if max_points == 0 { points.len() } else { max_points.min(points.len()) };
     let least = min_neighbors.max(D + 1);
-    let (mut entropy, mut variance) = (0.0, 0.0);
-    let (mut num_points, mut num_with_volume, mut num_sparse) = (0, 0, 0);
+    let mut sums = Sums::default();
     let mut neighbors = Vec::new();
     for query in 0..num_queries {
         let center = &points[query * points.len() / num_queries];
@@ -70,34 +69,55 @@ pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOpti
         }
         tree.within(center, radius as f32, &mut neighbors);
         if neighbors.len() < least {
-            num_sparse += 1;
+            sums.num_sparse += 1;
             continue;
         }
-        // About the query point: of coordinates far from the origin, nothing is lost.
+        // Relative to the query point, so that no digits are lost far from the origin.
         let offset = |index: u32| {
             SVector::<f64, D>::from_fn(|axis, _| f64::from(points[index as usize][axis]) - f64::from(center[axis]))
         };
-        let covariance = covariance(neighbors.iter().map(|neighbor| offset(neighbor.index)));
-        let (smallest, determinant) = spread(&covariance);
-        variance += smallest;
-        num_points += 1;
-        if determinant > 0.0 {
-            let two_pi_e = std::f64::consts::TAU * std::f64::consts::E;
-            entropy += 0.5 * (D as f64 * two_pi_e.ln() + determinant.ln());
-            num_with_volume += 1;
-        }
+        sums.add(&covariance(neighbors.iter().map(|neighbor| offset(neighbor.index))));
     }
-    if num_points == 0 {
+    if sums.num_points == 0 {
         let problem = format!("No point has {least} points within {radius} m");
         return Err(Error::whole(problem, "Give a larger radius, or a map of more points"));
     }
-    Ok(MapQuality {
-        mean_map_entropy: if num_with_volume > 0 { entropy / num_with_volume as f64 } else { f64::NEG_INFINITY },
-        mean_plane_variance: variance / num_points as f64,
-        num_points,
-        num_with_volume,
-        num_sparse,
-    })
+    Ok(sums.quality())
+}
+
+/// Sums over the points evaluated; fields as in [`MapQuality`].
+#[derive(Default)]
+struct Sums {
+    entropy: f64,
+    variance: f64,
+    num_points: usize,
+    num_with_volume: usize,
+    num_sparse: usize,
+}
+
+impl Sums {
+    /// Adds a point by the covariance of its neighbourhood (m^2).
+    fn add<const D: usize>(&mut self, covariance: &SMatrix<f64, D, D>) {
+        let (smallest, determinant) = spread(covariance);
+        self.variance += smallest;
+        self.num_points += 1;
+        if determinant > 0.0 {
+            let two_pi_e = std::f64::consts::TAU * std::f64::consts::E;
+            self.entropy += 0.5 * (D as f64 * two_pi_e.ln() + determinant.ln());
+            self.num_with_volume += 1;
+        }
+    }
+
+    fn quality(&self) -> MapQuality {
+        let Self { entropy, variance, num_points, num_with_volume, num_sparse } = *self;
+        MapQuality {
+            mean_map_entropy: if num_with_volume > 0 { entropy / num_with_volume as f64 } else { f64::NEG_INFINITY },
+            mean_plane_variance: variance / num_points as f64,
+            num_points,
+            num_with_volume,
+            num_sparse,
+        }
+    }
 }
 
 fn covariance<const D: usize>(offsets: impl Iterator<Item = SVector<f64, D>>) -> SMatrix<f64, D, D> {
@@ -111,8 +131,8 @@ fn covariance<const D: usize>(offsets: impl Iterator<Item = SVector<f64, D>>) ->
     outer / n - mean * mean.transpose()
 }
 
-/// The smallest eigenvalue and the determinant of a covariance, by Jacobi's rotations: both are zero, not a little below,
-/// for what rounding alone keeps from it.
+/// The smallest eigenvalue and the determinant of a covariance, by Jacobi rotations. Eigenvalues within the rounding error of
+/// zero are set to zero.
 fn spread<const D: usize>(covariance: &SMatrix<f64, D, D>) -> (f64, f64) {
     const SWEEPS: usize = 12;
     let mut A = *covariance;

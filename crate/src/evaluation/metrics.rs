@@ -12,12 +12,12 @@ use super::pairs::{PairOptions, index_pairs};
 use super::path::{Path, angle, relative};
 use crate::{Error, Result};
 
-/// What of an error pose E = (R, t) is measured.
+/// The part of an error pose E = (R, t) that is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum PoseRelation {
-    /// |t| (m); of APE, the distance of the positions.
+    /// |t| (m); for APE the distance of the positions.
     #[default]
     TranslationPart,
     /// |R - I|, Frobenius norm.
@@ -28,9 +28,9 @@ pub enum PoseRelation {
     RotationAngleRad,
     /// Angle of R (deg).
     RotationAngleDeg,
-    /// APE: distance of the positions. RPE: by how much the distances between the two positions differ (m).
+    /// APE: distance of the positions. RPE: difference of the distances between the two positions of a pair (m).
     PointDistance,
-    /// RPE alone: that difference as a share of the reference's distance (percent).
+    /// RPE only: that difference as a share of the reference's distance (percent).
     PointDistanceErrorRatio,
 }
 
@@ -47,7 +47,7 @@ impl PoseRelation {
     }
 }
 
-/// Absolute pose errors of poses that belong together by their index.
+/// Absolute errors of the poses of equal index.
 ///
 /// # Errors
 /// When the relation needs orientations and there are none, or a matrix is no rotation.
@@ -72,18 +72,18 @@ pub fn ape(reference: &Path, estimate: &Path, relation: PoseRelation) -> Result<
     }
 }
 
-/// Relative pose errors with the pairs of indices that they were measured over.
+/// Relative pose errors and the pairs of poses they refer to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelativeErrors {
-    /// First and second pose of each pair.
+    /// Indices of the first and second pose of each pair.
     pub pairs: Vec<(usize, usize)>,
     /// The error of each pair.
     pub errors: Vec<f64>,
-    /// Pairs that were left out since the reference does not move in them and nothing can be divided by zero.
+    /// Number of pairs left out because the reference does not move in them, so that no ratio is defined.
     pub num_without_motion: usize,
 }
 
-/// Relative pose errors of poses that belong together by their index.
+/// Relative errors of pairs of poses, poses of equal index corresponding.
 ///
 /// # Errors
 /// When no pair is `delta` apart, when the relation or the pairs need orientations or times and there are none.

@@ -1,19 +1,18 @@
-//! Evaluation of results: a trajectory against a reference, and the sharpness of a map where there is none.
+//! Evaluation of results: the error of a trajectory against a reference, and the sharpness of a map where there is none.
 //!
-//! [`evaluate`](evaluate::evaluate) compares one estimate with the reference, step by step: [`associate`] finds the poses
-//! that belong together, [`alignment`] brings the estimate into the reference's frame, [`metrics`] measures, and
-//! `statistics` sums up. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and
-//! SLAM", 2017), each with its source in the literature.
+//! [`evaluate`](evaluate::evaluate) compares one estimate with the reference in four steps: [`associate`] finds corresponding
+//! poses, [`alignment`] transforms the estimate into the reference's frame, [`metrics`] computes the errors, and `statistics`
+//! summarises them. Definitions are those of evo (Grupp, "evo: Python package for the evaluation of odometry and SLAM",
+//! 2017), each with its source in the literature.
 //!
-//! Figures agree with evo 1.38.1 to 1e-9, relative, but for what double precision does not fix, and evo's own figures are
-//! rounding as well:
+//! Figures agree with evo 1.38.1 to a relative 1e-9, except where they are rounding errors, in evo as well:
 //!
-//! - errors that are truly zero: the angle between equal rotations (below 1e-15 rad), the first pose once both are made
-//!   equal, everything after a perfect alignment;
+//! - errors that are zero in exact arithmetic: the angle between equal rotations (below 1e-15 rad), the first pose once both
+//!   are made equal, everything after a perfect alignment;
 //! - errors near the rounding of the coordinates: 1e-9 m at 5,000 km from the origin (map projections), where even the order
-//!   of multiplying shows;
-//! - rotations after the alignment of a path that is a straight line: the rotation about it is arbitrary (a note says so);
-//! - all pairs turned by a delta of exactly zero: which angles are zero is rounding.
+//!   of the multiplications matters;
+//! - rotations after the alignment of a straight path: the rotation about the line is arbitrary (a note says so);
+//! - all pairs that are rotated by a delta of exactly zero: rounding decides which angles are zero.
 //!
 //! ```
 //! use scanstitch::evaluation::{EvaluationOptions, evaluate};
@@ -28,9 +27,8 @@
 //! # Ok::<(), scanstitch::Error>(())
 //! ```
 //!
-//! Without a reference, [`map_quality`](map_quality::map_quality) measures how sharp a map is, and
-//! [`frame_clouds`] how well the frames fit each other at given poses; [`depth_consistency`] does so for depth images, step
-//! by step.
+//! Without a reference, [`map_quality`](map_quality::map_quality) measures how sharp a map is, [`frame_clouds`] how well
+//! the clouds of frames overlay at given poses, and [`depth_consistency`] how well consecutive depth images agree.
 
 pub mod alignment;
 pub mod associate;

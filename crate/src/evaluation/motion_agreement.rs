@@ -1,27 +1,29 @@
-//! Whether the motions of an estimate are those of the reference: if not, the reference is of another recording, or the
+//! Whether the motions of an estimate are those of the reference; if not, the reference belongs to another recording or the
 //! estimate is wrong.
 
 use super::motion_ratio::{FRAME_GAPS, motions, ratio_of};
 use crate::geometry::Pose3;
 
-/// Fewer motions than this tell nothing.
+/// Fewest motions from which a share is computed.
 const MIN_MOTIONS: usize = 20;
-/// Noise of an estimated motion from frame to frame (m, and rad); it grows with the root of the number of frames between.
+/// Assumed noise of an estimated translation between consecutive frames (m). Over several frames it grows with the square root
+/// of their number, as does that of the rotation.
 const STEP_NOISE: f64 = 0.01;
+/// Assumed noise of an estimated rotation between consecutive frames (rad).
 const TURN_NOISE: f64 = 0.02;
-/// Motions below this times the noise agree by themselves and are left out.
+/// Smallest ratio of a motion to its noise for which it is compared; smaller motions always agree.
 const MIN_SIGNAL_TO_NOISE: f64 = 5.0;
-/// Motions agree that differ by at most this share of the larger one and the noise.
+/// Largest difference of two motions that agree, as a share of the larger one, in addition to the noise.
 const MAX_DEVIATION: f64 = 0.2;
-/// A reference is reported as misfitting below this share, which lies between those of right and of wrong references.
+/// Share below which a reference is reported as misfitting. Measured: see [`motion_agreement`].
 const MIN_AGREEMENT: f64 = 0.6;
 
-/// Share of the motions between frames that are equally large in the estimate and in the reference, units apart; none where
-/// the frames move too little to tell. Frames as far apart as the recording allows are compared, for neighbours are often
-/// equally far apart everywhere.
+/// Share of the motions between frames that are equally large in the estimate and in the reference, whose unit of length may
+/// differ; `None` where the frames move too little. The compared frames are as far apart as the recording allows, since
+/// consecutive frames often have equal distances everywhere.
 ///
-/// For the recordings at hand at least 0.92, also where the estimate drifts. For a reference of another recording or in
-/// another order at most 0.55 with orientations, and 0.7 without.
+/// Measured on the recordings at hand: at least 0.92, even where the estimate drifts; for a reference of another recording or
+/// in another order at most 0.55 with orientations, and 0.7 without.
 fn motion_agreement(pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<f64> {
     let scale = ratio_of(pairs).translation.unwrap_or(1.0);
     FRAME_GAPS.iter().rev().find_map(|&gap| {
@@ -42,7 +44,7 @@ fn motion_agreement(pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<
     })
 }
 
-/// Says where a reference does not fit the estimate at all. `pairs`: estimate and reference of each frame.
+/// A note where a reference does not fit the estimate at all. `pairs`: estimate and reference of each frame.
 pub(super) fn misfit_hint(name: &str, pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<String> {
     let share = motion_agreement(pairs, has_orientations).filter(|share| *share < MIN_AGREEMENT)?;
     Some(format!(
@@ -58,7 +60,7 @@ mod tests {
 
     use super::*;
 
-    /// A drive with turns whose times depend on `phase`; steps of about 0.3 m with 5 mm of noise, in a world of its own.
+    /// A drive with turns whose times depend on `phase`; steps of about 0.3 m with 5 mm of noise.
     fn drive(count: u32, phase: f64) -> Vec<Pose3> {
         let mut pose = Isometry3::new(Vector3::new(3.0, phase, 0.0), Vector3::z() * phase);
         let step = |i: u32| {
@@ -77,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reference_of_another_drive_is_told_and_drift_and_other_units_are_not() {
+    fn the_reference_of_another_drive_is_reported_and_drift_and_other_units_are_not() {
         let told = |pairs: &[(Pose3, Pose3)]| misfit_hint("gt.txt", pairs, true).is_some();
         let drive_a = drive(200, 0.0);
         assert!(told(&pairs(drive_a.clone(), drive(200, 1.4))));

@@ -1,42 +1,43 @@
-//! By which factor the steps and turns of a trajectory differ from those of a reference.
+//! Ratios of the translations and rotations of a trajectory to those of a reference.
 //!
-//! Medians over pairs of frames, so that a path that is broken in places still tells the factor.
+//! They are medians over pairs of frames, which are robust to a trajectory that is wrong in places.
 
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
 
-/// Steps of the estimate over those of the reference; none where too few pairs tell it, or where they disagree.
+/// Motions of the estimate divided by those of the reference; `None` where the pairs are too few or disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct MotionRatio {
-    /// Of distances.
+    /// Ratio of distances.
     pub translation: Option<f64>,
-    /// Of angles.
+    /// Ratio of angles.
     pub rotation: Option<f64>,
 }
 
-/// Pairs of frames this far apart are compared: neighbours, and some between which slow cameras have moved.
+/// Differences of frame numbers of the compared pairs: consecutive frames, and longer gaps for slow cameras.
 pub(super) const FRAME_GAPS: [usize; 4] = [1, 2, 5, 20];
-/// Fewer pairs than this tell nothing.
+/// Fewest pairs from which a ratio is computed.
 const MIN_PAIRS: usize = 6;
-/// Shorter steps (m) and smaller turns (rad, 1.7 degrees) of the reference are noise.
+/// Smallest translation of the reference that exceeds its noise (m).
 const MIN_STEP: f64 = 0.02;
+/// Smallest rotation of the reference that exceeds its noise (rad, 1.7 degrees).
 const MIN_TURN: f64 = 0.03;
-/// Larger turns (rad) are left out: beyond half a turn they are ambiguous.
+/// Largest rotation that is compared (rad); beyond pi the angle is ambiguous.
 const MAX_TURN: f64 = 2.0;
-/// The median deviation of the ratios' logarithms from their median is at most this, ...
+/// Largest median absolute deviation of the logarithms of the ratios, ...
 const MAX_SPREAD: f64 = 0.15;
-/// ... or this share of the median itself: broken paths spread, and still tell a large factor.
+/// ... or this share of their median: a broken trajectory scatters more, but still shows a large factor.
 const MAX_SPREAD_SHARE: f64 = 0.25;
-/// Standard errors of the median by which the ratio's logarithm has to differ from zero.
+/// Number of standard errors of the median by which the logarithm of the ratio must differ from zero.
 const MIN_SIGNIFICANCE: f64 = 4.0;
 
-/// The factors; poses are `T_world_sensor`, each list in its own world.
+/// The ratios; poses are `T_world_sensor`, each list in its own world frame.
 pub(crate) fn motion_ratio(estimate: &[Option<Pose3>], reference: &[Option<Pose3>]) -> MotionRatio {
     let both: Vec<(Pose3, Pose3)> = estimate.iter().zip(reference).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
     ratio_of(&both)
 }
 
-/// The same of poses of the estimate and of the reference that belong together.
+/// The ratios for corresponding poses of the estimate and the reference.
 pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
     let [mut steps, mut turns] = [Vec::new(), Vec::new()];
     for (motion, reference) in FRAME_GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
@@ -50,8 +51,8 @@ pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
     MotionRatio { translation: common_factor(steps), rotation: common_factor(turns) }
 }
 
-/// Size of the motion between two frames: it depends neither on the world nor, but for a lever's length, on the place of the
-/// sensor on the robot.
+/// Size of the motion between two frames. It is independent of the world frame and, apart from the lever arm, of where the
+/// sensor is mounted.
 pub(super) struct MotionSize {
     /// Distance (m).
     pub step: f64,
@@ -59,7 +60,7 @@ pub(super) struct MotionSize {
     pub turn: f64,
 }
 
-/// The motions of the estimate and of the reference between the same frames, so many frames apart.
+/// The motions of the estimate and of the reference between the same frames, `gap` frames apart.
 pub(super) fn motions(pairs: &[(Pose3, Pose3)], gap: usize) -> impl Iterator<Item = (MotionSize, MotionSize)> {
     let size = |a: &Pose3, b: &Pose3| {
         let motion = a.inverse() * b;
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_have_no_factor_in_common_tell_none() {
+    fn motions_without_a_common_ratio_give_none() {
         let wild: Vec<Option<Pose3>> =
             (0..40).map(|i: u32| Some(Isometry3::translation(f64::from(i * i * 7919 % 97), 0.0, 0.0))).collect();
         assert_eq!(motion_ratio(&wild, &path(40, 1.0, 1.0)).translation, None);

@@ -1,4 +1,4 @@
-//! Which poses the relative error compares: pairs that lie `delta` apart, as evo finds them.
+//! The pairs of poses that the relative error compares: those `delta` apart, chosen as in evo.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use super::path::{Path, angle, relative};
 use crate::geometry::rotation::{angle_of, nearest_rotation};
 use crate::{Error, Result};
 
-/// More pairs than this are refused (all pairs by angle): they would not fit into the memory of a tab.
+/// Most pairs (all pairs by angle); more would exceed the memory of a browser tab.
 const MAX_PAIRS: usize = 20_000_000;
 
-/// What `delta` counts.
+/// The unit of `delta`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
@@ -17,33 +17,33 @@ pub enum DeltaUnit {
     /// Poses.
     #[default]
     Frames,
-    /// Path travelled.
+    /// Path length (m).
     Meters,
-    /// Time. evo has no such unit; pairs are found as by path, with time for the path.
+    /// Time (s). evo has no such unit; pairs are chosen as by path length, with time in its place.
     Seconds,
-    /// Angle turned.
+    /// Rotation angle (deg).
     Degrees,
-    /// Angle turned.
+    /// Rotation angle (rad).
     Radians,
 }
 
 /// How pairs are chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOptions {
-    /// How far apart, in `delta_unit`.
+    /// Separation of the two poses of a pair, in `delta_unit`.
     pub delta: f64,
-    /// What `delta` counts.
+    /// Unit of `delta`.
     pub delta_unit: DeltaUnit,
-    /// Whether every pose begins a pair. Otherwise a pair begins where the last one ended.
+    /// Whether a pair begins at every pose. Otherwise each pair begins where the last one ended.
     pub all_pairs: bool,
-    /// With all pairs: how far off `delta` a pair may be, as a share of it.
+    /// With all pairs: largest deviation of a pair's separation from `delta`, as a share of `delta`.
     pub delta_tolerance: f64,
-    /// Whether path and angle are the reference's and not the estimate's.
+    /// Whether path and angle are measured along the reference rather than the estimate.
     pub pairs_from_reference: bool,
 }
 
 impl Default for PairOptions {
-    /// evo's: each pose with the next.
+    /// evo's defaults: each pose with the next.
     fn default() -> Self {
         Self {
             delta: 1.0,
@@ -58,7 +58,7 @@ impl Default for PairOptions {
 /// The pairs (i, j), i < j.
 ///
 /// # Errors
-/// When there is none, when delta is no possible distance, or when the poses lack what is counted.
+/// When there is no pair, `delta` is out of range, or the poses lack the times or orientations that its unit needs.
 pub fn index_pairs(path: &Path, options: &PairOptions) -> Result<Vec<(usize, usize)>> {
     let PairOptions { delta, delta_unit, all_pairs, delta_tolerance, .. } = *options;
     if !(delta >= 0.0 && delta.is_finite()) {
@@ -112,7 +112,7 @@ fn by_index(num_poses: usize, delta: f64, all_pairs: bool) -> Result<Vec<(usize,
     Ok(starts.map(|i| (i, i + delta)).collect())
 }
 
-/// A pair ends at the first pose that is delta or more from where it began, and there the next one begins.
+/// Consecutive pairs: each ends at the first pose that is `delta` or more from its start, where the next one begins.
 fn consecutive(steps: impl Iterator<Item = f64>, delta: f64) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let (mut start, mut travelled) = (0, 0.0);
@@ -126,8 +126,8 @@ fn consecutive(steps: impl Iterator<Item = f64>, delta: f64) -> Vec<(usize, usiz
     pairs
 }
 
-/// Every pose with the later one whose progress (which never goes back) is nearest to delta, the first of equally near
-/// ones, if it is within the tolerance.
+/// Pairs each pose with the later one whose progress, which never decreases, is nearest to `delta` (the first of equally near
+/// ones), if it is within the tolerance.
 fn all_by_progress(progress: &[f64], delta: f64, tolerance: f64) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     for (i, &start) in progress.iter().enumerate() {
@@ -163,7 +163,7 @@ fn by_time(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<V
     let mut pairs = Vec::new();
     let mut start = 0;
     for (index, &now) in elapsed.iter().enumerate().skip(1) {
-        // Stamps carry no more than a tenth of a microsecond in double precision.
+        // Stamps resolve no less than a tenth of a microsecond in double precision.
         if now - elapsed[start] >= delta - 1e-6 {
             pairs.push((start, index));
             start = index;
@@ -172,7 +172,7 @@ fn by_time(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<V
     Ok(pairs)
 }
 
-/// Consecutive pairs by the angle turned on the way; all pairs by the angle between the two poses.
+/// Consecutive pairs by the sum of rotation angles along the path; all pairs by the angle between the two poses.
 fn by_angle(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<Vec<(usize, usize)>> {
     let rotations = path.rotations.as_ref().ok_or_else(|| {
         Error::whole("delta is an angle, and the poses have no orientations", "Give delta in frames or metres")
@@ -186,7 +186,7 @@ fn by_angle(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<
     let quaternions: Option<Vec<_>> = rotations.iter().map(nearest_rotation).collect();
     let quaternions = quaternions.ok_or_else(|| Error::whole("A matrix is not a rotation", ""))?;
     let (low, high) = (delta - tolerance, delta + tolerance);
-    // |q_i . q_j| = cos(angle / 2) falls with the angle: only where it is near a bound is the angle itself needed.
+    // |q_i . q_j| = cos(angle / 2) decreases with the angle; the angle itself is computed only near a bound.
     let cosine = |angle: f64| (angle.clamp(0.0, std::f64::consts::PI) / 2.0).cos();
     let (above, below) = (cosine(high) - 1e-9, cosine(low) + 1e-9);
     let mut pairs = Vec::new();

@@ -1,4 +1,4 @@
-//! Poses as the metrics take them.
+//! Poses in the form that the metrics use: positions and rotation matrices.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,8 +8,8 @@ use crate::geometry::rotation::{angle_of, nearest_rotation};
 use crate::io::trajectory::Trajectory;
 use crate::{Error, Result};
 
-/// Poses with their rotations as matrices, which are kept as the file has them: rounded ones are not made whole, since
-/// evo does not either, and the last digits of its figures depend on it.
+/// Poses with rotations as matrices. Matrices of a file are not made orthonormal, since evo does not do so either and the last
+/// digits of its figures depend on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     /// m.
@@ -31,7 +31,7 @@ impl Path {
         }
     }
 
-    /// The poses, without a turn where orientations are not known.
+    /// The poses, with the identity for unknown orientations.
     pub fn poses(&self) -> Vec<Pose3> {
         (0..self.len()).map(|index| self.pose(index)).collect()
     }
@@ -51,7 +51,7 @@ impl Path {
         self.positions.is_empty()
     }
 
-    /// The poses after an alignment: positions are scaled, turned and moved, rotations turned.
+    /// The poses after an alignment: positions are scaled, rotated and translated, orientations rotated.
     #[must_use]
     pub fn aligned(&self, by: &Similarity) -> Self {
         let position = |p: &Vector3<f64>| by.rotation * (p * by.scale) + by.translation;
@@ -79,7 +79,7 @@ impl Path {
     }
 }
 
-/// T_a^-1 T_b, with the transpose for the inverse of the rotation.
+/// T_a^-1 T_b, with the transpose as the inverse of the rotation.
 pub(super) fn relative(
     (R_a, t_a): (&Matrix3<f64>, &Vector3<f64>),
     (R_b, t_b): (&Matrix3<f64>, &Vector3<f64>),

@@ -1,4 +1,4 @@
-//! Which poses of an estimate relations name, and why they name none where that is so.
+//! Finds the poses of an estimate that relations refer to, and the reason where most relations refer to none.
 
 use std::collections::HashMap;
 
@@ -7,17 +7,17 @@ use crate::io::relations::{Place, Relation};
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
-/// Largest time (s) from a relation's to its pose's that [`time_tolerance`] allows, as Kuemmerle's `metricEvaluator` has it.
+/// Upper bound of [`time_tolerance`] (s), the tolerance of Kuemmerle's `metricEvaluator`.
 const MAX_TOLERANCE: f64 = 0.1;
-/// Times that agree differ by their rounding alone (s): the step in which a clock's offset is searched for.
+/// Resolution of the search for a clock offset (s), which exceeds the rounding of times in files.
 const CLOCK_STEP: f64 = 1e-3;
-/// Times of relations that vote on the offset of a clock, at most.
+/// Most times of relations that vote on a clock offset.
 const MAX_VOTES: usize = 100;
-/// Smallest share of the votes for an offset.
+/// Smallest share of the votes for which an offset is reported.
 const MIN_AGREEING_SHARE: f64 = 0.8;
 
-/// How far (s) a pose may be from the time that a relation names, for poses at these times: half of their median distance,
-/// for beyond that another pose is nearer, and 0.1 s at most.
+/// Largest difference (s) between the time of a relation and that of its pose, for poses at these times: half of their median
+/// interval, beyond which another pose is nearer, but at most 0.1 s.
 pub fn time_tolerance(stamps: &[f64]) -> f64 {
     let mut sorted = stamps.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -46,8 +46,8 @@ impl<'a> PoseLookup<'a> {
         Self { num_poses: estimate.len(), stamps, order, max_diff }
     }
 
-    /// Refuses relations by time where the estimate has no times, or has numbers in their place: some of those lie near a
-    /// time by chance, and what they say is nothing.
+    /// Refuses relations by time where the estimate has no times, or has pose numbers in their place, some of which would match
+    /// a time by chance.
     pub(super) fn check(&self, relations: &[Relation]) -> Result<()> {
         let mut times = relations.iter().filter_map(Relation::times).flatten();
         let Some(first) = times.next() else { return Ok(()) };
@@ -120,7 +120,7 @@ pub(super) fn misfit(
     Some((problem, remedy))
 }
 
-/// What has to be added to the stamps so that most of the times are among them, where there is such an offset.
+/// The offset (s) to add to `stamps` so that most of `times` are among them; `None` where there is no such offset.
 fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
     let stride = times.len().div_ceil(MAX_VOTES);
     let voters: Vec<f64> = times.iter().copied().step_by(stride).collect();
@@ -130,7 +130,7 @@ fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
             *votes.entry(((time - stamp) / CLOCK_STEP).round() as i64).or_default() += 1;
         }
     }
-    // An offset between two steps has its votes in both.
+    // The votes for an offset between two steps are in both.
     let total = |step: i64| (step - 1..=step + 1).filter_map(|step| votes.get(&step)).sum::<usize>();
     let best = votes.keys().copied().max_by_key(|&step| (total(step), votes[&step], -step.abs()))?;
     (total(best) as f64 >= MIN_AGREEING_SHARE * voters.len() as f64).then_some(best as f64 * CLOCK_STEP)

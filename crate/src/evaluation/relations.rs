@@ -1,36 +1,37 @@
-//! Errors of relations between poses that are known to be right, loops among them: Kuemmerle et al., "On measuring the
-//! accuracy of SLAM algorithms", Autonomous Robots 27 (2009), eq. 5. No frame has to be made common.
+//! Errors against given relations between poses, loops among them: Kuemmerle et al., "On measuring the accuracy of SLAM
+//! algorithms", Autonomous Robots 27 (2009), eq. 5. The metric needs no alignment.
 //!
-//! delta is the motion from pose i to pose j in the estimate, delta* the relation's; the error is delta* ⊖ delta, which is
-//! inv(delta*) delta: its translation's norm and its rotation's angle. Cartographer's `compute_relations_metrics` takes
-//! delta inv(delta*): the same rotation, and a translation that holds in addition the rotation's error times the length of
-//! the relation. Standard deviations are of the population here, of a sample (n - 1) there.
+//! With delta the motion from pose i to pose j in the estimate and delta* that of the relation, the error is delta* ⊖ delta =
+//! inv(delta*) delta: the norm of its translation and the angle of its rotation. Cartographer's `compute_relations_metrics`
+//! uses delta inv(delta*) instead: the same angle, and a translation that also contains the rotation error times the length of
+//! the relation. Standard deviations are those of the population here, of a sample (n - 1) there.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::path::{Path, angle, relative};
 use super::relation_times::{PoseLookup, misfit};
 use super::statistics::Statistics;
+use crate::geometry::Pose3;
 use crate::io::relations::Relation;
 use crate::{Error, Result};
 
-/// A relation whose translation is off by more than this (m) is wrong: another place, not noise.
+/// Translation error (m) beyond which a relation is counted as wrong: the estimate is at another place, not merely noisy.
 pub(crate) const WRONG_TRANSLATION: f64 = 0.5;
-/// A relation whose rotation is off by more than this (deg) is wrong.
+/// Rotation error (deg) beyond which a relation is counted as wrong.
 pub(crate) const WRONG_ROTATION_DEG: f64 = 5.0;
 
-/// How far the poses of an estimate are from known relations.
+/// Errors of an estimate against given relations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct RelationErrors {
     /// Number of relations in the list.
     pub num_relations: usize,
-    /// Number of those whose two poses the estimate has.
+    /// Number of relations whose two poses the estimate has.
     pub num_compared: usize,
-    /// Number of those that were left out, because the estimate lacks one of the two poses.
+    /// Number of relations left out because the estimate lacks one of the two poses.
     pub num_left_out: usize,
-    /// Poses no further than this (s) from a relation's times are its poses; null where relations name poses by index.
+    /// Largest difference between a relation's time and its pose's (s); null where relations name poses by index.
     pub max_diff: Option<f64>,
     /// |trans(delta* - delta)| of each relation (m).
     pub translation: Statistics,
@@ -40,7 +41,7 @@ pub struct RelationErrors {
     pub mean_squared_translation: f64,
     /// The mean of the squared rotation errors, eq. 5's second term (rad^2).
     pub mean_squared_rotation: f64,
-    /// Number of relations that are off by more than 0.5 m or 5 degrees.
+    /// Number of relations with an error of more than 0.5 m or 5 degrees.
     pub num_wrong: usize,
     /// Their share of the compared relations, 0..=1.
     pub share_wrong: f64,
@@ -48,17 +49,17 @@ pub struct RelationErrors {
     pub translation_errors: Vec<f64>,
     /// Rotation error of each relation that was compared (rad).
     pub rotation_errors: Vec<f64>,
-    /// What is worth knowing, in whole sentences: relations that fit no pose, and what would help.
+    /// Remarks in whole sentences: relations that fit no pose, and the remedy.
     pub notes: Vec<String>,
 }
 
-/// The errors of an estimate. A relation by indices names poses by their place in the estimate, one by times names the
-/// poses nearest to them, no further away than `max_diff` (s); [`time_tolerance`](super::relation_times::time_tolerance)
-/// gives one that suits the estimate.
+/// The errors of an estimate. A relation by indices refers to the poses of these indices in the estimate, one by times to the
+/// nearest poses within `max_diff` (s), for which [`time_tolerance`](super::relation_times::time_tolerance) gives a value
+/// that suits the estimate.
 ///
 /// # Errors
-/// Without orientations; when relations are by time and the estimate has none, or counts its poses; when none can be
-/// compared.
+/// When the estimate has no orientations; when relations are by time and the estimate has no times, or pose numbers for
+/// times; when no relation can be compared.
 pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -> Result<RelationErrors> {
     let rotations = estimate.rotations.as_ref().ok_or_else(|| {
         Error::whole("Relations compare orientations, and the estimate has positions alone", "Give orientations")
@@ -68,13 +69,10 @@ pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -
     let (mut translation_errors, mut rotation_errors) = (Vec::new(), Vec::new());
     for relation in relations {
         let (Some(i), Some(j)) = (lookup.find(relation.from), lookup.find(relation.to)) else { continue };
-        let (R, t) = relative((&rotations[i], &estimate.positions[i]), (&rotations[j], &estimate.positions[j]));
-        let expected = relation.motion;
-        let (R_expected, t_expected): (_, Vector3<f64>) =
-            (expected.rotation.to_rotation_matrix().into_inner(), expected.translation.vector);
-        let (R_error, t_error) = relative((&R_expected, &t_expected), (&R, &t));
-        translation_errors.push(t_error.norm());
-        rotation_errors.push(angle(&R_error)?);
+        let motion = relative((&rotations[i], &estimate.positions[i]), (&rotations[j], &estimate.positions[j]));
+        let (translation, rotation) = error_of(&relation.motion, &motion)?;
+        translation_errors.push(translation);
+        rotation_errors.push(rotation);
     }
     let num_compared = translation_errors.len();
     let misfit = misfit(relations, estimate, max_diff, num_compared);
@@ -103,4 +101,11 @@ pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -
         rotation_errors,
         notes: misfit.into_iter().map(|(problem, remedy)| format!("{problem}. {remedy}.")).collect(),
     })
+}
+
+/// Norm of the translation (m) and angle of the rotation (rad) of inv(expected) motion.
+fn error_of(expected: &Pose3, (R, t): &(Matrix3<f64>, Vector3<f64>)) -> Result<(f64, f64)> {
+    let R_expected = expected.rotation.to_rotation_matrix().into_inner();
+    let (R_error, t_error) = relative((&R_expected, &expected.translation.vector), (R, t));
+    Ok((t_error.norm(), angle(&R_error)?))
 }

@@ -1,4 +1,4 @@
-//! Sharpness of a map without any truth: how far overlapping scans lie from each other's surfaces.
+//! Sharpness of a map of planar scans without a reference: the mean point-to-line residual between overlapping scans.
 
 use std::rc::Rc;
 
@@ -9,9 +9,9 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::KdTree;
 
-/// Returns further out than this do not count (m).
+/// Largest range of a return that is compared (m).
 pub const MAX_RANGE: f64 = 29.0;
-/// A point and its nearest neighbour further apart than this do not overlap (m).
+/// Largest distance between a point and its nearest neighbour in the other scans for which the scans overlap there (m).
 pub const MAX_PAIR_DISTANCE: f64 = 0.5;
 
 /// Mean point-to-line residual between overlapping scans.
@@ -24,27 +24,27 @@ pub struct Sharpness {
     pub num_pairs: usize,
 }
 
-/// Measures the sharpness of a map piece by piece.
+/// Measures the sharpness of a map a number of points at a time.
 ///
-/// Every point of a scan is held against its nearest neighbour in the union of all other scans, in the world frame; pairs
-/// within [`MAX_PAIR_DISTANCE`] whose target point has a normal count with their distance along that normal. Only returns
-/// within [`MAX_RANGE`].
+/// Each point of a scan is paired with its nearest neighbour in the union of all other scans, in the world frame. Pairs within
+/// [`MAX_PAIR_DISTANCE`] whose neighbour has a normal contribute their distance along that normal. Only returns within
+/// [`MAX_RANGE`] are used.
 pub struct SharpnessMeter {
     placed: Vec<(Rc<PlanarScan>, Pose2)>,
-    /// The scan of each point, ...
+    /// Index of the scan of each point.
     scans: Vec<u32>,
-    /// ... and the first point of each scan.
+    /// Index of the first point of each scan.
     firsts: Vec<u32>,
-    /// Of the points within range.
+    /// The points within range, world frame (m).
     tree: KdTree<2>,
-    /// The point to be looked at next.
+    /// Index of the next point to evaluate.
     next: usize,
     sum: f64,
     num_pairs: usize,
 }
 
 impl SharpnessMeter {
-    /// Lays scans over each other at their `T_world_sensor`.
+    /// A meter for scans at their `T_world_sensor`.
     pub fn new(placed: Vec<(Rc<PlanarScan>, Pose2)>) -> Self {
         let num_points = placed.iter().map(|(scan, _)| scan.points.len()).sum();
         let (mut scans, mut positions) = (Vec::with_capacity(num_points), Vec::with_capacity(num_points));
@@ -91,24 +91,24 @@ impl SharpnessMeter {
         (T_world_sensor.act(point), normal.map(|normal| T_world_sensor.rotate(normal)))
     }
 
-    /// Points looked at, of all.
+    /// Number of points evaluated, and of all points.
     pub fn progress(&self) -> (usize, usize) {
         (self.next, self.scans.len())
     }
 
-    /// Whether all points have been looked at.
+    /// Whether all points have been evaluated.
     pub fn is_done(&self) -> bool {
         self.next == self.scans.len()
     }
 
-    /// The sharpness by the points looked at; `None` where no two scans overlap.
+    /// The sharpness from the points evaluated so far; `None` where no two scans overlap.
     pub fn sharpness(&self) -> Option<Sharpness> {
         let (num_pairs, mean_residual) = (self.num_pairs, self.sum / self.num_pairs as f64);
         (num_pairs > 0).then_some(Sharpness { mean_residual, num_pairs })
     }
 }
 
-/// Where points out of range lie: a tree leaves them out.
+/// Position of points out of range, which the tree leaves out.
 const NOWHERE: [f32; 2] = [f32::NAN; 2];
 
 fn is_near(point: &Vector2<f64>) -> bool {
@@ -128,7 +128,7 @@ mod tests {
     use scanstitch_scene::random::Random;
     use scanstitch_scene::recording::PlanarRecording;
 
-    /// The definition, by looking at every point.
+    /// The definition, by brute force.
     fn by_brute_force(scans: &[(Rc<PlanarScan>, Pose2)]) -> Sharpness {
         let (mut sum, mut num_pairs) = (0.0, 0);
         for (index, (scan, pose)) in scans.iter().enumerate() {
@@ -152,7 +152,7 @@ mod tests {
         Sharpness { mean_residual: sum / f64::from(num_pairs), num_pairs: num_pairs as usize }
     }
 
-    /// In two pieces.
+    /// Measured in two parts.
     fn sharpness(placed: &[(Rc<PlanarScan>, Pose2)]) -> Option<Sharpness> {
         let mut meter = SharpnessMeter::new(placed.to_vec());
         meter.advance(100);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn shaken_poses_blur_the_map() {
+    fn noise_on_the_poses_raises_the_residual() {
         let recording = generate(&CorridorOptions::default());
         let scans = scans_of(&recording);
         let shaken_by = |size: f64| {

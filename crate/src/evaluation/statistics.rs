@@ -1,4 +1,4 @@
-//! Figures that sum up errors, as evo names and defines them.
+//! Statistics of errors, with the names and definitions of evo.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,20 +10,20 @@ pub struct Statistics {
     pub rmse: f64,
     /// sum(e) / n.
     pub mean: f64,
-    /// The middle one; of an even number, the mean of the two in the middle.
+    /// The middle error; of an even number, the mean of the two in the middle.
     pub median: f64,
     /// sqrt(mean((e - mean)^2)).
     pub std: f64,
-    /// The smallest.
+    /// The smallest error.
     pub min: f64,
-    /// The largest.
+    /// The largest error.
     pub max: f64,
     /// sum(e^2).
     pub sse: f64,
 }
 
 impl Statistics {
-    /// The statistics of these errors; `None` of none at all.
+    /// The statistics of errors; `None` where there are none.
     pub fn of(errors: &[f64]) -> Option<Self> {
         if errors.is_empty() {
             return None;
@@ -43,8 +43,8 @@ impl Statistics {
     }
 }
 
-/// A sum in halves, whose rounding grows with the logarithm of the count only: Higham, "The accuracy of floating point
-/// summation", SIAM J. Sci. Comput. 14 (1993).
+/// Pairwise summation, whose rounding error grows with the logarithm of the count only: Higham, "The accuracy of floating
+/// point summation", SIAM J. Sci. Comput. 14 (1993).
 fn sum(errors: &[f64], term: impl Fn(f64) -> f64 + Copy) -> f64 {
     const BLOCK: usize = 128;
     if errors.len() <= BLOCK {

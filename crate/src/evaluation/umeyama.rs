@@ -1,12 +1,12 @@
-//! The similarity that maps points best onto others: Umeyama, "Least-squares estimation of transformation parameters
+//! The least-squares similarity between corresponding points: Umeyama, "Least-squares estimation of transformation parameters
 //! between two point patterns", IEEE PAMI 13 (1991).
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{Error, Result};
 
-/// Where the second singular value of the covariance is smaller than this times the largest, what fixes the turn about a
-/// line is rounding: that of a file with nine decimals, for one.
+/// Ratio of the second to the largest singular value of the covariance below which the points lie on a line to within the
+/// rounding of a file with nine decimals, so that the rotation about the line is arbitrary.
 const MIN_SINGULAR_RATIO: f64 = 1e-9;
 
 /// A rotation, a scale and a translation: p -> scale * rotation * p + translation.
@@ -21,18 +21,19 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// The one that leaves everything in place.
+    /// Rotation and translation zero, scale 1.
     pub fn identity() -> Self {
         Self { rotation: Matrix3::identity(), translation: Vector3::zeros(), scale: 1.0 }
     }
 }
 
-/// A similarity that was fitted, and whether all of it means something.
+/// A fitted similarity, and whether the points determine all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// The one with the least sum of squared distances.
+    /// The similarity with the least sum of squared distances.
     pub similarity: Similarity,
-    /// Whether one of the two point sets is as good as straight: the turn about that line is then chance. No distance depends on it, every rotation does.
+    /// Whether one of the two point sets lies on a line to within rounding. The rotation about that line is then arbitrary: no
+    /// distance between the points depends on it, but every orientation does.
     pub is_about_a_line: bool,
 }
 
@@ -40,8 +41,8 @@ pub struct Fit {
 /// same index; with scale 1 unless `with_scale`.
 ///
 /// # Errors
-/// When the points do not fix a rotation, by evo's rule: two singular values of their covariance have to be larger than
-/// the epsilon of double precision. Fewer than three points, all in one place, or all on one line have not.
+/// When the points do not determine a rotation, by evo's rule: two singular values of their covariance must be larger than the
+/// epsilon of double precision, which excludes fewer than three points, coincident points and collinear points.
 pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Fit> {
     let n = source.len().min(target.len());
     if n == 0 {
@@ -71,7 +72,7 @@ pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: boo
     if D.y <= f64::EPSILON {
         return Err(degenerate(n, "one of the two stays on a straight line, about which it may be turned at will"));
     }
-    // S, eq. 43: a rotation is wanted also where a reflection would fit better.
+    // S, eq. 43, which gives a rotation even where a reflection would fit better.
     let mirrored = U.determinant() * V.determinant() < 0.0;
     let S = Vector3::new(1.0, 1.0, if mirrored { -1.0 } else { 1.0 });
     // Eqs. 40, 42 and 41.
@@ -96,8 +97,8 @@ struct Svd {
     V: Matrix3<f64>,
 }
 
-/// One-sided Jacobi rotations, which find small singular values as exactly as large ones: Demmel and Veselic, "Jacobi's
-/// method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13 (1992).
+/// One-sided Jacobi rotations, which compute small singular values to the same relative accuracy as large ones: Demmel and
+/// Veselic, "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13 (1992).
 fn svd(matrix: &Matrix3<f64>) -> Svd {
     const MAX_SWEEPS: usize = 40;
     let (mut A, mut V) = (*matrix, Matrix3::identity());
@@ -132,7 +133,7 @@ fn svd(matrix: &Matrix3<f64>) -> Svd {
     let (A, V) = (columns(&A), columns(&V));
     let u0 = A.column(0).try_normalize(0.0).unwrap_or_else(Vector3::x);
     let u1 = A.column(1).try_normalize(0.0).unwrap_or_else(|| any_perpendicular(&u0));
-    // Of a plane's points the third column is rounding; the direction is fixed up to its sign by the other two.
+    // For coplanar points the third column is a rounding error; the other two fix its direction up to the sign.
     let third = A.column(2);
     let normal = u0.cross(&u1).normalize();
     let u2 = if third.dot(&normal) < 0.0 { -normal } else { normal };

@@ -1,7 +1,7 @@
 //! Small dense vectors and matrices under one name for the plane and for space.
 //!
-//! nalgebra gives their lengths as const parameters; code that serves SE(2) and SE(3) alike would have to carry all of
-//! them. Behind these traits it is generic over the [motion](super::RigidMotion) alone. Every operation is nalgebra's own.
+//! nalgebra types carry their sizes as const parameters, and code for both SE(2) and SE(3) would have to name all of them.
+//! With these traits it is generic over the [motion](super::RigidMotion) alone. Every operation is nalgebra's own.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -34,7 +34,7 @@ pub trait Vector:
     fn dot(&self, other: &Self) -> f64;
     /// Euclidean length.
     fn norm(&self) -> f64;
-    /// Its square.
+    /// Squared Euclidean length.
     fn norm_squared(&self) -> f64;
     /// The entries.
     fn as_slice(&self) -> &[f64];
@@ -56,7 +56,7 @@ pub trait SquareMatrix:
     + SubAssign
     + 'static
 {
-    /// Its columns.
+    /// The type of its columns.
     type Vector: Vector;
     /// All entries zero.
     fn zeros() -> Self;
@@ -68,9 +68,9 @@ pub trait SquareMatrix:
     fn outer(a: &Self::Vector, b: &Self::Vector) -> Self;
     /// Sum of the diagonal.
     fn trace(&self) -> f64;
-    /// Its diagonal.
+    /// The entries of the diagonal.
     fn diagonal(&self) -> Self::Vector;
-    /// One of its columns.
+    /// The column of this index.
     fn column(&self, index: usize) -> Self::Vector;
     /// The transposed matrix.
     #[must_use]
@@ -86,19 +86,19 @@ pub trait SquareMatrix:
     fn tr_apply(&self, vector: &Self::Vector) -> Self::Vector;
     /// `self -= a b^T`, column by column of `self`, which are contiguous.
     fn subtract_product(&mut self, a: &Self, b: &Self);
-    /// The `x` of `self x = b`, by Cholesky's factorisation; `None` where the matrix is not positive definite.
+    /// Solves `self x = b` for `x` by Cholesky factorisation; `None` where the matrix is not positive definite.
     fn solve_cholesky(&self, b: &Self::Vector) -> Option<Self::Vector>;
     /// The entries, column by column.
     fn as_slice(&self) -> &[f64];
 }
 
-/// The derivative of a point by a tangent vector.
+/// The derivative of a point with respect to a tangent vector.
 pub trait Jacobian: Copy {
-    /// Its columns.
+    /// The type of its columns.
     type Point: Vector;
-    /// Its rows.
+    /// The type of its rows.
     type Tangent: Vector;
-    /// What its product with itself is.
+    /// The type of `J^T J`.
     type Matrix: SquareMatrix<Vector = Self::Tangent>;
     /// `J^T v`: the gradient of `v . point`.
     fn pull_back(&self, vector: &Self::Point) -> Self::Tangent;

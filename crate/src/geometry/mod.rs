@@ -1,4 +1,4 @@
-//! Points and rigid motions: what everything else is written in.
+//! Points and rigid motions, the types that all other modules use.
 //!
 //! [`PointCloud`] holds positions in single precision; [`Pose2`] and [`Pose3`] are rigid motions in double precision, with
 //! exponential, logarithm and adjoint behind [`RigidMotion`]. Read `pose` first.

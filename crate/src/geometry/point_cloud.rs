@@ -1,8 +1,8 @@
-//! Points in space, with what the file gave along with them.
+//! Points in space, with the normals and colours that the file holds.
 
 use glam::{DVec3, Vec3};
 
-/// Points in metres in one frame, with normals and colours where the source had them.
+/// Points in metres in one frame, with normals and colours where the source has them.
 ///
 /// `normals`, `colors` and `rounded_off` are either absent or as long as `positions`.
 /// Positions are stored in single precision relative to `origin`, which is zero unless the coordinates are so large
@@ -17,13 +17,13 @@ pub struct PointCloud {
     pub colors: Option<Vec<[u8; 3]>>,
     /// Offset to add to every position (m).
     pub origin: DVec3,
-    /// What a position loses in single precision (m): the file's doubles less `origin` and `positions`. Absent where no
-    /// position loses anything.
+    /// Rounding error of each position (m): the file's double minus `origin` and minus the entry of `positions`. Absent where
+    /// all of them are zero.
     pub rounded_off: Option<Vec<Vec3>>,
 }
 
 impl PointCloud {
-    /// Largest |z| of a point of a planar scan (m).
+    /// Largest |z| of a point of a planar scan (m): the rounding error of a scan that was rotated into the plane.
     const MAX_OFF_PLANE: f32 = 1e-6;
 
     /// A cloud of positions alone.
@@ -41,24 +41,23 @@ impl PointCloud {
         self.positions.is_empty()
     }
 
-    /// A point as precisely as the file held it (m), relative to `origin`.
+    /// A point in the precision of the file (m), relative to `origin`.
     ///
     /// # Panics
-    /// When there is no such point.
+    /// When `index` is out of range.
     pub fn point(&self, index: usize) -> DVec3 {
-        let rest = self.rounded_off.as_ref().map_or(DVec3::ZERO, |rest| rest[index].as_dvec3());
-        self.positions[index].as_dvec3() + rest
+        let rounded_off = self.rounded_off.as_ref().map_or(DVec3::ZERO, |all| all[index].as_dvec3());
+        self.positions[index].as_dvec3() + rounded_off
     }
 
-    /// The finite points likewise, with their indices.
+    /// The finite points in the precision of the file (m), relative to `origin`, with their indices.
     pub fn finite_points(&self) -> impl Iterator<Item = (usize, DVec3)> {
         let finite = (0..self.len()).filter(|&index| self.positions[index].is_finite());
         finite.map(|index| (index, self.point(index)))
     }
 
-    /// Whether all points lie in the plane z = 0, as a planar laser's do: a scan to be read in two dimensions. What a
-    /// rotation into the plane leaves of z, a micrometre at the most, is none. Non-finite points do not count; an empty
-    /// cloud is not planar.
+    /// Whether all points lie in the plane z = 0, to within a micrometre: the cloud is then a planar laser scan.
+    /// Non-finite points do not count; an empty cloud is not planar.
     pub fn is_planar(&self) -> bool {
         let mut finite = self.positions.iter().filter(|p| p.is_finite()).peekable();
         finite.peek().is_some() && self.origin.z == 0.0 && finite.all(|p| p.z.abs() <= Self::MAX_OFF_PLANE)

@@ -1,8 +1,8 @@
 //! Rigid motions of the plane and of space, SE(2) and SE(3).
 //!
-//! A pose is a nalgebra isometry in double precision. [`RigidMotion`] adds what estimation needs, for both dimensions
-//! under one name: the exponential map, its inverse, and the adjoint. Equation numbers refer to Sola, Deray and
-//! Atchuthan, "A micro Lie theory for state estimation in robotics", arXiv 1812.01537v9.
+//! A pose is a nalgebra isometry in double precision. The trait [`RigidMotion`] adds the exponential map, its inverse and the
+//! adjoint, under the same names in both dimensions. Equation numbers refer to Sola, Deray and Atchuthan, "A micro Lie
+//! theory for state estimation in robotics", arXiv 1812.01537v9.
 //!
 //! Tangent vectors hold the rotation first: (theta, x, y) in the plane and (wx, wy, wz, x, y, z) in space.
 
@@ -21,7 +21,7 @@ pub type Pose2 = Isometry2<f64>;
 /// A pose in space: `T_world_sensor` maps sensor points into the world (m, rad).
 pub type Pose3 = Isometry3<f64>;
 
-/// A group of rigid motions: [`Pose2`] in the plane, [`Pose3`] in space. What is generic over it serves both.
+/// A group of rigid motions: [`Pose2`] in the plane, [`Pose3`] in space. Code for both is generic over this trait.
 pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     /// Points and directions (m).
     type Point: Vector;
@@ -29,14 +29,14 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     type PointMatrix: SquareMatrix<Vector = Self::Point>;
     /// Tangent vectors, rotation first (rad, m).
     type Tangent: Vector;
-    /// Adjoints and information matrices of motions, by tangent vectors.
+    /// Adjoints, covariances and information matrices of motions, with rows and columns as in the tangent vector.
     type Matrix: SquareMatrix<Vector = Self::Tangent>;
-    /// Derivatives of points by tangent vectors.
+    /// Derivatives of points with respect to tangent vectors.
     type Jacobian: Jacobian<Point = Self::Point, Tangent = Self::Tangent, Matrix = Self::Matrix>;
 
-    /// The motion that leaves everything in place.
+    /// The motion without rotation and translation.
     fn identity() -> Self;
-    /// The motion back.
+    /// The inverse motion.
     #[must_use]
     fn inverse(&self) -> Self;
     /// The exponential map, from a tangent vector (rotation first) to a motion.
@@ -47,9 +47,9 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     fn adjoint(&self) -> Self::Matrix;
     /// The motion applied to a point.
     fn act(&self, point: &Self::Point) -> Self::Point;
-    /// The motion applied to a direction: rotated only.
+    /// The rotation applied to a direction.
     fn rotate(&self, direction: &Self::Point) -> Self::Point;
-    /// Derivative of `exp(tau) * point` by `tau` at zero.
+    /// Derivative of `exp(tau) * point` with respect to `tau` at `tau = 0`.
     fn point_jacobian(point: &Self::Point) -> Self::Jacobian;
     /// The motion with this rotation matrix, which must be orthonormal with determinant 1, and this translation.
     fn from_parts(rotation: &Self::PointMatrix, translation: &Self::Point) -> Self;
@@ -61,8 +61,8 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     fn rotation_angle(&self) -> f64;
     /// Length of the translation (m).
     fn translation_norm(&self) -> f64;
-    /// The same motion without what rounding has added to the length of its rotation's complex number or quaternion. Where
-    /// products of poses make the next pose, that would double each time.
+    /// The same motion with its complex number or quaternion scaled to unit length. In a chain of products of poses the
+    /// rounding error of that length would otherwise double with each product.
     #[must_use]
     fn renormalized(&self) -> Self;
 }
@@ -256,13 +256,13 @@ impl RigidMotion for Pose3 {
     }
 }
 
-/// A singular value decomposition of a finite 3 x 3 matrix takes a handful of sweeps.
+/// Limit of the iterations of a singular value decomposition; a finite 3 x 3 matrix takes fewer than ten.
 const MAX_SVD_SWEEPS: usize = 100;
 
-/// Below this angle (rad) the series of the trigonometric quotients are more exact than the quotients.
+/// Angle (rad) below which the Taylor series of sin(x) / x and its like are more accurate than the quotients.
 const SMALL_ANGLE: f64 = 1e-4;
 
-/// (1 - cos theta) / theta^2, by the half angle: 1 - cos theta has few digits left where theta is small.
+/// (1 - cos theta) / theta^2, computed from the half angle: 1 - cos theta cancels where theta is small.
 fn one_minus_cos_over_square(theta: f64) -> f64 {
     if theta.abs() < SMALL_ANGLE {
         return 0.5 - theta * theta / 24.0;
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn small_turns_keep_all_digits() {
+    fn small_rotations_keep_all_digits() {
         for theta in [1e-6f64, 0.9e-4, 1.1e-4, 1e-3, 1e-2] {
             // Both parts of a motion along an arc, as series.
             let aside = theta / 2.0 - theta.powi(3) / 24.0 + theta.powi(5) / 720.0;
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn best_rotation_is_found_also_where_a_reflection_fits_better() {
+    fn best_rotation_is_a_rotation_even_where_a_reflection_fits_better() {
         let R = Pose3::exp(&Vector6::new(0.4, -0.9, 0.3, 0.0, 0.0, 0.0)).rotation.to_rotation_matrix().into_inner();
         let spread = Matrix3::from_diagonal(&Vector3::new(3.0, 2.0, 0.5));
         assert!((Pose3::best_rotation(&(R * spread)).unwrap() - R).norm() < 1e-12);
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_give_back_rotation_and_translation() {
+    fn from_parts_keeps_rotation_and_translation() {
         let T = Pose2::exp(&Vector3::new(2.5, 1.0, -3.0));
         let again = <Pose2 as RigidMotion>::from_parts(T.rotation.to_rotation_matrix().matrix(), &T.translation.vector);
         assert!((T.inverse() * again).log().norm() < 1e-14);

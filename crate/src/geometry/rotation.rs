@@ -1,28 +1,29 @@
-//! Rotation matrices that are not quite rotations, as files with few digits hold them.
+//! Rotation matrices that files hold in few digits, made orthonormal; angles of rotations; swing-twist decomposition.
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
-/// Largest deviation of R^T R from the identity, beyond the diagonal, of a matrix that is taken as orthogonal.
-const ORTHOGONAL: f64 = 1e-12;
-/// Newton's iteration squares the error with every step, so a matrix that is nearly a rotation needs three or four.
+/// Largest magnitude of an off-diagonal entry of R^T R for which the columns of R count as perpendicular.
+const MAX_OFF_DIAGONAL: f64 = 1e-12;
+/// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
 const MAX_ITERATIONS: usize = 50;
 
-/// The rotation nearest to a matrix of positive determinant in the sense of Frobenius, U V^T of its singular value
-/// decomposition U S V^T (Higham, "Computing the polar decomposition - with applications", SIAM J. Sci. Stat. Comput. 7,
-/// 1986: X <- (X + X^-T) / 2 converges to it quadratically).
+/// The rotation nearest to a matrix of positive determinant in the Frobenius norm, U V^T of its singular value
+/// decomposition U S V^T, by the quadratically convergent iteration X <- (X + X^-T) / 2 (Higham, "Computing the polar
+/// decomposition - with applications", SIAM J. Sci. Stat. Comput. 7, 1986).
 ///
-/// A matrix whose columns are perpendicular to 1e-12 is only scaled, which is what SciPy's `Rotation.from_matrix` does:
-/// angles agree with it to the last digits also where the matrix was rounded. `None` when the determinant is not
-/// positive or an entry not finite.
+/// A matrix whose columns are perpendicular to 1e-12 is only scaled, as SciPy's `Rotation.from_matrix` does, so that the
+/// angles of rounded matrices agree with SciPy's to the last digits. `None` when the determinant is not positive or an
+/// entry is not finite.
 pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let determinant = matrix.determinant();
     if !(determinant > 0.0 && determinant.is_finite()) {
         return None;
     }
     let gramian = matrix * matrix.transpose();
-    let perpendicular =
-        gramian.m12.abs() <= ORTHOGONAL && gramian.m13.abs() <= ORTHOGONAL && gramian.m23.abs() <= ORTHOGONAL;
-    let unit = gramian.diagonal().iter().all(|length| (length - 1.0).abs() <= 1e-5 + ORTHOGONAL);
+    let perpendicular = gramian.m12.abs() <= MAX_OFF_DIAGONAL
+        && gramian.m13.abs() <= MAX_OFF_DIAGONAL
+        && gramian.m23.abs() <= MAX_OFF_DIAGONAL;
+    let unit = gramian.diagonal().iter().all(|length| (length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
     let rotation = if perpendicular && unit { *matrix } else { polar_factor(matrix)? };
     Some(quaternion_of(&rotation))
 }
@@ -40,8 +41,8 @@ fn polar_factor(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     Some(X)
 }
 
-/// The quaternion of a rotation matrix, from the largest of its four components, which never cancels: Shepperd,
-/// "Quaternion from rotation matrix", J. Guidance and Control 1 (1978).
+/// The quaternion of a rotation matrix, computed from the largest of its four components, which avoids cancellation
+/// (Shepperd, "Quaternion from rotation matrix", J. Guidance and Control 1, 1978).
 fn quaternion_of(R: &Matrix3<f64>) -> UnitQuaternion<f64> {
     let trace = R.trace();
     let (w, x, y, z) = if trace >= R.m11.max(R.m22).max(R.m33) {
@@ -56,19 +57,19 @@ fn quaternion_of(R: &Matrix3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
-/// Angle of a rotation in [0, pi] (rad), exact also where it is tiny or near pi: the cosine alone is neither.
+/// Angle of a rotation in [0, pi] (rad), accurate even near 0 and pi, where the cosine alone is not.
 pub fn angle_of(rotation: &UnitQuaternion<f64>) -> f64 {
     2.0 * rotation.imag().norm().atan2(rotation.w.abs())
 }
 
-/// Angle (rad) of a rotation's part about an axis, in [-2 pi, 2 pi]: the twist of its swing-twist decomposition.
-pub(crate) fn turn_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
+/// Angle of [`twist_about`] (rad), in [-2 pi, 2 pi].
+pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
     2.0 * rotation.imag().dot(axis).atan2(rotation.w)
 }
 
-/// The rotation's part about an axis: of all turns about it the nearest to the rotation.
+/// The twist of a rotation's swing-twist decomposition: the rotation about `axis` that is nearest to it.
 pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(axis, turn_about(rotation, axis))
+    UnitQuaternion::from_axis_angle(axis, twist_angle(rotation, axis))
 }
 
 #[cfg(test)]
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rotations_come_back_and_rounded_ones_are_made_whole() {
+    fn rotations_are_kept_and_rounded_ones_are_made_orthonormal() {
         for angle in [0.0, 1e-9, 0.3, 1.5, 3.0, std::f64::consts::PI] {
             for axis in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(1.0, -2.0, 0.5)] {
                 let expected = UnitQuaternion::from_scaled_axis(axis.normalize() * angle);
@@ -88,7 +89,7 @@ mod tests {
                 let rounded = matrix.map(|value| (value * 1e4).round() / 1e4);
                 let near = nearest_rotation(&rounded).unwrap();
                 assert!(angle_of(&(near.inverse() * expected)) < 2e-4);
-                // The nearest: any rotation a little off lies further from the matrix.
+                // It is the nearest: every rotation close to it is further from the matrix.
                 let distance = |q: &UnitQuaternion<f64>| (q.to_rotation_matrix().into_inner() - rounded).norm();
                 for turn in [Vector3::x(), Vector3::y(), Vector3::z()] {
                     for sign in [-1e-3, 1e-3] {
@@ -100,12 +101,12 @@ mod tests {
     }
 
     #[test]
-    fn the_twist_is_the_nearest_turn_about_its_axis() {
+    fn the_twist_is_the_nearest_rotation_about_its_axis() {
         let axis = Unit::new_normalize(Vector3::new(0.2, 1.0, -0.4));
         let swing = UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis.cross(&Vector3::x())), 0.4);
         for angle in [-3.0, -0.7, 0.0, 1e-9, 2.5] {
             let rotation = swing * UnitQuaternion::from_axis_angle(&axis, angle);
-            assert!((turn_about(&rotation, &axis) - angle).abs() < 1e-12);
+            assert!((twist_angle(&rotation, &axis) - angle).abs() < 1e-12);
             let distance = |turn: f64| angle_of(&(UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation));
             assert!((distance(angle) - angle_of(&(twist_about(&rotation, &axis).inverse() * rotation))).abs() < 1e-12);
             assert!(distance(angle) < distance(angle - 0.01) && distance(angle) < distance(angle + 0.01));
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_rotation_is_told() {
+    fn matrices_without_a_nearest_rotation_are_refused() {
         assert_eq!(nearest_rotation(&Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0))), None);
         assert_eq!(nearest_rotation(&Matrix3::zeros()), None);
         assert_eq!(nearest_rotation(&Matrix3::repeat(f64::NAN)), None);

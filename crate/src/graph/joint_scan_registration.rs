@@ -1,10 +1,10 @@
-//! All poses at once: matches between scans that skip frames or close loops, solved jointly.
+//! Joint registration of all scans: matches between consecutive scans, scans further apart and loops, solved together.
 //!
-//! Every edge is a match of a source node with a target node. In each iteration the correspondences of every edge are
-//! found anew under the current poses, weighted by the robust kernel, and summed into the normal equations of all poses
+//! Every edge is a match of a source node with a target node. In each iteration the correspondences of every edge are searched
+//! again at the current poses, weighted by the robust kernel, and summed into the normal equations of all poses
 //! (Lu and Milios, "Globally consistent range scan alignment for environment mapping", Autonomous Robots 4 (1997), with
 //! the correspondences themselves in place of their pairwise summaries, as in Borrmann et al., "Globally consistent 3D
-//! mapping with scan matching", RAS 56 (2008)). What a chain adds up in errors, the edges that skip frames take back.
+//! mapping with scan matching", RAS 56 (2008)). Edges between distant nodes remove the drift that a chain accumulates.
 
 use nalgebra::SVector;
 
@@ -16,7 +16,7 @@ use crate::registration::icp::{IcpOptions, IterationRecord, Source};
 use crate::registration::target::{LastSearch, Target};
 use crate::search::order::ascending;
 
-/// A scan to place: what it is matched with and what is matched with it.
+/// A scan whose pose is estimated, as a source and as a target.
 pub struct Node<'a, P, T> {
     /// Its points as a source.
     pub source: Source<'a, P>,
@@ -27,30 +27,31 @@ pub struct Node<'a, P, T> {
 /// A match: points of node `source` with partners in node `target`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
-    /// Index of the node whose points look for partners.
+    /// Index of the node whose points are paired.
     pub source: usize,
-    /// Index of the node they look in.
+    /// Index of the node in which their partners are searched.
     pub target: usize,
 }
 
-/// A motion between two nodes that is known from elsewhere.
+/// A measured motion between two nodes, such as wheel odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct OdometryFactor<M: RigidMotion> {
-    /// Node in whose frame it is.
+    /// Node in whose frame the motion is given.
     pub from: usize,
     /// The other node.
     pub to: usize,
     /// Pose of `to` in the frame of `from`.
     pub T_from_to: M,
-    /// By a perturbation on the left, rotation first, in the unit of the matches' normal equations: of residuals in metres.
+    /// Information of a perturbation on the left, rotation first, in the unit of the matches' normal equations: of residuals in
+    /// metres.
     pub information: M::Matrix,
 }
 
-/// An edge keeps its correspondences while its motion has changed by less than this times the limits of convergence. With 10
-/// a generated ring of corridors stays 6.4 cm off in the mean, with 3 below 6.
+/// Multiple of the limits of convergence by which an edge's motion must change for its correspondences to be searched again.
+/// Measured on a generated ring of corridors: with 10 the mean error stays at 6.4 cm, with 3 below 6 cm.
 const KEEP_FACTOR: f64 = 3.0;
 
-/// What an edge's correspondences came to when they were last found.
+/// The sums of an edge's correspondences from their last search.
 #[derive(Debug, Clone, Copy)]
 struct Matched<M: RigidMotion> {
     T_target_source: M,
@@ -60,11 +61,11 @@ struct Matched<M: RigidMotion> {
     sq_residuals: f64,
 }
 
-/// Nodes further apart are no neighbours (m).
+/// Largest distance between neighbouring nodes (m).
 const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
 
-/// Each node with the `matched` before it, and with as many of the nearest among those before these, where a path comes
-/// back to a place; both ways. 0 matches all with all. `positions` (m) are the nodes' own.
+/// Edges, in both directions, between each node and the `matched` nodes before it, and as many of the nearest among the earlier
+/// ones, for paths that revisit a place. 0 matches all pairs. `positions` are those of the nodes (m).
 pub fn edges_between<const D: usize>(positions: &[SVector<f64, D>], matched: usize) -> Vec<Edge> {
     let reach = if matched == 0 { positions.len() } else { matched };
     let mut edges = Vec::new();
@@ -88,13 +89,13 @@ fn nearest<const D: usize>(positions: &[SVector<f64, D>], to: &SVector<f64, D>, 
 /// The joint registration of all nodes, in pieces of work of bounded size: [`advance`](Self::advance) until
 /// [`is_done`](Self::is_done).
 pub struct JointScanRegistration<M: RigidMotion> {
-    /// `T_world_node`; the first one is held fixed and defines the world.
+    /// `T_world_node`; the first one is fixed and defines the world.
     poses: Vec<M>,
     edges: Vec<Edge>,
     /// The last match of each edge.
     matched: Vec<Option<Matched<M>>>,
     odometry_factors: Vec<OdometryFactor<M>>,
-    /// Edges before this one are in the sums of the current iteration.
+    /// Index of the first edge that is not yet in the sums of the current iteration.
     next_edge: usize,
     sums: Sums<M>,
     solver: Option<BlockCholesky<M::Matrix>>,
@@ -106,7 +107,7 @@ pub struct JointScanRegistration<M: RigidMotion> {
     correspondences: Vec<Correspondence<M::Point>>,
 }
 
-/// What one iteration sums over its edges.
+/// Sums over the edges in one iteration.
 struct Sums<M: RigidMotion> {
     /// Normal equations of all poses but the first.
     H: BlockMatrix<M::Matrix>,
@@ -117,7 +118,7 @@ struct Sums<M: RigidMotion> {
 }
 
 impl<M: RigidMotion> JointScanRegistration<M> {
-    /// Starts from `poses` (`T_world_node`, the first of which stays as it is) with these edges between them.
+    /// Starts from `poses` (`T_world_node`, the first of which is fixed) with these edges between them.
     pub fn new(poses: Vec<M>, edges: Vec<Edge>) -> Self {
         Self {
             sums: Sums::new(poses.len().saturating_sub(1)),
@@ -134,20 +135,20 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         }
     }
 
-    /// The same with motions that are known from elsewhere: they hold where the matches leave something open.
+    /// Adds measured motions, which determine what the matches leave undetermined.
     #[must_use]
     pub(crate) fn with_odometry_factors(mut self, odometry_factors: Vec<OdometryFactor<M>>) -> Self {
         self.odometry_factors = odometry_factors;
         self
     }
 
-    /// The poses as they are now.
+    /// The current poses.
     pub fn poses(&self) -> &[M] {
         &self.poses
     }
 
-    /// One record an iteration; its step is the root mean square over all poses. (Of many poses there is always one whose
-    /// points change partners to and fro.)
+    /// One record per iteration. Its step is the root mean square over all poses, since among many poses there is always one whose
+    /// points change partners back and forth.
     pub fn history(&self) -> &[IterationRecord] {
         &self.history
     }
@@ -195,7 +196,7 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         self.next_edge = 0;
     }
 
-    /// Adds the normal equations of an edge under the current poses. Returns how many points looked for correspondences.
+    /// Adds the normal equations of an edge at the current poses. Returns the number of points that were searched.
     fn add_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
@@ -218,7 +219,7 @@ impl<M: RigidMotion> JointScanRegistration<M> {
         self.sums.num_correspondences += matched.num_correspondences;
         self.sums.num_inliers += matched.num_inliers;
         self.sums.sq_residuals += matched.sq_residuals;
-        // Linear about the motion that the correspondences were found at.
+        // Linearised at the motion of the correspondences.
         let NormalEquations { H, b } = matched.equations;
         let b = b + H.apply(&since(&matched).log());
         self.sums.add(edge.target, edge.source, &T_target_world, NormalEquations { H, b });
@@ -315,7 +316,7 @@ impl<M: RigidMotion> Sums<M> {
         }
     }
 
-    /// Adds a small multiple of the mean diagonal, so that what nothing constrains stays where it is.
+    /// Adds a small multiple of the mean diagonal, so that undetermined directions do not change.
     fn damp(&mut self) {
         let trace: f64 = (0..self.b.len()).map(|variable| self.H.block(variable, variable).trace()).sum();
         let damping = M::Matrix::identity() * (RELATIVE_DAMPING * trace / self.num_variables() as f64);

@@ -1,7 +1,7 @@
-//! All poses at once: estimates of odometry in, jointly optimised poses out.
+//! Joint optimisation: the poses of odometry in, jointly optimised poses out.
 //!
-//! [`loops`] finds places seen again; `pose_graph` optimises poses over relative measurements;
-//! [`joint_scan_registration`] optimises them over the points themselves; [`sparse`] solves the linear systems of both.
+//! [`loops`] detects loops; `pose_graph` optimises poses over relative measurements; [`joint_scan_registration`] optimises them
+//! over the points themselves; [`sparse`] solves the linear systems of both.
 //!
 //! Read `pose_graph` first, then `loops::planar`.
 

@@ -1,16 +1,16 @@
-//! Poses from relations between them: the sparse pose graph of relative motions, in the plane and in space alike.
+//! The sparse pose graph: least-squares poses from relative measurements, in the plane and in space.
 //!
 //! Lu and Milios, "Globally consistent range scan alignment for environment mapping", Autonomous Robots 4 (1997); solved
-//! as in Grisetti et al., "A tutorial on graph-based SLAM", ITSM 2 (2010). A relation that may be wrong, a loop, is
-//! switchable: its weight falls with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
-//! scaling", ICRA 2013, eq. 15), so that a wrong one bends nothing.
+//! as in Grisetti et al., "A tutorial on graph-based SLAM", ITSM 2 (2010). A factor that may be wrong, such as a loop, is
+//! switchable: its weight decreases with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
+//! scaling", ICRA 2013, eq. 15), so that a wrong one does not distort the solution.
 
 use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 
-/// A relation in the plane.
+/// A factor in the plane.
 pub(crate) type PlanarFactor = BetweenFactor<Pose2>;
-/// A relation in space.
+/// A factor in space.
 pub(crate) type SpatialFactor = BetweenFactor<Pose3>;
 
 /// A measured motion between two nodes.
@@ -18,36 +18,36 @@ pub(crate) type SpatialFactor = BetweenFactor<Pose3>;
 pub(crate) struct BetweenFactor<M: RigidMotion> {
     /// Node in whose frame `to` was measured.
     pub from: usize,
-    /// The node measured.
+    /// The measured node.
     pub to: usize,
     /// Pose of `to` in the frame of `from`.
     pub T_from_to: M,
-    /// By a perturbation on the left of `T_from_to`, rotation first (1/rad^2, 1/m^2).
+    /// Information of a perturbation on the left of `T_from_to`, rotation first (1/rad^2, 1/m^2).
     pub information: M::Matrix,
-    /// Whether it counts less where it does not fit.
+    /// Whether its weight decreases with its residual.
     pub is_switchable: bool,
 }
 
-/// A switchable relation keeps its full weight up to this squared Mahalanobis distance: 99 % of right ones lie below.
+/// Squared Mahalanobis distance up to which a switchable factor has its full weight: the 99 % quantile of right ones.
 const fn switch_width(degrees_of_freedom: usize) -> f64 {
     if degrees_of_freedom > 3 { 16.8 } else { 11.3 }
 }
 
 /// Converged when the largest step is below this (rad, m).
 const SMALLEST_STEP: f64 = 1e-5;
-/// Share of its diagonal that is added to the normal matrix at first, ...
+/// Initial share of its diagonal that is added to the normal matrix.
 const INITIAL_DAMPING: f64 = 1e-6;
-/// ... at least, ...
+/// Lower bound of this share.
 const MIN_DAMPING: f64 = 1e-9;
-/// ... and at most: where even such a step makes things worse, rounding is all that is left.
+/// Upper bound of this share: if even such a step increases the sum, the minimum is reached to within rounding.
 const MAX_DAMPING: f64 = 1e6;
-/// A step that makes things worse is taken back and damped this many times more.
+/// Factor by which the damping grows after a step that increases the sum and is undone.
 const DAMPING_FACTOR: f64 = 10.0;
 
 impl<M: RigidMotion> BetweenFactor<M> {
     const SWITCH_WIDTH: f64 = switch_width(M::Tangent::LEN);
 
-    /// log(T_from^-1 T_to T_from_to^-1): what these poses of the world make of it, rotation first.
+    /// log(T_from^-1 T_to T_from_to^-1), the difference of the poses from the measurement, rotation first.
     pub(crate) fn residual(&self, T_world_from: &M, T_world_to: &M) -> M::Tangent {
         (T_world_from.inverse() * *T_world_to * self.T_from_to.inverse()).log()
     }
@@ -66,7 +66,7 @@ impl<M: RigidMotion> BetweenFactor<M> {
         (2.0 * Self::SWITCH_WIDTH / (Self::SWITCH_WIDTH + squared_distance)).min(1.0).powi(2)
     }
 
-    /// Its share of the sum that is made small: the loss whose influence has that weight.
+    /// Its term of the sum that is minimised: the loss whose influence function has that weight.
     fn loss(&self, squared_distance: f64) -> f64 {
         if !self.is_switchable || squared_distance <= Self::SWITCH_WIDTH {
             return squared_distance;
@@ -77,8 +77,8 @@ impl<M: RigidMotion> BetweenFactor<M> {
     }
 }
 
-/// Moves the poses (`T_world_node`; the first stays) to where the relations fit best, in at most `max_iterations` steps
-/// of Levenberg and Marquardt. Returns the number of steps.
+/// Optimises the poses (`T_world_node`; the first is fixed) for the factors in at most `max_iterations` steps of
+/// Levenberg-Marquardt. Returns the number of steps.
 pub(crate) fn optimize_poses<M: RigidMotion>(
     poses: &mut [M],
     relations: &[BetweenFactor<M>],
@@ -124,7 +124,7 @@ fn total_loss<M: RigidMotion>(poses: &[M], relations: &[BetweenFactor<M>]) -> f6
     relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
 }
 
-/// The poses after a step; the first stays.
+/// The poses after a step; the first is fixed.
 fn moved_by<M: RigidMotion>(poses: &[M], step: &[M::Tangent]) -> Vec<M> {
     let moved = |(pose, delta): (&M, &M::Tangent)| (M::exp(&-*delta) * *pose).renormalized();
     std::iter::once(poses[0]).chain(poses[1..].iter().zip(step).map(moved)).collect()
@@ -139,7 +139,7 @@ fn largest_step<M: RigidMotion>(before: &[M], after: &[M]) -> f64 {
     step.fold(0.0, f64::max)
 }
 
-/// H and b of all relations at these poses, H's diagonal raised by the damping.
+/// H and b of all factors at these poses, with the damping added to the diagonal of H.
 fn fill_normal_equations<M: RigidMotion>(
     H: &mut BlockMatrix<M::Matrix>,
     b: &mut [M::Tangent],

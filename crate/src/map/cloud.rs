@@ -1,4 +1,4 @@
-//! The map of clouds that the next one is registered to: one point with a normal a voxel.
+//! The map that clouds are registered to: one point with a normal per voxel.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use crate::geometry::Pose3;
 use crate::preprocess::voxel_hash::VoxelHash;
 use crate::registration::target::OrientedTarget;
 
-/// What lies in a voxel: sums over the points put into it.
+/// Sums over the points of a voxel.
 #[derive(Debug, Clone, Copy)]
 struct Voxel {
     point: Vector3<f64>,
@@ -35,7 +35,7 @@ impl CloudMap {
             let Some(voxel) = self.hash.voxel(&point) else { continue };
             match self.voxels.get_mut(self.hash.insert(voxel) as usize) {
                 None => self.voxels.push(Voxel { point, normal, count: 1.0 }),
-                // The two sides of a thin wall must not become one: the side seen first stays.
+                // The two sides of a thin wall must not be averaged: the side seen first is kept.
                 Some(voxel) if voxel.normal.dot(&normal) > 0.0 => {
                     voxel.point += point;
                     voxel.normal += normal;
@@ -51,7 +51,7 @@ impl CloudMap {
         self.voxels.iter().map(|voxel| (voxel.point / voxel.count, voxel.normal.normalize()))
     }
 
-    /// What a cloud is registered to: the points within `radius` (m) of a place in the world.
+    /// The registration target for a cloud: the points within `radius` (m) of a position in the world.
     pub(crate) fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
         let near = self.points().filter(|(point, _)| (point - place).norm_squared() <= radius * radius);
         let (points, normals) = near.map(|(point, normal)| (point, Some(normal))).unzip();

@@ -1,7 +1,7 @@
 //! Keyframes: views of single frames, for the test of free space and for the comparison of brightness.
 //!
-//! A map of surfaces as seen from a new pose shows what lies behind walls that have not been seen yet. Only the frames that
-//! looked through a place know that it is free.
+//! A map of surfaces rendered from a new pose also shows surfaces behind walls that have not been measured yet. Only frames
+//! whose rays crossed a volume prove that it is free.
 
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ const SPACING_GROWTH: f64 = 1.25;
 const SURFACE_TOLERANCE: f64 = 0.05;
 
 impl Keyframes {
-    /// Adds a frame by its number, unless it is nearer to another keyframe than the spacing.
+    /// Adds a frame, unless it is nearer to another keyframe than the spacing.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self
             .views
@@ -140,7 +140,7 @@ impl Keyframe {
         self.picture.as_ref()
     }
 
-    /// Whether this point (world frame) lies in space that it saw to be free.
+    /// Whether a point (m, world frame) lies in space that this frame measured as free.
     pub fn saw_through(&self, point: &Vector3<f64>, noise: DepthNoise) -> bool {
         let point = self.T_world_camera.inverse_transform_point(&(*point).into()).coords;
         let tolerance = noise.tolerance(SURFACE_TOLERANCE, point.z);
@@ -148,13 +148,13 @@ impl Keyframe {
     }
 }
 
-/// Distance of two poses by how much it changes the view (m, two metres per radian).
+/// Distance of two poses by its effect on the view (m, two metres per radian).
 pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
     let between = a.inverse() * b;
     between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
-/// The same if it is less than a limit. The translation alone rules out most poses.
+/// [`apart`], if it is less than `limit`. For most poses the translation alone exceeds it.
 pub fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
     let moved = a.translation.vector - b.translation.vector;
     (moved.norm_squared() < limit * limit).then(|| apart(a, b)).filter(|distance| *distance < limit)

@@ -1,4 +1,4 @@
-//! Maps: what a frame is matched with, and what comes out.
+//! Maps of planar scans: the local map that a scan is registered to, and the stitched map.
 
 use std::cell::OnceCell;
 use std::collections::VecDeque;
@@ -16,7 +16,7 @@ use crate::registration::free_space::beams::RangeProfile;
 use crate::registration::icp::{IcpOptions, Registration, Source, register};
 use crate::registration::target::{OrientedTarget, PointTarget, Target};
 
-/// What a correspondence measures.
+/// The distance that a correspondence measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -30,20 +30,20 @@ pub enum MetricName {
 /// A registration in the plane.
 pub(crate) type PlanarRegistration = Registration<Pose2>;
 
-/// A scan enters the map when it was taken this far (m) ...
+/// Smallest translation from the last scan of the map for which a scan is added (m).
 const MIN_MOVE: f64 = 0.15;
-/// ... or this much turned (rad) from the last one in it: what stands still shows nothing new.
+/// Smallest rotation from the last scan of the map for which a scan is added (rad).
 const MIN_TURN: f64 = 0.1;
-/// Between neighbouring beams on one surface, the map has a point at least every so far (m): a source point finds the wall
-/// and not merely the beam that hit it, however sparse the beams.
+/// Largest distance between points of the map on one surface (m). Points are interpolated between adjacent beams, so that a
+/// source point finds the wall rather than the nearest return, however sparse the beams are.
 const SURFACE_SPACING: f64 = 0.1;
 
-/// The last few scans in the world frame: what the next scan is matched with.
+/// The last few scans in the world frame, to which the next scan is registered.
 pub(crate) struct LocalMap {
     capacity: usize,
     metric: MetricName,
     scans: VecDeque<PlacedScan>,
-    /// The scans as a registration target; built at its first use, dropped when a scan is added.
+    /// The scans as a registration target; built on first use, dropped when a scan is added.
     target: OnceCell<MapTarget>,
 }
 
@@ -51,13 +51,13 @@ struct PlacedScan {
     scan: Rc<PlanarScan>,
     profile: RangeProfile,
     T_world_sensor: Pose2,
-    /// Points of its surfaces in the world frame (m), where lines are measured to, ...
+    /// Points on its surfaces in the world frame (m), interpolated for point-to-line residuals.
     surface: Vec<Vector2<f64>>,
-    /// ... and their normals.
+    /// Normals of these points.
     normals: Vec<Option<Vector2<f64>>>,
 }
 
-/// A scan that is looked for in a map.
+/// A scan to be registered to a map.
 pub(crate) struct QueryScan<'a> {
     scan: &'a PlanarScan,
     profile: RangeProfile,
@@ -86,7 +86,7 @@ impl LocalMap {
         Self { capacity: capacity.max(1), metric, scans: VecDeque::new(), target: OnceCell::new() }
     }
 
-    /// Adds a scan, unless it was taken where the last one was; the oldest leaves when the map is full.
+    /// Adds a scan, unless it is too near to the last one; removes the oldest when the map is full.
     pub(crate) fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
         if let Some(last) = self.scans.back().filter(|_| self.capacity > 1) {
             let motion = last.T_world_sensor.inverse() * T_world_sensor;
@@ -130,12 +130,12 @@ impl LocalMap {
         })
     }
 
-    /// Where its scans were placed, the oldest first.
+    /// Its scans with their `T_world_sensor`, the oldest first.
     pub(crate) fn placed(&self) -> impl Iterator<Item = (Rc<PlanarScan>, Pose2)> + '_ {
         self.scans.iter().map(|placed| (Rc::clone(&placed.scan), placed.T_world_sensor))
     }
 
-    /// What scans are registered to: points in the world frame (m) with their normals; without any for point to point.
+    /// The target points in the world frame (m), with normals for point to line.
     pub(crate) fn target_points(&self) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
         match self.metric {
             MetricName::PointToPoint => self.points().into_iter().map(|point| (point, None)).collect(),
@@ -146,7 +146,7 @@ impl LocalMap {
         }
     }
 
-    /// Registers a scan to the map from a guess of `T_world_sensor`.
+    /// Registers a scan to the map from an initial `T_world_sensor`.
     pub(crate) fn register(
         &self,
         QueryScan { scan, .. }: &QueryScan,
@@ -195,7 +195,7 @@ pub struct StitchedMap {
 }
 
 impl StitchedMap {
-    /// Lays scans over each other; each comes with the index it is to be known by.
+    /// The points of scans, each given with its index and its `T_world_sensor`.
     pub fn new<'a>(placed: impl Iterator<Item = (u32, &'a PlanarScan, Pose2)>) -> Self {
         let placed: Vec<_> = placed.collect();
         let num_points = placed.iter().map(|(_, scan, _)| scan.points.len()).sum();

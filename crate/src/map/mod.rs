@@ -1,4 +1,4 @@
-//! Maps: placed frames in, something to register the next frame to, or the result, out.
+//! Maps: frames with poses in; a registration target for the next frame, or the resulting map, out.
 //!
 //! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
 //! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`].

@@ -1,9 +1,9 @@
-//! An occupancy grid of placed scans: what is free, what is occupied and what nobody saw.
+//! An occupancy grid of scans at given poses: free, occupied and unknown cells.
 //!
-//! Every beam is followed from the sensor to its return; the cells on its way become more likely free, the one at its end
-//! more likely occupied, in log odds: Thrun, Burgard and Fox, "Probabilistic Robotics" (2005), tables 9.1 and 9.2. A scan
-//! says one thing of a cell at the most, and "occupied" goes before "free": beams that graze a wall do not wear it away.
-//! Beams without a return say nothing: black walls and glass return nothing either.
+//! Each beam is traced from the sensor to its return. It lowers the log odds of the cells that it crosses and raises those of
+//! the cell at its end: Thrun, Burgard and Fox, "Probabilistic Robotics" (2005), tables 9.1 and 9.2. A scan updates a cell at
+//! most once, and "occupied" takes precedence over "free", so that beams that graze a wall do not erase it. Beams without a
+//! return are ignored, since black walls and glass give none either.
 
 use std::fmt::Write as _;
 
@@ -12,52 +12,52 @@ use nalgebra::Vector2;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 
-/// What is known of a cell.
+/// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cell {
-    /// Beams passed through it.
+    /// Beams crossed it.
     Free,
     /// Beams ended in it.
     Occupied,
-    /// No beam, or contradicting ones.
+    /// No beam reached it, or the beams contradict each other.
     Unknown,
 }
 
-/// A map of square cells, axes along the world's.
+/// A grid of square cells, axes parallel to the world's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyGrid {
     /// Side of a cell (m).
     pub resolution: f64,
-    /// The corner of the first cell with the least x and y (m).
+    /// Corner of the grid with the smallest x and y (m, world frame).
     pub origin: Vector2<f64>,
     /// Cells along x.
     pub width: usize,
     /// Cells along y.
     pub height: usize,
-    /// log(p / (1 - p)) of each cell being occupied, row by row from the least y on.
+    /// log(p / (1 - p)), p being the probability that the cell is occupied; row by row from the smallest y.
     log_odds: Vec<f32>,
 }
 
-/// Side of a cell unless it is asked for (m).
+/// Default side of a cell (m).
 pub const RESOLUTION: f64 = 0.05;
-/// A return makes its cell this much likelier occupied: p = 0.7.
+/// Increment of a cell's log odds by a return: p = 0.7.
 const LOG_ODDS_HIT: f32 = 0.85;
-/// A beam makes the cells on its way this much likelier free: p = 0.4.
+/// Increment of a cell's log odds by a beam that crosses it: p = 0.4.
 const LOG_ODDS_MISS: f32 = -0.4;
-/// No cell is surer than this: what changed, as a door, can be unlearned.
+/// Bound of a cell's log odds, so that changes of the scene, such as a door, can still be learned.
 const MAX_LOG_ODDS: f32 = 3.5;
-/// As ROS's map_server has them: a cell is occupied above this probability ...
+/// Probability above which a cell is occupied, the default of ROS's map_server.
 const OCCUPIED_THRESHOLD: f64 = 0.65;
-/// ... and free below this one.
+/// Probability below which a cell is free, the default of ROS's map_server.
 const FREE_THRESHOLD: f64 = 0.196;
-/// Beams are followed no further (m): far returns are few, and would make the grid large.
+/// Length up to which beams are traced (m): returns beyond are few and would make the grid large.
 const LONGEST_BEAM: f64 = 30.0;
-/// A map of more cells than this gets larger ones.
+/// Most cells of a grid; for larger maps the cells are made larger.
 const MAX_CELLS: f64 = 16e6;
 
 impl OccupancyGrid {
-    /// Draws scans at their poses, `T_world_sensor`. The cells are of side `resolution` (m), larger where there would be
-    /// too many.
+    /// The grid of scans at their `T_world_sensor`. The side of a cell is `resolution` (m), or more where there would be too many
+    /// cells.
     pub fn new(placed: &[(&PlanarScan, Pose2)], resolution: f64) -> Self {
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         for (scan, T) in placed {
@@ -68,7 +68,7 @@ impl OccupancyGrid {
         }
         let extent = high - low;
         let resolution = resolution.max((extent.x * extent.y / MAX_CELLS).sqrt()).max(extent.amax() / MAX_CELLS);
-        // Corners on multiples of the cells' side: the same place falls into the same cell whatever was seen beside.
+        // The origin is a multiple of the resolution, so that the cells do not depend on the extent of the map.
         let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
         let size = (high - origin).map(|value| (value / resolution) as usize + 2);
         let mut grid = Self { resolution, origin, width: size.x, height: size.y, log_odds: vec![0.0; size.x * size.y] };
@@ -94,11 +94,10 @@ impl OccupancyGrid {
         }
     }
 
-    /// The cells from the sensor to the one before the end (Amanatides and Woo, "A fast voxel traversal algorithm for ray
-    /// tracing", Eurographics 1987).
+    /// Lowers the log odds of the cells from the sensor to the one before the end of a beam (Amanatides and Woo, "A fast voxel
+    /// traversal algorithm for ray tracing", Eurographics 1987).
     ///
-    /// Never a part of the function that calls it: a browser's compiler replaces slow code by fast code when a function is
-    /// next called, and a grid is drawn by one call.
+    /// Not inlined: a browser switches to optimised code only when a function is next called, and a grid is computed in one call.
     #[inline(never)]
     fn follow(&mut self, from: &Vector2<f64>, to: &Vector2<f64>, marks: &mut Marks) {
         let scale = |point: &Vector2<f64>| (point - self.origin) / self.resolution;
@@ -116,7 +115,7 @@ impl OccupancyGrid {
         let (mut next_x, mut next_y) = (border(0), border(1));
         let num_steps = (last - cell).abs().sum();
         let mut index = cell.y as usize * self.width + cell.x as usize;
-        // From a table: which way it goes cannot be foreseen.
+        // A table instead of a branch, which would be mispredicted.
         let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width.cast_signed(), 0.0, per_cell.y)];
         for _ in 0..num_steps {
             if marks.first(index) {
@@ -135,7 +134,7 @@ impl OccupancyGrid {
         cell.y as usize * self.width + cell.x as usize
     }
 
-    /// What is known of the cell in column `x`, row `y`, from the corner with the least of both.
+    /// The state of the cell in column `x` and row `y`, counted from `origin`.
     ///
     /// # Panics
     /// Outside the grid.
@@ -143,8 +142,8 @@ impl OccupancyGrid {
         Thresholds::default().cell(self.log_odds[y * self.width + x])
     }
 
-    /// A grey value a cell, row by row from the largest y down, as a picture has them: 0 occupied, 254 free, 205 unknown.
-    /// These are the values that ROS's map_saver writes.
+    /// Grey values of the cells in the row order of an image, from the largest y down: 0 occupied, 254 free, 205 unknown, the
+    /// values that ROS's map_saver writes.
     pub fn grey_values(&self) -> Vec<u8> {
         let mut values = Vec::with_capacity(self.log_odds.len());
         let thresholds = Thresholds::default();
@@ -154,14 +153,14 @@ impl OccupancyGrid {
         values
     }
 
-    /// The picture as a PGM file.
+    /// The grey values as a PGM file.
     pub fn pgm(&self) -> Vec<u8> {
         let mut bytes = format!("P5\n{} {}\n255\n", self.width, self.height).into_bytes();
         bytes.extend(self.grey_values());
         bytes
     }
 
-    /// What ROS's map_server needs to know of the picture, as YAML. `image` is the name of the picture's file.
+    /// The YAML file of ROS's map_server for the PGM file of the name `image`.
     pub fn yaml(&self, image: &str) -> String {
         let mut text = format!("image: {image}\nmode: trinary\n");
         let _ = writeln!(text, "resolution: {}", self.resolution);
@@ -196,7 +195,7 @@ impl Thresholds {
         }
     }
 
-    /// Never a part of the function that calls it, as [`OccupancyGrid::follow`].
+    /// Not inlined, for the same reason as [`OccupancyGrid::follow`].
     #[inline(never)]
     fn push_grey_values(&self, log_odds: &[f32], values: &mut Vec<u8>) {
         values.extend(log_odds.iter().map(|&log_odds| match self.cell(log_odds) {
@@ -207,14 +206,13 @@ impl Thresholds {
     }
 }
 
-/// Where a beam is followed to, in the sensor's frame, and whether its return lies there.
+/// The end of a beam in the sensor frame (m), shortened to [`LONGEST_BEAM`], and whether it is the return.
 fn end_of_beam(point: &Vector2<f64>) -> (Vector2<f64>, bool) {
     let range = point.norm();
     if range <= LONGEST_BEAM { (*point, true) } else { (point * (LONGEST_BEAM / range), false) }
 }
 
-/// Takes a scan's sensor and the ends of its beams into a box. Never a part of the function that calls it, as
-/// [`OccupancyGrid::follow`].
+/// Extends a box by a scan's sensor and the ends of its beams. Not inlined, for the same reason as [`OccupancyGrid::follow`].
 #[inline(never)]
 fn widen(low: &mut Vector2<f64>, high: &mut Vector2<f64>, scan: &PlanarScan, T_world_sensor: &Pose2) {
     let ends = scan.points.iter().map(|point| T_world_sensor.act(&end_of_beam(point).0));
@@ -223,7 +221,7 @@ fn widen(low: &mut Vector2<f64>, high: &mut Vector2<f64>, scan: &PlanarScan, T_w
     }
 }
 
-/// Which cells a scan has spoken of.
+/// The cells that the current scan has updated.
 struct Marks {
     of_scan: Vec<u32>,
     scan: u32,
@@ -240,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_are_told_by_their_probability() {
+    fn cells_are_classified_by_their_probability() {
         let mut grid = OccupancyGrid {
             resolution: 1.0,
             origin: Vector2::zeros(),

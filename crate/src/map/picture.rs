@@ -1,8 +1,8 @@
-//! A map seen from above: which part of the plane is shown, and its points as pixels.
+//! A picture of a planar map: the part of the plane that is shown, its points as pixels, and the colours of frames.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// What may lie on each side of a picture besides the map (pixels).
+/// Space on each side of a picture that the map leaves free (pixels).
 #[derive(Clone, Copy, Debug)]
 pub struct Margin {
     /// Above the map.
@@ -20,11 +20,11 @@ pub struct Margin {
 pub struct PlaneView {
     /// Width and height of the picture (pixels).
     pub size: [usize; 2],
-    /// What is shown in its middle (m).
+    /// Position in the plane at the centre of the picture (m).
     pub center: [f64; 2],
-    /// Pixels to a metre.
+    /// Scale (pixels per metre).
     pub scale: f64,
-    /// Whether x points down and y to the right, as suits a map that is higher than wide.
+    /// Whether x points down and y to the right, which suits a map that is taller than wide.
     pub is_turned: bool,
 }
 
@@ -40,26 +40,27 @@ pub struct PicturedPoint {
 /// Red, green, blue.
 pub type Rgb = [u8; 3];
 
-/// Returns within this quantile of the ranges are in view, or within this many times their median.
+/// Quantile of the ranges up to which returns are near, and therefore in view.
 const NEAR_QUANTILE: f64 = 0.9;
+/// Multiple of the median range up to which returns are near as well.
 const NEAR_MEDIANS: f64 = 2.0;
-/// Of the near returns, this share at each end of each axis may lie outside.
-const STRAYS: f64 = 0.005;
-/// A map is turned where that shows it this times as large.
+/// Share of the near returns that may be out of view at each end of each axis.
+const OUTLIER_SHARE: f64 = 0.005;
+/// Smallest gain in scale for which a map is rotated by a right angle.
 const TURN_GAIN: f64 = 1.5;
-/// Smallest side of what is shown (m).
+/// Smallest side of the shown part (m).
 const MIN_EXTENT: f64 = 0.5;
-/// Diameters of points (pixels): one where they are dense, more where they are few.
+/// Smallest and largest diameter of a point (pixels): the fewer the points, the larger.
 const DIAMETERS: (f64, f64) = (1.0, 3.4);
-/// Mean distance of neighbouring points, were they spread evenly, in diameters.
+/// Mean spacing, in diameters, that evenly spread points would have.
 const SPACING_IN_DIAMETERS: f64 = 5.0;
 
-/// The least and the largest x, and the least and the largest y (m).
+/// Smallest and largest x, and smallest and largest y (m).
 type Bounds = [[f64; 2]; 2];
 
 impl PlaneView {
-    /// The view of the path and of the returns that are not much further from their sensor than most. `sensor_of` gives the place
-    /// in `path` that a point was seen from. Nothing where there is nothing to show.
+    /// The view of the path and of the near returns. `sensor_of` gives the index in `path` of the position that a point was
+    /// measured from. `None` where there is nothing to show.
     pub fn fitted(
         size: [usize; 2],
         margin: Margin,
@@ -77,14 +78,14 @@ impl PlaneView {
         let scale = scale_in(free, if is_turned { turned } else { extent });
         let center = bounds.map(|[low, high]| f64::midpoint(low, high));
         let mut view = Self { size, center, scale, is_turned };
-        // The middle of what is free is not the middle of the picture.
+        // The centre of the free part is not the centre of the picture.
         let aside = [(margin.left - margin.right) / 2.0, (margin.top - margin.bottom) / 2.0];
         let [x, y] = view.pixel(center);
-        view.center = view.place([x - aside[0], y - aside[1]]);
+        view.center = view.position([x - aside[0], y - aside[1]]);
         Some(view)
     }
 
-    /// Where a place of the plane lies on the picture (pixels).
+    /// The pixel of a position in the plane (m).
     pub fn pixel(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [dx, dy] = [x - self.center[0], y - self.center[1]];
         let [right, up] = if self.is_turned { [dy, -dx] } else { [dx, dy] };
@@ -92,8 +93,8 @@ impl PlaneView {
         [width / 2.0 + right * self.scale, height / 2.0 - up * self.scale]
     }
 
-    /// The place of the plane that lies there on the picture (m).
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    /// The position in the plane (m) of a pixel.
+    fn position(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.size.map(|side| side as f64);
         let [right, up] = [(x - width / 2.0) / self.scale, (height / 2.0 - y) / self.scale];
         let [dx, dy] = if self.is_turned { [-up, right] } else { [right, up] };
@@ -115,7 +116,7 @@ impl PlaneView {
                     continue;
                 }
                 let at = y as usize * width + x as usize;
-                // The strongest coverage counts, so that dots which overlap neither darken nor fringe.
+                // The maximum of the coverages, so that overlapping dots neither darken nor show fringes.
                 if coverages[at] > coverage {
                     continue;
                 }
@@ -135,7 +136,7 @@ impl PlaneView {
     }
 }
 
-/// A round dot: the pixels that it covers around its middle, and how much of each.
+/// A round dot: offsets of the pixels that it covers from its centre, and their coverage (0..=1).
 fn dot_of(diameter: f64) -> Vec<(f64, f64, f64)> {
     if diameter < 1.5 {
         return vec![(0.0, 0.0, 1.0)];
@@ -168,7 +169,7 @@ fn bounds_of(
         let near = points.iter().zip(&ranges).filter(|&(_, &range)| range <= limit);
         let mut along: Vec<f64> = near.map(|(point, _)| f64::from(point.position[axis])).collect();
         along.sort_unstable_by(f64::total_cmp);
-        let ends = [STRAYS, 1.0 - STRAYS].map(|share| quantile(&along, share));
+        let ends = [OUTLIER_SHARE, 1.0 - OUTLIER_SHARE].map(|share| quantile(&along, share));
         let ends = ends.into_iter().take(2 * usize::from(!along.is_empty()));
         let all = ends.chain(path.iter().map(|place| place[axis]));
         all.fold(None, |span: Option<[f64; 2]>, value| {
@@ -183,11 +184,12 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
 }
 
-/// Of a scanner that sees so much more to one side, the mean of the directions of its returns is longer than this: 300 degrees.
+/// Length of the mean of the unit vectors to the returns above which a scanner has a viewing direction: that of a field of view
+/// of 300 degrees.
 const MIN_LOOK: f64 = 0.19;
 
-/// Which way a scanner looks in its own frame (rad), from the directions of its returns: files of points do not say whether it
-/// was mounted with x ahead or with y. A multiple of a right angle; zero for one that sees all around.
+/// Direction in which a scanner looks in its own frame (rad), from the bearings of its returns, since files of points do not
+/// say whether x or y points ahead. A multiple of pi / 2; zero for a scanner with a field of view of 360 degrees.
 pub fn look_direction(bearings: impl Iterator<Item = f64>) -> f64 {
     let [x, y, count] = bearings.fold([0.0; 3], |[x, y, count], bearing| {
         let (sin, cos) = bearing.sin_cos();
@@ -196,10 +198,10 @@ pub fn look_direction(bearings: impl Iterator<Item = f64>) -> f64 {
     if x.hypot(y) < MIN_LOOK * count { 0.0 } else { (y.atan2(x) / FRAC_PI_2).round() * FRAC_PI_2 }
 }
 
-/// Hue of the first and of the last frame (degrees).
+/// Hues of the first and the last frame (degrees).
 const HUES: (f64, f64) = (300.0, 88.0);
 
-/// A colour for each of `count` frames, evenly lighter with time, for a light or a dark background.
+/// A colour for each of `count` frames, of increasing lightness, for a light or a dark background.
 pub fn frame_colors(count: usize, is_dark: bool) -> Vec<Rgb> {
     let (first, last, chroma) = if is_dark { (0.57, 0.9, 0.16) } else { (0.36, 0.66, 0.17) };
     let share = |frame: usize| if count > 1 { frame as f64 / (count - 1) as f64 } else { 0.3 };
@@ -207,7 +209,7 @@ pub fn frame_colors(count: usize, is_dark: bool) -> Vec<Rgb> {
     (0..count).map(|frame| color(share(frame))).collect()
 }
 
-/// The nearest colour that a screen can show: chroma gives way, hue and lightness stay.
+/// The colour of this hue and lightness with the largest chroma, up to `chroma`, that sRGB can show.
 ///
 /// Source of the colour space: Ottosson, "A perceptual color space for image processing", 2020.
 fn oklch(lightness: f64, mut chroma: f64, hue: f64) -> Rgb {
@@ -250,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn the_map_fills_what_the_margins_leave() {
+    fn the_map_fills_the_picture_within_the_margins() {
         let view = PlaneView::fitted([440, 330], MARGIN, &corners(), &[[1.0, 1.0]], |_| Some(0)).expect("a map");
         assert!((view.scale - 100.0).abs() < 1e-9);
         assert_eq!(view.pixel([0.0, 3.0]).map(f64::round), [10.0, 10.0]);
@@ -259,13 +261,13 @@ mod tests {
     }
 
     #[test]
-    fn a_high_map_is_turned_in_a_wide_picture() {
+    fn a_tall_map_is_rotated_in_a_wide_picture() {
         let path = [[0.0, 0.0], [1.0, 10.0]];
         let view = PlaneView::fitted([440, 120], MARGIN, &[], &path, |_| None).expect("a path");
         assert!(view.is_turned);
         let [first, last] = path.map(|place| view.pixel(place));
         assert!(last[0] - first[0] > 300.0 && last[1] > first[1]);
-        let back = view.place(view.pixel([0.3, 4.0]));
+        let back = view.position(view.pixel([0.3, 4.0]));
         assert!((back[0] - 0.3).hypot(back[1] - 4.0) < 1e-9);
     }
 
@@ -283,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scanner_looks_to_the_middle_of_what_it_sees() {
+    fn a_scanner_looks_along_the_mean_of_its_bearings() {
         let fan = |from: i32, to: i32| (from..to).map(|degree| f64::from(degree).to_radians());
         assert!((look_direction(fan(0, 180)) - FRAC_PI_2).abs() < 1e-12);
         assert!((look_direction(fan(-120, 150))).abs() < 1e-12);
@@ -292,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_frames_grow_lighter() {
+    fn colours_of_frames_become_lighter() {
         let colors = frame_colors(5, false);
         let luma = |[r, g, b]: Rgb| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
         assert!(colors.windows(2).all(|pair| luma(pair[0]) < luma(pair[1])), "{colors:?}");

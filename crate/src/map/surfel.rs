@@ -19,7 +19,7 @@ use crate::registration::target::Target;
 pub struct SurfelMap {
     /// Shared with clones of the map until one of them changes.
     blocks: Vec<Arc<Block>>,
-    /// Their numbers.
+    /// Indices of the blocks by their position.
     hash: VoxelHash,
     len: usize,
 }
@@ -39,7 +39,7 @@ const VIEW_MARGIN: f64 = 0.25;
 const MAX_VIEW_DEPTH: f64 = 12.0;
 /// ... or this much beyond the frame's largest depth (m): a pose hypothesis may be off by a few metres.
 const DEPTH_MARGIN: f64 = 4.0;
-/// One of this many cells is read for the largest depth.
+/// Stride of the cells of which the largest depth is taken.
 const DEPTH_STRIDE: usize = 13;
 /// Smallest distance between two surfels of one surface (m).
 const MIN_SURFEL_SPACING: f64 = 0.025;
@@ -47,8 +47,8 @@ const MIN_SURFEL_SPACING: f64 = 0.025;
 const SAME_SURFACE_COSINE: f64 = 0.9;
 /// Distance along the normal above which surfels belong to different surfaces (m), beyond their own uncertainty.
 const SAME_SURFACE_DISTANCE: f64 = 0.03;
-/// Smallest standard deviation of a surfel (m): the poses of its frames are correlated. With twice as much, each frame of a
-/// long recording pulls the map along; with half as much, the errors of the first frames persist.
+/// Smallest standard deviation of a surfel (m), since the errors of its frames' poses are correlated. With twice the value each
+/// frame of a long recording displaces the map; with half of it the errors of the first frames persist.
 const MIN_DEVIATION: f64 = 1e-3;
 
 impl Default for SurfelMap {
@@ -72,7 +72,7 @@ impl SurfelMap {
         let frustum = Frustum::new(&camera, T_world_view, max_depth);
         let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
-            if frustum.may_see(&block.center) {
+            if frustum.may_contain(&block.center) {
                 rasterizer.add(number << 32, &block.surfels);
             }
         }
@@ -184,7 +184,7 @@ impl Frustum {
     }
 
     /// Whether a block with this centre may intersect the frustum.
-    fn may_see(&self, center: &Vector3<f64>) -> bool {
+    fn may_contain(&self, center: &Vector3<f64>) -> bool {
         let center = <Pose3 as RigidMotion>::act(&self.T_view_world, center);
         let radius = BLOCK_SIZE * 3f64.sqrt() / 2.0;
         self.sides.iter().all(|side| side.dot(&center) > -radius)
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
     use crate::camera::surfel_image::cell_camera;
 
-    /// What a camera sees of a wall `distance` (m) ahead.
+    /// The image of a wall `distance` (m) ahead.
     fn wall(distance: f64, sigma: f64) -> SurfelImage {
         let camera = Pinhole::new(160, 120, [120.0, 120.0, 79.5, 59.5]).unwrap();
         let cells = cell_camera(&camera, 4);

@@ -1,4 +1,4 @@
-//! Whole runs: recorded frames and settings in; trajectory, map, assessments and errors out, one bounded step at a time.
+//! Complete reconstructions: recorded frames and settings in; trajectory, map, assessments and errors out, in bounded steps.
 //!
 //! [`planar`] reconstructs from laser scans, [`spatial`] from depth images or clouds, [`strategies`] compares settings of
 //! voxel odometry on one recording.
@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Depth images, of which preparing a frame may run anywhere, and registering takes them in order:
+//! Depth images. Frames may be prepared on any thread; they are registered in order:
 //!
 //! ```
 //! use scanstitch::pipeline::{FrameLabel, PreparedFrame, SpatialReconstruction, SpatialSettings, Stage};

@@ -15,13 +15,13 @@ use crate::pipeline::settings::Settings;
 use crate::preprocess::clean::CleaningReport;
 use crate::registration::icp::{IterationRecord, Registration};
 
-/// A pose in the plane, or three numbers that belong to one.
+/// A pose in the plane, or its standard deviations or a motion in its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct PlanarPose {
-    /// m.
+    /// x (m).
     pub x: f64,
-    /// m.
+    /// y (m).
     pub y: f64,
     /// Heading, counter-clockwise from x, in (-pi, pi] (rad).
     pub theta: f64,
@@ -37,17 +37,17 @@ impl From<Pose2> for PlanarPose {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct SpatialPose {
-    /// m.
+    /// x (m).
     pub x: f64,
-    /// m.
+    /// y (m).
     pub y: f64,
-    /// m.
+    /// z (m).
     pub z: f64,
-    /// Imaginary part.
+    /// Imaginary part i of the quaternion.
     pub qx: f64,
-    /// Imaginary part.
+    /// Imaginary part j.
     pub qy: f64,
-    /// Imaginary part.
+    /// Imaginary part k.
     pub qz: f64,
     /// Real part.
     pub qw: f64,
@@ -67,38 +67,38 @@ impl From<SpatialPose> for Pose3 {
     }
 }
 
-/// What is known of one frame, in the plane or in space: `P` is its pose, `C` what cleaning reports.
+/// The result of one frame, in the plane or in space: `P` is its pose, `C` the report of the cleaning.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct FrameResult<P, C> {
     /// Name of the file.
     pub name: String,
-    /// Its place in the recording, counted from 0.
+    /// Index in the recording, from 0.
     pub index: usize,
-    /// When it was taken (s), or null.
+    /// Time stamp (s), or null.
     pub time: Option<f64>,
     /// Pose of the sensor; the world is the frame of the first one.
     pub T_world_sensor: P,
     /// In the plane: one standard deviation of the registration to the scans before (m, m, rad); null where there is none.
     pub std: Option<PlanarPose>,
-    /// How far the pose is to be trusted.
+    /// Assessment of the pose.
     pub status: Status,
-    /// Why it is not good; empty when it is.
+    /// Reason for a status other than good; empty otherwise.
     pub reason: String,
-    /// Share of what is in view of both the frame and the map that agrees, 0..=1.
+    /// Share of the surfaces in view of both the frame and the map that agrees, 0..=1.
     pub agreement: f64,
     /// Share of the frame that lies on the map, 0..=1.
     pub overlap: f64,
-    /// The certain piece of the map that the frame belongs to; 0 is the main one. Frames of one piece are connected by
+    /// The connected piece of the map that the frame belongs to; 0 is the main one. Frames of one piece are connected by
     /// registrations that nothing contradicts, by loops, or by measured motion that is certain enough.
     pub piece: usize,
-    /// In the plane: what was dropped before; null in space, where nothing counts it.
+    /// In the plane: counts of dropped points; null in space.
     pub cleaning: C,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
-    /// Pairs that counted.
+    /// Pairs left after the rejection by normals and the trimming.
     pub num_inliers: usize,
-    /// Inliers over points.
+    /// Number of inliers divided by the number of points, 0..=1.
     pub fitness: f64,
     /// Root mean square of the inliers' residuals (m).
     pub inlier_rmse: f64,
@@ -109,7 +109,7 @@ pub struct FrameResult<P, C> {
     /// In the plane: unit motion (x, y in the world frame, theta in metres at the points' rms distance) that the walls in view
     /// do not constrain; null otherwise.
     pub undetermined: Option<PlanarPose>,
-    /// Every iteration of the last registration.
+    /// The iterations of the last registration.
     pub history: Vec<IterationRecord>,
 }
 
@@ -148,7 +148,7 @@ impl<P, C> FrameResult<P, C> {
 }
 
 impl FrameResult<PlanarPose, CleaningReport> {
-    /// Of a scan; `pose` is its present `T_world_sensor`.
+    /// The result of a scan; `pose` is its current `T_world_sensor`.
     #[inline(never)]
     pub(crate) fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
@@ -163,15 +163,15 @@ impl FrameResult<PlanarPose, CleaningReport> {
 }
 
 impl FrameResult<SpatialPose, ()> {
-    /// Of a depth image or a cloud; `pose` is its present `T_world_sensor`.
+    /// The result of a depth image or a cloud, with its current pose.
     pub(crate) fn of_frame(label: FrameLabel, estimate: &SpatialEstimate, assessment: &Assessment) -> Self {
         let SpatialEstimate { T_world_sensor, registration, overlap, .. } = estimate;
         Self::new(label, (*T_world_sensor).into(), assessment, *overlap, registration.as_ref(), ())
     }
 }
 
-/// Of the sensor's position and heading in the world frame. The information is of a perturbation about the world's
-/// origin; the adjoint of a shift carries it to the sensor.
+/// Standard deviations of the sensor's position and heading in the world frame. The information is that of a perturbation about
+/// the world's origin; the adjoint of a translation transforms it to the sensor.
 fn standard_deviation(registration: &PlanarRegistration) -> Option<PlanarPose> {
     let to_sensor =
         Pose2::translation(registration.T_target_source.translation.x, registration.T_target_source.translation.y);
@@ -186,7 +186,7 @@ fn planar(tangent: &Vector3<f64>) -> PlanarPose {
     PlanarPose { theta: tangent[0], x: tangent[1], y: tangent[2] }
 }
 
-/// Everything that is known of a run.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct ReconstructionResult {
@@ -194,21 +194,21 @@ pub struct ReconstructionResult {
     pub version: &'static str,
     /// The settings of the run.
     pub settings: Settings,
-    /// One entry a scan, as far as the run has come.
+    /// One entry per scan that has been registered so far.
     pub frames: Vec<FrameResult<PlanarPose, CleaningReport>>,
     /// Iterations of the joint solution; empty without one.
     pub joint_history: Vec<IterationRecord>,
     /// Sharpness of the map, where scans overlap.
     pub sharpness: Option<Sharpness>,
-    /// Distance to the reference, where one was given.
+    /// Errors against the reference, where one was given.
     pub comparison: Option<TrajectoryError<PlanarPoint>>,
-    /// Why the odometry that was given is not used, in whole sentences, or null; among the notes as well.
+    /// Why the given odometry is not used, in whole sentences, or null; contained in the notes as well.
     pub odometry_refusal: Option<String>,
-    /// What else is worth knowing, in whole sentences.
+    /// Remarks, in whole sentences.
     pub notes: Vec<String>,
 }
 
-/// What a laser log gave.
+/// Contents of a laser log that was added.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct AddedLog {
@@ -216,23 +216,23 @@ pub struct AddedLog {
     pub num_scans: usize,
     /// Whether it holds poses that its scans are compared with.
     pub has_poses: bool,
-    /// What could not be used of what should have been, in whole sentences.
+    /// Parts of the log that could not be used, in whole sentences.
     pub losses: Vec<String>,
-    /// What else is worth knowing, in whole sentences.
+    /// Other remarks, in whole sentences.
     pub notes: Vec<String>,
 }
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct Progress {
-    /// What is being done.
+    /// The current stage.
     pub stage: Stage,
-    /// Pieces of this stage that are done ...
+    /// Number of finished pieces of this stage.
     pub done: usize,
-    /// ... of so many.
+    /// Number of all pieces of this stage.
     pub total: usize,
-    /// The frame that the last step registered, or null.
+    /// Index of the frame that the last step registered, or null.
     pub frame: Option<usize>,
 }
 
@@ -241,16 +241,16 @@ pub struct Progress {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Stage {
-    /// Scan by scan.
+    /// Registration of frame after frame.
     Register,
-    /// Frames that could not be placed when it was their turn, once more, now that all is known.
+    /// Second attempt to register frames that failed before, with the whole map.
     Retry,
-    /// Places that come into view again, in long sequences.
+    /// Detection of loops, in long sequences.
     Loops,
-    /// All poses together.
+    /// Joint optimisation of all poses.
     Joint,
-    /// Sharpness and distances.
+    /// Sharpness of the map and errors against the reference.
     Evaluate,
-    /// Nothing is left to do.
+    /// The run is complete.
     Done,
 }

@@ -1,19 +1,20 @@
 //! Normals of a planar scan from neighbouring beams.
 //!
-//! In three dimensions a planar scan has no usable normals: all its points lie in one plane, whose normal says nothing
-//! about the walls. In the plane the order of the beams gives each point its neighbours for free.
+//! In three dimensions a planar scan has no usable normals: all its points lie in one plane, whose normal is not that of any
+//! wall. In the plane the order of the beams gives the neighbours of each point without a search.
 
 use nalgebra::Vector2;
 
 use crate::search::order::ascending;
 
-/// Neighbours looked at on either side.
+/// Neighbours used on either side.
 const HALF_WINDOW: usize = 3;
-/// Two consecutive beams lie on one surface when they are nearer than this (m), or than [`MAX_GAP_RATIO`] of the range.
+/// Distance of two consecutive returns below which they lie on one surface (m), if larger than [`MAX_GAP_RATIO`] of the range.
 const MIN_GAP: f64 = 0.1;
-/// At 1 degree between beams, a gap of 0.15 of the range is a wall seen at 6.6 degrees of grazing.
+/// Distance of two consecutive returns below which they lie on one surface, as a share of the range: with 1 degree between
+/// beams, 0.15 is a wall at a grazing angle of 6.6 degrees.
 const MAX_GAP_RATIO: f64 = 0.15;
-/// A line must be this many times as long as it is thick to have a normal.
+/// Smallest ratio of length to thickness of points that form a line and therefore have a normal.
 const MIN_ASPECT: f64 = 4.0;
 
 /// Unit normals facing the sensor at the origin; `None` where too few neighbours lie on one line.
@@ -41,7 +42,7 @@ pub(crate) fn is_one_surface(a: &Vector2<f64>, b: &Vector2<f64>) -> bool {
     (a - b).norm() <= MIN_GAP.max(MAX_GAP_RATIO * a.norm().min(b.norm()))
 }
 
-/// The beams around `beam` that are joined to it without a gap.
+/// The range of beams around `beam` that are connected to it without a gap.
 fn run_around(beams: &[Vector2<f64>], beam: usize) -> std::ops::Range<usize> {
     let joined = |a: usize, b: usize| is_one_surface(&beams[a], &beams[b]);
     let mut start = beam;

@@ -1,4 +1,4 @@
-//! Leaving out what is no measurement of a surface, and counting it.
+//! Removal of points that are not measurements of a surface, with counts by reason.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ pub struct RangeLimits {
     pub max_range: f64,
 }
 
-/// What became of the points of one scan. The counts but for the first sum up to it.
+/// Counts of the kept and dropped points of one scan. The others add up to `num_read`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct CleaningReport {
@@ -30,14 +30,14 @@ pub struct CleaningReport {
     pub too_near: usize,
     /// Dropped: at `max_range` (within a millimetre) or beyond.
     pub at_range_limit: usize,
-    /// Dropped: exactly where an earlier point is.
+    /// Dropped: equal to an earlier point.
     pub duplicates: usize,
     /// Points kept.
     pub num_kept: usize,
 }
 
-/// Refuses coordinates so large that they are kept relative to an origin: each cloud has one of its own, so that the motion
-/// between two of them would be lost.
+/// Refuses coordinates so large that they are stored relative to an origin. Each cloud has another origin, so the motion between
+/// two of them would be lost.
 ///
 /// # Errors
 /// When the origin is not zero.
@@ -56,15 +56,15 @@ pub struct Cleaned {
     pub positions: Vec<Vec3>,
     /// Their indices among the points given, to pick normals or colours by.
     pub indices: Vec<u32>,
-    /// How many were dropped, and why.
+    /// Counts of dropped points by reason.
     pub report: CleaningReport,
 }
 
-/// A recording of a return at 50 m reads 49.99999999 m after it went through sine, cosine and a decimal file.
+/// Tolerance of the range limit (m): a range of 50 m becomes 49.99999999 m by sine, cosine and a decimal file.
 const LIMIT_TOLERANCE: f64 = 1e-3;
 
-/// Drops the points that are no measurement. `positions` are in the sensor's frame (m), so a point's range is its
-/// distance from zero.
+/// Drops the points that are not measurements. `positions` are in the sensor frame (m), so a point's range is its distance
+/// from the origin.
 ///
 /// Each point is counted once, under the first that applies: not finite, too near, at the range limit, a duplicate of
 /// a point that was kept. 0 and -0 are the same coordinate. Limits that are NaN drop nothing.
@@ -92,17 +92,17 @@ pub fn clean(positions: &[Vec3], limits: &RangeLimits) -> Cleaned {
     Cleaned { positions: kept, indices, report }
 }
 
-/// In double precision, where the square of no single overflows.
+/// Distance from the origin (m), in double precision so that squares of single-precision numbers do not overflow.
 fn range(position: Vec3) -> f64 {
     position.as_dvec3().length()
 }
 
 /// The range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
 ///
-/// A laser that sees nothing reports its limit, the same number every time, whereas surfaces return ranges all different.
-/// So the limit is the largest range of the whole recording, if three returns or more have it (within a millionth: it went
-/// through sines, cosines and single precision), and more than lie in the twentieth below it. The latter since ranges
-/// are recorded in steps, of a centimetre say, and a wall that happens to be the farthest thing gives equal ones too.
+/// Many lasers report their limit, always the same number, where there is no return, whereas ranges of surfaces differ. So the
+/// limit is the largest range of the whole recording, if at least three returns have it (to within 1e-6, the rounding of sines,
+/// cosines and single precision), and more of them than lie within 5 % below it. The second condition is needed because ranges
+/// are quantised, for example to a centimetre, so that the farthest wall gives equal ranges as well.
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
     const SAME_RANGE: f64 = 1.0 - 1e-6;
     const BELOW_RANGE: f64 = 0.95;
@@ -114,7 +114,7 @@ pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clo
         let [all, at_limit, over] = count_ranges(scan, [0.0, SAME_RANGE * largest, BELOW_RANGE * largest]);
         num_at_limit += at_limit;
         num_below += over - at_limit;
-        // Where nothing is nearer, it is a round wall about the sensor, or nothing can be told.
+        // Where no range is smaller, the sensor is in a round room, or the limit cannot be determined.
         is_farther |= over < all;
     }
     (largest > 0.0 && num_at_limit >= MIN_RETURNS_AT_LIMIT && num_at_limit > num_below && is_farther).then_some(largest)
@@ -186,7 +186,7 @@ mod tests {
         let limit = |ranges: &[f32]| range_limit([scan(ranges).as_slice()]);
         assert!((limit(&[3.0, 8.19, 8.19, f32::NAN, 5.0, 8.19, 8.0]).unwrap() - 8.19).abs() < 1e-5);
         assert_eq!(limit(&[3.0, 8.19, 8.19, 5.0]), None);
-        // A wall at the far end, recorded in steps of a centimetre.
+        // A far wall, in steps of a centimetre.
         assert_eq!(limit(&[8.19, 8.19, 8.19, 8.18, 8.17, 8.16, 3.0]), None);
         assert_eq!(limit(&[0.0, 0.0, 0.0]), None);
         assert_eq!(limit(&[]), None);

@@ -1,16 +1,16 @@
-//! Whether the colours of a frame belong to the pixels of its depth: the outlines of objects are then edges of both.
+//! Whether the colours of a frame are registered to its depth image: depth discontinuities are then edges of the brightness.
 //!
-//! Many cameras take colours by a second lens. Before its images are registered to the depth, colours lie up to dozens of
-//! pixels aside, by more the nearer the surface is. Brightness moves otherwise than surfaces then, and bends the estimate.
+//! Many cameras take colours through a second lens. Unless its images are registered to the depth, colours are shifted by up to
+//! dozens of pixels, the more the nearer the surface. Photometric registration then biases the estimate.
 
 use serde::{Deserialize, Serialize};
 
 use crate::camera::{Brightness, DepthImage};
 use crate::preprocess::depth_surfels::DepthModel;
 
-/// Step of depth (share of the farther surface's) that is the outline of an object.
+/// Smallest step of depth at the outline of an object, as a share of the larger depth.
 const MIN_STEP: f64 = 0.1;
-/// Pixels without depth that may lie between both sides of an outline: what one lens sees and the other does not.
+/// Most pixels without depth between the two sides of an outline: the part that is occluded for one lens.
 const MAX_GAP: usize = 24;
 /// Distances from an outline (pixels of the finest brightness, which are two of the image) up to which edges belong to it, ...
 const SAME_EDGE: isize = 1;
@@ -18,9 +18,9 @@ const SAME_EDGE: isize = 1;
 const NEAREST_OTHER: isize = 5;
 /// ... and up to which they are compared.
 const FARTHEST_OTHER: isize = 24;
-/// Largest slope of the brightness that counts (grey levels a pixel), so that single edges do not outweigh the others.
+/// Bound of the slope of the brightness (grey levels per pixel), so that single edges do not outweigh the others.
 const MAX_SLOPE: f64 = 15.0;
-/// Smallest number of outline pixels that decide.
+/// Fewest outline pixels for a decision.
 const MIN_OUTLINES: u64 = 300;
 /// Smallest ratio of the slope on outlines to that beside them. Along the axis where it is smaller, it is 2.2 to 7 where colours are
 /// registered (a Kinect, an Asus Xtion, rendered rooms), and 0.8 to 1.15 where they are not (a RealSense, two Kinects).
@@ -61,7 +61,7 @@ impl OutlineContrast {
         }
     }
 
-    /// Whether the outlines tell that the colours are not those of the depth's pixels, along either axis.
+    /// Whether the outlines show, along either axis, that the colours are not registered to the depth.
     pub fn is_misaligned(&self) -> bool {
         (0..2).any(|axis| {
             self.num_outlines[axis] > MIN_OUTLINES
@@ -80,8 +80,8 @@ impl std::ops::AddAssign for OutlineContrast {
     }
 }
 
-/// Mean slopes on and beside an outline at a place along a line of the image; `None` where the image ends. `slope` is that of
-/// the brightness by its own pixels.
+/// Mean slopes on and beside an outline at index `place` of a row or column; `None` where the image ends. `slope` is that of the
+/// brightness, in its own pixels.
 fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]> {
     let mean = |off: std::ops::RangeInclusive<isize>| {
         let slopes = off.clone().map(|off| Some(slope((place / 2).checked_add_signed(off)?)?.abs().min(MAX_SLOPE)));
@@ -91,7 +91,7 @@ fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]
     Some([mean(-SAME_EDGE..=SAME_EDGE)?, 0.5 * beside])
 }
 
-/// Places along a line of pixels where the depth steps, each at the nearer side.
+/// Indices of the pixels of a row or column at which the depth steps, each on the nearer side.
 fn outlines(depths: impl Iterator<Item = Option<f64>>) -> Vec<usize> {
     let (mut places, mut last) = (Vec::new(), None);
     for (place, depth) in depths.enumerate() {
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_beside_their_depth_are_told_from_registered_ones() {
+    fn shifted_colours_are_distinguished_from_registered_ones() {
         assert!(!boxes(0).is_misaligned(), "{:?}", boxes(0));
         assert!(boxes(14).is_misaligned(), "{:?}", boxes(14));
     }

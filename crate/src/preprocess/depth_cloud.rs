@@ -1,4 +1,4 @@
-//! Every pixel of a depth image as a point.
+//! Back-projection of every pixel of a depth image to a point.
 
 use glam::Vec3;
 

@@ -1,28 +1,28 @@
-//! The noise of a depth camera, told from one image.
+//! The noise of a depth camera, estimated from one image.
 //!
-//! A camera that triangulates measures 1/z with about the same error at every depth, so the standard deviation of z grows
-//! with its square. A plane is linear in 1/z: in windows of the image, what a fitted plane leaves of 1/z is noise, or
-//! structure. Windows are compared by depth, for stereo matching is worse than its model where surfaces are far away and
-//! have little texture.
+//! A camera that triangulates measures 1/z with about the same error at every depth, so the standard deviation of z grows with
+//! its square. A plane is linear in 1/z: in windows of the image the residuals of 1/z from a fitted plane are noise or
+//! structure. Windows are grouped by depth, since stereo matching is worse than this model for distant surfaces with little
+//! texture.
 
 use crate::camera::{DepthImage, Pinhole};
 use crate::preprocess::depth_surfels::DepthModel;
 
-/// Side of a window (pixels): as wide as the patches over which errors of stereo matching are the same, and more.
+/// Side of a window (pixels), larger than the patches over which errors of stereo matching are correlated.
 const WINDOW: usize = 20;
-/// Pixels from one window to the next.
+/// Distance from one window to the next (pixels).
 const STRIDE: usize = 10;
-/// Depths up to which windows are compared with each other (m); the last class has all others.
+/// Upper bounds of the depth classes of windows (m); the last class has all others.
 const DEPTH_CLASSES: [f64; 3] = [1.5, 3.0, 6.0];
-/// Smallest number of windows in a class that counts.
+/// Fewest windows of a class that is used.
 const MIN_WINDOWS: usize = 40;
-/// The quantile of a class's residuals that is taken for its noise, for most windows may show structure. It is 1.3e-3 /m for
-/// three Kinects (1.8e-3 for a fourth), 3.4e-3 to 4.5e-3 for a RealSense D435, and below 1e-4 for rendered rooms, whose
-/// quantile of 0.3 is up to 1.2e-3.
+/// Quantile of a class's residuals that estimates its noise; it is low, since most windows may contain structure. Measured: 1.3e-3
+/// /m for three Kinects (1.8e-3 for a fourth), 3.4e-3 to 4.5e-3 for a RealSense D435, and below 1e-4 for rendered rooms,
+/// whose quantile of 0.3 is up to 1.2e-3.
 const NOISE_QUANTILE: f64 = 0.1;
 
-/// Standard deviation of the depth over its square (1/m), without that of the raw values' steps: the largest of all
-/// classes of depth. 0 where no window is filled.
+/// Standard deviation of the depth divided by its square (1/m), without the quantisation of the raw values: the largest of all
+/// depth classes. 0 where no window is complete.
 pub fn estimate_depth_noise(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> f64 {
     let mut classes: [Vec<f64>; DEPTH_CLASSES.len() + 1] = Default::default();
     for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(STRIDE) {
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_of_the_inverse_depth_is_found_and_steps_are_none() {
+    fn noise_of_the_inverse_depth_is_estimated_without_the_quantisation() {
         for noise in [1.5e-3, 5e-3] {
             assert!((wall(noise) / noise - 1.0).abs() < 0.2, "{} for {noise}", wall(noise));
         }

@@ -1,10 +1,10 @@
-//! A depth image to pieces of surface, steps of coarse depth and silhouettes taken care of.
+//! A depth image to surfels, robust to coarsely quantised depth and to silhouettes.
 //!
 //! A plane is linear in inverse depth: n . p = d with p = z (x, y, 1) gives 1 / z = (n . (x, y, 1)) / d. So a plane is
 //! fitted to 1 / z over a window of pixels in closed form, from sums that summed-area tables (Crow 1984) give for any
-//! window at the price of four look-ups. Around every cell the largest window counts that is a plane within the noise of
-//! the depth. Small windows see the steps of coarse depth as planes that face the camera; large ones span many steps,
-//! and the fit is on the surface to a fraction of a step. A window over a silhouette is no plane: mixed pixels drop out.
+//! window from four look-ups. For every cell the largest window around it is used that is a plane to within the noise of the
+//! depth. In small windows the steps of coarse depth look like planes that face the camera; large windows span many steps, and
+//! the fit is accurate to a fraction of a step. A window over a silhouette is not a plane, so mixed pixels are left out.
 
 use nalgebra::Vector3;
 
@@ -12,16 +12,16 @@ use crate::camera::pinhole::RayTable;
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::camera::{DepthImage, Pinhole};
 
-/// How depth is measured: what the raw values mean and how far they are off.
+/// How depth is measured: scale, range and noise of the raw values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DepthModel {
-    /// Metres a raw step.
+    /// Depth of a raw step (m).
     pub step: f64,
-    /// What is added to a raw value to get the middle of the depths it stands for: 0.5 where depth was truncated to
-    /// whole steps, 0 where it was rounded.
+    /// Offset from a raw value to the centre of its interval of depths (raw steps): 0.5 where depth was truncated to whole
+    /// steps, 0 where it was rounded.
     pub offset: f64,
-    /// Standard deviation of the depth over its square (1/m), beside that of the steps: the error of a camera that
-    /// triangulates grows with the square of the depth.
+    /// Standard deviation of the depth divided by its square (1/m), in addition to the quantisation: the error of a camera
+    /// that triangulates grows with the square of the depth.
     pub square_noise: f64,
     /// Nearer depths are dropped (m).
     pub min_range: f64,
@@ -30,7 +30,7 @@ pub struct DepthModel {
 }
 
 impl DepthModel {
-    /// The depth that a raw value stands for (m); `None` for 0 and out of range.
+    /// The depth of a raw value (m); `None` for 0 and out of range.
     pub fn depth(&self, value: u16) -> Option<f64> {
         let depth = (f64::from(value) + self.offset) * self.step;
         (value > 0 && depth >= self.min_range && depth <= self.max_range).then_some(depth)
@@ -42,17 +42,17 @@ impl DepthModel {
     }
 }
 
-/// Surfaces are never flatter than this (m).
+/// Lower bound of the depth noise (m), for surfaces are never perfectly flat.
 const MIN_NOISE: f64 = 1e-3;
 /// Side of a cell (pixels).
 pub(crate) const CELL_SIZE: usize = 4;
-/// Windows reach this many cells beyond the middle one, the largest first.
+/// Half widths of the windows (cells beyond the centre), the largest first.
 const WINDOW_RADII: [usize; 5] = [10, 6, 4, 2, 1];
-/// A window is a plane when the mean square of its residuals is at most this many times the noise's.
+/// Largest ratio of the mean square residual to the noise's variance for which a window is a plane.
 const MAX_MISFIT: f64 = 1.5;
-/// A cell belongs to its window's plane when its mean depth lies off by at most this many standard deviations.
+/// Largest deviation of a cell's mean depth from its window's plane (standard deviations).
 const MAX_CELL_OFFSET: f64 = 1.5;
-/// Normals less certain than this (rad) are none.
+/// Largest standard deviation of a normal (rad).
 const MAX_NORMAL_DEVIATION: f64 = 0.2;
 /// Surfaces seen at a cosine below this are too oblique.
 const MIN_COSINE: f64 = 0.08;
@@ -92,7 +92,7 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
 /// last is nothing, which makes them whole registers of vector units.
 type Moments = [f64; 12];
 
-/// Place of the number of pixels.
+/// Index of the number of pixels in [`Moments`].
 const COUNT_INDEX: usize = 10;
 
 /// Sums of the moments over the cells above and to the left.
@@ -103,16 +103,16 @@ struct SummedMoments {
     sums: Vec<Moments>,
 }
 
-/// What the squares of the residuals sum up to in the windows around a cell, at the least, in units of the noise, in the
-/// order of [`WINDOW_RADII`].
+/// Lower bounds of the sums of squared residuals in the windows around a cell, in units of the noise, in the order of
+/// [`WINDOW_RADII`].
 ///
-/// Of a part of the pixels the best plane is never further off than the best plane of all: what does not fit a window fits
-/// none that the window lies in. Near silhouettes, where most windows fail, few are looked at.
+/// The sum of squared residuals of a window is at least that of any window within it. So a misfit excludes all larger windows,
+/// and near silhouettes, where most windows fail, few are evaluated.
 #[derive(Clone, Copy, Default)]
 struct Misfits([f64; WINDOW_RADII.len()]);
 
 impl Misfits {
-    /// What is known beforehand, from cells next to this one: each window holds their next smaller ones.
+    /// Bounds from the cells next to this one: each window contains their next smaller ones.
     #[inline]
     fn beside(neighbours: [&Self; 3]) -> Self {
         let mut known = [0.0; WINDOW_RADII.len()];
@@ -123,7 +123,7 @@ impl Misfits {
         Self(known)
     }
 
-    /// Takes in what one window was found to have.
+    /// Updates the bounds by the sum of one window.
     #[inline]
     fn learn(&mut self, index: usize, squares: f64) {
         for known in &mut self.0[..=index] {
@@ -211,7 +211,7 @@ impl SummedMoments {
                 continue;
             }
             let depth = 1.0 / r;
-            // Off in 1 / z by this much, in standard deviations of one pixel.
+            // Deviation in 1 / z, in standard deviations of one pixel.
             let cell = between(cell);
             let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
             let cell_offset = mean_offset * depth * depth;
@@ -231,13 +231,13 @@ fn count(corners: [&Moments; 4]) -> f64 {
     a - b - c + d
 }
 
-/// What a window sums up to, from its [corners](SummedMoments::corners).
+/// The moments of a window, from its [corners](SummedMoments::corners).
 #[inline]
 fn between([a, b, c, d]: [&Moments; 4]) -> Moments {
     std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
 }
 
-/// The piece of surface, if it is certain enough where it faces.
+/// The surfel, if its normal is certain enough.
 fn oriented(
     plane: &InversePlane,
     ray: &Vector3<f64>,
@@ -246,7 +246,7 @@ fn oriented(
     cells: &Pinhole,
     model: &DepthModel,
 ) -> Option<Surfel> {
-    // (a, b, c) = n / d: towards the camera it is the other way round.
+    // (a, b, c) = n / d; the normal towards the camera is its negative.
     let gradient = Vector3::new(plane.a, plane.b, plane.c);
     let normal = gradient * -gradient.norm().recip();
     let towards = -normal.dot(ray);
@@ -258,7 +258,7 @@ fn oriented(
     // Depths over the window differ by the slope of the plane: in steps.
     let slope = depth * depth * larger(plane.a.abs(), plane.b.abs());
     let steps = 2.0 * half_width * slope / model.step;
-    // What the steps leave open shrinks with the number of them in the window; noise with the number of pixels.
+    // The error by quantisation decreases with the number of steps in the window, that by noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
     let noise = model.square_noise * depth * depth / larger(plane.num_pixels / CORRELATED_PIXELS, 1.0).sqrt();
     let sigma = (step_deviation * step_deviation + noise * noise).sqrt();
@@ -278,7 +278,7 @@ fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// Errors of triangulating cameras are the same over patches of about this many pixels.
+/// Pixels over which errors of triangulating cameras are correlated.
 const CORRELATED_PIXELS: f64 = 50.0;
 
 /// The weighted least squares plane through a window, none where the pixels do not span one.
@@ -303,8 +303,8 @@ fn fit(window: &Moments) -> Option<InversePlane> {
     Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
 }
 
-/// For each raw value the weight w of r = 1 / z, which is one over its variance, w r, w r r, and how many pixels it counts
-/// for: one, or none where it stands for no depth.
+/// For each raw value the weight w of r = 1 / z (the inverse of its variance), w r, w r r, and the number of pixels: 1, or 0 where
+/// it means no depth.
 struct WeightTable {
     weights: Vec<[f64; 4]>,
 }
@@ -333,7 +333,7 @@ impl WeightTable {
         column: usize,
         row: usize,
     ) -> Moments {
-        // All rays of a column share x, all of a row y: what is multiplied by them is summed up first.
+        // All rays of a column share x, all of a row y: their factors are summed first.
         let mut by_column = [[0.0; 4]; CELL_SIZE];
         let (mut wy, mut wxy, mut wyy, mut wyr) = (0.0, 0.0, 0.0, 0.0);
         let xs = &rays.x[CELL_SIZE * column..][..CELL_SIZE];

@@ -1,16 +1,16 @@
 //! Normals from the nearest neighbours, for clouds without a grid or an order of beams.
 //!
 //! The normal is the direction in which a point's neighbours spread least (Hoppe et al., "Surface reconstruction from
-//! unorganized points", SIGGRAPH 1992), turned towards where the point was seen from.
+//! unorganized points", SIGGRAPH 1992), oriented towards the viewpoint.
 
 use glam::{DVec3, Vec3};
 use nalgebra::Vector3;
 
 use crate::search::{KdTree, Neighbor, Neighbourhood};
 
-/// Fewer points span no plane that could be told from chance.
+/// Fewest points for a normal.
 const MIN_NEIGHBORS: usize = 5;
-/// Neighbours whose second largest spread (variance) is below this share of the largest lie on a line: many planes fit.
+/// Ratio of the second largest to the largest variance below which the neighbours lie on a line and determine no plane.
 const LINE_SHARE: f64 = 1e-3;
 /// Neighbours clearly lie in a plane when their smallest variance is at most this share of the second largest: 20 points with
 /// noise across a line have 0.3 to 1 of it, and a plane then has a normal to within 6 degrees (1 / (2 sqrt(20)) rad).
@@ -27,8 +27,9 @@ pub fn estimate_normals(
     normals(points, tree, neighbourhood, viewpoint, f64::INFINITY)
 }
 
-/// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Those on one ring of a spinning laser
-/// lie on a line as thick as the noise: any normal across it fits, and many of them would hold the cloud where it is.
+/// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
+/// laser lie on a line as thick as the noise: every normal across it fits, and many such normals would bias a registration
+/// towards no motion.
 pub fn estimate_clear_normals(
     points: &[Vec3],
     tree: &KdTree<3>,
@@ -84,7 +85,7 @@ fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatne
 /// than `max_flatness`.
 ///
 /// Eigenvalues in closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4 (1961)). The columns of the
-/// product of A with the other two eigenvalues taken off it are multiples of the eigenvector; the longest is the surest.
+/// product (A - l2 I)(A - l3 I), with the other two eigenvalues, are multiples of the eigenvector; the longest is the most accurate.
 fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Option<DVec3> {
     let mean = (diagonal.x + diagonal.y + diagonal.z) / 3.0;
     let d = diagonal - mean;

@@ -1,4 +1,4 @@
-//! What a depth image gives to the stitched map: fewer pixels, the steps of coarse depth smoothed, silhouettes left out.
+//! A depth image reduced for the stitched map: every second pixel, coarse depth smoothed, silhouettes left out.
 
 use glam::Vec3;
 use nalgebra::Vector3;
@@ -14,22 +14,22 @@ use crate::geometry::PointCloud;
 pub struct MapImage {
     /// The camera that sees these pixels.
     pub camera: Pinhole,
-    /// Metres a unit of `depths`.
+    /// Unit of `depths` (m).
     pub unit: f32,
-    /// Row by row; 0 where there is no depth.
+    /// Depths, row by row, in `unit`; 0 where there is none.
     pub depths: Vec<u16>,
-    /// Unit normals in 127ths, camera frame; zero where none could be told.
+    /// Unit normals in 127ths, camera frame; zero where unknown.
     pub normals: Vec<[i8; 3]>,
     /// Colours, where the recording has them.
     pub colors: Option<Vec<[u8; 3]>>,
 }
 
-/// Pixels between those that are kept.
+/// Stride of the pixels that are kept.
 const STRIDE: usize = 2;
-/// The finest unit of kept depths (m): far below what depth cameras tell apart.
+/// The finest unit of kept depths (m), far below the resolution of depth cameras.
 const FINEST_UNIT: f64 = 2.5e-4;
-/// A pixel whose depth lies between those of its neighbours, further from both than this share of it, is a mixture of
-/// the surfaces at a silhouette.
+/// A pixel whose depth is between those of its neighbours and differs from both by more than this share of its depth is a
+/// mixed pixel at a silhouette.
 const MIN_MIXED_STEP: f64 = 0.03;
 
 impl MapImage {
@@ -42,17 +42,9 @@ impl MapImage {
         model: &DepthModel,
         colors: Option<&ColorImage>,
     ) -> Self {
-        let (width, height) = (image.width.div_ceil(STRIDE), image.height.div_ceil(STRIDE));
-        let full = surfels.camera;
-        let stride = STRIDE as f64;
-        let camera = Pinhole {
-            width,
-            height,
-            fx: full.fx / stride,
-            fy: full.fy / stride,
-            cx: full.cx / stride,
-            cy: full.cy / stride,
-        };
+        let full = Pinhole { width: image.width, height: image.height, ..surfels.camera };
+        let camera = thinned_camera(&full, 0, 0);
+        let Pinhole { width, height, .. } = camera;
         let unit = FINEST_UNIT.max(model.max_range * 1.01 / f64::from(u16::MAX));
         let (a_metre, table) = (1.0 / unit, DepthTable::new(image, model));
         let planes: Vec<Option<Plane>> = surfels.cells.iter().map(|surfel| surfel.as_ref().map(Plane::of)).collect();
@@ -77,7 +69,7 @@ impl MapImage {
                     ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
                 });
                 let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
-                // Halves go up: depths are positive. Signed on the way: unsigned conversions take many instructions.
+                // Rounded half up, for depths are positive. Converted as signed integers, which takes fewer instructions.
                 *kept_depth = ((z * a_metre + 0.5) as i32).clamp(1, i32::from(u16::MAX)) as u16;
                 *kept_normal = normal;
             }
@@ -92,19 +84,11 @@ impl MapImage {
     /// Every second pixel of every second row, from pixel (`left`, `top`) on, each 0 or 1.
     #[must_use]
     pub fn thinned(&self, left: usize, top: usize) -> Self {
-        let Pinhole { width, height, fx, fy, cx, cy } = self.camera;
-        let every_second = |first: usize, count: usize| (first..count).step_by(2);
+        let Pinhole { width, height, .. } = self.camera;
+        let every_second = |first: usize, count: usize| (first..count).step_by(STRIDE);
         let kept = || every_second(top, height).flat_map(|v| every_second(left, width).map(move |u| v * width + u));
-        let camera = Pinhole {
-            width: every_second(left, width).len(),
-            height: every_second(top, height).len(),
-            fx: fx / 2.0,
-            fy: fy / 2.0,
-            cx: (cx - left as f64) / 2.0,
-            cy: (cy - top as f64) / 2.0,
-        };
         Self {
-            camera,
+            camera: thinned_camera(&self.camera, left, top),
             unit: self.unit,
             depths: kept().map(|index| self.depths[index]).collect(),
             normals: kept().map(|index| self.normals[index]).collect(),
@@ -131,7 +115,7 @@ impl MapImage {
         }
     }
 
-    /// The same as a cloud, with unit normals.
+    /// Its points as a cloud with unit normals.
     pub fn cloud(&self, shift: f64) -> PointCloud {
         let most = self.depths.len();
         let (mut positions, mut normals, mut colors) =
@@ -146,7 +130,20 @@ impl MapImage {
     }
 }
 
-/// The depth (m) of each raw value; 0 where it stands for none.
+/// The camera whose image has every second pixel of every second row of `camera`'s, from pixel (`left`, `top`) on.
+fn thinned_camera(camera: &Pinhole, left: usize, top: usize) -> Pinhole {
+    let stride = STRIDE as f64;
+    Pinhole {
+        width: camera.width.saturating_sub(left).div_ceil(STRIDE),
+        height: camera.height.saturating_sub(top).div_ceil(STRIDE),
+        fx: camera.fx / stride,
+        fy: camera.fy / stride,
+        cx: (camera.cx - left as f64) / stride,
+        cy: (camera.cy - top as f64) / stride,
+    }
+}
+
+/// The depth (m) of each raw value; 0 where it has none.
 struct DepthTable {
     depths: Vec<f64>,
     /// Of the model, in raw values.
@@ -182,7 +179,7 @@ impl DepthTable {
     }
 }
 
-/// The plane of a piece of surface.
+/// The plane of a surfel.
 struct Plane {
     normal: Vector3<f64>,
     /// The normal times any of its points (m).

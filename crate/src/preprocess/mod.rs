@@ -1,8 +1,10 @@
-//! From raw points or images to what registration works on: cleaned points, normals, surfels.
+//! Preprocessing: raw points or images in; cleaned points, normals and surfels, which registration uses, out.
 //!
-//! Planar scans: [`clean`], `beam_normals`, [`planar_scan`]. Clouds: [`voxel_downsample`] with its `voxel_hash`,
-//! [`estimate_normals`]. Depth
-//! images: [`wrap_around`], [`depth_noise`], [`color_registration`], [`depth_surfels`], [`depth_cloud`], [`map_image`]. Read [`planar_scan`] first.
+//! - Planar scans: [`clean`], `beam_normals`, [`planar_scan`].
+//! - Clouds: [`voxel_downsample`] with its `voxel_hash`, [`estimate_normals`].
+//! - Depth images: [`wrap_around`], [`depth_noise`], [`color_registration`], [`depth_surfels`], [`depth_cloud`], [`map_image`].
+//!
+//! Read [`planar_scan`] first.
 
 pub(crate) mod beam_normals;
 pub mod clean;

@@ -1,4 +1,4 @@
-//! A planar scan, ready for registration.
+//! A planar scan with normals: the source and target of registration in the plane.
 
 use glam::DVec3;
 use nalgebra::Vector2;
@@ -7,7 +7,7 @@ use super::beam_normals::{beam_normals, bearing, is_one_surface};
 use crate::geometry::PointCloud;
 use crate::search::order::ascending;
 
-/// Sine of the largest angle between two beams' surfaces and the line that joins them.
+/// Sine of the largest angle between the surfaces at two returns and the line between them for which points are interpolated.
 const MAX_BEND: f64 = 0.26;
 
 /// Returns of one planar laser scan in the sensor frame.
@@ -25,9 +25,8 @@ impl PlanarScan {
         Self { normals: beam_normals(&points), points }
     }
 
-    /// The returns with their normals, and between neighbouring beams on one surface a point at least every `spacing` (m):
-    /// the surface where the beams are sparse (Censi, "An ICP variant using a point-to-line metric", ICRA 2008, matches
-    /// with such segments).
+    /// The returns with their normals, and points interpolated between adjacent beams on one surface such that they are at most
+    /// `spacing` (m) apart (Censi, "An ICP variant using a point-to-line metric", ICRA 2008, matches with such segments).
     pub fn surface(&self, spacing: f64) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
         let by_bearing = ascending(self.points.iter().map(bearing));
         let mut surface: Vec<_> = self.points.iter().copied().zip(self.normals.iter().copied()).collect();

@@ -1,4 +1,4 @@
-//! One point a voxel: the mean of the points in it.
+//! Downsampling to one point per voxel, the mean of the points in it.
 
 use glam::Vec3;
 use nalgebra::Vector3;
@@ -7,7 +7,7 @@ use super::voxel_hash::VoxelHash;
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
 
-/// What has been summed up in a voxel, in double precision: there may be many points in it.
+/// Sums over the points of a voxel, in double precision since there may be many of them.
 #[derive(Default, Clone)]
 struct Sums {
     position: glam::DVec3,
@@ -16,8 +16,8 @@ struct Sums {
     count: u64,
 }
 
-/// The mean position, normal and colour of the points in every cube of side `voxel_size` (m), in the order in which the
-/// cubes are first met. Points that are not finite are dropped.
+/// The mean position, normal and colour of the points in every voxel of side `voxel_size` (m), in the order of the first point
+/// of each voxel. Points that are not finite are dropped.
 ///
 /// # Errors
 /// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the origin.
@@ -25,8 +25,8 @@ pub fn voxel_downsample(cloud: &PointCloud, voxel_size: f64) -> Result<PointClou
     voxel_downsample_from(cloud, voxel_size, glam::DVec3::ZERO)
 }
 
-/// The same with cubes of which `corner` (m, in the frame of the positions) is a common corner. Cubes that are the same to the sensor in
-/// every frame pull one frame towards another: they cut its rays at the same places.
+/// [`voxel_downsample`] with `corner` (m, in the frame of the positions) as a common corner of voxels. With the same grid in every
+/// sensor frame the voxels cut the rays at the same ranges, which biases a registration towards no motion.
 ///
 /// # Errors
 /// When `voxel_size` is not positive, or so small that a point lies 1e9 voxels or more from the corner.

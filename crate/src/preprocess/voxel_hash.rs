@@ -1,16 +1,16 @@
-//! Voxels by their place in space: the one hash table of all that sorts points into cubes.
+//! The hash table of voxels that all modules share.
 //!
-//! It numbers the cubes that hold something in the order in which they are first met; what is kept for each lies in a vector of
-//! the caller's, under that number. (The map that is shown, [`map::voxel`](crate::map::voxel), hashes blocks of 8 x 8 x 8 voxels by
-//! one packed number instead, and finds them from single precision, eight points at a time.)
+//! It numbers the voxels in the order of their insertion; the caller keeps the data of each in a vector under that number. (The
+//! stitched map, [`map::voxel`](crate::map::voxel), instead hashes blocks of 8 x 8 x 8 voxels by one packed key, which it computes
+//! in single precision for several points at a time.)
 
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
-/// A cube of space, counted along x, y and z from the origin.
+/// Integer coordinates of a voxel along x, y and z.
 pub(crate) type Voxel = [i32; 3];
 
-/// Numbers of the voxels that hold something.
+/// The voxels inserted so far, each with its number.
 #[derive(Debug, Clone)]
 pub(crate) struct VoxelHash {
     /// Side of a voxel (m).
@@ -18,7 +18,7 @@ pub(crate) struct VoxelHash {
     numbers: FxHashMap<Voxel, u32>,
 }
 
-/// Voxels further from the origin than this, counted along an axis, are not told apart.
+/// Bound of a voxel's coordinates along each axis.
 const MAX_VOXELS: f64 = 1e9;
 
 impl VoxelHash {
@@ -36,17 +36,17 @@ impl VoxelHash {
     #[inline]
     pub(crate) fn voxel(&self, point: &Vector3<f64>) -> Option<Voxel> {
         let scaled = point / self.voxel_size;
-        // Not a number fails the comparison.
+        // NaN fails the comparison.
         scaled.iter().all(|x| x.abs() < MAX_VOXELS).then(|| scaled.map(floor).into())
     }
 
-    /// The number of a voxel that holds something.
+    /// The number of a voxel; `None` where it has not been inserted.
     #[inline]
     pub(crate) fn number(&self, voxel: &Voxel) -> Option<u32> {
         self.numbers.get(voxel).copied()
     }
 
-    /// The number of a voxel, which is [`len`](Self::len) as it was before where the voxel is new.
+    /// Inserts a voxel and returns its number: that of a new one is the [`len`](Self::len) before.
     #[inline]
     pub(crate) fn insert(&mut self, voxel: Voxel) -> u32 {
         let next = self.numbers.len() as u32;
@@ -58,13 +58,13 @@ impl VoxelHash {
         self.numbers.len()
     }
 
-    /// Forgets all voxels.
+    /// Removes all voxels.
     pub(crate) fn clear(&mut self) {
         self.numbers.clear();
     }
 }
 
-/// As `f64::floor`, which is a call where the processor cannot be asked for it.
+/// As `f64::floor`, which is a function call on targets without such an instruction.
 #[inline]
 fn floor(x: f64) -> i32 {
     let whole = x as i32;

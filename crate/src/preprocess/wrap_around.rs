@@ -1,21 +1,21 @@
-//! Depth that ran over its largest value and began again at zero.
+//! Detection of depth that has overflowed its largest value and continues from zero.
 //!
-//! Where 8 bits hold a depth beyond 10 m, the value is what remains of it: a far wall appears at arm's length. Along a
-//! surface that recedes past the limit the values go ..., 254, 255, 0, 1, ...: from these edges the wrapped region is
-//! followed over neighbours of nearly the same value.
+//! Where 8 bits span 10 m, a surface beyond wraps around and appears at arm's length. Along a surface that recedes past the
+//! limit the values are ..., 254, 255, 0, 1, ...: from these edges the wrapped region is grown over neighbours of nearly the
+//! same value.
 
 use crate::camera::DepthImage;
 
-/// Two neighbours are an edge of a wrapped region where one is this near to the largest value and the other to zero.
+/// Two neighbours are an edge of a wrapped region where one is within this of the largest value and the other of zero.
 const EDGE_VALUES: u16 = 4;
 /// Values of one surface differ by at most this much from one pixel to the next.
 const MAX_SURFACE_STEP: u16 = 3;
-/// An edge of fewer pixels is chance.
+/// Fewest pixels of an edge.
 const MIN_EDGE_PIXELS: usize = 3;
-/// A wrapped region is followed up to the values' range over this: rooms do not go on for ever.
+/// A wrapped region is grown up to the largest value divided by this, since rooms are bounded.
 const WRAPPED_RANGE_DIVISOR: u16 = 3;
 
-/// Which pixels hold a value that is what it seems: neither 0 nor wrapped. Only images of 8 bits or fewer wrap.
+/// Whether each pixel has a valid depth: neither 0 nor wrapped. Only images of 8 bits or fewer wrap.
 pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
     let mut usable: Vec<bool> = image.values.iter().map(|&value| value > 0).collect();
     let largest = image.values.iter().copied().max().unwrap_or(0);

@@ -5,25 +5,25 @@ use super::robust_kernel::RobustKernel;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
 
-/// What is registered: points (m) and, where known, unit normals, in the source frame.
+/// The source of a registration: points and, where known, unit normals, in the source frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a, P> {
     /// Points (m).
     pub points: &'a [P],
-    /// One entry a point, for the rejection by normals; `None` where there are no normals at all.
+    /// One entry per point, for the rejection by normals; `None` where no point has a normal.
     pub normals: Option<&'a [Option<P>]>,
     /// Standard deviation of each point along its normal (m), where known: uncertain pairs count less.
     pub sigmas: Option<&'a [f64]>,
 }
 
-/// When a pair of points is taken for a correspondence.
+/// Which pairs of points are rejected as correspondences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rejection {
-    /// Pairs further apart than this are no pairs (m).
+    /// Largest distance of a pair (m).
     pub max_correspondence_distance: f64,
-    /// Pairs whose normals differ by more are rejected, where both are known (rad); pi switches it off.
+    /// Largest angle between the normals of a pair, where both are known (rad); pi disables this test.
     pub max_normal_angle: f64,
-    /// Share of the correspondences with the largest residuals that is dropped, in [0, 1).
+    /// Share of the correspondences, those with the largest residuals, that is dropped, in [0, 1).
     pub trim_fraction: f64,
 }
 
@@ -57,10 +57,11 @@ impl Weighting {
     }
 }
 
-/// A pair of points that are known this well (m) is as good as any: what remains is not theirs.
-const CERTAIN_SIGMA: f64 = 3e-3;
+/// Standard deviation of a pair at which its weight is one half (m): the size of the errors that are not the noise of the two
+/// points.
+const HALF_WEIGHT_SIGMA: f64 = 3e-3;
 
-/// Why a source point has no say in a step.
+/// Why a source point is not used in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RejectionReason {
@@ -68,24 +69,24 @@ pub enum RejectionReason {
     TooFar = 0,
     /// The normals differ by more than the limit.
     Normals = 1,
-    /// The residual is among the largest, which are dropped.
+    /// The residual is among the trimmed share of the largest.
     Trimmed = 2,
-    /// The target point cannot measure a residual: it has no normal.
+    /// The residual is undefined: the target point has no normal.
     NoResidual = 3,
 }
 
-/// A source point without a say.
+/// A source point that is not used in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rejected {
     /// Index of the source point.
     pub source: u32,
     /// Index of the target point nearest to it, where one was within the limit.
     pub target: Option<u32>,
-    /// Why.
+    /// The reason.
     pub reason: RejectionReason,
 }
 
-/// What correspondences are searched for, and how.
+/// A search for correspondences: its source, target, factor and options.
 pub(crate) struct CorrespondenceSearch<'a, P, T, F> {
     pub source: Source<'a, P>,
     pub target: &'a T,
@@ -97,8 +98,8 @@ pub(crate) struct CorrespondenceSearch<'a, P, T, F> {
 impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
     /// Finds, rejects, trims and weights the correspondences under an estimate. Returns how many pairs lie within the distance limit.
     ///
-    /// What is remembered of the last search for each source point makes this one quicker and changes nothing; `reject` is told of
-    /// every source point that is left out.
+    /// The last search of each source point makes this one faster and does not change the result. `reject` is called with every
+    /// source point that is left out.
     pub(crate) fn find<M>(
         &self,
         T_target_source: &M,
@@ -133,7 +134,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         num_correspondences
     }
 
-    /// A source point with its nearest target point, measured and weighted, or why the pair is rejected.
+    /// The weighted correspondence of a source point with its nearest target point, or why the pair is rejected.
     fn correspondence<M>(
         &self,
         T_target_source: &M,
@@ -162,10 +163,10 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
     }
 }
 
-/// The weight of a pair by the uncertainty of its two sides, 1 where both are certain.
+/// The weight of a pair by the standard deviations of its two points (m), 1 where both are zero.
 fn precision(source_sigma: f64, target_sigma: f64) -> f64 {
     let variance = source_sigma * source_sigma + target_sigma * target_sigma;
-    1.0 / (1.0 + variance / (CERTAIN_SIGMA * CERTAIN_SIGMA))
+    1.0 / (1.0 + variance / (HALF_WEIGHT_SIGMA * HALF_WEIGHT_SIGMA))
 }
 
 /// Drops the share with the largest residuals (Chetverikov et al., "The trimmed iterative closest point algorithm",

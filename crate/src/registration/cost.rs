@@ -1,4 +1,4 @@
-//! What a registration makes small: the mean robust loss of a source point.
+//! The cost that a registration minimises: the mean robust loss of a source point.
 
 use std::ops::Range;
 
@@ -6,8 +6,8 @@ use super::factors::Correspondence;
 use super::icp::IcpOptions;
 use super::robust_kernel::RobustKernel;
 
-/// Sums robust losses. Cauchy's kernel takes the logarithm of a product of many terms in place of one logarithm a term, which
-/// would take longer than all else.
+/// Sums robust losses. For Cauchy's kernel it takes the logarithm of a product of many terms, since one logarithm per term
+/// would take most of the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LossSum {
     kernel: RobustKernel,
@@ -31,7 +31,7 @@ impl IcpOptions {
 }
 
 impl LossSum {
-    /// After so many terms, [`flush`](Self::flush) is due.
+    /// Number of terms after which [`flush`](Self::flush) must be called.
     pub(super) fn batch(&self) -> usize {
         self.batch
     }
@@ -40,7 +40,7 @@ impl LossSum {
         if self.kernel == RobustKernel::Cauchy { 1.0 } else { 0.0 }
     }
 
-    /// One residual more.
+    /// Adds a residual (m).
     #[inline]
     fn add(&self, batch: f64, residual: f64) -> f64 {
         match self.kernel {
@@ -52,7 +52,7 @@ impl LossSum {
         }
     }
 
-    /// One point more that counts as if it were at the distance limit.
+    /// Adds a point with the loss of the distance limit.
     #[inline]
     fn charge(&self, batch: f64) -> f64 {
         self.add(batch, self.limit)
@@ -64,11 +64,11 @@ impl LossSum {
     }
 }
 
-/// Mean robust loss of a source point (m^2): of the pairs that count by their residuals, of points without a partner or with
-/// one that faces another way as if they were at the distance limit; NaN where no pair counts.
+/// Mean robust loss of a source point (m^2): pairs contribute the loss of their residual, points without a partner or with one
+/// whose normal differs too much that of the distance limit; NaN where there is no pair.
 ///
-/// Its derivative by a perturbation on the left of the pose is `b` of the normal equations over the number of points, wherever
-/// no pair changes.
+/// As long as no pair changes, its derivative for a perturbation on the left of the pose is `b` of the normal equations divided by
+/// the number of points.
 pub(super) fn cost<P>(
     correspondences: &[Correspondence<P>],
     charged: &[u32],
@@ -93,7 +93,7 @@ pub(super) fn cost<P>(
     mean(sum, correspondences.len() as u32, num_charged)
 }
 
-/// The same for many poses at once.
+/// Sums of losses for a row of many poses.
 pub(super) struct RowSums {
     batches: Vec<f64>,
     sums: Vec<f64>,
@@ -111,7 +111,7 @@ impl RowSums {
         }
     }
 
-    /// A point has a pair at these places, whose residuals are asked for.
+    /// Adds a point that has a partner at this range of poses, with its residuals.
     #[inline]
     pub(super) fn add(
         &mut self,
@@ -127,7 +127,7 @@ impl RowSums {
         }
     }
 
-    /// A point counts at these places as if it were at the distance limit.
+    /// Adds a point that has the loss of the distance limit at this range of poses.
     #[inline]
     pub(super) fn charge(&mut self, places: Range<usize>, losses: &LossSum) {
         for place in places {

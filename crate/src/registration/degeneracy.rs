@@ -1,7 +1,7 @@
-//! Which directions of motion the correspondences determine, and which they do not.
+//! Degeneracy: the directions of motion that the correspondences do not determine.
 //!
-//! The eigenvectors of the Gauss-Newton matrix with small eigenvalues are the motions that change no residual: along a
-//! bare corridor, or a turn inside a round room (Censi, "On achievable accuracy for range-finder localization", ICRA
+//! The eigenvectors of the Gauss-Newton matrix with small eigenvalues are the motions that change no residual: a translation along
+//! a bare corridor, or a rotation in a round room (Censi, "On achievable accuracy for range-finder localization", ICRA
 //! 2007; Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -10,7 +10,7 @@ use super::factors::Correspondence;
 use super::target::SurfaceTarget;
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
-/// How well the least determined direction of motion is measured.
+/// How well the correspondences determine the weakest direction of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observability<M: RigidMotion> {
     /// The least determined direction, a unit tangent vector (rotation first) about the centre of the correspondences, in
@@ -26,7 +26,7 @@ pub struct Observability<M: RigidMotion> {
 pub const UNDETERMINED_SHARE: f64 = 0.01;
 
 impl<M: RigidMotion> Observability<M> {
-    /// Whether the weakest direction is in effect not measured at all.
+    /// Whether the weakest direction is practically undetermined.
     pub fn is_undetermined(&self) -> bool {
         self.weakest_share < UNDETERMINED_SHARE
     }
@@ -37,9 +37,9 @@ const CONSTRAINING_COSINE: f64 = 0.3;
 /// ... where such surfaces are at least this share of all.
 const CONSTRAINING_SHARE: f64 = 0.01;
 
-/// The direction in space that the fewest of the surfaces in view constrain. Unlike [`Observability`] it counts the surfaces that
-/// face along a direction: long walls do not add up to one that faces the other way, however many there are and however noisy
-/// their normals.
+/// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces
+/// that face along the direction: however many walls there are and however noisy their normals, they do not add up to a
+/// constraint along themselves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DegenerateDirection {
     /// Unit vector in the target's frame.
@@ -100,8 +100,8 @@ impl DegenerateDirection {
         self.share >= CONSTRAINING_SHARE
     }
 
-    /// Standard deviation (m) along it by the information matrix of the registration, were its residuals independent of each
-    /// other. They are not: it ranks frames by how well they are constrained, and is no estimate of their error.
+    /// Standard deviation (m) along it by the information matrix of the registration, as if the residuals were independent. They
+    /// are not, so it ranks frames by how well they are constrained and is not an estimate of their error.
     pub fn sigma(&self, information: &Matrix6<f64>) -> f64 {
         let information = information.fixed_view::<3, 3>(3, 3);
         // A single wall has no information along itself; rounding may make the eigenvalue negative.
@@ -109,10 +109,10 @@ impl DegenerateDirection {
     }
 }
 
-/// The share of the surfaces that face along the motion of their points in a turn about `axis` (a unit vector in the target's frame)
-/// through the points' centre, by the same cosine. Surfaces near the axis, which it hardly moves, count less. Pairs further apart
-/// than `tolerance` (m) do not count.
-pub fn turn_constraining_share(
+/// The share of the surfaces that constrain a rotation about `axis` (unit vector, target frame) through the points' centre: those
+/// that face along the motion of their points, by the same cosine. Surfaces near the axis, which move less, have less
+/// weight. Pairs further apart than `tolerance` (m) are left out.
+pub fn rotation_constraining_share(
     axis: &Vector3<f64>,
     correspondences: &[Correspondence<Vector3<f64>>],
     tolerance: f64,
@@ -134,13 +134,13 @@ pub fn turn_constraining_share(
     motions.iter().filter(is_constraining).count() as f64 / count
 }
 
-/// Whether enough surfaces constrain a turn about `axis`; see [`turn_constraining_share`].
-pub fn is_turn_constrained(
+/// Whether enough surfaces constrain a rotation about `axis`; see [`rotation_constraining_share`].
+pub fn is_rotation_constrained(
     axis: &Vector3<f64>,
     correspondences: &[Correspondence<Vector3<f64>>],
     tolerance: f64,
 ) -> bool {
-    turn_constraining_share(axis, correspondences, tolerance) >= CONSTRAINING_SHARE
+    rotation_constraining_share(axis, correspondences, tolerance) >= CONSTRAINING_SHARE
 }
 
 /// Every direction of motion, by how well the correspondences measure it.
@@ -201,10 +201,10 @@ pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspon
     })
 }
 
-/// The eigenvalues of a symmetric matrix, the smallest first, and their unit eigenvectors: by Jacobi's rotations (Golub and Van
-/// Loan, Matrix Computations, section on Jacobi methods), which need no memory and little code for the few rows there are.
+/// The eigenvalues of a symmetric matrix, the smallest first, and their unit eigenvectors, by Jacobi rotations (Golub and Van
+/// Loan, "Matrix Computations", section on Jacobi methods), which need little code and no heap memory for small matrices.
 fn eigenpairs<S: SquareMatrix>(mut A: S) -> Vec<(f64, S::Vector)> {
-    /// Each sweep squares what is left beside the diagonal: a handful is enough.
+    /// Limit of the sweeps; each squares the off-diagonal entries, so fewer than ten suffice.
     const MOST_SWEEPS: usize = 20;
     let n = S::Vector::LEN;
     let mut V = S::identity();
@@ -282,14 +282,14 @@ mod tests {
     fn surfaces_that_face_along_a_turn_constrain_it_and_noise_does_not() {
         let tolerance = 0.1;
         let walls = round_room(0);
-        assert!(!is_turn_constrained(&Vector3::z(), &walls, tolerance), "a round room seen from its middle");
+        assert!(!is_rotation_constrained(&Vector3::z(), &walls, tolerance), "a round room seen from its middle");
         // The centre is that of all points: a floor on one side moves it, and the wall hardly faces along the turn about it.
         let with_floor = round_room(60);
-        assert!(!is_turn_constrained(&Vector3::z(), &with_floor, tolerance));
-        assert!(is_turn_constrained(&Vector3::x(), &with_floor, tolerance));
-        assert!(is_turn_constrained(&Vector3::y(), &with_floor, tolerance));
+        assert!(!is_rotation_constrained(&Vector3::z(), &with_floor, tolerance));
+        assert!(is_rotation_constrained(&Vector3::x(), &with_floor, tolerance));
+        assert!(is_rotation_constrained(&Vector3::y(), &with_floor, tolerance));
         let far: Vec<_> = with_floor.into_iter().map(|pair| Correspondence { residual: 1.0, ..pair }).collect();
-        assert!(!is_turn_constrained(&Vector3::x(), &far, tolerance), "pairs far apart count for nothing");
+        assert!(!is_rotation_constrained(&Vector3::x(), &far, tolerance), "pairs far apart count for nothing");
     }
 
     #[test]

@@ -1,9 +1,9 @@
-//! Factors: what a correspondence measures, and the step that a set of them asks for.
+//! Factors: the residual of a correspondence, and the step that minimises the residuals of a set of correspondences.
 
 use super::target::{SurfaceTarget, Target};
 use crate::geometry::{Jacobian, RigidMotion, SquareMatrix, Vector};
 
-/// A source point, moved into the target frame, and its partner.
+/// A source point, transformed into the target frame, and its partner.
 #[derive(Debug, Clone, Copy)]
 pub struct Correspondence<P> {
     /// Index of the source point.
@@ -12,7 +12,7 @@ pub struct Correspondence<P> {
     pub target: u32,
     /// The source point in the target frame, under the current estimate (m).
     pub moved: P,
-    /// Its unit normal, turned likewise, where it is known.
+    /// Its unit normal in the target frame, where it is known.
     pub normal: Option<P>,
     /// The factor's residual (m).
     pub residual: f64,
@@ -30,24 +30,24 @@ pub struct NormalEquations<M: RigidMotion> {
 }
 
 impl<M: RigidMotion> NormalEquations<M> {
-    /// Those of no correspondence.
+    /// The equations without correspondences: zero.
     pub fn zeros() -> Self {
         Self { H: M::Matrix::zeros(), b: M::Tangent::zeros() }
     }
 }
 
-/// What a correspondence between a source and a target of type `T` measures, the source moving by `M`.
+/// The residual of a correspondence with a target of type `T`, the source being moved by `M`.
 pub trait Factor<M: RigidMotion, T: Target<Point = M::Point>> {
-    /// Residual (m) of a source point in the target frame, with its unit normal there where it is known; `None` where the
-    /// target point cannot measure it.
+    /// Residual (m) of a source point in the target frame, with its unit normal there where it is known; `None` where it is
+    /// undefined, for example because the target point has no normal.
     fn residual(&self, target: &T, index: u32, moved: &M::Point, normal: Option<&M::Point>) -> Option<f64>;
 
-    /// The motion to apply after the current estimate, from weighted correspondences; `None` where they fix nothing.
+    /// The motion to apply after the current estimate, from weighted correspondences; `None` where they do not determine it.
     fn step(&self, target: &T, correspondences: &[Correspondence<M::Point>]) -> Option<M> {
         gauss_newton_step(&self.normal_equations(target, correspondences))
     }
 
-    /// The normal equations of the weighted residuals by a perturbation on the left of the estimate.
+    /// The normal equations of the weighted residuals for a perturbation on the left of the estimate.
     fn normal_equations(&self, target: &T, correspondences: &[Correspondence<M::Point>]) -> NormalEquations<M>;
 }
 
@@ -99,14 +99,14 @@ impl<M: RigidMotion, T: SurfaceTarget<Point = M::Point>> Factor<M, T> for PointT
 }
 
 /// Plane to plane: Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009, with the covariances of both points regularised to
-/// the eigenvalues [`PLANE_THICKNESS`], 1 and 1, so that their normals say it all; the step by Gauss-Newton.
+/// the eigenvalues [`PLANE_THICKNESS`], 1 and 1, so that they depend on the normals only; the step by Gauss-Newton.
 ///
-/// The residual is scaled to metres: where both normals agree, it is the distance along them. A source point without a
-/// normal is taken to face as its partner does.
+/// The residual is scaled to metres: where both normals agree, it is the distance along them. A source point without a normal is
+/// given that of its partner.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PlaneToPlane;
 
-/// Variance of a surface along its normal, over that along the surface.
+/// Variance of a point along the normal of its surface, divided by that along the surface.
 pub const PLANE_THICKNESS: f64 = 1e-3;
 
 /// The inverse of C_target + C_source with C = I - (1 - e) n n^T, scaled by 2e. The sum's eigenvectors are a + b, a - b and
@@ -121,7 +121,7 @@ impl<P: Vector> Precision<P> {
     const ISOTROPIC: f64 = PLANE_THICKNESS;
 
     fn new(target: &P, source: &P) -> Self {
-        // The side a normal points to does not matter to its covariance.
+        // The covariance does not depend on the sign of the normal.
         let cosine = target.dot(source);
         let share = 1.0 - PLANE_THICKNESS;
         let factor = |cosine: f64| 2.0 * PLANE_THICKNESS * share / (4.0 * (2.0 - share * (1.0 + cosine)));
@@ -165,14 +165,14 @@ pub(crate) fn gauss_newton_step<M: RigidMotion>(equations: &NormalEquations<M>) 
     (equations.H + damping).solve_cholesky(&equations.b).map(|step| M::exp(&-step))
 }
 
-/// Damping (Levenberg 1944) over the trace of H: so little that it holds back only what nothing measures.
+/// Damping (Levenberg 1944) divided by the trace of H: so small that it affects only undetermined directions.
 pub(crate) const RELATIVE_DAMPING: f64 = 1e-9;
 
 /// The motion with the least weighted sum of squared distances between `motion * source` and `target`.
 ///
 /// Umeyama, "Least-squares estimation of transformation parameters between two point patterns", PAMI 13 (1991),
-/// eqs. 34-42 with scale 1. `None` when no pair has weight or a coordinate is not finite; where the pairs leave the
-/// rotation open (one pair, or all in one point), it is one of the best.
+/// eqs. 34-42 with scale 1. `None` when no pair has weight or a coordinate is not finite; where the pairs do not determine the
+/// rotation (one pair, or all in one point), it is one of the best ones.
 pub fn best_rigid_motion<M: RigidMotion>(pairs: impl Iterator<Item = (M::Point, M::Point, f64)> + Clone) -> Option<M> {
     let (mut sum, mut source_mean, mut target_mean) = (0.0, M::Point::zeros(), M::Point::zeros());
     for (source, target, weight) in pairs.clone() {

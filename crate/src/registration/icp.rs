@@ -1,8 +1,8 @@
 //! Iterative closest point: one loop for the plane and for space, for every factor.
 //!
-//! Besl and McKay 1992; reweighting as in Chebrolu et al., "Adaptive robust kernels for non-linear least squares
-//! problems", RA-L 2021. Converged means that the step is small, not that the error is: an error can stand still while
-//! the estimate still slides.
+//! Besl and McKay, "A method for registration of 3-D shapes", PAMI 1992; reweighting as in Chebrolu et al., "Adaptive robust
+//! kernels for non-linear least squares problems", RA-L 2021. The loop has converged when the step is small, not when the
+//! error changes little: the error can be constant while the estimate still moves.
 
 use serde::Serialize;
 
@@ -19,18 +19,20 @@ use crate::geometry::{RigidMotion, Vector};
 pub struct Criteria {
     /// Most iterations.
     pub max_iterations: usize,
-    /// Converged when the step turns less (rad) ...
+    /// Rotation of a step below which the loop has converged (rad), if its translation is small as well.
     pub rotation_eps: f64,
-    /// ... and moves less (m).
+    /// Translation of a step below which the loop has converged (m), if its rotation is small as well.
     pub translation_eps: f64,
 }
 
-/// All options of the loop.
+/// Options of the loop, which [`register`] takes. The flat
+/// [`RegistrationOptions`](super::RegistrationOptions) of [`align()`](super::align()) contain the same values under the
+/// same names, and those of the search for an initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IcpOptions {
-    /// When a pair is a correspondence.
+    /// Which pairs are rejected.
     pub rejection: Rejection,
-    /// How much it counts.
+    /// How the others are weighted.
     pub weighting: Weighting,
     /// When the loop ends.
     pub criteria: Criteria,
@@ -43,7 +45,7 @@ impl Default for Criteria {
     }
 }
 
-/// One iteration, for the record.
+/// Record of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct IterationRecord {
@@ -66,11 +68,11 @@ pub struct IterationRecord {
 pub enum EndReason {
     /// The last step was below both limits.
     Converged,
-    /// The estimate came back to where it was: a few points change partners to and fro.
+    /// The estimate has returned to an earlier one, because a few points change their partners back and forth.
     Cycle,
-    /// The iterations were used up.
+    /// The largest number of iterations was reached.
     MaxIterations,
-    /// The correspondences fixed no step: there were none, for one.
+    /// The correspondences determine no step, for example because there are none.
     NoStep,
 }
 
@@ -79,38 +81,38 @@ pub enum EndReason {
 pub struct Registration<M: RigidMotion> {
     /// Maps source points into the target frame.
     pub T_target_source: M,
-    /// Whether the last step was below both limits. `false` is no error: the history shows whether the loop was cut off
-    /// on its way or went round in a circle.
+    /// Whether the last step was below both limits. `false` is not an error: `end_reason` and the history show whether the loop
+    /// was cut off or ran in a cycle.
     pub converged: bool,
     /// Why the loop ended.
     pub end_reason: EndReason,
-    /// One record an iteration.
+    /// One record per iteration.
     pub history: Vec<IterationRecord>,
-    /// The first guess, and the estimate after each iteration.
+    /// The initial guess, and the estimate after each iteration.
     pub trace: Vec<M>,
     /// The correspondences of the last iteration, before its step.
     pub correspondences: Vec<Correspondence<M::Point>>,
-    /// Inliers over source points.
+    /// Number of inliers divided by the number of source points, 0..=1.
     pub fitness: f64,
     /// The record of the last iteration; zeros when there was none.
     pub last: IterationRecord,
-    /// Information matrix, by a perturbation on the left of `T_target_source` (rotation first), in 1/rad^2 and 1/m^2:
-    /// sum w J^T J over the residuals' weighted variance.
+    /// Information matrix of a perturbation on the left of `T_target_source` (rotation first), in 1/rad^2 and 1/m^2:
+    /// sum w J^T J divided by the weighted variance of the residuals.
     pub information: M::Matrix,
-    /// Which direction, if any, the correspondences leave undetermined.
+    /// The direction of motion that the correspondences determine least.
     pub observability: Observability<M>,
 }
 
-/// Lower bound of the residuals' standard deviation (m) in the information matrix: a noise-free cloud would
-/// claim to be known without error.
+/// Lower bound of the residuals' standard deviation (m) in the information matrix, which would be infinite for a cloud without
+/// noise.
 const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
 
-/// Cycles of the loop that are recognised, in iterations.
+/// Longest cycle that is recognised (iterations).
 const LONGEST_CYCLE: usize = 8;
-/// Poses closer than this share of the limits of convergence are the same.
+/// Share of the limits of convergence below which two poses are the same.
 const SAME_POSE: f64 = 0.05;
 
-/// Registers `source` to `target` from a first guess, free to move in every way and by plain steps.
+/// Registers `source` to `target` from an initial guess, with all degrees of freedom and undamped steps.
 pub fn register<M, T, F>(
     source: Source<'_, M::Point>,
     target: &T,
@@ -126,7 +128,7 @@ where
     register_with(source, target, init_T_target_source, factor, options, &Solver::default())
 }
 
-/// Registers `source` to `target` from a first guess by the steps of `solver`.
+/// Registers `source` to `target` from an initial guess by the steps of `solver`.
 pub fn register_with<M, T, F>(
     source: Source<'_, M::Point>,
     target: &T,
@@ -158,9 +160,9 @@ where
     path.into_registration(&H, correspondences, source.points.len())
 }
 
-/// The way of the estimate so far.
+/// The estimates so far.
 struct Path<M> {
-    /// Where it has come to.
+    /// The current estimate.
     T_target_source: M,
     trace: Vec<M>,
     history: Vec<IterationRecord>,
@@ -181,7 +183,7 @@ impl<M: RigidMotion> Path<M> {
         self.end_reason == EndReason::MaxIterations && self.history.len() < criteria.max_iterations
     }
 
-    /// The registration it has led to; `H` is the normal matrix of the last correspondences.
+    /// The resulting registration; `H` is the normal matrix of the last correspondences.
     fn into_registration(
         self,
         H: &M::Matrix,
@@ -215,7 +217,7 @@ impl<M: RigidMotion> Path<M> {
         });
     }
 
-    /// Applies a step to the estimate, and notes whether it was the last one.
+    /// Applies a step to the estimate, and sets `end_reason` if it was the last one.
     fn take(&mut self, step: Option<M>, criteria: &Criteria) {
         let T_target_source = step.map_or(self.T_target_source, |step| (step * self.T_target_source).renormalized());
         if step.is_none() {
@@ -229,7 +231,7 @@ impl<M: RigidMotion> Path<M> {
         self.trace.push(T_target_source);
     }
 
-    /// Whether the estimate was here before: the same steps follow again, for a few points change partners to and fro for ever.
+    /// Whether the estimate equals an earlier one, from which the same steps would follow again.
     fn has_been_at(&self, T_target_source: &M, criteria: &Criteria) -> bool {
         let is_here = |seen: &M| is_below(&(seen.inverse() * *T_target_source), criteria, SAME_POSE);
         self.trace.iter().rev().take(LONGEST_CYCLE).any(is_here)
@@ -247,7 +249,7 @@ fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {
     (sum / correspondences.len().max(1) as f64).sqrt()
 }
 
-/// Unbiased variance of weighted residuals (m^2), `unknowns` of them being used up by the fit.
+/// Unbiased variance of weighted residuals (m^2) after a fit of this number of unknowns.
 fn weighted_variance<P>(correspondences: &[Correspondence<P>], unknowns: usize) -> f64 {
     let weights: f64 = correspondences.iter().map(|c| c.weight).sum();
     let sum: f64 = correspondences.iter().map(|c| c.weight * c.residual * c.residual).sum();

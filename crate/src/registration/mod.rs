@@ -1,9 +1,9 @@
 //! Registration: a source and a target in, `T_target_source` with its evidence out.
 //!
-//! [`align()`] is the entry for two clouds. Inside, [`icp`] is the loop; [`factors`] measure a correspondence, [`target`]
-//! finds it, [`robust_kernel`] weighs it, [`solver`] takes the step. Initial guesses come from [`correlative`] (plane) and
-//! [`global`] (space); [`projective`] and [`photometric`] register depth and colour images. [`free_space`] and
-//! [`degeneracy`] say whether to believe the result.
+//! [`align()`] registers two clouds. Its loop is [`icp`]: [`target`] and [`correspondences`] find pairs, [`factors`] compute
+//! their residuals, [`robust_kernel`] their weights and [`solver`] the step. Initial guesses come from [`correlative`] (plane)
+//! and [`global`] (space); [`projective`] and [`photometric`] register depth and colour images. [`free_space`] and
+//! [`degeneracy`] give the evidence for accepting a result.
 //!
 //! Read [`icp`] first.
 

@@ -1,8 +1,8 @@
-//! Registration by brightness: a frame's points are as bright as the places of pictures taken before where they are seen.
+//! Photometric registration: a frame's points have the brightness of the pixels of earlier pictures that they project to.
 //!
 //! Steinbruecker, Sturm and Cremers, "Real-time visual odometry from dense RGB-D images", ICCV workshops 2011; Kerl,
 //! Sturm and Cremers, "Robust odometry estimation for RGB-D cameras", ICRA 2013, with weights from a t-distribution
-//! (eq. 19). What surfaces tell of the pose comes in as a Gaussian, and each side counts by its own uncertainty.
+//! (eq. 19). The geometric registration enters as a Gaussian of the pose, so that both parts are weighted by their uncertainty.
 
 use std::sync::Arc;
 
@@ -15,80 +15,80 @@ use crate::camera::brightness::{Brightness, NUM_LEVELS, Sample};
 use crate::camera::{Pinhole, SurfelImage};
 use crate::geometry::{Pose3, RigidMotion};
 
-/// How bright a frame was, with the camera of every level.
+/// The brightness pyramid of a frame, with the camera of every level.
 #[derive(Debug, Clone)]
 pub struct Picture {
     brightness: Arc<Brightness>,
     cameras: [Pinhole; NUM_LEVELS],
 }
 
-/// A point of a frame that stands out from what is around it.
+/// A point of a frame at a large gradient of the brightness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TexturedPoint {
-    /// Camera frame (m).
+    /// Position (m, camera frame).
     pub point: Vector3<f64>,
-    /// The patch of the image it lies in: errors of one patch are not independent.
+    /// The patch of the image that it lies in; errors within a patch are correlated.
     pub patch: u32,
-    /// Its brightness in every level, grey levels.
+    /// Its brightness in every level (grey levels).
     pub values: [f64; NUM_LEVELS],
 }
 
-/// A picture taken before, and which of the points are seen in it.
+/// An earlier picture, and the points that are visible in it.
 #[derive(Debug, Clone)]
 pub struct ReferenceKeyframe<'a> {
     /// The picture.
     pub picture: &'a Picture,
-    /// Where it was taken.
+    /// Pose of its camera.
     pub T_world_camera: Pose3,
-    /// Indices of the points that it sees.
+    /// Indices of the visible points.
     pub visible: Vec<u32>,
 }
 
-/// A pose with its information matrix, by a perturbation on the left of it (rotation first).
+/// A pose with the information matrix of a perturbation on its left (rotation first).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian {
-    /// The likeliest pose.
+    /// The mean.
     pub T_world_camera: Pose3,
-    /// In 1/rad^2 and 1/m^2.
+    /// Information matrix (1/rad^2, 1/m^2).
     pub information: Matrix6<f64>,
 }
 
-/// What brightness tells of a pose.
+/// A pose from surfaces and brightness, with the evidence of the brightness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhotometricResult {
-    /// The likeliest pose by surfaces and brightness together.
+    /// The maximum a posteriori pose.
     pub T_world_camera: Pose3,
-    /// What brightness alone knows about it, in 1/rad^2 and 1/m^2.
+    /// Information matrix of the brightness alone (1/rad^2, 1/m^2).
     pub information: Matrix6<f64>,
-    /// How well the points' brightness agrees with that of the pictures, -1..=1.
+    /// Correlation of the points' brightness with that of the pictures, -1..=1.
     pub correlation: f64,
-    /// Points that were compared, over all pictures.
+    /// Number of points that were compared, over all pictures.
     pub num_compared: usize,
-    /// Whether the last step was small.
+    /// Whether the last step was below [`SMALL_STEP`].
     pub converged: bool,
 }
 
-/// Side of the squares of cells of which one point is kept.
+/// Side of the squares from which one point is selected (cells).
 const SPACING: usize = 5;
-/// Side of a patch in such squares.
+/// Side of a patch (such squares).
 const PATCH: usize = 3;
-/// Points stand out when the brightness changes by this much a pixel of the middle level (grey levels).
+/// Smallest gradient of the brightness at a selected point (grey levels per pixel of the middle level).
 const MIN_SLOPE: f64 = 1.0;
 /// The level whose pixels are the cells.
 const CELL_LEVEL: usize = 1;
-/// Steps on each level.
+/// Most steps on each level.
 const MAX_STEPS: usize = 4;
-/// Steps smaller than this (rad and m) are none on the finest level, twice as large ones on the next and so on.
+/// Step (rad and m) below which the finest level has converged; the limit doubles with each coarser level.
 const SMALL_STEP: f64 = 3e-4;
 /// Degrees of freedom of the t-distribution of the residuals (Kerl 2013).
 const T_FREEDOM: f64 = 5.0;
-/// Residuals are not believed to be smaller than this (grey levels).
+/// Lower bound of the residuals' standard deviation (grey levels).
 const MIN_SIGMA: f64 = 1.0;
-/// From the median of absolute values to a standard deviation, normal distribution.
+/// Ratio of the standard deviation to the median absolute value, for a normal distribution.
 const MEDIAN_TO_SIGMA: f64 = 1.4826;
-/// How much brighter one picture may be than another.
+/// Largest ratio of the exposures of two pictures.
 const MAX_GAIN: f64 = 4.0;
-/// Fewer points than this do not tell the light of two pictures apart from their contents.
+/// Fewest points from which gain and offset of the brightness are estimated.
 pub const MIN_POINTS: usize = 40;
 
 impl Picture {
@@ -98,12 +98,12 @@ impl Picture {
         Self { brightness, cameras }
     }
 
-    /// What its brightness takes on the heap.
+    /// Memory of the brightness on the heap (bytes).
     pub fn num_bytes(&self) -> usize {
         self.brightness.num_bytes()
     }
 
-    /// What is seen of a point in the picture's own camera frame, with the slope by that point.
+    /// Brightness at a point (m, the picture's camera frame), and its derivative with respect to the point.
     #[inline]
     fn look(&self, level: usize, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let camera = &self.cameras[level];
@@ -114,7 +114,7 @@ impl Picture {
     }
 }
 
-/// The points of a frame that stand out, evenly over the image; empty where it has no colours.
+/// Points of a frame at large gradients, evenly spread over the image; empty where it has no colours.
 pub fn textured_points(frame: &SurfelImage) -> Vec<TexturedPoint> {
     let Some(brightness) = &frame.brightness else { return Vec::new() };
     let picture = Picture::new(brightness.clone(), &frame.camera);
@@ -152,12 +152,12 @@ struct Comparison {
     index: u32,
     here: f64,
     there: f64,
-    /// By the point's place in the world.
+    /// Derivative of the brightness with respect to the point in the world frame (grey levels per metre).
     slope: Vector3<f64>,
     place: Vector3<f64>,
 }
 
-/// The brightness of one picture is `gain` times that of another, and `offset` more: exposure, and light from elsewhere.
+/// An affine change of illumination: the brightness of one picture is `gain` times that of another plus `offset`.
 struct Light {
     gain: f64,
     offset: f64,
@@ -178,7 +178,7 @@ fn compare(points: &[TexturedPoint], reference: &ReferenceKeyframe<'_>, T: &Pose
 }
 
 impl Light {
-    /// The line through weighted pairs that treats both sides alike: their means and spreads are made equal.
+    /// The gain and offset that make the weighted means and spreads of both sides equal, which is symmetric in the two.
     fn between(comparisons: &[Comparison], weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
         let mean = |of: fn(&Comparison) -> f64| {
@@ -198,7 +198,7 @@ impl Light {
     }
 }
 
-/// Normal equations of the brightness, each picture's residuals over their own variance, and their sums over the patches.
+/// Normal equations of the brightness, with each picture's residuals divided by their variance, and their sums over patches.
 struct Sums {
     equations: NormalEquations<Pose3>,
     patches: Vec<Vector6<f64>>,
@@ -234,18 +234,18 @@ fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose
     sums
 }
 
-/// Of the brightness there by a perturbation on the left of the pose (rotation first).
+/// Gradient of the brightness for a perturbation on the left of the pose (rotation first).
 fn gradient(comparison: &Comparison) -> Vector6<f64> {
     let turn = comparison.place.cross(&comparison.slope); // slope . (omega x place) = omega . (place x slope)
     Vector6::new(turn.x, turn.y, turn.z, comparison.slope.x, comparison.slope.y, comparison.slope.z)
 }
 
-/// Residuals (grey levels) once the light is made equal, their weights over their variance, and the correlation.
+/// Residuals (grey levels) after correction of the illumination, their weights divided by their variance, and the correlation.
 fn weighted_residuals(comparisons: &[Comparison]) -> Option<(Vec<f64>, Vec<f64>, f64)> {
     let mut weights = vec![1.0; comparisons.len()];
     let mut residuals = Vec::new();
     let mut correlation = 0.0;
-    // The light by all pairs, then by those that fit it.
+    // Illumination from all pairs, then from those that fit it.
     for round in 0..2 {
         let light = Light::between(comparisons, &weights)?;
         residuals = comparisons.iter().map(|c| c.there - light.gain * c.here - light.offset).collect();
@@ -273,7 +273,7 @@ fn sigma(residuals: &[f64]) -> f64 {
     (MEDIAN_TO_SIGMA * *median).max(MIN_SIGMA)
 }
 
-/// How well the brightness of the points agrees with the pictures at a pose, -1..=1, and how many are compared.
+/// Correlation of the points' brightness with that of the pictures at a pose, -1..=1, and the number of compared points.
 pub fn correlation(
     points: &[TexturedPoint],
     references: &[ReferenceKeyframe<'_>],
@@ -295,8 +295,8 @@ pub fn correlation(
     (sum / num_compared.max(1) as f64, num_compared)
 }
 
-/// The likeliest pose by what surfaces tell and by brightness, from the level `coarsest` to the finest; `None` where the
-/// pictures show too little of the points. `references` are seen from about there.
+/// The maximum a posteriori pose from the geometric registration `surfaces` and the brightness, from the level `coarsest` to the
+/// finest; `None` where too few of the points are visible in the pictures.
 pub fn register_by_brightness(
     points: &[TexturedPoint],
     references: &[ReferenceKeyframe<'_>],
@@ -312,10 +312,10 @@ pub fn register_by_brightness(
             if sums.num_compared < MIN_POINTS {
                 return None;
             }
-            // What the residuals of whole patches have beyond their own variance.
+            // Variance of the residuals of whole patches beyond that of independent ones.
             let variance = unit_variance(&solver.restricted(sums.equations).H, &sums.patches).max(1.0);
             let information = sums.equations.H / variance;
-            // Of the Gaussian's exponent, to first order: T = exp(x) T_surfaces.
+            // Gradient of the Gaussian's exponent, to first order: T = exp(x) T_surfaces.
             let off = (T * surfaces.T_world_camera.inverse()).log();
             let equations = solver.restricted(NormalEquations {
                 H: surfaces.information + information,
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn paint_tells_the_place_along_a_wall_in_any_light() {
+    fn texture_determines_the_position_along_a_wall_under_any_illumination() {
         let truth = Pose3::exp(&Vector6::new(0.01, -0.02, 0.005, 0.07, 0.04, -0.1));
         let before = picture(&wall(&Pose3::identity(), 1.0));
         for gain in [1.0, 0.6, 1.15] {
@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_where_nothing_is_painted_or_seen() {
+    fn there_is_no_result_without_texture_or_overlap() {
         let mut bare = wall(&Pose3::identity(), 1.0);
         let colors = ColorImage { width: 320, height: 240, pixels: vec![[90; 3]; 320 * 240] };
         bare.brightness = Some(Arc::new(Brightness::new(&colors)));

@@ -1,7 +1,7 @@
-//! Two clouds made ready for registration, whatever they are registered by: the metric is chosen when it runs.
+//! Two clouds prepared for registration, with the metric chosen at run time.
 //!
-//! A [`Problem`] holds all that the loop is given. Behind [`IcpProblem`] its metric and its target are out of sight, and
-//! what looks into a registration (its iterations, its cost, its basin) is written once.
+//! A [`Problem`] holds all inputs of the loop. The trait [`IcpProblem`] hides the types of its metric and target, so that the
+//! analysis of a registration (iterations, cost, basin of attraction) is written once.
 
 use super::correspondences::{CorrespondenceSearch, Rejected, RejectionReason};
 use super::cost::{RowSums, cost};
@@ -12,75 +12,75 @@ use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
 use crate::search::nearest_table::Span;
 
-/// A source with what it is registered to, and how.
+/// A source, its target, and the options of the registration.
 #[derive(Debug, Clone)]
 pub struct Problem<M: RigidMotion, T, F> {
     /// Points of the source (m).
     pub points: Vec<M::Point>,
-    /// Their unit normals, where they are known; `None` where there are none at all.
+    /// Their unit normals, where known; `None` where no point has a normal.
     pub normals: Option<Vec<Option<M::Point>>>,
-    /// What they are registered to.
+    /// The target.
     pub target: T,
     /// Number of the target's points.
     pub num_target: usize,
-    /// What a correspondence measures.
+    /// The residual of a correspondence.
     pub factor: F,
-    /// When a pair is a correspondence, how much it counts, when the loop ends.
+    /// Rejection and weighting of pairs, and the criteria of convergence.
     pub options: IcpOptions,
-    /// How the next step is found.
+    /// How the next step is computed.
     pub solver: Solver<M>,
 }
 
 /// One iteration of the loop from a given pose, before and after its step.
 #[derive(Debug, Clone)]
 pub struct Iteration<M: RigidMotion> {
-    /// The pose that the pairs were found under.
+    /// The pose at which the pairs were found.
     pub T_target_source: M,
-    /// Number of source points that were looked at.
+    /// Number of source points that were used.
     pub num_points: usize,
-    /// The pairs that count.
+    /// The pairs that were not rejected.
     pub correspondences: Vec<Correspondence<M::Point>>,
-    /// Source points without a say, in the order in which they were left out.
+    /// Source points that were left out, in the order of their rejection.
     pub rejected: Vec<Rejected>,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
-    /// The normal equations of the pairs, with what is not free to move held fast.
+    /// The normal equations of the pairs, with directions that are not free fixed.
     pub equations: NormalEquations<M>,
-    /// What the loop applies after the pose; `None` where the pairs fix nothing.
+    /// The motion that the loop applies after the pose; `None` where the pairs do not determine it.
     pub step: Option<M>,
     /// The cost of the pose (m^2).
     pub cost: f64,
 }
 
-/// Finds the nearest target points to a point moved by many translations (m).
+/// Finds the nearest target points to a point shifted by many translations (m).
 pub type FindAlong<'a, P> = dyn FnMut(&P, &[P], &mut Vec<Span>) + 'a;
 
-/// Whatever is registered by [`register_with`], with motions `M`.
+/// A problem for [`register_with`], of any metric and target, with motions `M`.
 pub trait IcpProblem<M: RigidMotion> {
-    /// The whole loop from a first guess.
+    /// The whole loop from an initial guess.
     fn register(&self, init_T_target_source: M) -> Registration<M>;
-    /// The same with every `stride`-th source point alone.
+    /// The same with every `stride`-th source point only.
     fn every(&self, stride: usize) -> Box<dyn IcpProblem<M>>;
-    /// The one iteration that the loop would do next at this pose; of every `stride`-th source point alone where `stride` is above 1.
+    /// The iteration that the loop would do at this pose, with every `stride`-th source point only.
     fn iteration(&self, T_target_source: &M, stride: usize) -> Iteration<M>;
-    /// The cost of each of these poses, the pairs being searched anew at each.
+    /// The cost of each of these poses, with pairs searched at each.
     fn costs(&self, poses: &mut dyn Iterator<Item = M>) -> Vec<f64>;
-    /// The same for poses of one rotation, `rotation` (without translation), and these translations (m), where something else finds
-    /// the partners: `find` is called with each source point, rotated, and tells them for all translations.
+    /// The same for poses with one rotation, `rotation` (without translation), and these translations (m). `find` is called with
+    /// each rotated source point and returns its partners for all translations.
     fn costs_along(&self, rotation: &M, translations: &[M::Point], find: &mut FindAlong<M::Point>) -> Vec<f64>;
     /// Points of the source (m).
     fn source_points(&self) -> &[M::Point];
     /// Points of the target (m) with their unit normals, where they have one.
     fn target_points(&self) -> Vec<(M::Point, Option<M::Point>)>;
-    /// The gradients of the residuals of pairs by a perturbation on the left of the estimate.
+    /// The gradients of the residuals of pairs for a perturbation on the left of the estimate.
     fn normal_equations(&self, correspondences: &[Correspondence<M::Point>]) -> NormalEquations<M>;
     /// The options of the loop.
     fn options(&self) -> &IcpOptions;
 }
 
 impl Rejected {
-    /// Whether the point counts in the cost: it has no partner, or one that faces another way. A point whose partner has no
-    /// normal is not measured, and one that was trimmed is not to be looked at.
+    /// Whether the point contributes to the cost as if it were at the distance limit: it has no partner, or one whose normal
+    /// differs too much. Points without a residual and trimmed ones do not contribute.
     fn is_charged(&self) -> bool {
         matches!(self.reason, RejectionReason::TooFar | RejectionReason::Normals)
     }

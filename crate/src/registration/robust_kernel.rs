@@ -1,4 +1,4 @@
-//! Robust kernels: how much a correspondence counts, by its residual.
+//! Robust kernels: the weight of a correspondence as a function of its residual.
 //!
 //! Each is an M-estimator with the loss rho(r), used by iteratively reweighted least squares with the weight
 //! w(r) = rho'(r) / r. Sources: Zhang, "Parameter estimation techniques: a tutorial with application to conic
@@ -12,15 +12,15 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum RobustKernel {
-    /// Least squares: every correspondence counts the same.
+    /// Least squares: every correspondence has the same weight.
     None,
-    /// Quadratic within the width, linear beyond: far residuals pull with a constant force.
+    /// Quadratic within the width, linear beyond: the influence of large residuals is constant.
     Huber,
-    /// Logarithmic: far residuals pull less the further they are.
+    /// Logarithmic: the influence of large residuals decreases.
     Cauchy,
-    /// Bounded: far residuals hardly pull.
+    /// Bounded: the influence of large residuals tends to zero.
     GemanMcclure,
-    /// Bounded: residuals beyond the width do not pull at all.
+    /// Bounded: residuals beyond the width have no influence.
     Tukey,
 }
 

@@ -1,4 +1,4 @@
-//! From normal equations to a step: which motions are free, and how bold the step is.
+//! The step from normal equations: restricted to a subspace of motions, and damped.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use super::target::Target;
 use crate::geometry::rotation::twist_about;
 use crate::geometry::{Pose3, RigidMotion, SquareMatrix, Vector};
 
-/// How something moves in space.
+/// Degrees of freedom of a motion in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -16,12 +16,12 @@ pub enum Motion {
     /// All six degrees of freedom.
     #[default]
     Free,
-    /// A robot on a floor: x, z and the turn about the y axis of the target's frame, which stands upright on the floor.
+    /// A robot on a floor: x, z and the rotation about the y axis of the target's frame, which is normal to the floor.
     Planar,
 }
 
 impl Motion {
-    /// The solver that moves so, without damping.
+    /// The undamped solver for these degrees of freedom.
     pub fn solver(self) -> Solver<Pose3> {
         let subspace = match self {
             Self::Free => None,
@@ -30,7 +30,7 @@ impl Motion {
         Solver { subspace, damping: None }
     }
 
-    /// The allowed motion nearest to `T`: itself, or its turn about y and its x and z.
+    /// The allowed motion nearest to `T`: itself, or its rotation about y and its x and z.
     pub fn nearest(self, T: &Pose3) -> Pose3 {
         match self {
             Self::Free => *T,
@@ -50,10 +50,10 @@ pub struct Subspace<M: RigidMotion> {
 }
 
 impl<M: RigidMotion> Subspace<M> {
-    /// The subspace of some of the axes of the tangent space.
+    /// The subspace spanned by axes of the tangent space, given by their indices.
     ///
     /// # Panics
-    /// When there is no such axis.
+    /// When an index is out of range.
     pub(crate) fn spanned_by(axes: &[usize]) -> Self {
         let mut projection = M::Matrix::zeros();
         for &axis in axes {
@@ -62,7 +62,7 @@ impl<M: RigidMotion> Subspace<M> {
         Self { projection }
     }
 
-    /// What of a subspace is across a direction; all of it where the direction is across it already.
+    /// The part of a subspace orthogonal to a direction; all of it where the direction is orthogonal to it already.
     fn across(projection: &M::Matrix, direction: &M::Tangent) -> Self {
         let held = projection.apply(direction);
         let sq_length = held.norm_squared();
@@ -70,8 +70,8 @@ impl<M: RigidMotion> Subspace<M> {
         Self { projection: *projection - held_by }
     }
 
-    /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: everything
-    /// across it is held by a stiffness that mixes with nothing.
+    /// The equations whose solution is that of P^T H P x = -P^T b in the subspace, P being a basis of it: directions orthogonal
+    /// to it get a stiffness that is decoupled from it.
     pub(crate) fn restrict(&self, equations: &NormalEquations<M>) -> NormalEquations<M> {
         let across = M::Matrix::identity() - self.projection;
         let stiffness = equations.H.trace().max(f64::MIN_POSITIVE);
@@ -82,36 +82,36 @@ impl<M: RigidMotion> Subspace<M> {
     }
 }
 
-/// How the loop finds its next step.
+/// How the loop computes its next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solver<M: RigidMotion> {
-    /// Which perturbations on the left of the estimate are free; none: all.
+    /// Subspace of the free perturbations on the left of the estimate; `None`: all are free.
     pub subspace: Option<Subspace<M>>,
-    /// Damping to begin with, in shares of the largest diagonal entry of H; none: plain steps of Gauss and Newton, or the closed
-    /// form where the factor has one. With damping, a step is taken only where it makes the weighted residuals smaller:
-    /// otherwise the damping grows tenfold, and it shrinks again where steps succeed (Levenberg 1944).
+    /// Initial damping, as a share of the largest diagonal entry of H; `None`: undamped Gauss-Newton steps, or the closed form
+    /// where the factor has one. With damping, a step is accepted only if it reduces the weighted residuals; otherwise the
+    /// damping grows tenfold, and it shrinks again after accepted steps (Levenberg 1944).
     pub damping: Option<f64>,
 }
 
-/// Tries before a damped step is given up: the estimate is as good as these pairs can make it.
+/// Most attempts at a damped step; if all fail, these pairs cannot improve the estimate.
 const MAX_TRIES: usize = 10;
-/// How the damping grows when a step fails, and shrinks when it succeeds.
+/// Factor by which the damping grows when a step fails, and shrinks when it is accepted.
 const DAMPING_FACTOR: f64 = 10.0;
 
 impl<M: RigidMotion> Default for Solver<M> {
-    /// Free to move in every way, by plain steps.
+    /// All degrees of freedom, undamped.
     fn default() -> Self {
         Self { subspace: None, damping: None }
     }
 }
 
 impl<M: RigidMotion> Solver<M> {
-    /// Free to move in every way, by plain steps of Gauss and Newton even where the factor has a closed form.
+    /// All degrees of freedom, by undamped Gauss-Newton steps even where the factor has a closed form.
     pub fn gauss_newton() -> Self {
         Self { subspace: Some(Subspace { projection: M::Matrix::identity() }), damping: None }
     }
 
-    /// The step that these correspondences ask for; `None` where they fix nothing. `damping` is carried from step to step.
+    /// The step for these correspondences; `None` where they do not determine one. `damping` is carried from step to step.
     pub(super) fn step<T, F>(
         &self,
         factor: &F,
@@ -146,14 +146,14 @@ impl<M: RigidMotion> Solver<M> {
         Some(M::identity())
     }
 
-    /// The same with one more direction of perturbations held fast: what little measures it is left out, and all others are
-    /// solved for (Zhang, Kaess and Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
+    /// The solver with one more direction of perturbations fixed, so that only the others are solved for (Zhang, Kaess and
+    /// Singh, "On degeneracy of optimization-based state estimation problems", ICRA 2016).
     pub(crate) fn holding(&self, direction: &M::Tangent) -> Self {
         let projection = self.subspace.map_or_else(M::Matrix::identity, |subspace| subspace.projection);
         Self { subspace: Some(Subspace::across(&projection, direction)), ..*self }
     }
 
-    /// The normal equations with what is not free held fast.
+    /// The normal equations with the directions that are not free fixed.
     pub(crate) fn restricted(&self, equations: NormalEquations<M>) -> NormalEquations<M> {
         self.subspace.as_ref().map_or(equations, |subspace| subspace.restrict(&equations))
     }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_planar_motion_keeps_the_turn_about_y() {
+    fn the_nearest_planar_motion_keeps_the_rotation_about_y() {
         let T = Pose3::exp(&Vector6::new(0.0, 2.5, 0.0, 1.0, 0.0, -2.0));
         assert!((Motion::Planar.nearest(&T).inverse() * T).log().norm() < 1e-12);
         let tilted = T * Pose3::exp(&Vector6::new(0.1, 0.0, -0.05, 0.0, 0.3, 0.0));

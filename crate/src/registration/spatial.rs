@@ -1,4 +1,4 @@
-//! Registration of clouds in space that have normals, with the metric chosen when it runs.
+//! Registration of clouds with normals in space, with the metric chosen at run time.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::geometry::Pose3;
 /// A registration in space.
 pub type SpatialRegistration = Registration<Pose3>;
 
-/// What a correspondence between clouds with normals measures.
+/// The distance that a correspondence between clouds with normals measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -24,8 +24,8 @@ pub enum SpatialMetric {
     Gicp,
 }
 
-/// Registers `source` to `target` in stages, each from where the one before ended: coarse to fine. The history is that of all
-/// stages, everything else that of the last.
+/// Registers `source` to `target` in stages from coarse to fine, each starting from the result of the one before. The history is
+/// that of all stages, the rest of the result that of the last.
 pub fn register_in_space(
     metric: SpatialMetric,
     source: Source<'_, Vector3<f64>>,

@@ -1,4 +1,4 @@
-//! What a source is registered to: points with an index, and for plane metrics the normals that those need.
+//! Registration targets: points with a nearest-neighbour index, and normals for the metrics that need them.
 
 use std::rc::Rc;
 
@@ -31,18 +31,18 @@ impl<const D: usize> PointTarget<D> {
         &self.points
     }
 
-    /// The nearest point within `max_distance` (m), which is no farther than the point `last`, if that is within it.
+    /// The nearest point within `max_distance` (m); the distance of the point `last`, if smaller, bounds the search.
     fn nearest_up_to(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
         let query = single_precision(query);
         let last = single_precision(&self.points[last as usize]);
         let sq_distance = query.iter().zip(last).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b));
-        // Limits are squared again: a little more, so that rounding does not shut out the partner itself.
+        // The limit is squared again: slightly enlarged, so that rounding does not exclude `last` itself.
         let reach = sq_distance.sqrt() * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
         self.tree.nearest(&query, reach.min(max_distance as f32))
     }
 }
 
-/// Points (m) with an index and unit normals: what point-to-line and point-to-plane need.
+/// Points (m) with an index and unit normals, for point-to-line, point-to-plane and plane-to-plane residuals.
 #[derive(Clone)]
 pub struct OrientedTarget<const D: usize> {
     points: PointTarget<D>,
@@ -50,7 +50,7 @@ pub struct OrientedTarget<const D: usize> {
 }
 
 impl<const D: usize> OrientedTarget<D> {
-    /// Indexes the points; a point whose normal is `None` can be found, but is no partner of anything.
+    /// Indexes the points. A point whose normal is `None` can be found but gives no residual.
     ///
     /// # Panics
     /// When there is not one entry of `normals` for each point.
@@ -91,29 +91,29 @@ impl<const D: usize> OrientedTarget<D> {
 /// The result of the last search for a point, kept for the next one.
 #[derive(Debug, Clone, Copy)]
 pub enum LastSearch<P> {
-    /// There was none.
+    /// There was no search.
     None,
-    /// This target point was the nearest.
+    /// Index of the nearest target point.
     Nearest(u32),
-    /// No target point lay this near (m) to the place where the point was looked for.
+    /// No target point was within this distance (m) of this query.
     NoneWithin(P, f64),
 }
 
-/// A partner is searched for within this times the distance limit: a point that finds none there needs no new search while it
-/// moves by less than the excess.
+/// Ratio of the search radius to the distance limit. A point without a partner in that radius needs no new search until it has
+/// moved by the difference.
 const CLEARANCE_FACTOR: f64 = 2.0;
 /// Relative error of distances in single precision.
 const ROUNDING_SHARE: f64 = 1e-4;
 
-/// What the registration loop asks of a target, whatever the metric.
+/// A registration target, for every metric.
 pub trait Target {
-    /// Its points and normals.
+    /// The type of its points and normals.
     type Point: Vector;
 
     /// The nearest target point within `max_distance` (m) of a point in the target frame.
     fn nearest(&self, query: &Self::Point, max_distance: f64) -> Option<Neighbor>;
-    /// The same, for a point that was looked for before, when it lay nearby. The kept result may bound the search, and
-    /// changes nothing else.
+    /// [`nearest`](Self::nearest) for a point of which an earlier search is known. It makes the search faster and does not change
+    /// the result.
     fn nearest_again(
         &self,
         query: &Self::Point,
@@ -126,14 +126,14 @@ pub trait Target {
     fn point(&self, index: u32) -> Self::Point;
     /// Unit normal of a target point, where it has one.
     fn normal(&self, index: u32) -> Option<Self::Point>;
-    /// Standard deviation of the surface at a target point along its normal (m); 0 where nothing is known of it.
+    /// Standard deviation of the surface at a target point along its normal (m); 0 where unknown.
     fn sigma(&self, _index: u32) -> f64 {
         0.0
     }
 }
 
-/// A target whose points lie on surfaces with normals: what distances to planes and lines are measured to. A target without
-/// is not one, so that such a registration does not compile.
+/// A target whose points have normals. Metrics that need normals require this trait, so that their use with another target does
+/// not compile.
 pub trait SurfaceTarget: Target {}
 
 impl<const D: usize> SurfaceTarget for OrientedTarget<D> {}
@@ -205,7 +205,7 @@ impl<const D: usize> Target for OrientedTarget<D> {
     }
 }
 
-/// A target in the plane that is searched by a table, for very many searches within one distance.
+/// A target in the plane with a [`NearestTable`], for very many searches within one distance.
 #[derive(Clone)]
 pub struct TabledTarget<T> {
     target: T,
@@ -213,7 +213,7 @@ pub struct TabledTarget<T> {
 }
 
 impl<T> TabledTarget<T> {
-    /// With a table of the target's points.
+    /// Adds a table of the target's points.
     pub fn new(target: T, table: Rc<NearestTable>) -> Self {
         Self { target, table }
     }

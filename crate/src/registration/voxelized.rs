@@ -1,4 +1,4 @@
-//! Plane to plane against a grid of Gaussians: a look-up takes the place of the search for the nearest point.
+//! Voxelised GICP: plane to plane against a grid of Gaussians, with a look-up in place of a nearest-neighbour search.
 //!
 //! Koide, Yokozuka, Oishi and Banno, "Voxelized GICP for Fast and Accurate 3D Point Cloud Registration", ICRA 2021: a voxel
 //! stands for the points in it, with the mean of their positions and of their covariances, and each source point is a partner
@@ -12,7 +12,7 @@ use crate::geometry::{Pose3, RigidMotion};
 use crate::preprocess::voxel_hash::{Voxel, VoxelHash};
 use crate::search::Neighbor;
 
-/// Points with normals as Gaussians, one a voxel.
+/// Points with normals as Gaussians, one per voxel.
 #[derive(Debug, Clone)]
 pub struct GaussianVoxels {
     hash: VoxelHash,
@@ -74,13 +74,13 @@ impl GaussianVoxels {
     }
 }
 
-/// Of a point on a surface with this unit normal, as in Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009.
+/// Covariance of a point on a surface with this unit normal, as in Segal, Haehnel and Thrun, "Generalized-ICP", RSS 2009.
 fn covariance(normal: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() - normal * normal.transpose() * (1.0 - PLANE_THICKNESS)
 }
 
-/// The partner of a point is the voxel it lies in, if its mean is within the distance. Voxels have no normals: nothing is
-/// rejected by those.
+/// The partner of a point is the voxel it lies in, if its mean is within the distance. Voxels have no normals, so no pair is
+/// rejected by its normals.
 impl Target for GaussianVoxels {
     type Point = Vector3<f64>;
 
@@ -115,8 +115,8 @@ impl Target for GaussianVoxels {
 
 /// Distance of a point's Gaussian to a voxel's (Koide et al. 2021); the step by Gauss-Newton.
 ///
-/// The residual is scaled to metres as [that of plane to plane](super::factors::PlaneToPlane) is. A source point without a
-/// normal is taken to face as its voxel does.
+/// The residual is scaled to metres as [that of plane to plane](super::factors::PlaneToPlane). A source point without a normal is
+/// given the covariance of its voxel.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PlaneToVoxel;
 

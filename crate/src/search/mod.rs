@@ -1,7 +1,7 @@
-//! Nearest-neighbour search: points in, an index out that answers queries, each tested against brute force.
+//! Nearest-neighbour search: points in, an index for queries out.
 //!
-//! [`KdTree`] for any distance, [`RadiusGrid`] and [`NearestTable`] (plane) where the largest distance is
-//! known. Read `kd_tree` first.
+//! [`KdTree`] serves any distance; [`RadiusGrid`] and [`NearestTable`] (plane) are faster where the largest distance is
+//! known beforehand. Each is tested against brute force or the tree. Read `kd_tree` first.
 
 pub(crate) mod kd_tree;
 pub(crate) mod nearest_table;

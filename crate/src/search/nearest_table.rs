@@ -1,40 +1,41 @@
-//! Nearest points in the plane by a table: for millions of queries, all within one distance.
+//! Nearest points in the plane within one distance, by a table of candidates for each cell of a grid.
+//!
+//! The table pays where millions of queries are made.
 
 use nalgebra::Vector2;
 
 use super::Neighbor;
 
-/// Cells of the table to the largest distance: where points are that far from their partners, smaller cells have as many
-/// candidates.
+/// Cells along the largest distance. Smaller cells hold as many candidates for queries that are far from all points.
 const CELLS_PER_DISTANCE: f64 = 16.0;
-/// Most cells; a larger target gets larger ones.
+/// Most cells of a table; for large extents the cells are made larger.
 const MAX_CELLS: f64 = (1 << 20) as f64;
-/// A table that takes more looks at a cell to make than this is not worth its time (about a tenth of a second).
-const MAX_LOOKS: f64 = (1 << 25) as f64;
+/// Most visits of cells while a table is built, about a tenth of a second. Beyond, no table is built.
+const MAX_VISITS: f64 = (1 << 25) as f64;
 
-/// Consecutive places along a line, up to `end`, with the same nearest point, or none.
+/// Consecutive positions on a line with the same nearest point, or with none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
-    /// The first place that belongs to the next span.
+    /// Index of the first position after the span.
     pub end: usize,
-    /// Index of the nearest point.
+    /// Index of the nearest point; `None` where there is none within the distance.
     pub nearest: Option<u32>,
 }
 
-/// For each cell of a grid the target points that may be the nearest to a place in it, within one distance.
+/// For each cell of a grid, the points that may be the nearest to a position in it, within one distance.
 ///
-/// A point is none of them where another one is nearer to all four corners: the difference of two squared distances is linear, so
-/// that it is nearer everywhere in the cell. What is found is what a [`KdTree`](super::KdTree) finds: distances in single
-/// precision, of equal ones the smallest index.
+/// A point is no candidate of a cell where another one is nearer to all four corners: the difference of two squared distances
+/// is linear in the position, so the other one is nearer everywhere in the cell. Results are those of a
+/// [`KdTree`](super::KdTree): distances in single precision, among equal ones the smallest index.
 #[derive(Debug, Clone)]
 pub struct NearestTable {
     corner: Vector2<f64>,
     cells_per_metre: f64,
     width: usize,
     height: usize,
-    /// Where the candidates of each cell begin, and of the one past the last.
+    /// Index in `candidates` of the first one of each cell, and the total number at the end.
     starts: Vec<u32>,
-    /// Of each cell, whether it has one candidate, and that within the distance from everywhere in it.
+    /// Whether each cell has a single candidate, which is within the distance of every position in it.
     is_sure: Vec<bool>,
     candidates: Vec<Candidate>,
     max_distance: f64,
@@ -47,18 +48,18 @@ struct Candidate {
 }
 
 impl NearestTable {
-    /// For finite points (m), of which those within `max_distance` (m) are looked for; `None` where a table would take too long
-    /// to make, or would have no size.
+    /// A table of finite points (m) for queries within `max_distance` (m); `None` where it would take too long to build or
+    /// have no extent.
     pub fn new(points: &[Vector2<f64>], max_distance: f64) -> Option<Self> {
         let low = points.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p));
         let high = points.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
         let extent = high - low + Vector2::repeat(2.0 * max_distance);
         let side = (max_distance / CELLS_PER_DISTANCE).max((extent.x * extent.y / MAX_CELLS).sqrt());
-        let looks = points.len() as f64 * (2.0 * max_distance / side + 2.0).powi(2);
-        if !(side > 0.0 && extent.amax() / side < MAX_CELLS && looks <= MAX_LOOKS) {
+        let visits = points.len() as f64 * (2.0 * max_distance / side + 2.0).powi(2);
+        if !(side > 0.0 && extent.amax() / side < MAX_CELLS && visits <= MAX_VISITS) {
             return None;
         }
-        // One cell more on every side, for rounding.
+        // One more cell on every side, for rounding.
         let corner = low - Vector2::repeat(max_distance + side);
         let [width, height] = [extent.x, extent.y].map(|extent| (extent / side) as usize + 3);
         let far = corner.amax().max((corner + extent).amax());
@@ -76,26 +77,46 @@ impl NearestTable {
         Some(table)
     }
 
-    /// The distance that points are looked for within (m).
+    /// Largest distance of a result (m).
     pub fn max_distance(&self) -> f64 {
         self.max_distance
     }
 
-    /// The nearest point to a place within the distance.
+    /// The nearest point within the distance of `query` (m).
     #[inline]
-    pub fn nearest(&self, place: &Vector2<f64>) -> Option<Neighbor> {
-        self.nearest_of(self.cell(place), place)
+    pub fn nearest(&self, query: &Vector2<f64>) -> Option<Neighbor> {
+        self.nearest_of(self.cell(query), query)
     }
 
-    /// `tolerance` (m^2): differences of squared distances in single precision are right to this much.
+    /// Finds the candidates of all cells. `tolerance` is the error of differences of squared distances in single precision
+    /// (m^2).
     fn fill(&mut self, points: &[Vector2<f64>], side: f64, tolerance: f64) {
         let half_diagonal = side * std::f64::consts::FRAC_1_SQRT_2;
         let nearest = self.nearest_to_centers(points, side);
+        let of_cell = self.candidates_of_cells(points, side, &nearest, tolerance);
+        let starts = self.store(points, &of_cell);
+        let is_sure = |cell: usize| {
+            let only = starts[cell + 1] == starts[cell] + 1;
+            only && nearest[cell].1.sqrt() + half_diagonal < self.max_distance - tolerance.sqrt()
+        };
+        self.is_sure = (0..self.width * self.height).map(is_sure).collect();
+        self.starts = starts;
+    }
+
+    /// Pairs of a cell and the index of a point that may be the nearest to a position in it, in the order of the points.
+    fn candidates_of_cells(
+        &self,
+        points: &[Vector2<f64>],
+        side: f64,
+        nearest: &[(u32, f64)],
+        tolerance: f64,
+    ) -> Vec<(u32, u32)> {
+        let diagonal = side * std::f64::consts::SQRT_2;
         let mut of_cell: Vec<(u32, u32)> = Vec::new();
         for (index, point) in points.iter().enumerate() {
             self.for_cells_around(point, |cell, center| {
                 let (rival, sq_distance) = nearest[cell];
-                let reach = sq_distance.sqrt() + 2.0 * half_diagonal;
+                let reach = sq_distance.sqrt() + diagonal;
                 let to_center = (center - point).norm_squared();
                 if to_center > reach * reach + tolerance || rival == u32::MAX {
                     return;
@@ -109,8 +130,13 @@ impl NearestTable {
                 }
             });
         }
+        of_cell
+    }
+
+    /// Stores the candidates in the order of their cells; returns the index of the first one of each cell.
+    fn store(&mut self, points: &[Vector2<f64>], of_cell: &[(u32, u32)]) -> Vec<u32> {
         let mut starts = vec![0; self.width * self.height + 1];
-        for &(cell, _) in &of_cell {
+        for &(cell, _) in of_cell {
             starts[cell as usize + 1] += 1;
         }
         for cell in 1..starts.len() {
@@ -118,21 +144,17 @@ impl NearestTable {
         }
         let mut next = starts.clone();
         self.candidates = vec![Candidate { position: [0.0; 2], index: 0 }; of_cell.len()];
-        for (cell, index) in of_cell {
-            let place = &mut next[cell as usize];
+        for &(cell, index) in of_cell {
+            let slot = &mut next[cell as usize];
             let point = points[index as usize];
-            self.candidates[*place as usize] = Candidate { position: single(&point), index };
-            *place += 1;
+            self.candidates[*slot as usize] = Candidate { position: single(&point), index };
+            *slot += 1;
         }
-        let is_sure = |cell: usize| {
-            let only = starts[cell + 1] == starts[cell] + 1;
-            only && nearest[cell].1.sqrt() + half_diagonal < self.max_distance - tolerance.sqrt()
-        };
-        self.is_sure = (0..self.width * self.height).map(is_sure).collect();
-        self.starts = starts;
+        starts
     }
 
-    /// The point nearest to each cell's centre, with its squared distance (m^2); `u32::MAX` where none is in reach.
+    /// The index of the point nearest to each cell's centre, with its squared distance (m^2); `u32::MAX` where no point is
+    /// within the distance.
     fn nearest_to_centers(&self, points: &[Vector2<f64>], side: f64) -> Vec<(u32, f64)> {
         let reach = self.max_distance + side;
         let mut nearest = vec![(u32::MAX, reach * reach); self.width * self.height];
@@ -147,7 +169,7 @@ impl NearestTable {
         nearest
     }
 
-    /// Every cell that holds a place within the distance of a point, with its centre.
+    /// Calls `visit` with every cell that holds a position within the distance of a point, and with the cell's centre.
     fn for_cells_around(&self, point: &Vector2<f64>, mut visit: impl FnMut(usize, Vector2<f64>)) {
         let side = 1.0 / self.cells_per_metre;
         let reach = Vector2::repeat(self.max_distance + side / 2.0);
@@ -161,24 +183,24 @@ impl NearestTable {
         }
     }
 
-    /// The number of the cell that a place lies in; that of cell 0, which is empty, where it lies in none.
+    /// Index of the cell that `query` lies in; outside the grid that of cell 0, which has no candidates.
     #[inline]
-    fn cell(&self, place: &Vector2<f64>) -> usize {
-        let at = (place - self.corner) * self.cells_per_metre;
+    fn cell(&self, query: &Vector2<f64>) -> usize {
+        let at = (query - self.corner) * self.cells_per_metre;
         let is_inside = at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f64 && at.y < self.height as f64;
         if is_inside { at.y as usize * self.width + at.x as usize } else { 0 }
     }
 
-    /// The nearest point within the distance among the candidates of the cell that a place lies in.
+    /// The nearest point within the distance of `query` among the candidates of its cell.
     #[inline]
-    fn nearest_of(&self, cell: usize, place: &Vector2<f64>) -> Option<Neighbor> {
-        let query = single(place);
+    fn nearest_of(&self, cell: usize, query: &Vector2<f64>) -> Option<Neighbor> {
+        let query = single(query);
         let limit = self.max_distance as f32;
         let mut best = Neighbor { index: u32::MAX, sq_distance: limit * limit };
         for candidate in &self.candidates[self.starts[cell] as usize..self.starts[cell + 1] as usize] {
             let offset = [candidate.position[0] - query[0], candidate.position[1] - query[1]];
             let sq_distance = offset[0] * offset[0] + offset[1] * offset[1];
-            // Candidates stand by their indices: the first of equals stays.
+            // Candidates are sorted by index: among equal distances the first one is kept.
             if sq_distance < best.sq_distance || (sq_distance == best.sq_distance && best.index == u32::MAX) {
                 best = Neighbor { index: candidate.index, sq_distance };
             }
@@ -186,14 +208,14 @@ impl NearestTable {
         (best.index != u32::MAX).then_some(best)
     }
 
-    /// The nearest points of `start + shift` for each of `shifts`, which go along a line in small steps.
+    /// Replaces the content of `spans` by the nearest points of `start + shift` for each of `shifts`, small steps on a line.
     pub fn along(&self, start: &Vector2<f64>, shifts: &[Vector2<f64>], spans: &mut Vec<Span>) {
         spans.clear();
         let mut push = |end: usize, nearest: Option<u32>| match spans.last_mut() {
             Some(last) if last.nearest == nearest => last.end = end,
             _ => spans.push(Span { end, nearest }),
         };
-        for (place, shift) in shifts.iter().enumerate() {
+        for (step, shift) in shifts.iter().enumerate() {
             let moved = start + shift;
             let cell = self.cell(&moved);
             let first = self.starts[cell] as usize;
@@ -204,13 +226,13 @@ impl NearestTable {
             } else {
                 self.nearest_of(cell, &moved).map(|nearest| nearest.index)
             };
-            push(place + 1, nearest);
+            push(step + 1, nearest);
         }
     }
 }
 
-/// Bound of the rounding of differences of squared distances (m^2) up to `distance` (m) between coordinates up to `far` (m), in
-/// single precision: a few units in the last place of each.
+/// Bound of the rounding error (m^2) of differences of squared distances in single precision, for distances up to `distance`
+/// (m) between coordinates up to `far` (m): a few units in the last place of each.
 fn rounding(distance: f64, far: f64) -> f64 {
     16.0 * f64::from(f32::EPSILON) * distance * (distance + far)
 }
@@ -239,7 +261,7 @@ mod tests {
         for (count, extent, max_distance) in [(1, 1.0, 0.5), (300, 8.0, 0.5), (300, 8.0, 5.0), (2000, 100.0, 0.5)] {
             let mut points: Vec<Vector2<f64>> =
                 (0..count).map(|_| Vector2::new(random(extent), random(extent))).collect();
-            // Equal points, and rows of them, of which many are equally far from a place.
+            // Equal points, and a lattice, of which many points are equally far from a query.
             points.push(points[0]);
             points.extend((0..40).map(|i| Vector2::new(f64::from(i % 8), f64::from(i / 8)) * 0.125));
             let tree = KdTree::build(&points.iter().map(single).collect::<Vec<_>>());

@@ -1,10 +1,10 @@
-//! Which points around a point count as its neighbours.
+//! The size of a point's neighbourhood.
 
-/// The neighbours of a point, the point itself among them.
+/// Which points are the neighbours of a point; the point itself is one of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Neighbourhood {
-    /// Number of nearest points, ...
+    /// Largest number of neighbours, the nearest first.
     pub max_neighbors: usize,
-    /// ... but none further away than this (m); infinity sets no limit.
+    /// Largest distance of a neighbour (m); infinity sets no limit.
     pub radius: f64,
 }

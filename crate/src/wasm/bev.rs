@@ -1,4 +1,4 @@
-//! Bird's-eye view, as JavaScript sees it: pixels of a top view found in a front view, and back.
+//! Bird's-eye view for JavaScript: pixels of a top view mapped to a front view, and back.
 
 use js_sys::JSON;
 use tsify::Ts;
@@ -19,30 +19,30 @@ extern "C" {
     /// Two cameras over a plane.
     #[wasm_bindgen(typescript_type = "BevScene")]
     pub type BevSceneObject;
-    /// Which of the two cameras.
+    /// One of the two cameras.
     #[wasm_bindgen(typescript_type = "BevRole")]
     pub type BevRoleName;
-    /// Which way axes point.
+    /// Directions of axes.
     #[wasm_bindgen(typescript_type = "BevAxes")]
     pub type AxesName;
-    /// How a pose is given.
+    /// Representation of a pose.
     #[wasm_bindgen(typescript_type = "BevPoseKind")]
     pub type BevPoseKindName;
-    /// The order of three turns.
+    /// The order of three rotations.
     #[wasm_bindgen(typescript_type = "EulerOrder")]
     pub type EulerOrderName;
-    /// What is done to projected pixels.
+    /// Rounding of projected pixels.
     #[wasm_bindgen(typescript_type = "WholePixels")]
     pub type WholePixelsName;
-    /// Pixels that show the same places.
+    /// Pairs of pixels that show the same points.
     #[wasm_bindgen(typescript_type = "BevPair[]")]
     pub type BevPairObjects;
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<BevRefinementOptions>")]
     pub type PartialBevRefinementOptions;
 }
 
-/// Two cameras over a plane, ready to follow pixels from one to the other. Call `free()` when done.
+/// Two cameras over a plane, which maps pixels of one to the other. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct BirdsEyeView {
     front_from_top: PlaneTransfer,
@@ -54,7 +54,7 @@ impl BirdsEyeView {
     /// From a scene.
     ///
     /// # Errors
-    /// When a camera or the plane is none, or the plane passes through a camera.
+    /// When a camera or the plane is invalid, or the plane passes through a camera.
     #[wasm_bindgen(constructor)]
     pub fn new(scene: &BevSceneObject) -> Result<BirdsEyeView, JsValue> {
         let scene = scene_of(scene)?;
@@ -62,10 +62,10 @@ impl BirdsEyeView {
         ready().map_err(|error: Error| thrown(&error))
     }
 
-    /// Follows pixels, u v u v ..., of the camera `from` to the other one.
+    /// Maps pixels, u v u v ..., of the camera `from` to the other one.
     ///
     /// # Errors
-    /// When the numbers are no whole pixels' or a name is unknown.
+    /// When the number of values is odd or a name is unknown.
     pub fn points(
         &self,
         marked: &[f64],
@@ -92,7 +92,7 @@ impl BirdsEyeView {
         })
     }
 
-    /// What the other camera sees of the region with these corners, u v u v ..., clipped before it is projected.
+    /// The part of the region with these corners, u v u v ..., that the other camera sees; it is clipped before it is projected.
     ///
     /// # Errors
     /// As `points`.
@@ -100,7 +100,7 @@ impl BirdsEyeView {
         plain(&self.transfer(from)?.polygon(&pixels(corners)?))
     }
 
-    /// What the other camera sees of lines, u v u v for each; lines of which it sees nothing are left out.
+    /// The parts of lines, u v u v for each, that the other camera sees; invisible lines are left out.
     ///
     /// # Errors
     /// As `points`.
@@ -122,10 +122,10 @@ impl BirdsEyeView {
         Ok(self.transfer(from)?.homography().transpose().as_slice().to_vec())
     }
 
-    /// Where everything stands, for a drawing. What the cameras see of the ground is cut at `max_depth` (m).
+    /// The layout of the cameras and the ground, for a drawing. The visible part of the ground is cut at `max_depth` (m).
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn layout(&self, max_depth: f64) -> Result<Ts<BevLayout>, JsValue> {
         plain(&BevLayout::new(&self.front_from_top, max_depth))
     }
@@ -149,7 +149,7 @@ impl BirdsEyeView {
     }
 }
 
-/// A picture of the top view, kept by the engine to be warped. Call `free()` when done.
+/// A picture of the top view, kept by the engine to be warped. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct BevImage {
     rgba: Vec<u8>,
@@ -157,26 +157,26 @@ pub struct BevImage {
 
 #[wasm_bindgen]
 impl BevImage {
-    /// From red, green, blue, opacity, red, ...
+    /// From RGBA bytes.
     #[wasm_bindgen(constructor)]
     pub fn new(rgba: Vec<u8>) -> BevImage {
         Self { rgba }
     }
 
-    /// Rows of the top view as the front camera would see it, were everything flat: RGBA, transparent where it shows
-    /// nothing.
+    /// Rows of the top view as the front camera would see it if everything lay in the plane: RGBA, transparent where the top view
+    /// shows nothing.
     ///
     /// # Errors
-    /// When the picture has not the size of the top camera's image.
+    /// When the size of the picture is not that of the top camera's image.
     pub fn warp_rows(&self, view: &BirdsEyeView, first_row: usize, num_rows: usize) -> Result<Vec<u8>, JsValue> {
         warp_rows(&view.top_from_front, &self.rgba, first_row, num_rows).map_err(|error| thrown(&error))
     }
 }
 
-/// Scenes to begin with: the homework's two layouts.
+/// Preset scenes: the homework's two layouts.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen]
 pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
     presets().iter().map(plain).collect()
@@ -185,7 +185,7 @@ pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
 /// Reads `scene.json`.
 ///
 /// # Errors
-/// When the file is no scene.
+/// When the file is not a scene.
 #[wasm_bindgen]
 pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue> {
     plain(&BevScene::read(bytes).map_err(|error| thrown(&error.in_file(name)))?)
@@ -194,7 +194,7 @@ pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue>
 /// Reads a table of pixels of the camera `from`: u v u v ...
 ///
 /// # Errors
-/// When a line is none of two numbers.
+/// When a line does not consist of two numbers.
 #[wasm_bindgen]
 pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<Vec<f64>, JsValue> {
     let columns = match role_of(from)? {
@@ -208,7 +208,7 @@ pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<V
 /// Reads a table of pairs: top_u top_v front_u front_v on each line.
 ///
 /// # Errors
-/// When a line is none of four numbers.
+/// When a line does not consist of four numbers.
 #[wasm_bindgen]
 pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsValue> {
     let rows = read_pixels(bytes, PAIR_COLUMNS).map_err(|error| thrown(&error.in_file(name)))?;
@@ -218,17 +218,17 @@ pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsVa
 /// The same scene in other axes.
 ///
 /// # Errors
-/// When a camera is none or the name is unknown.
+/// When a camera is invalid or the name is unknown.
 #[wasm_bindgen]
 pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, JsValue> {
     let axes: BevAxes = from_object(Some(axes.into()))?;
     plain(&scene_of(scene)?.in_axes(axes).map_err(|error| thrown(&error))?)
 }
 
-/// The same scene, its two poses given another way.
+/// The same scene with its two poses in another representation.
 ///
 /// # Errors
-/// When a camera is none or a name is unknown.
+/// When a camera is invalid or a name is unknown.
 #[wasm_bindgen]
 pub fn bev_with_poses(
     scene: &BevSceneObject,
@@ -240,10 +240,10 @@ pub fn bev_with_poses(
     plain(&scene_of(scene)?.with_poses(kind, order).map_err(|error| thrown(&error))?)
 }
 
-/// Moves a camera until the projections of pairs fall on their marks: pitch, height and offset, by least squares.
+/// Adjusts pitch, height and offset of a camera by least squares, such that the projections of pairs fall on their marks.
 ///
 /// # Errors
-/// When the scene is none or the pairs do not tell what is asked.
+/// When the scene is invalid or the pairs do not determine the parameters.
 #[wasm_bindgen]
 pub fn bev_refine(
     scene: &BevSceneObject,
@@ -255,10 +255,10 @@ pub fn bev_refine(
     plain(&refine(&scene_of(scene)?, &pairs, &options).map_err(|error| thrown(&error))?)
 }
 
-/// Whether a picture has the size that its camera is said to have; throws where it has not.
+/// Checks that a picture has the size of its camera's image.
 ///
 /// # Errors
-/// When it has not, with both sizes.
+/// When it has another size; the error gives both.
 #[wasm_bindgen]
 pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize, height: usize) -> Result<(), JsValue> {
     let scene = scene_of(scene)?;

@@ -1,4 +1,4 @@
-//! Trajectories, their evaluation and the sharpness of maps, as JavaScript sees them.
+//! Trajectories, their evaluation and the sharpness of maps for JavaScript.
 
 use js_sys::{Array, Uint8Array};
 use nalgebra::Vector3;
@@ -24,16 +24,16 @@ use crate::pipeline::depth_consistency as consistency;
 
 #[wasm_bindgen]
 extern "C" {
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<EvaluationOptions>")]
     pub type PartialEvaluationOptions;
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<MapQualityOptions>")]
     pub type PartialMapQualityOptions;
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<FrameResidualOptions>")]
     pub type PartialFrameResidualOptions;
-    /// How a file holds a trajectory.
+    /// File format of a trajectory.
     #[wasm_bindgen(typescript_type = "TrajectoryFormat")]
     pub type FormatName;
     /// Names of files.
@@ -44,7 +44,7 @@ extern "C" {
     pub type Files;
 }
 
-/// Positions over time, with orientations where the file had them. Call `free()` when done.
+/// Positions over time, with orientations where the file has them. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct Trajectory {
     contents: Contents,
@@ -52,11 +52,11 @@ pub struct Trajectory {
 
 #[wasm_bindgen]
 impl Trajectory {
-    /// Reads a file; its form is found out unless it is given. `name` is for the messages. Quaternions that are not of
-    /// unit length are normalised, and `notes` says so.
+    /// Reads a file; its format is detected unless it is given. `name` is for the messages. Quaternions that are not of unit
+    /// length are normalised, which `notes` reports.
     ///
     /// # Errors
-    /// When the file is no trajectory.
+    /// When the file is not a trajectory.
     pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, JsValue> {
         let format = format.map(JsValue::from).filter(|format| !format.is_undefined() && !format.is_null());
         let format = format.map(|format| format_named(&format)).transpose()?;
@@ -67,7 +67,7 @@ impl Trajectory {
     /// Reads one file for each frame, in this order, a 4 x 4 matrix in each.
     ///
     /// # Errors
-    /// When a file is no pose; the error names it.
+    /// When a file is not a pose; the error names it.
     pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
         if !Array::is_array(names) || !Array::is_array(files) {
             return Err(thrown(&Error::whole("The names or the files are not an array", "Give an array of each")));
@@ -82,10 +82,10 @@ impl Trajectory {
         Ok(Self { contents: trajectory::read_frames(&borrowed).map_err(|error| thrown(&error))? })
     }
 
-    /// Takes the times (s) from a file of one number a line, as KITTI has them.
+    /// Sets the times (s) from a file of one number per line, as in KITTI.
     ///
     /// # Errors
-    /// When the file is none such, or has not as many times as there are poses.
+    /// When the file has another format or another number of times than there are poses.
     pub fn set_stamps(&mut self, bytes: &[u8], name: &str) -> Result<(), JsValue> {
         let stamps = trajectory::read_times(bytes).map_err(|error| thrown(&error.in_file(name)))?;
         let timed = self.contents.trajectory.clone().with_stamps(stamps);
@@ -99,48 +99,48 @@ impl Trajectory {
         self.contents.trajectory.len()
     }
 
-    /// The form of the file that it came from.
+    /// The format of the file.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     #[wasm_bindgen(getter)]
     pub fn format(&self) -> Result<Ts<TrajectoryFormat>, JsValue> {
         plain(&self.contents.format)
     }
 
-    /// What was mended while reading, in whole sentences.
+    /// Corrections made while reading, in whole sentences.
     #[wasm_bindgen(getter)]
     pub fn notes(&self) -> Vec<String> {
         self.contents.notes.clone()
     }
 
-    /// Whether it is known how the sensor was turned.
+    /// Whether it has orientations.
     #[wasm_bindgen(getter)]
     pub fn has_orientations(&self) -> bool {
         self.contents.trajectory.orientations.is_some()
     }
 
-    /// Times (s), where the file had them.
+    /// Times (s), where the file has them.
     pub fn stamps(&self) -> Option<Vec<f64>> {
         self.contents.trajectory.stamps.clone()
     }
 
-    /// x y z x y z ... (m).
+    /// Positions x y z x y z ... (m).
     pub fn positions(&self) -> Vec<f64> {
         flat(&self.contents.trajectory.positions)
     }
 
-    /// The file of this form.
+    /// A file in this format.
     ///
     /// # Errors
-    /// When the form is unknown, or needs orientations and there are none.
+    /// When the format is unknown, or needs orientations and there are none.
     pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, JsValue> {
         let format = format_named(&JsValue::from(format))?;
         trajectory::write(&self.contents.trajectory, format).map_err(|error| thrown(&error))
     }
 }
 
-/// An estimate compared with the reference. Call `free()` when done.
+/// An estimate compared with the reference. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct Evaluation {
     evaluation: engine::Evaluation,
@@ -148,10 +148,10 @@ pub struct Evaluation {
 
 #[wasm_bindgen]
 impl Evaluation {
-    /// The figures.
+    /// The statistics.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn summary(&self) -> Result<Ts<EvaluationSummary>, JsValue> {
         plain(&self.evaluation.summary)
     }
@@ -161,7 +161,7 @@ impl Evaluation {
         self.evaluation.errors.clone()
     }
 
-    /// For each error the index of its pose among the matched ones; of a pair of poses the second.
+    /// For each error the index of its pose among the matched ones; for a pair of poses that of the second.
     pub fn error_poses(&self) -> Vec<u32> {
         self.evaluation.error_poses.iter().map(|&pose| pose as u32).collect()
     }
@@ -181,7 +181,7 @@ impl Evaluation {
         self.evaluation.reference.stamps.clone()
     }
 
-    /// Path travelled up to each matched pose of the reference (m).
+    /// Path length up to each matched pose of the reference (m).
     pub fn distances(&self) -> Vec<f64> {
         self.evaluation.reference.distances()
     }
@@ -211,7 +211,8 @@ impl Evaluation {
 /// Compares an estimate with the reference.
 ///
 /// # Errors
-/// When nothing matches, the alignment is not fixed, the metric needs what a trajectory lacks, or an option is unknown.
+/// When no poses correspond, the positions do not determine the alignment, the metric needs times or orientations that a
+/// trajectory lacks, or an option is unknown.
 #[wasm_bindgen]
 pub fn evaluate(
     reference: &Trajectory,
@@ -226,19 +227,19 @@ pub fn evaluate(
 /// The options' defaults, which are those of evo's `evo_ape`.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen]
 pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, JsValue> {
     plain(&EvaluationOptions::default())
 }
 
-/// How far the poses of an estimate are from relations that are known to be right, a file of `EDGE2`, `EDGE_SE3:QUAT` or
-/// `time_i time_j dx dy dz roll pitch yaw` lines. For the latter, poses belong to times no further away than `max_diff` (s;
-/// where none is given, half the distance of the estimate's times, and 0.1 s at most), once `offset` (s) is added to the
-/// estimate's times. With `loops_only`, relations between one pose and the next are left out.
+/// Errors of an estimate against given relations, a file of `EDGE2`, `EDGE_SE3:QUAT` or `time_i time_j dx dy dz roll pitch yaw`
+/// lines. For the latter, `offset` (s) is added to the estimate's times, and the pose of a time is the nearest within `max_diff`
+/// (s; by default half the interval of the estimate's times, but at most 0.1 s). With `loops_only`, relations between one pose
+/// and the next are left out.
 ///
 /// # Errors
-/// When the file is none such, or no relation can be compared.
+/// When the file has another format, or no relation can be compared.
 #[wasm_bindgen]
 pub fn relation_errors(
     estimate: &Trajectory,
@@ -262,7 +263,7 @@ pub fn relation_errors(
 /// Sharpness of a map without a reference: mean map entropy and mean plane variance.
 ///
 /// # Errors
-/// When no point has neighbours enough.
+/// When no point has enough neighbours.
 #[wasm_bindgen]
 pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, JsValue> {
     let options: MapQualityOptions = from_object(options.map(JsValue::from))?;
@@ -285,23 +286,23 @@ impl PointCloud {
     /// Reads a PLY or PCD file; `name` is for the messages.
     ///
     /// # Errors
-    /// When the file is neither, or broken.
+    /// When the file has neither format, or is damaged.
     pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
         Ok(Self { cloud: crate::io::point_cloud::read(bytes).map_err(|error| thrown(&error.in_file(name)))? })
     }
 }
 
-/// How well the frames of a recording fit each other at the poses of a trajectory.
+/// How well the frames of a recording overlay at the poses of a trajectory.
 #[derive(Serialize, tsify::Tsify)]
 pub struct FrameQuality {
-    /// Between overlapping frames.
+    /// Residual between overlapping frames.
     pub residual: FrameResidual,
-    /// Of the map that the frames make together.
+    /// Sharpness of the map of all frames.
     pub map: MapQuality,
 }
 
-/// The clouds of the frames of a recording, each in its own sensor's frame, to judge trajectories by without any truth.
-/// Call `free()` when done.
+/// The clouds of the frames of a recording, each in its sensor frame, for the evaluation of trajectories without a reference.
+/// Call `free()` when it is no longer used.
 #[wasm_bindgen]
 #[derive(Default)]
 pub struct FrameClouds {
@@ -311,7 +312,7 @@ pub struct FrameClouds {
 
 #[wasm_bindgen]
 impl FrameClouds {
-    /// No frame yet.
+    /// Without frames.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Self {
         Self { clouds: frame_clouds::FrameClouds::new(), is_planar: true }
@@ -333,7 +334,7 @@ impl FrameClouds {
         self.clouds.len()
     }
 
-    /// The figures at the poses of a trajectory, one for each frame, in their order.
+    /// The metrics at the poses of a trajectory, one for each frame, in order.
     ///
     /// # Errors
     /// When the trajectory has no orientations or another number of poses, or no two frames overlap.
@@ -355,8 +356,8 @@ impl FrameClouds {
     }
 }
 
-/// How well the depth images of a recording agree at the poses of a trajectory, each seen in the next: every frame is added
-/// or skipped in order, then asked for the report. Call `free()` when done.
+/// How well consecutive depth images of a recording agree at the poses of a trajectory: add or skip every frame in order, then
+/// ask for the report. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct DepthConsistency {
     comparison: consistency::DepthConsistency,
@@ -364,12 +365,12 @@ pub struct DepthConsistency {
 
 #[wasm_bindgen]
 impl DepthConsistency {
-    /// For a recording of `num_frames` frames, taken at `times` (s) where they are known. `settings`: of a reconstruction,
-    /// of which those of camera, depth and true poses count.
+    /// For a recording of `num_frames` frames, taken at `times` (s) where they are known. Of the `settings` of a reconstruction,
+    /// those of camera, depth and reference poses are used.
     ///
     /// # Errors
-    /// When a setting is unknown or out of its limits, the trajectory has positions alone, or it cannot be told which pose
-    /// belongs to which frame.
+    /// When a setting is unknown or out of its limits, the trajectory has no orientations, or the pose of each frame cannot be
+    /// determined.
     #[wasm_bindgen(constructor)]
     #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
     pub fn new(
@@ -384,29 +385,29 @@ impl DepthConsistency {
         Ok(Self { comparison: comparison.map_err(|error| thrown(&error))? })
     }
 
-    /// Reads the camera from a file beside the images, unless the settings have one. Before the first frame.
+    /// Reads the camera from a file beside the images, unless the settings have one. To be called before the first frame.
     ///
     /// # Errors
-    /// When the file holds no camera, and after the first frame.
+    /// When the file has no camera, or after the first frame.
     pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
         self.comparison.set_intrinsics(camera).map_err(|error| thrown(&error))
     }
 
-    /// Adds the next depth image, PNG or PGM. One that is refused keeps its place.
+    /// Adds the next depth image, PNG or PGM. A refused image counts as a skipped frame.
     ///
     /// # Errors
-    /// When it is broken, holds no depth, or differs from the first one in size.
+    /// When it is damaged, has no depth, or differs from the first one in size.
     pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         self.comparison.add(name, bytes).map_err(|error| thrown(&error))
     }
 
-    /// Leaves the next frame out: its file cannot be read.
+    /// Skips the next frame, for example because its file cannot be read.
     pub fn skip(&mut self) {
         self.comparison.skip();
     }
 
-    /// What was assumed of the depth's scale, after the first frame.
+    /// The assumed depth scale in words, after the first frame.
     #[wasm_bindgen(getter)]
     pub fn assumption(&self) -> Option<String> {
         self.comparison.assumption().map(str::to_owned)
@@ -415,7 +416,7 @@ impl DepthConsistency {
     /// The agreement of all steps so far.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn report(&self) -> Result<Ts<ConsistencyReport>, JsValue> {
         plain(&self.comparison.report())
     }

@@ -69,15 +69,15 @@ extern "C" {
     /// A grid of poses.
     #[wasm_bindgen(typescript_type = "GridOptions")]
     pub type GridObject;
-    /// Ends of registrations.
+    /// Results of registrations.
     #[wasm_bindgen(typescript_type = "BasinEnds")]
     pub type BasinEnds;
-    /// Ends told apart.
+    /// Results grouped by minimum.
     #[wasm_bindgen(typescript_type = "BasinLabels")]
     pub type BasinLabels;
 }
 
-/// Two clouds with the options of a registration, to be looked into. Call `free()` when done.
+/// Two clouds prepared with the options of a registration, for analysis. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct IcpLab {
     engine: Engine,
@@ -85,7 +85,7 @@ pub struct IcpLab {
 
 #[wasm_bindgen]
 impl IcpLab {
-    /// Makes two clouds ready, as `register` does.
+    /// Prepares two clouds, as `register` does.
     ///
     /// # Errors
     /// As those of `register`.
@@ -106,12 +106,12 @@ impl IcpLab {
         self.engine.is_planar()
     }
 
-    /// Where the target's origin lies (m): points and tangent vectors are relative to it. Zero but for map coordinates.
+    /// The target's origin (m), to which points and tangent vectors are relative. Zero except for map coordinates.
     pub fn origin(&self) -> Vec<f64> {
         self.engine.origin().to_vec()
     }
 
-    /// Where a registration starts, 4 x 4, row by row: the guess of the options, or what their search found.
+    /// The pose at which a registration starts, 4 x 4, row by row: the guess of the options, or the result of their search.
     ///
     /// # Errors
     /// When it is not finite.
@@ -124,7 +124,7 @@ impl IcpLab {
         self.engine.source_points()
     }
 
-    /// The target's points as the loop uses them, x y z x y z ... (m); of `vgicp` its voxels.
+    /// The target's points as the loop uses them, x y z x y z ... (m); for `vgicp` its voxels.
     pub fn target_points(&self) -> Vec<f64> {
         self.engine.target_points().positions
     }
@@ -137,24 +137,24 @@ impl IcpLab {
     /// Runs the loop from a pose (16 numbers), or from `initial()`.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<Vec<f64>>) -> Result<Ts<IcpTrace>, JsValue> {
         let init = init_T_target_source.map(|rows| pose(&rows)).transpose()?;
         plain(&self.engine.trace(init.as_ref()).map_err(|error| thrown(&error))?)
     }
 
-    /// The iteration that the loop does next at a pose (16 numbers), whichever; with a `stride`, of every so-many-th source point
-    /// alone, for large clouds whose pose follows a hand.
+    /// The iteration that the loop would do at a pose (16 numbers); with a `stride`, from every `stride`-th source point only, for
+    /// large clouds that are dragged by hand.
     ///
     /// # Errors
-    /// When the pose is no rigid motion, or the stride is 0.
+    /// When the pose is not a rigid motion, or the stride is 0.
     pub fn iteration(&self, T_target_source: &[f64], stride: Option<usize>) -> Result<IcpIteration, JsValue> {
         let of = self.engine.sampled_iteration(&pose(T_target_source)?, stride.unwrap_or(1));
         iteration(&of.map_err(|error| thrown(&error))?)
     }
 
-    /// Iteration `index` of the last `trace()`, from exactly the pose that the loop had (written as 16 numbers it is rounded); one
-    /// past the last is the iteration that would come next.
+    /// Iteration `index` of the last `trace()`, from the unrounded pose of the loop; one past the last is the iteration that would
+    /// follow.
     ///
     /// # Errors
     /// When there is no such iteration.
@@ -162,11 +162,11 @@ impl IcpLab {
         iteration(&self.engine.traced_iteration(index).map_err(|error| thrown(&error))?)
     }
 
-    /// The pose at offsets from a centre, by all unknowns: the source turns about its own origin around the target's axes, and
-    /// moves along those. These are the coordinates of landscapes and basins.
+    /// The pose at offsets from a centre, one per unknown: the source is rotated about its own origin around the target's axes, and
+    /// translated along them. These are the coordinates of landscapes and basins.
     ///
     /// # Errors
-    /// When the centre is no rigid motion, or there are not as many offsets as unknowns.
+    /// When the centre is not a rigid motion, or there are not as many offsets as unknowns.
     pub fn pose_at(&self, T_center: &[f64], offsets: &[f64]) -> Result<Vec<f64>, JsValue> {
         Ok(self.engine.pose_at(&pose(T_center)?, offsets).map_err(|error| thrown(&error))?.to_vec())
     }
@@ -174,14 +174,14 @@ impl IcpLab {
     /// The offsets of a pose from a centre.
     ///
     /// # Errors
-    /// When one of them is no rigid motion.
+    /// When one of them is not a rigid motion.
     pub fn offsets(&self, T_center: &[f64], T_target_source: &[f64]) -> Result<Vec<f64>, JsValue> {
         self.engine.offsets(&pose(T_center)?, &pose(T_target_source)?).map_err(|error| thrown(&error))
     }
 
     /// The cost (m^2) at every node of a grid over two unknowns, row by row, with the pairs searched at each: the mean robust loss
-    /// of a source point. A point without a partner, or whose partner faces another way, counts as if it were at the distance
-    /// limit; NaN where no pair counts.
+    /// of a source point. A point without a partner, or whose partner's normal differs too much, has the loss of the distance
+    /// limit; NaN where there is no pair.
     ///
     /// # Errors
     /// When the grid does not fit.
@@ -189,7 +189,7 @@ impl IcpLab {
         self.engine.cost_landscape(&grid_options(grid)?).map_err(|error| thrown(&error))
     }
 
-    /// Where registrations end that start at every node of a grid over one to three unknowns.
+    /// The results of registrations that start at every node of a grid over one to three unknowns.
     ///
     /// # Errors
     /// When the grid does not fit.
@@ -205,11 +205,11 @@ impl IcpLab {
         Ok(object.unchecked_into())
     }
 
-    /// Planar clouds: where the correlative search goes from a centre, block after block of its pyramid, within half widths in x
-    /// and y (m) and of the turn (rad).
+    /// Planar clouds: the blocks of the pyramid that the correlative search evaluates around a centre, within half widths in x and
+    /// y (m) and in rotation (rad).
     ///
     /// # Errors
-    /// When the clouds are in space, the centre is no rigid motion, or the window is too wide.
+    /// When the clouds are in space, the centre is not a rigid motion, or the window is too wide.
     pub fn search_path(
         &self,
         T_center: &[f64],
@@ -221,11 +221,11 @@ impl IcpLab {
         path.iter().map(plain).collect()
     }
 
-    /// Tells ends of registrations apart; `reference` (16 numbers) is a pose of the minimum that is called right. Ends of several
-    /// workers are put behind each other first.
+    /// Groups results of registrations by minimum; `reference` (16 numbers) is a pose in the basin of the minimum that is taken as
+    /// right. Results of several workers are concatenated first.
     ///
     /// # Errors
-    /// When a pose is no rigid motion.
+    /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &BasinEnds, reference: &[f64]) -> Result<BasinLabels, JsValue> {
         let ends = ends_from(ends)?;
         let basin = self.engine.label_ends(&ends, &pose(reference)?).map_err(|error| thrown(&error))?;

@@ -1,10 +1,10 @@
-//! The engine as JavaScript sees it: bytes and plain objects in, typed arrays and plain objects out.
+//! Bindings for JavaScript: bytes and plain objects in, typed arrays and plain objects out.
 //!
-//! One call a cloud, never one a point. Returned arrays are copies: a view into the engine's memory is lost when that
-//! memory grows. Whatever is thrown is an `Error` named `ScanstitchError` with the fields `file`, `place`, `problem` and
-//! `remedy`.
+//! Functions take whole clouds, never single points. Returned arrays are copies, since a view into the engine's memory becomes
+//! invalid when that memory grows. Every exception is an `Error` named `ScanstitchError` with the fields `file`, `place`,
+//! `problem` and `remedy`.
 //!
-//! Without the feature `full` only planar scans have bindings: whatever no binding reaches is left out of the module.
+//! Without the feature `full` only planar scans have bindings, and the linker drops the rest of the engine. Read `planar` first.
 
 use wasm_bindgen::prelude::*;
 
@@ -36,7 +36,7 @@ mod spatial;
 #[cfg(feature = "full")]
 mod strategies;
 
-/// Makes a panic, which would be a defect of the engine, say where it happened.
+/// Makes a panic, which is always a defect of the engine, report its source location.
 #[wasm_bindgen(start)]
 pub fn start() {
     console_error_panic_hook::set_once();

@@ -1,4 +1,4 @@
-//! Between the engine's values and JavaScript's: plain objects, names of formats, errors.
+//! Conversions between the engine's values and JavaScript's: plain objects, names of formats, errors.
 
 use js_sys::{JSON, Object, Reflect};
 use serde::Serialize;
@@ -46,7 +46,7 @@ pub(super) fn plain<T: Tsify + Serialize>(data: &T) -> Result<Ts<T>, JsValue> {
     data.into_ts().map_err(|error| JsValue::from(js_sys::Error::new(&error.to_string())))
 }
 
-/// The error as JavaScript throws it.
+/// The JavaScript exception of an error.
 pub(super) fn thrown(error: &Error) -> JsValue {
     let place = match error.place {
         Place::Whole => JsValue::NULL,

@@ -1,10 +1,10 @@
-//! Free, occupied and unknown cells for JavaScript.
+//! Occupancy grids for JavaScript.
 
 use wasm_bindgen::prelude::*;
 
 use crate::map::occupancy_grid::OccupancyGrid as Grid;
 
-/// What is free, occupied and unknown. Call `free()` when done.
+/// A grid of free, occupied and unknown cells. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct OccupancyGrid {
     pub(super) grid: Grid,
@@ -30,13 +30,13 @@ impl OccupancyGrid {
         self.grid.resolution
     }
 
-    /// x and y of the corner of the cell with the least of both, in the world frame (m).
+    /// x and y of the grid's corner with the smallest x and y, in the world frame (m).
     #[wasm_bindgen(getter)]
     pub fn origin(&self) -> Vec<f64> {
         vec![self.grid.origin.x, self.grid.origin.y]
     }
 
-    /// A grey value a cell, row by row from the largest y down: 0 occupied, 254 free, 205 unknown.
+    /// Grey values of the cells, row by row from the largest y down: 0 occupied, 254 free, 205 unknown.
     pub fn grey_values(&self) -> Vec<u8> {
         self.grid.grey_values()
     }
@@ -46,7 +46,7 @@ impl OccupancyGrid {
         self.grid.pgm()
     }
 
-    /// The YAML file that ROS's map_server reads beside the picture, whose name it holds.
+    /// The YAML file of ROS's map_server for the picture of this name.
     pub fn yaml(&self, image: &str) -> String {
         self.grid.yaml(image)
     }

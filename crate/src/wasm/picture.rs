@@ -22,15 +22,15 @@ use crate::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
 
 #[wasm_bindgen]
 extern "C" {
-    /// A canvas that is drawn on as wide and as high as it is.
+    /// A canvas, which is drawn on in its full size.
     #[wasm_bindgen(typescript_type = "HTMLCanvasElement | OffscreenCanvas")]
     pub type AnyCanvas;
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<PictureOptions>")]
     pub type PartialPictureOptions;
 }
 
-/// What a picture shows.
+/// Options of a picture.
 #[derive(Debug, Clone, Deserialize, Tsify)]
 #[serde(default, deny_unknown_fields)]
 pub struct PictureOptions {
@@ -38,7 +38,7 @@ pub struct PictureOptions {
     pub dark: bool,
     /// Whether the trajectory is drawn, and the poses on it.
     pub path: bool,
-    /// What stays free on each side (pixels).
+    /// Free space on each side (pixels).
     pub margin: f64,
     /// In space: what lies higher than this above the path, as ceilings do, is left out (m).
     pub max_height: f64,

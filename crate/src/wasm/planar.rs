@@ -1,4 +1,4 @@
-//! A reconstruction of planar scans for JavaScript: its settings, its steps, what comes out.
+//! Reconstruction of planar scans for JavaScript: settings, steps and results.
 
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
@@ -18,7 +18,7 @@ type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
 #[wasm_bindgen]
 extern "C" {
-    /// Some of the settings; the others have their defaults.
+    /// Any subset of the settings; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<Settings>")]
     pub type PartialSettings;
 }
@@ -26,23 +26,22 @@ extern "C" {
 /// Every setting of a reconstruction, with its limits and a line of explanation.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
     descriptions().iter().map(plain).collect()
 }
 
-/// Settings for one purpose each; the first is the default.
+/// Presets of the settings; the first is the default.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
 pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
     crate::pipeline::settings::presets().iter().map(plain).collect()
 }
 
-/// A registration of a run as it was done: a scan, and the map of the scans before it as it was at that time. Call `free()`
-/// when done.
+/// A registration of a run: a scan, and the local map to which it was registered. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct ScanToMap {
     pair: Pair,
@@ -50,29 +49,29 @@ pub struct ScanToMap {
 
 #[wasm_bindgen]
 impl ScanToMap {
-    /// The scan without what is no measurement, in its sensor's frame: x y z x y z ... (m).
+    /// The scan after cleaning, in its sensor frame: x y z x y z ... (m).
     pub fn source(&self) -> Vec<f32> {
         bytemuck::cast_slice(&self.pair.source.positions).to_vec()
     }
 
-    /// What it was registered to, in the frame of the map: x y z x y z ... (m).
+    /// The points of the local map, in its frame: x y z x y z ... (m).
     pub fn target(&self) -> Vec<f32> {
         bytemuck::cast_slice(&self.pair.target.positions).to_vec()
     }
 
-    /// Unit normals of that, NaN where a point has none; undefined where the metric needs none.
+    /// Unit normals of the local map, NaN where a point has none; undefined where the metric needs none.
     pub fn target_normals(&self) -> Option<Vec<f32>> {
         self.pair.target.normals.as_deref().map(|normals| bytemuck::cast_slice(normals).to_vec())
     }
 
-    /// Where the registration began: 4 x 4, row by row.
+    /// The initial pose of the registration: 4 x 4, row by row.
     pub fn init_T_target_source(&self) -> Vec<f64> {
         self.pair.init_T_target_source.to_vec()
     }
 }
 
-/// A reconstruction of planar scans: add scans, call `step()` until its stage is `done`, ask for `result()` at any time.
-/// Call `free()` when done.
+/// A reconstruction of planar scans: add scans, call `step()` until its stage is `done`, call `result()` at any time.
+/// Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct Reconstruction {
     pub(super) engine: Engine,
@@ -90,83 +89,83 @@ impl Reconstruction {
         Ok(Self { engine })
     }
 
-    /// Adds the next scan, a PLY file, and starts over.
+    /// Adds the next scan, a PLY file, and restarts the run.
     ///
     /// # Errors
-    /// When the file is no sound planar scan; what was added before stays.
+    /// When the file is not a valid planar scan; scans added before are kept.
     pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, JsValue> {
         let cloud = read_ply(name, bytes)?;
         plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
     }
 
-    /// Sets the odometry that first guesses come from, and starts over: rows of `id x y theta`, or TUM.
+    /// Sets the odometry for the initial guesses, rows of `id x y theta` or TUM, and restarts the run.
     ///
     /// # Errors
-    /// When the file is no trajectory with headings.
+    /// When the file is not a trajectory with headings.
     pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         let odometry = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
         self.engine.set_odometry(name, odometry).map_err(|error| thrown(&error))
     }
 
-    /// Forgets the odometry and starts over.
+    /// Removes the odometry and restarts the run.
     pub fn clear_odometry(&mut self) {
         self.engine.clear_odometry();
     }
 
-    /// Keeps the scans and starts over with these settings; those not given have their defaults.
+    /// Keeps the scans and restarts the run with these settings; missing ones have their default values.
     ///
     /// # Errors
-    /// When a setting is unknown or out of its limits; the old ones stay.
+    /// When a setting is unknown or out of its limits; the old settings are then kept.
     pub fn set_settings(&mut self, settings: PartialSettings) -> Result<(), JsValue> {
         self.engine.set_settings(from_object(Some(settings.into()))?).map_err(|error| thrown(&error))
     }
 
-    /// Sets the trajectory to compare with: TUM, or lines of x y z. It is used for nothing else.
+    /// Sets the reference trajectory, TUM or lines of x y z, which is used for the comparison only.
     ///
     /// # Errors
-    /// When the file is no trajectory.
+    /// When the file is not a trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         let reference = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
         self.engine.set_reference(name, reference);
         Ok(())
     }
 
-    /// Forgets the reference.
+    /// Removes the reference.
     pub fn clear_reference(&mut self) {
         self.engine.clear_reference();
     }
 
-    /// One bounded piece of work.
+    /// Does one bounded step of the run.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
         grow_ahead();
         plain(&self.engine.step())
     }
 
-    /// What is known so far.
+    /// The result so far.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn result(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
         plain(&self.engine.result())
     }
 
-    /// The same with an empty `history` of every frame: of long logs the iterations are most of the result.
+    /// The result with an empty `history` of every frame, since the iterations are most of the data of long logs.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn summary(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
         let mut result = self.engine.result();
         result.frames.iter_mut().for_each(|frame| frame.history = Vec::new());
         plain(&result)
     }
 
-    /// What is known of the frames from this one on, with an empty `history` of each.
+    /// The results of the frames from this one on, with an empty `history` of each.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport>[]")]
     pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, JsValue> {
         let frames = self.engine.frames_from(first).into_iter();
@@ -176,7 +175,7 @@ impl Reconstruction {
     /// Iterations of a frame's registration; none where there was no registration.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn history(&self, frame: usize) -> Result<Vec<Ts<IterationRecord>>, JsValue> {
         self.engine.history(frame).iter().map(plain).collect()
     }
@@ -197,12 +196,12 @@ impl Reconstruction {
         self.engine.map().frames
     }
 
-    /// How many points of the map come from each of the frames from `first` on.
+    /// Number of points of the map from each of the frames from `first` on.
     pub fn map_sizes(&self, first: usize) -> Vec<u32> {
         self.engine.map_sizes_from(first)
     }
 
-    /// What is free, occupied and unknown, in cells of this side (m; 0.05 where none is given).
+    /// The occupancy grid, with cells of this side (m; 0.05 by default).
     pub fn occupancy_grid(&self, resolution: Option<f64>) -> OccupancyGrid {
         OccupancyGrid { grid: self.engine.occupancy_grid(resolution.unwrap_or(RESOLUTION)) }
     }
@@ -214,19 +213,19 @@ impl Reconstruction {
         pairs.iter().flatten().flat_map(|p| [p.x as f32, p.y as f32]).collect()
     }
 
-    /// A frame's registration as the run did it, before all poses were optimised together: for `register` and `IcpLab` with
-    /// the settings' options. Undefined where there was none.
+    /// A frame's registration before the joint optimisation, for `register` and `IcpLab` with the options of the settings.
+    /// Undefined where there was none.
     pub fn scan_to_map(&self, frame: usize) -> Option<ScanToMap> {
         self.engine.scan_to_map(frame).map(|pair| ScanToMap { pair })
     }
 
-    /// The trajectory as TUM writes it: t x y z qx qy qz qw, a line a frame; the time is the log's (s), and the number of the
-    /// frame where there is none.
+    /// The trajectory in TUM's format: t x y z qx qy qz qw, one line per frame, t being the time of the log (s), or the number of
+    /// the frame where there is none.
     pub fn trajectory_tum(&self) -> String {
         self.engine.trajectory_tum()
     }
 
-    /// The trajectory as one text of a 4 x 4 matrix a frame.
+    /// The trajectory as a text with a 4 x 4 matrix per frame.
     pub fn trajectory_matrices(&self) -> Vec<String> {
         self.engine.poses_in_space().iter().map(trajectory::matrix_text).collect()
     }

@@ -1,4 +1,4 @@
-//! Files of a planar reconstruction beyond those that the page begins with: laser logs, other formats of the map.
+//! Laser logs and other map formats for a planar reconstruction, which the page loads later.
 
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
@@ -11,12 +11,12 @@ use crate::pipeline::report::AddedLog;
 
 #[wasm_bindgen]
 impl Reconstruction {
-    /// Adds all scans of a laser log and starts over. Their poses are not used for the estimate, unless the setting
-    /// `odometry` asks for it. `table` says what the columns of a table of ranges are, e.g.
-    /// `ranges=2:541,unit=mm,start=-135deg,step=0.5deg`; what it leaves out is guessed, and without it all, which a note tells.
+    /// Adds all scans of a laser log and restarts the run. Their poses are used for the estimate only if the setting `odometry`
+    /// requests it. `table` describes the columns of a table of ranges, e.g.
+    /// `ranges=2:541,unit=mm,start=-135deg,step=0.5deg`; missing parts are guessed, which a note reports.
     ///
     /// # Errors
-    /// When the file is no sound log, or `table` no format; what was added before stays.
+    /// When the file is not a valid log, or `table` not a valid format; scans added before are kept.
     pub fn add_log(&mut self, name: &str, bytes: &[u8], table: Option<String>) -> Result<Ts<AddedLog>, JsValue> {
         let log = match table {
             None => laser_log::read(bytes),
@@ -29,17 +29,17 @@ impl Reconstruction {
     /// The map as a file of this format.
     ///
     /// # Errors
-    /// When there is no such format.
+    /// When the format is unknown.
     pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
         Ok(point_cloud::write(&self.engine.map().to_cloud(), map_format(format)?))
     }
 }
 
-/// What a table of ranges holds, and what comes of it by the `format` that `add_log` would be given; without it, by a guess.
-/// `scan`: of which scan the points are wanted.
+/// The columns of a table of ranges, and the scans that it gives by a `format` as in `add_log`; without it, by a guess. `scan`:
+/// index of the scan whose points are returned.
 ///
 /// # Errors
-/// When there are no lines of numbers in the file.
+/// When the file has no lines of numbers.
 #[wasm_bindgen]
 #[allow(clippy::needless_pass_by_value, reason = "optional strings cross by value")]
 pub fn describe_table(

@@ -12,10 +12,10 @@ use crate::registration::align::{RegistrationOptions, RegistrationResult, regist
 
 #[wasm_bindgen]
 extern "C" {
-    /// Some of the options; the others have their defaults.
+    /// Any subset of the options; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<RegistrationOptions>")]
     pub type PartialRegistrationOptions;
-    /// How a PLY file holds its numbers.
+    /// Encoding of a PLY file.
     #[wasm_bindgen(typescript_type = "'ascii' | 'binary_little_endian'")]
     pub type PlyFormat;
     /// A format of clouds: PLY or PCD, as text or binary; `ply` and `pcd` are the binary ones.
@@ -30,7 +30,7 @@ pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
     CloudFormat::named(&name).map_err(|error| thrown(&error))
 }
 
-/// Points in metres, with normals and colours where the file had them. Call `free()` when done.
+/// Points in metres, with normals and colours where the file has them. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct PointCloud {
     pub(super) cloud: Cloud,
@@ -41,7 +41,7 @@ impl PointCloud {
     /// Reads a PLY file; `name` is for the messages.
     ///
     /// # Errors
-    /// When the file is no sound PLY file.
+    /// When the file is not a valid PLY file.
     pub fn from_ply(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
         Ok(Self { cloud: read_ply(name, bytes)? })
     }
@@ -49,7 +49,7 @@ impl PointCloud {
     /// From x y z x y z ... (m), with a unit normal of each point where they are known (NaN for a point without one).
     ///
     /// # Errors
-    /// When the length is no multiple of three, or there are not as many normals as points.
+    /// When the length is not a multiple of three, or the numbers of normals and points differ.
     pub fn from_positions(xyz: &[f32], normals: Option<Vec<f32>>) -> Result<PointCloud, JsValue> {
         if !xyz.len().is_multiple_of(3) {
             let problem = format!("{} numbers are not a multiple of three", xyz.len());
@@ -81,17 +81,17 @@ impl PointCloud {
         bytemuck::cast_slice(&self.cloud.positions).to_vec()
     }
 
-    /// What to add to every position (m): zero but for clouds in map coordinates.
+    /// Offset to add to every position (m); zero except for clouds in map coordinates.
     pub fn origin(&self) -> Vec<f64> {
         self.cloud.origin.to_array().to_vec()
     }
 
-    /// Unit normals, x y z x y z ..., where the file had them.
+    /// Unit normals, x y z x y z ..., where the file has them.
     pub fn normals(&self) -> Option<Vec<f32>> {
         self.cloud.normals.as_deref().map(|normals| bytemuck::cast_slice(normals).to_vec())
     }
 
-    /// Red, green, blue, red, ... where the file had them.
+    /// Colours, red green blue red ..., where the file has them.
     pub fn colors(&self) -> Option<Vec<u8>> {
         self.cloud.colors.as_deref().map(|colors| bytemuck::cast_slice(colors).to_vec())
     }

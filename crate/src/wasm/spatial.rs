@@ -1,4 +1,4 @@
-//! Reconstruction in space for JavaScript: depth images, each prepared in any worker, registered in one.
+//! Reconstruction in space for JavaScript: frames are prepared in any worker and registered in one.
 
 use std::cell::RefCell;
 
@@ -25,7 +25,7 @@ const SENT_TOGETHER: usize = 1024;
 
 #[wasm_bindgen]
 extern "C" {
-    /// Some of the settings; the others have their defaults.
+    /// Any subset of the settings; missing ones have their default values.
     #[wasm_bindgen(typescript_type = "Partial<SpatialSettings>")]
     pub type PartialSpatialSettings;
 }
@@ -33,22 +33,22 @@ extern "C" {
 /// Every setting of a reconstruction in space, with its limits and a line of explanation.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
     spatial_descriptions().iter().map(plain).collect()
 }
 
-/// Settings in space for one purpose each; the first is the default.
+/// Presets of the settings in space; the first is the default.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
 pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
     crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect()
 }
 
-/// A depth image as it is in its file. Call `free()` when done.
+/// A depth image as it is in its file. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct DepthPixels {
     image: crate::camera::DepthImage,
@@ -74,18 +74,18 @@ impl DepthPixels {
         self.image.bits
     }
 
-    /// Raw values, row by row; 0 where nothing was measured.
+    /// Raw values, row by row; 0 without a measurement.
     pub fn values(&self) -> Vec<u16> {
         self.image.values.clone()
     }
 
-    /// The image as the eye can read it, in these colours, from near to far.
+    /// The image in these colours, from near to far.
     pub fn picture(&self, colors: &[u32]) -> DepthPicture {
         DepthPicture { picture: self.image.picture(colors) }
     }
 }
 
-/// A depth image in colours. Call `free()` when done.
+/// A depth image in colours. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct DepthPicture {
     picture: crate::camera::DepthPicture,
@@ -93,24 +93,24 @@ pub struct DepthPicture {
 
 #[wasm_bindgen]
 impl DepthPicture {
-    /// A colour for each pixel, row by row; 0 where nothing was measured.
+    /// A colour for each pixel, row by row; 0 without a measurement.
     pub fn pixels(&self) -> Vec<u32> {
         self.picture.pixels.clone()
     }
 
-    /// The raw value that has the first colour: the nearest one, the nearest hundredth of the pixels left out.
+    /// Raw value of the first colour, the first percentile.
     #[wasm_bindgen(getter)]
     pub fn near(&self) -> u16 {
         self.picture.near
     }
 
-    /// The raw value that has the last colour.
+    /// Raw value of the last colour, the 99th percentile.
     #[wasm_bindgen(getter)]
     pub fn far(&self) -> u16 {
         self.picture.far
     }
 
-    /// Number of pixels where nothing was measured.
+    /// Number of pixels without a measurement.
     #[wasm_bindgen(getter)]
     pub fn num_invalid(&self) -> usize {
         self.picture.num_invalid
@@ -120,21 +120,20 @@ impl DepthPicture {
 /// Decodes a depth image, PNG or PGM.
 ///
 /// # Errors
-/// When the file is no sound depth image.
+/// When the file is not a valid depth image.
 #[wasm_bindgen]
 pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
     let image = depth_png::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
     Ok(DepthPixels { image })
 }
 
-/// Makes a depth image ready for registration, in any worker. `decode_config` is what `begin` returned; `index` is the
-/// frame's place in its recording, `time` when it was taken (s), where known; `color` is the file of its colours, which
-/// notes call `color_name`, or `color_problem` says why that could not be read, and names it. Returns bytes for
-/// `add_prepared`, at the beginning of `into` where that is given and large enough: a buffer that went through
-/// `add_prepared` can be used again.
+/// Prepares a depth image for registration, in any worker. `decode_config` is the result of `begin`; `index` is the frame's index
+/// in the recording, `time` its time stamp (s), where known; `color` is the file of its colours, `color_name` its name in notes,
+/// and `color_problem` the reason, with the name, if it could not be read. Returns bytes for `add_prepared`, at the beginning
+/// of `into` where that is given and large enough: a buffer that was passed to `add_prepared` can be reused.
 ///
 /// # Errors
-/// When the depth image is broken, holds no depth, or differs from the first one in size.
+/// When the depth image is damaged, has no depth, or differs from the first one in size.
 #[wasm_bindgen]
 #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
 #[allow(clippy::too_many_arguments, reason = "an object of them would have to be taken apart here")]
@@ -158,10 +157,10 @@ pub fn prepare_frame(
     })
 }
 
-/// Makes a cloud, PLY or PCD, ready for registration, in any worker; as [`prepare_frame`].
+/// Prepares a cloud, PLY or PCD, for registration, in any worker; parameters as in [`prepare_frame`].
 ///
 /// # Errors
-/// When the file is broken or holds no points in range.
+/// When the file is damaged or has no points in range.
 #[wasm_bindgen]
 pub fn prepare_cloud(
     decode_config: &str,
@@ -175,7 +174,7 @@ pub fn prepare_cloud(
     with_decode_config(decode_config, into, |decode_config| PreparedFrame::from_cloud(decode_config, label, cloud))
 }
 
-/// A copy at the beginning of `into`, or, where that is too small, of a new buffer that will hold the next frames, too.
+/// A copy at the beginning of `into`, or, where that is too small, of a new buffer that is large enough for the next frames.
 fn written(bytes: &[u8], into: Option<Uint8Array>) -> Uint8Array {
     let length = bytes.len() as u32;
     let Some(given) = into else { return Uint8Array::from(bytes) };
@@ -187,7 +186,7 @@ fn written(bytes: &[u8], into: Option<Uint8Array>) -> Uint8Array {
 }
 
 thread_local! {
-    /// What the last frame was prepared with, as JSON and as it was read: it is the same for most frames of a run.
+    /// The last configuration as JSON and parsed, since it is the same for most frames of a run.
     static LAST_DECODE_CONFIG: RefCell<Option<(String, DecodeConfig)>> = const { RefCell::new(None) };
 }
 
@@ -211,7 +210,7 @@ fn parse_decode_config(json: &str) -> Result<(String, DecodeConfig), Error> {
 }
 
 /// A reconstruction in space: `begin` with the first file, `add_prepared` frames in order, `step()` until its stage is
-/// `done`; ask for `result()` at any time. Call `free()` when done.
+/// `done`; call `result()` at any time. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct SpatialReconstruction {
     pub(super) engine: Engine,
@@ -229,80 +228,79 @@ impl SpatialReconstruction {
         Ok(Self { engine })
     }
 
-    /// Reads the camera from a file beside the images, unless the settings have one. Before `begin`.
+    /// Reads the camera from a file beside the images, unless the settings have one. To be called before `begin`.
     ///
     /// # Errors
-    /// When the file holds no camera, and after `begin`.
+    /// When the file has no camera, or after `begin`.
     pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
         self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
     }
 
-    /// Looks at the first file; returns what `prepare_frame` needs. Later calls look at nothing.
+    /// Reads the first file and returns the configuration for `prepare_frame`. Later calls ignore the file.
     ///
     /// # Errors
-    /// When it is no depth image, holds no depth, or the settings make no camera.
+    /// When it is not a depth image, has no depth, or the settings are not a valid camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
         let decode_config = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
-    /// What `prepare_frame` needs, after `begin`. It may have become less work for frames to come once some have been
-    /// registered; frames prepared by what it was before stay good.
+    /// The configuration for `prepare_frame`, after `begin`. It may change to reduce the work once some frames have been
+    /// registered; frames prepared with an earlier one remain valid.
     pub fn decode_config(&self) -> Option<String> {
         serde_json::to_string(self.engine.decode_config()?).ok()
     }
 
-    /// Adds the next frame to those that wait. Frames come in the order of the recording; gaps are fine.
+    /// Adds the next frame to the queue. Frames must be in the order of the recording; gaps are allowed.
     ///
     /// # Errors
-    /// When the bytes are no prepared frame, or the frame comes before the last one.
+    /// When the bytes are not a prepared frame, or the frame comes before the last one.
     pub fn add_prepared(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
         let frame = PreparedFrame::from_bytes(prepared);
         frame.and_then(|frame| self.engine.add(frame)).map_err(|error| thrown(&error))
     }
 
-    /// Says that no frame will follow: `step()` then closes a loop that has been seen but once, too.
+    /// Ends the recording: `step()` then also closes a loop that has been detected only once.
     pub fn finish(&mut self) {
         self.engine.finish();
     }
 
-    /// Does one bounded piece of work: registers a frame, or closes a loop. `done`
-    /// when nothing waits.
+    /// Does one bounded step: registers a frame, or closes a loop. The stage is `done` when the queue is empty.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
         grow_ahead();
         plain(&self.engine.step())
     }
 
-    /// Stitches one more of the registered frames, so that less is left to do when the map is asked for: it becomes the
-    /// same map. To be called after steps that registered a frame, where the map is asked for in the end.
+    /// Stitches one more of the registered frames in advance, which does not change the map. To be called after steps that
+    /// registered a frame, if the map is requested in the end.
     pub fn stitch_ahead(&mut self) {
         self.engine.stitch_ahead();
     }
 
-    /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
-    /// number of frames of the recording, whether they could be used or not. The convention of its poses is derived from the data, or set.
+    /// Sets the reference trajectory, in any readable format, which is used for the comparison only. `num_recorded` is the number
+    /// of all frames of the recording. The convention of its poses is detected from the data unless the settings give it.
     ///
     /// # Errors
-    /// When the file is no trajectory.
+    /// When the file is not a trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
         self.engine.set_reference(name, contents, num_recorded);
         Ok(())
     }
 
-    /// Forgets the reference.
+    /// Removes the reference.
     pub fn clear_reference(&mut self) {
         self.engine.clear_reference();
     }
 
-    /// What is known so far.
+    /// The result so far.
     ///
     /// # Errors
-    /// Never for the input's sake.
+    /// No input causes an error.
     pub fn result(&self) -> Result<Ts<SpatialResult>, JsValue> {
         plain(&self.engine.result())
     }
@@ -327,18 +325,17 @@ impl SpatialReconstruction {
         sent(normals, Float32Array::new_with_length, Float32Array::subarray, Float32Array::copy_from)
     }
 
-    /// Positions, colours, normals and frames of the map's points at once, for those who draw them: each voxel is looked at
-    /// once.
+    /// Positions, colours, normals and frames of the map's points, for drawing, in one pass over the voxels.
     pub fn map_points(&mut self) -> SpatialMapPoints {
         drawn(self.engine.map())
     }
 
-    /// The first frame that saw each of the map's points.
+    /// Index of the first frame of each of the map's points.
     pub fn map_frames(&mut self) -> Vec<u32> {
         self.engine.map().frames()
     }
 
-    /// What the map would take in voxels of other sizes (m).
+    /// Size of the map with other voxel sizes (m).
     ///
     /// # Errors
     /// When a size is not positive.
@@ -350,8 +347,8 @@ impl SpatialReconstruction {
         self.engine.map_sizes(voxel_sizes).iter().map(plain).collect()
     }
 
-    /// For each frame before this one, the motion of what it gave to the map, x y z qx qy qz qw (m): from where that lies now, in
-    /// the world, to where it lay when this frame was registered, in the frame of the sensor before it.
+    /// For each frame before this one, the motion x y z qx qy qz qw (m) that maps its points of the map from the world to where
+    /// they were when this frame was registered, in the frame of the sensor before it.
     pub fn map_before(&self, frame: usize) -> Vec<f64> {
         let numbers = |pose: &Pose3| {
             let (t, q) = (pose.translation.vector, pose.rotation.coords);
@@ -360,12 +357,12 @@ impl SpatialReconstruction {
         self.engine.map_before(frame).iter().flat_map(numbers).collect()
     }
 
-    /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
+    /// The trajectory in TUM's format: time or number of the frame, x y z qx qy qz qw, one line per frame.
     pub fn trajectory_tum(&self) -> String {
         trajectory::tum_text(self.engine.times().as_deref(), &self.engine.poses())
     }
 
-    /// The trajectory as one text of a 4 x 4 matrix a frame.
+    /// The trajectory as a text with a 4 x 4 matrix per frame.
     pub fn trajectory_matrices(&self) -> Vec<String> {
         let poses: Vec<Pose3> = self.engine.poses();
         poses.iter().map(trajectory::matrix_text).collect()
@@ -384,7 +381,7 @@ impl SpatialReconstruction {
     /// The map as a file of this format.
     ///
     /// # Errors
-    /// When there is no such format.
+    /// When the format is unknown.
     pub fn map_file(&mut self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
         let format = map_format(format)?;
         Ok(point_cloud::write(&self.map_cloud(), format))
@@ -413,7 +410,7 @@ pub struct SpatialMapPoints {
     pub frames: Uint32Array,
 }
 
-/// A few points at a time: as [`sent`], and each voxel is looked at once.
+/// As [`sent`], in one pass over the voxels, a few points at a time.
 fn drawn(map: &VoxelMap) -> SpatialMapPoints {
     let length = map.len() as u32;
     let positions = Float32Array::new_with_length(3 * length);

@@ -24,23 +24,23 @@ extern "C" {
 /// Every setting of a strategy, with its limits and a line of explanation.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
     strategy_descriptions().iter().map(plain).collect()
 }
 
-/// The strategies that are compared unless others are asked for.
+/// The strategies of the default comparison.
 ///
 /// # Errors
-/// Never for the input's sake.
+/// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
 pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
     crate::pipeline::strategies::strategy_presets().iter().map(plain).collect()
 }
 
-/// Strategies side by side: `begin` with the first file, then `offer` each prepared frame, and `step` every strategy that is to
-/// go on; ask for `result` at any time. Call `free()` when done.
+/// A comparison of strategies: `begin` with the first file, `offer` each prepared frame, and `step` every strategy that
+/// continues; call `result` at any time. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct StrategyComparison {
     engine: Engine,
@@ -48,7 +48,7 @@ pub struct StrategyComparison {
 
 #[wasm_bindgen]
 impl StrategyComparison {
-    /// A comparison without frames. `settings` say how frames are read; `voxel_size` of them, how they are thinned before every
+    /// A comparison without frames. `settings` define how frames are read, and in `voxel_size` the downsampling before every
     /// strategy.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl StrategyComparison {
         self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
     }
 
-    /// Looks at the first file; returns what `prepare_frame` and `prepare_cloud` need.
+    /// Reads the first file and returns the configuration for `prepare_frame` and `prepare_cloud`.
     ///
     /// # Errors
     /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
@@ -81,7 +81,7 @@ impl StrategyComparison {
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
-    /// Offers the next frame to every strategy. Frames come in the order of the recording; gaps are fine.
+    /// Offers the next frame to every strategy. Frames must be in the order of the recording; gaps are allowed.
     ///
     /// # Errors
     /// When the bytes are no prepared frame, or the frame comes before the last one.
@@ -90,7 +90,7 @@ impl StrategyComparison {
         frame.and_then(|frame| self.engine.offer(frame)).map_err(|error| thrown(&error))
     }
 
-    /// Places the frame on offer by one strategy, counted from 0: this is what costs time.
+    /// Registers the offered frame by one strategy, counted from 0; this is the step to be timed.
     ///
     /// # Errors
     /// Where there is no such strategy, or it has placed that frame.
@@ -116,7 +116,7 @@ impl StrategyComparison {
         Ok(())
     }
 
-    /// What is known of a strategy so far; `milliseconds` are what its frames took, as you measured them, or none.
+    /// The result of a strategy so far; `milliseconds` are the times of its frames as measured by the caller, or none.
     ///
     /// # Errors
     /// Where there is no such strategy.
@@ -133,7 +133,7 @@ impl StrategyComparison {
         Ok(point_cloud::write(&map, map_format(format)?))
     }
 
-    /// The path that a strategy found as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
+    /// The trajectory of a strategy in TUM's format: time or number of the frame, x y z qx qy qz qw, one line per frame.
     ///
     /// # Errors
     /// Where there is no such strategy.

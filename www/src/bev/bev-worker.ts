@@ -89,14 +89,14 @@ function warpFrom(first_row: number, scene: BevScene, of: number): void {
   try {
     rgba = image.warp_rows(viewOf(scene), first_row, num_rows);
   } catch (error) {
-    if (isInputError(error)) return; // told by `project` and `check_image`
+    if (isInputError(error)) return; // reported by `project` and `check_image`
     throw error;
   }
   const is_last = first_row + num_rows >= height;
   const clamped = new Uint8ClampedArray(rgba.buffer as ArrayBuffer, rgba.byteOffset, rgba.length);
   const strip: Strip = { generation: of, first_row, num_rows, width, rgba: clamped, is_last };
   emit(strip, [clamped.buffer]);
-  // A task of its own, so that messages come in between.
+  // A separate task, so that messages are handled in between.
   if (!is_last) setTimeout(() => warpNext(first_row + num_rows, scene, of));
 }
 

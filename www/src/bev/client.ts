@@ -54,9 +54,9 @@ export class BevClient {
     if (!this.#is_projecting) void this.#projectAll();
   }
 
-  /** Warps the kept picture anew; strips of an older scene no longer come. */
+  /** Warps the kept picture again; strips of an older scene are dropped. */
   warp(scene: BevScene): void {
-    this.#host.call('warp', ++this.#generation, scene).catch(() => undefined); // a worker that died has been told
+    this.#host.call('warp', ++this.#generation, scene).catch(() => undefined); // the crash of a worker is reported elsewhere
   }
 
   /** Strips of a scene before no longer come. */
@@ -78,7 +78,7 @@ export class BevClient {
         answered(await this.#host.call('project', query));
       } catch (error) {
         if (error instanceof EngineProblem) answered(error);
-        else if (!(error instanceof WorkerDied)) throw error; // a worker that died has been told
+        else if (!(error instanceof WorkerDied)) throw error; // the crash of a worker is reported elsewhere
       } finally {
         this.#is_projecting = this.#next !== null;
       }

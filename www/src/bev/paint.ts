@@ -3,7 +3,7 @@ import type { BevDocument } from './document.js';
 import { gridLines, markedPixels, regionCorners } from './document.js';
 import type { Projection, BevPoint, Pixel } from './protocol.js';
 
-/** Draws over a picture that is shown at `scale` canvas pixels for each of its own. */
+/** Draws over a picture that is shown at `scale` canvas pixels per image pixel. */
 export type Overlay = (context: CanvasRenderingContext2D, stage: Stage) => void;
 
 export interface Stage {

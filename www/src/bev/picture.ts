@@ -52,7 +52,7 @@ export class ScanstitchBevPicture extends LitElement {
   @query('.marks') private marks!: HTMLCanvasElement;
   @query('.loupe') private loupe!: HTMLCanvasElement | null;
   private dragged: { key: string; pointer_id: number } | null = null;
-  /** The click that ends a drag means nothing of its own. */
+  /** The click event at the end of a drag is ignored. */
   private was_dragged = false;
   /** Where the pointer was pressed: a click event has whole CSS pixels only. */
   private pressed_at: Pixel = [0, 0];
@@ -146,7 +146,7 @@ export class ScanstitchBevPicture extends LitElement {
     </div>`;
   }
 
-  /** The picture in the size that it is shown in: a screen that is composed anew with every mark has less to do. */
+  /** The picture in its displayed size, so that compositing after every mark is cheaper. */
   private repaint(): void {
     this.paintBase();
     this.paint();

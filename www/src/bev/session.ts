@@ -40,7 +40,7 @@ export class BevSession extends Session<BevClient> {
   version = '';
   private history: History | null = null;
   private pictures: Record<BevRole, (Picture & { is_sample: boolean }) | null> = { top: null, front: null };
-  /** How often something was opened: what the page opens by itself gives way to what is opened while it loads. */
+  /** Number of openings: a scene that the page opens itself is dropped if another one is opened while it loads. */
   private num_opened = 0;
 
   #src = '';
@@ -76,7 +76,7 @@ export class BevSession extends Session<BevClient> {
     try {
       about = await client.start();
     } catch {
-      return; // told as `unavailable`
+      return; // reported as `unavailable`
     }
     const { version, presets } = about;
     this.version = version;
@@ -99,7 +99,7 @@ export class BevSession extends Session<BevClient> {
     void this.begin(this.#src);
   }
 
-  /** The worker that takes the place of one that crashed is given what that one had. */
+  /** Sends the data of a crashed worker to its replacement. */
   private onCrash(message: string): void {
     this.setProblem('crash', `The engine crashed: ${message}. It was started anew; please report this.`);
     void this.attempt('crash of the picture', () => this.keepTop());
@@ -126,7 +126,7 @@ export class BevSession extends Session<BevClient> {
     return (this.history?.future.length ?? 0) > 0;
   }
 
-  /** A change of its own, or the next step of a drag. */
+  /** A single change, or the next step of a drag. */
   change(change: Partial<BevDocument>, is_step = false): void {
     const { history } = this;
     if (!history) return;
@@ -177,7 +177,7 @@ export class BevSession extends Session<BevClient> {
     });
   }
 
-  /** The part of the top view that lies over the front view is made anew. */
+  /** Warps the top view over the front view again. */
   private warp(): void {
     const { document } = this;
     if (document && this.bitmapOf('top')) {
@@ -360,7 +360,7 @@ export class BevSession extends Session<BevClient> {
       await this.client?.call('check_image', { scene, role, width, height });
       this.settle(`size of ${role}`);
     } catch (error) {
-      if (error instanceof WorkerDied) return; // told already
+      if (error instanceof WorkerDied) return; // reported already
       if (!(error instanceof EngineProblem)) throw error;
       const act = () => this.useSize(role, width, height);
       this.setProblem(`size of ${role}`, error.message, { label: `Use ${width} × ${height}`, act });

@@ -192,7 +192,7 @@ export const app_styles = css`
   }
 `;
 
-/** What goes on at the moment, in a box over what is there. */
+/** The current activity, in a box over the content. */
 export const activity_styles = css`
   .activity {
     position: absolute;

@@ -37,7 +37,7 @@ const KEY_ZOOM = 1.25;
  */
 @customElement('scanstitch-figure')
 export class ScanstitchFigure extends LitElement {
-  /** Layers once. A new function is drawn anew. */
+  /** The drawing function; a new one triggers a redraw. */
   @property({ attribute: false }) painter: Painter = () => undefined;
   /** What follows the pointer. */
   @property({ attribute: false }) marker: Marker = () => [];
@@ -48,7 +48,7 @@ export class ScanstitchFigure extends LitElement {
   /** Whether places on it mean instants. */
   @property({ type: Boolean }) steppable = false;
   @query('canvas') private canvas!: HTMLCanvasElement;
-  /** As last observed: to ask for it at every move would lay the page out anew. */
+  /** As last observed, since a query at every pointer move would force a layout. */
   private known_size: Size | null = null;
   private dragged_from: { x: number; y: number } | null = null;
 

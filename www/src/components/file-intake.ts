@@ -1,6 +1,6 @@
 /**
- * What becomes of files that were dropped or picked: they are opened, told apart, and handed to the view that they are for.
- * Of a bag, the topics can be chosen anew.
+ * Handles files that were dropped or picked: they are opened, classified, and passed to their view. The topics of a bag can be
+ * chosen again.
  */
 import type { ReactiveControllerHost } from 'lit';
 import type { Note } from '../datasets/note.js';
@@ -65,7 +65,7 @@ export class FileIntake {
     this.#hooks = hooks;
   }
 
-  /** The recording that stepped aside is shown again, in place of the one that is shown. */
+  /** Shows the recording that was replaced by the current one. */
   exchange(): void {
     this.#num_taken++;
     const { bag, opened } = this.#other;
@@ -82,7 +82,7 @@ export class FileIntake {
     this.#opened = null;
   }
 
-  /** Opens files that were asked for at clock time `requested_at`; `notes` tell of what was dropped with them. */
+  /** Opens files that were requested at clock time `requested_at`; `notes` are about other files of the same drop. */
   async take(
     files: readonly NamedFile[],
     requested_at: number,

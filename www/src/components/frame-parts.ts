@@ -83,7 +83,7 @@ interface BadRun {
   reason: string;
 }
 
-/** Frames that follow each other and are bad for the same reason, whatever the figures in it. */
+/** Consecutive frames that are not good for the same reason, regardless of the numbers in it. */
 function badRuns(frames: readonly NamedFrame[]): BadRun[] {
   const runs: BadRun[] = [];
   frames.forEach(({ status, reason }, frame) => {

@@ -20,7 +20,7 @@ const OVERSCAN = 12;
 @customElement('scanstitch-frame-table')
 export class ScanstitchFrameTable extends LitElement {
   @property({ attribute: false }) rows: readonly TableRow[] = [];
-  // What a column shows of its own kind of row, the one who gives both knows.
+  // The caller, who gives columns and rows, guarantees that they are of one type.
   @property({ attribute: false }) columns: readonly Column<any>[] = [];
   /** What a row is: "scan" or "frame". */
   @property() noun = 'scan';

@@ -1,6 +1,6 @@
 /** Clouds that one view hands to another: where their bytes are, read when they are needed. */
 
-/** A cloud on its way to the engine. */
+/** A cloud that is passed to the engine. */
 export type CloudData =
   /** A file of points, PLY or PCD. */
   | { kind: 'file'; name: string; bytes: Uint8Array<ArrayBuffer> }

@@ -171,7 +171,7 @@ export class HostApi implements ReactiveController {
     this.#opening = Promise.resolve();
   }
 
-  /** Opens what comes in place of what is open. */
+  /** Opens a recording in place of the current one. */
   #replace(coming: (host: FromHost) => Promise<GivenSet | null>): Promise<void> {
     this.#begin();
     this.#opening = this.#openGiven(coming, performance.now());

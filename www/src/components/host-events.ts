@@ -1,4 +1,4 @@
-/** What the element tells the page that it stands on. */
+/** The events that the element fires for the page that contains it. */
 import type { ScanstitchEvents } from '../../../npm/element.js';
 import type { Message } from './messages.js';
 

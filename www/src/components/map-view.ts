@@ -68,7 +68,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   /** Whether there is a grid to ask for; and the grid, once it has come. */
   @property({ type: Boolean }) has_occupancy = false;
   @property({ attribute: false }) occupancy: OccupancyPicture | null = null;
-  /** Changes with the data set: the view is fitted anew. */
+  /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
 

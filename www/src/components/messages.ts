@@ -124,10 +124,10 @@ export class ScanstitchMessages extends LitElement {
   ];
 }
 
-/** Of so many files that a message is about, the names are listed. */
+/** Largest number of files whose names are listed in a message. */
 const MOST_NAMED = 200;
 
-/** Messages that say the same of several files, whatever the figures in them, together. */
+/** Merges messages that differ only in their file and the numbers in them. */
 function alike(messages: readonly Message[]): Message[][] {
   const groups = new Map<string, Message[]>();
   for (const message of messages) {

@@ -1,4 +1,4 @@
-/** Parts of the page that are fetched when they are wanted: what takes long, fails or is gone from the server is told. */
+/** Parts of the page that are loaded on demand, with messages when one takes long, fails or is missing on the server. */
 import { START_PATIENCE_MS } from '../engine/worker-host.js';
 import { wordsOf } from './session.js';
 
@@ -16,7 +16,7 @@ export class PageParts {
     this.#hooks = hooks;
   }
 
-  /** Waits for a part of the page; that it takes long is told until it is there. */
+  /** Waits for a part of the page, with a message while it takes long. */
   async loaded<T>(loading: Promise<T>): Promise<T> {
     let withdraw = (): void => undefined;
     const timer = setTimeout(() => {

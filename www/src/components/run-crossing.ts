@@ -1,4 +1,4 @@
-/** A recording of one kind of run, planar or in space, that took the place of one of the other kind: both can be gone back to. */
+/** Replacement of a planar recording by one in space, or vice versa; the replaced one can be restored. */
 import type { ReactiveControllerHost } from 'lit';
 import type { Run } from './app-header.js';
 import type { Elsewhere } from './run-exchange.js';
@@ -13,12 +13,12 @@ export class RunCrossing {
     this.#host = host;
   }
 
-  /** A recording is to be shown as a run of the kind `to`, in place of one of the kind `from`; `title`: its own, or null. */
+  /** A recording replaces a run of the kind `from` by one of the kind `to`; `title`: that of the recording, or null. */
   cross(from: Run, to: Run, title: string | null): void {
     this.#change(from !== to && title !== null ? { shown: to, title, is_undone: false } : null);
   }
 
-  /** The run of the other kind is shown, in place of the one with this title; null where there is none to go back to. */
+  /** Restores the run of the other kind, in place of the one with this title; null where there is none. */
   crossBack(title: string): Run | null {
     if (!this.#crossing) return null;
     const shown = this.#crossing.shown === 'planar' ? 'spatial' : 'planar';

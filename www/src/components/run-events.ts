@@ -4,7 +4,7 @@ import { type ScanstitchProgress, type ScanstitchResult, tellHost } from './host
 import type { Message } from './messages.js';
 import { type Phase, STOPPED } from './session.js';
 
-/** A run as far as it is told of. */
+/** The part of a run that events report. */
 interface ToldRun {
   phase: Phase;
   progress: number;
@@ -16,12 +16,12 @@ interface ToldRun {
 }
 
 export class RunEvents {
-  /** What is wrong with the settings to begin with, until it is told. */
+  /** The error in the initial settings, until it is reported. */
   setting_faults: string[] = [];
   readonly #view: ReactiveControllerHost & EventTarget;
   #told_progress: ScanstitchProgress | null = null;
   #waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
-  /** Results whose end was told. */
+  /** Results whose completion was reported. */
   #told = new WeakSet<object>();
 
   constructor(view: ReactiveControllerHost & EventTarget) {
@@ -64,7 +64,7 @@ export class RunEvents {
     tellHost(this.#view, 'scanstitch-progress', this.#told_progress);
   }
 
-  /** The result is on the screen; told once. */
+  /** The result is on the screen; reported once. */
   tellDone({ snapshot, requested_at }: ToldRun, outcomeOf: () => ScanstitchResult): void {
     if (!snapshot || this.#told.has(snapshot)) return;
     this.#told.add(snapshot);

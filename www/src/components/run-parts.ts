@@ -1,4 +1,4 @@
-/** Parts of a run's view: tabs, what goes on over the map, messages, and what stands there before there is a result. */
+/** Parts of a run's view: tabs, progress over the map, messages, and the content before there is a result. */
 import { html, nothing, type TemplateResult } from 'lit';
 import './messages.js';
 import { icon } from './icons.js';
@@ -54,7 +54,7 @@ export interface ActiveSession {
   dismissMessages(): void;
 }
 
-/** What goes on at the moment, over the map, with what can be done about it. */
+/** The current activity, over the map, with its actions. */
 export function activity(session: ActiveSession): TemplateResult | typeof nothing {
   switch (session.phase) {
     case 'reading':
@@ -69,7 +69,7 @@ export function activity(session: ActiveSession): TemplateResult | typeof nothin
   }
 }
 
-/** What the session has to tell, until it is dismissed. */
+/** The messages of the session, until they are dismissed. */
 export function messages(session: ActiveSession): TemplateResult {
   return html`<scanstitch-messages
     .messages=${session.messages}
@@ -86,7 +86,7 @@ export function activityBox(words: string, progress: number | null, action: stri
   </div>`;
 }
 
-/** Where nothing is loaded yet. `choices`: what is offered, the most likely first; `want` is told which one was chosen. */
+/** Shown while nothing is loaded. `choices`: the offered actions, the most likely first; `want` is called with the chosen one. */
 export function emptyView(
   given: { title: string; label: string; about: string; choices: readonly { id: string; label: string }[] },
   session: ActiveSession,

@@ -149,7 +149,7 @@ export abstract class RunView<
     return this.is_busy && this.session.phase !== 'starting';
   }
 
-  /** Whether something is told beside the map. */
+  /** Whether there are messages beside the map. */
   get has_messages(): boolean {
     return this.session.messages.length > 0;
   }
@@ -168,7 +168,7 @@ export abstract class RunView<
     if (phase === 'reading' || phase === 'running') this.session.stop();
   }
 
-  /** Those who wait for the end of the run are told that there will be none. */
+  /** Rejects the promises of callers that wait for the end of the run. */
   abandon(reason: string): void {
     this.events.abandon(reason);
   }
@@ -197,7 +197,7 @@ export abstract class RunView<
   protected abstract loaded(session?: Session): Loaded;
   protected abstract renderMap(): TemplateResult;
   protected abstract renderEmpty(): TemplateResult;
-  /** What a newcomer is told above the sample. */
+  /** The introduction above the sample. */
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }

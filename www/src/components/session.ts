@@ -53,7 +53,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.client ??= this.createClient();
   }
 
-  /** A host that is moved within the page is away for a moment: the work goes on. */
+  /** A host that is moved within the page is disconnected for a moment; its work continues. */
   hostDisconnected(): void {
     this.#is_away = true;
     queueMicrotask(() => {
@@ -68,7 +68,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.is_unavailable = false;
   }
 
-  /** Begins anew with another engine, and does what it was asked for last. */
+  /** Restarts with another engine, and repeats the last request. */
   restart(): void {
     this.messages = this.messages.filter(({ retry }) => retry === undefined);
     fetchAgain();

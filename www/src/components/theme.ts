@@ -164,7 +164,7 @@ export const shared = css`
   }
 `;
 
-/** A frame's status is never told by colour alone: each has its own sign and word. */
+/** A frame's status is never shown by colour alone: each has its own symbol and word. */
 export const status_styles = css`
   .status {
     display: inline-flex;

@@ -124,7 +124,7 @@ export class ScanstitchTopics extends LitElement {
     const next: Wishes = { ...wishes };
     if (before) next[before] = null;
     if (role !== '') {
-      // A map is made of one kind of thing, and what belongs to it is found anew.
+      // A map is made from one kind of message; the topics that belong to it are determined again.
       if (SOURCES.includes(role)) for (const other of ROLES) delete next[other];
       next[role] = topic;
     }

@@ -1,4 +1,4 @@
-/** The engine's files as they lie beside the page. In the element of one file `engine-inside.ts` takes the place of this module. */
+/** The engine's files beside the page. In the single-file element `engine-inside.ts` replaces this module. */
 import full_url from '../../../pkg/scanstitch_bg.wasm?url';
 import planar_url from '../../../pkg/scanstitch_planar_bg.wasm?url';
 import first_worker_url from './first-planar-worker.ts?worker&url';

@@ -42,7 +42,7 @@ export interface PlanarListener {
   unavailable(message: string): void;
 }
 
-/** A worker that has not obeyed a stop after this long is taken for stuck and replaced. */
+/** Time after a stop command at which a worker that has not responded is replaced (ms). */
 const STOP_PATIENCE_MS = 4000;
 
 /** More than this is computed sooner by the full engine, though it has to be fetched: about 100 scans as text. */
@@ -108,7 +108,7 @@ export class PlanarClient {
     return (this.#first_host ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
   }
 
-  /** A table as the full engine reads it, which alone reads tables: in a worker of its own, so that a run goes on. */
+  /** Reads a table by the full engine, the only one that can, in a separate worker, so that a run continues. */
   describeTable(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null> {
     const forget = (): void => {
       this.#table_host = null;
@@ -162,7 +162,7 @@ export class PlanarClient {
   #start(): void {
     this.#host.start().then(
       (facts) => this.#listener.ready(facts),
-      () => undefined, // told as `unavailable`
+      () => undefined, // reported as `unavailable`
     );
   }
 
@@ -175,7 +175,7 @@ export class PlanarClient {
     );
   }
 
-  /** Sees to an order that fails; a worker that died has been told already. */
+  /** Handles a command that fails; the crash of a worker is reported elsewhere. */
   #order(done: Promise<void>): void {
     const [run, host] = [this.#run, this.#host];
     done.catch((error: unknown) => {

@@ -291,7 +291,7 @@ function occupancyGrid(present: Reconstruction): Grid {
   return plain;
 }
 
-/** Runs `action`; what is wrong with the input becomes a problem of `file`, what is wrong with the engine goes on up. */
+/** Runs `action`; an input error becomes a problem of `file`, other exceptions are passed on. */
 function attempt(problems: Problem[], file: string, action: () => void): boolean {
   try {
     action();

@@ -23,7 +23,7 @@ export interface SpatialJob {
   is_cloud: boolean;
 }
 
-/** A worker that has had a frame for so long is taken for dead: one that is ended from outside says nothing. */
+/** Time after which a worker that has not returned a frame counts as dead (ms), since one that is killed sends no event. */
 const PATIENCE_MS = 20_000;
 /** Buffers of frames that have been registered, for those to come. */
 const spare_prepared: Uint8Array[] = [];
@@ -48,7 +48,7 @@ export class ThreadPreparer {
       this.#host.succeeded();
       this.#died_idle = this.#is_busy ? null : message;
     },
-    unavailable: () => undefined, // told by `replace`
+    unavailable: () => undefined, // reported by `replace`
   });
 
   #is_busy = false;

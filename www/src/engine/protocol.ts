@@ -49,7 +49,7 @@ export interface Inputs {
   /** Files of one scan each, or logs of many. */
   scans: readonly InputFile[];
   reference: InputFile | null;
-  /** What the robot's wheels told: a first guess. */
+  /** Wheel odometry, for the initial guesses. */
   odometry: InputFile | null;
 }
 
@@ -78,7 +78,7 @@ export interface Problem {
   remedy: string;
 }
 
-/** What the engine can be told to do, and what it says about itself. */
+/** The commands of the engine, and its descriptions of settings. */
 export interface EngineFacts {
   version: string;
   descriptions: SettingDescription[];
@@ -107,7 +107,7 @@ export interface Snapshot {
   timing: Timing;
 }
 
-/** What is new since the last one of this run was sent. The first of a run, and the last, tell all there is. */
+/** Changes since the last message of this run. The first and the last message of a run are complete. */
 export interface Growth {
   /** All of the result but its frames; null where nothing of it is new. */
   result: Omit<ReconstructionResult, 'frames'> | null;
@@ -164,7 +164,7 @@ export interface Loaded {
 /** The worker of planar scans. `run` numbers the client's orders: events of an order that has been overtaken are dropped. */
 export interface PlanarApi {
   start(module: WebAssembly.Module): EngineFacts;
-  /** Reads the files, then computes unless told to `hold`; null where another order has overtaken it. */
+  /** Reads the files, then computes unless `hold` is set; null where a later command has superseded it. */
   load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Loaded | null;
   configure(run: number, settings: Partial<Settings>): void;
   stop(): void;

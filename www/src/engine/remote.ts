@@ -18,7 +18,7 @@ export type Arguments<F> = F extends (...given: infer A) => unknown ? A : never;
 export type Result<F> = F extends (...given: never[]) => infer R ? R : never;
 
 export interface RemoteHooks<Event> {
-  /** The worker told something that it was not asked for. */
+  /** The worker has sent an event. */
   event?(event: Event): void;
   /** The worker died, or could not be loaded; the calls that waited for it have failed. */
   died?(message: string): void;
@@ -73,7 +73,7 @@ export class Remote<Api extends object, Event = never> {
     this.#hooks.died?.(message);
   }
 
-  /** As `kill`, on purpose: `died` is not told. */
+  /** As `kill`, but intended: `died` is not called. */
   end(message = 'the worker was ended'): void {
     this.#worker?.terminate();
     this.#worker = null;

@@ -65,7 +65,7 @@ export function isInputError(error: unknown): error is Error & Partial<Problem> 
   return error instanceof Error && error.name === 'ScanstitchError';
 }
 
-/** The value, or what is wrong with the input; a defect of the engine goes on up. */
+/** The value, or the input error; other exceptions, which are defects of the engine, are passed on. */
 export function attempt<T>(action: () => T): { value: T } | { problem: string } {
   try {
     return { value: action() };

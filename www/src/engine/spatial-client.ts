@@ -41,7 +41,7 @@ export interface SpatialListener {
   problem(problem: Problem): void;
   /** A preparing worker died on this frame and was replaced. */
   replaced(name: string): void;
-  /** The registrar died; `restarts`: all is computed again by itself. */
+  /** The registrar died; `restarts`: whether the run restarts automatically. */
   crashed(message: string, restarts: boolean): void;
   /** The engine takes long to load, or does so no longer. */
   slow?(is_slow: boolean): void;
@@ -57,7 +57,7 @@ const SNAPSHOT_GROWTH = 1;
 const SNAPSHOT_SHARE = 0.06;
 /** Preparing workers, as many as there are cores, within these bounds. */
 const MAX_PREPARERS = 4;
-/** After so many crashes in a row it is for the user to say whether all is computed once more. */
+/** Number of consecutive crashes after which the run restarts only on request. */
 const MAX_RESTARTS = 1;
 
 export class SpatialClient {
@@ -89,7 +89,7 @@ export class SpatialClient {
     });
     this.#registrar.start().then(
       (facts) => this.#is_disposed || listener.ready(facts),
-      () => undefined, // told as `unavailable`
+      () => undefined, // reported as `unavailable`
     );
   }
 
@@ -165,7 +165,7 @@ export class SpatialClient {
     for (const preparer of this.#preparers) preparer.end();
   }
 
-  /** As `dispose`, when all is done; the next client goes on with its threads. */
+  /** As `dispose`, at the end of a run; the next client reuses its threads. */
   async retire(): Promise<void> {
     await this.#registrar.call('forget').catch(() => this.dispose());
     if (this.#is_disposed) return;
@@ -234,7 +234,7 @@ export class SpatialClient {
       preparers: this.#preparers,
       registrar: {
         begin: async ({ name, file }) => registrar.call('begin', name, await file.read()),
-        // With the next frame at hand it need not wait until this thread has told it.
+        // With the next frame already queued the worker need not wait for this thread.
         ahead: 2,
         place: async (bytes) => {
           const { spent, ...progress } = await registrar.give('place', [bytes.buffer as ArrayBuffer], bytes);
@@ -314,7 +314,7 @@ export class SpatialClient {
   }
 
   #onFailure(order: number, error: unknown): void {
-    // A registrar that died has told so itself.
+    // The crash of a registrar is reported by itself.
     if (order !== this.#order || error instanceof WorkerDied) return;
     this.#listener.problem(problemOf(error, ''));
     void this.#send('stopped', order);

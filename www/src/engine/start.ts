@@ -12,7 +12,7 @@ export function isCompiled(file: EngineFile): boolean {
 /** Downloads that are under way. */
 const attempts = new Map<EngineFile, AbortController>();
 
-/** Begins the downloads that are under way anew: one that hangs never fails of itself. */
+/** Restarts the current downloads, since one that hangs may never fail. */
 export function fetchAgain(): void {
   for (const attempt of attempts.values()) attempt.abort();
 }
@@ -30,14 +30,14 @@ export function compileEngine(file: EngineFile): Promise<WebAssembly.Module> {
   return module;
 }
 
-/** Nothing waits for an idle page longer than this (ms); also where a browser does not tell when it is idle. */
+/** Longest wait for an idle page (ms), and the delay in browsers without idle callbacks. */
 const IDLE_PATIENCE_MS = 2000;
 
-/** Fetches the full engine while nothing else is done, so that whatever needs it begins at once. */
+/** Fetches the full engine while the page is idle, so that later uses start without delay. */
 export function compileFullWhenIdle(): void {
   const { connection } = navigator as Navigator & { connection?: { saveData?: boolean } };
   if (connection?.saveData || compiled.has('full')) return;
-  // What could not be fetched now is fetched when it is wanted, or told of then.
+  // A failure is ignored here: the files are fetched again when they are needed, with a message if that fails.
   const begin = (): void => void compileEngine('full').catch(() => undefined);
   if ('requestIdleCallback' in window) requestIdleCallback(begin, { timeout: IDLE_PATIENCE_MS });
   else setTimeout(begin, IDLE_PATIENCE_MS);
@@ -88,7 +88,7 @@ export function startWorker(worker_url: string): Worker {
   const kept = idle.get(worker_url)?.pop();
   if (kept) return kept;
   const url = new URL(worker_url, import.meta.url);
-  // Within the element of one file. A frame without an origin of its own starts no module from a blob.
+  // In the single-file element. A frame with an opaque origin cannot start a module from a blob.
   if (url.protocol === 'blob:') return new Worker(url);
   if (url.origin === location.origin) return new Worker(url, { type: 'module' });
   const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });

@@ -10,7 +10,7 @@ import { compileEngine, keepWorker, startWorker } from './start.js';
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
 
-/** An engine that takes longer to start is told of (ms): it is three megabytes. */
+/** Start-up time of the engine above which a message is shown (ms). */
 export const START_PATIENCE_MS = 15_000;
 
 /** Every worker's first call, with the compiled engine; what it returns is what the engine reports of itself. */

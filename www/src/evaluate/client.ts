@@ -8,7 +8,7 @@ export interface ClientHooks<Command, Result> {
   failed(message: string): void;
   slow(is_slow: boolean): void;
   unavailable(message: string): void;
-  /** All that a worker has to be told before its first query, also after a crash. */
+  /** The data that a worker must receive before its first query, also after a crash. */
   greet?(): Command;
 }
 
@@ -66,7 +66,7 @@ export class WorkerClient<Command, Query, Result> {
     if (command !== undefined) this.tell(command);
   }
 
-  /** A worker that died has been told. */
+  /** The crash of a worker is reported elsewhere. */
   #onFailure(error: unknown): void {
     if (error instanceof WorkerDied || this.#host.has_ended) return;
     this.#hooks.failed(error instanceof Error ? error.message : String(error));

@@ -5,7 +5,7 @@ import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
 
 const files = new Map<number, TrajectoryFile>();
-/** Trajectories by their file, read once, whatever is asked of them; and the file of times that they were given. */
+/** Trajectories by their file, each read once, with their file of times. */
 const known = new Map<number, { trajectory: Trajectory; times: string | null }>();
 
 serve<QueryApi<Command, Query, Result>>({

@@ -256,7 +256,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
   private async save(event: Event, name: FigureName, form: 'PNG' | 'SVG'): Promise<void> {
     const section = (event.currentTarget as HTMLElement).closest('section');
     const { size } = section?.querySelector('scanstitch-figure') ?? this.path_figure;
-    // On paper, whatever the screen's colours are.
+    // In the colours for paper, regardless of the theme.
     const painter = makePainter(name, this.makeScene(false), this.camera, this.project);
     const blob = await (form === 'SVG' ? svgFile : pngFile)(painter, size, LIGHT.background);
     download({ name: `${name}.${form.toLowerCase()}`, blob });

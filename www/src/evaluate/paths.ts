@@ -6,7 +6,7 @@ import type { Pen } from '../views/pen.js';
 
 export type Look = 'top' | 'side' | 'front' | 'space';
 
-/** Which way the paths are looked at, and how near. */
+/** Viewing direction and zoom of the paths. */
 export interface Camera extends Direction {
   /** The direction is of `space` alone. */
   look: Look;

@@ -55,9 +55,9 @@ export class EvaluateSession extends Session<Clients> {
   sort: Sort = { id: 'rmse', is_descending: false };
   /** The run that was given, until all is removed. */
   run: GivenFiles | null = null;
-  /** Of a run without a reference: never taken for the reference. */
+  /** Whether it is a run without a reference, which is never used as the reference. */
   run_id = -1;
-  /** Another one for every set of files that begins anew. */
+  /** Changes with every new set of files. */
   data_key = 0;
   readonly #onResult: (result: Result) => void;
   #map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
@@ -140,7 +140,7 @@ export class EvaluateSession extends Session<Clients> {
     this.#take(sortOut(parts), problems.length > 0);
   }
 
-  /** Begins anew with a run of the reconstruction. */
+  /** Restarts with a run of the reconstruction. */
   begin(run: GivenFiles): void {
     const { reference, estimate } = run;
     this.requested_at = performance.now();
@@ -160,7 +160,7 @@ export class EvaluateSession extends Session<Clients> {
     this.#add([file, own]);
   }
 
-  /** Compares anew with other choices. */
+  /** Repeats the comparison with other choices. */
   choose(choices: Partial<Choices>): void {
     this.requested_at = performance.now();
     this.choices = { ...this.choices, ...choices };

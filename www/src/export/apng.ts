@@ -10,7 +10,7 @@ interface Chunk {
   data: Uint8Array;
 }
 
-/** `frames`: PNG files of one size and kind, each shown for so many milliseconds; played once and again without end. */
+/** `frames`: PNG files of one size and colour type, each with its duration (ms); the animation repeats endlessly. */
 export function animatedPng(frames: readonly { png: Uint8Array; milliseconds: number }[]): Blob {
   const [first] = frames;
   if (!first) throw new Error('An animation needs a picture.');
@@ -70,7 +70,7 @@ function words(...values: readonly number[]): Uint8Array {
   return bytes;
 }
 
-/** How long a frame is shown, and that it takes the place of the one before. */
+/** The duration of a frame, which replaces the one before. */
 function control(milliseconds: number): Uint8Array {
   const bytes = new Uint8Array(6);
   const view = new DataView(bytes.buffer);

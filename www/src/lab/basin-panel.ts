@@ -16,7 +16,7 @@ import { strideWords } from './thinning.js';
 /** Other minima that are listed. */
 const MAX_LISTED = 5;
 
-/** Where registrations end that start around the end of the run. Fires `ghost-shown` with a pose or null. */
+/** The basin of attraction around the result of the run. Fires `ghost-shown` with a pose or null. */
 @customElement('scanstitch-lab-basin')
 export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
   /** Share of the way through the third unknown. */

@@ -8,7 +8,10 @@ import { mapAxes } from './landscape.js';
 import type { Basin } from './survey.js';
 import type { Rgb } from '../views/palette.js';
 
-/** Home, then other minima in turn; starts that do not settle are grey. Okabe and Ito's hues, told apart by all eyes. */
+/**
+ * The reference minimum, then the other minima in turn; starts that do not converge are grey. Okabe and Ito's hues, which can be
+ * distinguished with every colour vision.
+ */
 const ON_LIGHT: readonly Rgb[] = [
   [0, 114, 178],
   [230, 159, 0],

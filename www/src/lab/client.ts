@@ -1,6 +1,6 @@
 /**
  * The page's side of the lab's workers: one that steps, so that it always answers at once, and two that work through the
- * rows of a landscape or a basin. Each is told of the clouds and of a method when it first needs them.
+ * rows of a landscape or a basin. Each receives the clouds and a method when it first needs them.
  */
 import type { CloudData } from '../components/given-clouds.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
@@ -37,7 +37,7 @@ interface Pair {
   target: CloudData;
 }
 
-/** One worker, and what it has been told. */
+/** One worker, and the data that it has received. */
 class Seat {
   readonly #host: WorkerHost<LabApi>;
   #pair: Pair | null = null;
@@ -68,7 +68,7 @@ class Seat {
     }
     const known = this.#prepared.get(method);
     if (known?.options === options) return known.facts;
-    // The worker keeps the order; what is wrong with the clouds is told before what comes of it.
+    // The worker keeps the order, so that an error in the clouds is reported before its consequences.
     const facts = Promise.all([this.#opened, this.#host.call('prepare', method, options)]).then(([, found]) => found);
     this.#prepared.set(method, { options, facts });
     return facts;
@@ -139,7 +139,7 @@ export class LabClient {
     return this.#stepper.ask(this.#opened(), method, this.#options(method), 'trace', init);
   }
 
-  /** `stride`: of every so-many-th source point alone. */
+  /** `stride`: that of the source points that are used. */
   iteration(method: number, T: Pose, stride = 1): Promise<LabIteration> {
     return this.#stepper.ask(this.#opened(), method, this.#options(method), 'iteration', T, stride);
   }
@@ -176,7 +176,7 @@ export class LabClient {
     if (!this.#is_following) void this.#followAll(method);
   }
 
-  /** The hand has let go: what was to be followed is not answered any more. */
+  /** A drag has ended: its pending queries are no longer answered. */
   unfollow(): void {
     this.#next = null;
   }
@@ -237,7 +237,7 @@ export class LabClient {
         answered(iteration);
       }
     } catch (error) {
-      // A worker that died has been told; where the engine refuses a pose there is nothing to draw.
+      // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
       if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
     } finally {
       this.#is_following = false;

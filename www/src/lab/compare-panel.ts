@@ -1,4 +1,4 @@
-/** Methods side by side: from the same start, looked at at the same iteration. */
+/** Methods side by side, from the same start and at the same iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { icon } from '../components/icons.js';
 import type { SettingPreset } from '../components/settings-panel.js';

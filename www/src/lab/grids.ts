@@ -45,7 +45,7 @@ export function nodeAt({ half_widths, size }: Grid, offsets: readonly number[]):
 
 export const numRows = ({ size }: Grid): number => size.slice(1).reduce((product, count) => product * count, 1);
 
-/** All rows in about so many parts; those of the middle come first. */
+/** All rows in about `about` parts, those of the centre first. */
 export function parts(grid: Grid, about: number): GridPart[] {
   const rows = numRows(grid);
   const length = Math.max(Math.ceil(rows / about), 1);

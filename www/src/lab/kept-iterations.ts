@@ -1,4 +1,4 @@
-/** Iterations that have been looked at, to be looked at again. */
+/** A cache of the iterations that were shown. */
 import type { LabIteration } from './protocol.js';
 
 /** Pairs that are kept; the oldest iterations go first. */

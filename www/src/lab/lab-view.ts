@@ -306,7 +306,7 @@ export class ScanstitchLab extends LitElement {
     actions[key]();
   }
 
-  /** For the parts that runs share: what goes on, and what is to be told. */
+  /** For the parts that all run views share: the activity and the messages. */
   private statusOf() {
     const { session } = this;
     return {

@@ -20,7 +20,7 @@ import { strideWords } from './thinning.js';
 import type { LandscapeSurvey } from './survey.js';
 import { formatNumber } from './words.js';
 
-/** The cost over two unknowns around the end of the run. Fires `ghost-shown` with a pose or null. */
+/** The cost over two unknowns around the result of the run. Fires `ghost-shown` with a pose or null. */
 @customElement('scanstitch-lab-landscape')
 export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
   protected override readonly is_basin = false;
@@ -40,7 +40,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
     const landscape = this.survey.result;
     return html`
       <header>
-        <h2>Cost around the end</h2>
+        <h2>Cost around the result</h2>
         <span class="muted"
           >${landscape?.progress === 1 ? `${landscape.grid.size.join(' × ')} poses, ${formatDuration(landscape.milliseconds)}${strideWords(landscape.grid.stride)}` : 'computing…'}</span
         >

@@ -86,7 +86,7 @@ export function landscapePainter(landscape: Landscape, marks: LandscapeMarks, co
   };
 }
 
-/** Where the two unknowns stand at a place of the figure; null outside. */
+/** The values of the two unknowns at a position in the figure; null outside. */
 export function offsetsAt(grid: Grid, size: Size, at: { x: number; y: number }): [number, number] | null {
   const area = plotArea(size);
   const [u, v] = [(at.x - area.x) / area.width, 1 - (at.y - area.y) / area.height];

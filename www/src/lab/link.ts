@@ -17,7 +17,7 @@ export interface LabLink {
   tab: string;
 }
 
-/** Digits that tell apart what the eye does. */
+/** Digits sufficient for differences that are visible. */
 const round = (value: number): number => Number(value.toFixed(6));
 
 /** `first`: the method of the scene that the link names, which need not be written. */

@@ -5,7 +5,7 @@ import { baseName } from '../views/format.js';
 import { isPosesName } from './clouds.js';
 import type { LabSession } from './session.js';
 
-/** Whether they are beside the engine's now; why not is told. */
+/** Whether they were added beside the engine's; if not, the reason is reported. */
 export async function takeOwn(session: LabSession, { name, file }: NamedFile): Promise<boolean> {
   const short = baseName(name);
   if (!isPosesName(name)) {

@@ -10,7 +10,7 @@ export const PAIR_COLORS: readonly { value: PairColor; label: string; ends: read
   { value: 'contribution', label: 'Weakest direction', ends: ['none', 'most'] },
 ];
 
-/** From small to large; blue to orange is told apart by all eyes. */
+/** From small to large; blue to orange can be distinguished with every colour vision. */
 const ON_LIGHT: readonly Rgb[] = [
   [35, 110, 180],
   [120, 106, 176],
@@ -24,7 +24,7 @@ const ON_DARK: readonly Rgb[] = [
   [255, 92, 78],
 ];
 
-/** Shades that are told apart. */
+/** Number of distinct shades. */
 export const NUM_SHADES = 16;
 /** Residuals at the ends of the scale, which is logarithmic (m): it stays the same, so that convergence is seen. */
 const LEAST_RESIDUAL = 1e-3;

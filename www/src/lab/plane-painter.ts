@@ -14,7 +14,7 @@ export interface StageLook {
   pairs: boolean;
   rejected: boolean;
   normals: boolean;
-  /** Pairs are drawn so many times as long as they are: residuals of millimetres are seen in a room of metres. */
+  /** Factor by which pairs are drawn longer, so that residuals of millimetres are visible in a room of metres. */
   stretch: number;
 }
 

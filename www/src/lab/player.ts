@@ -8,7 +8,7 @@ const LONGEST_MS = 1000;
 const MOVING_SHARE = 0.55;
 
 export class Player {
-  /** Iterations done; between two whole numbers the source is on its way. */
+  /** Number of iterations done; fractions are positions during the animation of a step. */
   at = 0;
   /** Iterations of the run. */
   count = 0;

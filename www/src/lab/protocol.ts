@@ -70,7 +70,7 @@ export interface Grid {
   /** rad, m */
   half_widths: readonly number[];
   size: readonly number[];
-  /** Every so-many-th source point is used; 1 is all. */
+  /** Stride of the source points that are used; 1 is all. */
   stride: number;
 }
 
@@ -90,7 +90,7 @@ export interface LabApi {
   trace(method: number, init: Pose | null): LabTrace;
   /** Of the last trace of the method, from exactly the pose that the loop had. */
   traced_iteration(method: number, index: number): LabIteration;
-  /** `stride`: of every so-many-th source point alone. */
+  /** `stride`: that of the source points that are used. */
   iteration(method: number, T: Pose, stride: number): LabIteration;
   landscape(method: number, part: GridPart): Float64Array;
   /** Planar clouds: blocks of the correlative search within half widths (m, rad), in the order in which it looks at them. */

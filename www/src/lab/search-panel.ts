@@ -19,7 +19,7 @@ const TURNS = [10, 30, 90, 180];
 /**
  * Where the correlative search goes around the start, block after block of its pyramid, and the pose that it hands to ICP.
  *
- * Fires `ghost-shown` with the pose of the block that is looked at, or null.
+ * Fires `ghost-shown` with the pose of the selected block, or null.
  */
 @customElement('scanstitch-lab-search')
 export class ScanstitchLabSearch extends LitElement {
@@ -31,7 +31,7 @@ export class ScanstitchLabSearch extends LitElement {
   @state() private turn = 30;
   @state() private search: CorrelativeSearch | null = null;
   @state() private milliseconds = 0;
-  /** So many blocks have been looked at. */
+  /** Number of blocks that have been shown. */
   @state() private count = 0;
   private made_of: readonly unknown[] = [];
   private colorsOf = memoizeLast(makeColors);

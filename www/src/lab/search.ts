@@ -10,7 +10,7 @@ export interface CorrelativeSearch {
   center: Pose;
   /** Half width of the window in x and y (m). */
   reach: number;
-  /** In the order in which they are looked at; those of level 0 are single poses. */
+  /** In the order of their evaluation; those of level 0 are single poses. */
   blocks: readonly SearchedBlock[];
 }
 
@@ -19,7 +19,7 @@ export interface SearchState {
   block: SearchedBlock | null;
   /** The best single pose so far; the search does not enter blocks whose bound is lower than its score. */
   best: SearchedBlock | null;
-  /** Blocks looked at, by level, the coarsest first. */
+  /** Number of evaluated blocks by level, the coarsest first. */
   levels: readonly { level: number; side: number; count: number }[];
 }
 
@@ -31,7 +31,7 @@ export function stateAt({ blocks }: CorrelativeSearch, count: number): SearchSta
     if (known) known.count++;
     else levels.set(level, { level, side, count: 1 });
   }
-  // Every single pose that is looked at is better than those before it.
+  // Every single pose that is evaluated is better than those before it.
   const best = seen.findLast(({ level }) => level === 0) ?? null;
   return { block: seen.at(-1) ?? null, best, levels: [...levels.values()].sort((a, b) => b.level - a.level) };
 }
@@ -43,7 +43,7 @@ export function poseOfBlock(center: Pose, { level, turn, x, y, side }: SearchedB
   return planarPose(cx + x + middle, cy + y + middle, theta + turn);
 }
 
-/** Drawn are the blocks of the heading that is looked at, the finest on top. */
+/** Draws the blocks of the selected heading, the finest on top. */
 export function searchPainter(search: CorrelativeSearch, count: number, colors: Colors, dark: boolean): Painter {
   const { blocks, reach } = search;
   const { block, best } = stateAt(search, count);

@@ -1,4 +1,4 @@
-/** The ICP lab: two clouds, one or several methods that register them from the same start, and the iteration that is looked at. */
+/** The ICP lab: two clouds, one or several methods that register them from the same start, and the selected iteration. */
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { Session, wordsOf } from '../components/session.js';
@@ -55,7 +55,7 @@ export class LabSession extends Session<LabClient> {
   is_dragged = false;
   /** The clouds are in the frame of a camera: x right, y down, z forward. */
   is_of_camera = false;
-  /** Changes with the clouds: views are fitted anew. */
+  /** Changes with the clouds, so that views are fitted again. */
   generation = 0;
   readonly player: Player;
   #iterations = new KeptIterations();
@@ -88,7 +88,7 @@ export class LabSession extends Session<LabClient> {
     return this.run?.trace ?? null;
   }
 
-  /** The iteration that is looked at: the number of steps that were done before it. */
+  /** The selected iteration, as the number of steps before it. */
   get at(): number {
     return Math.floor(this.player.at + 1e-9);
   }
@@ -162,13 +162,13 @@ export class LabSession extends Session<LabClient> {
   choose(role: 'source' | 'target', name: string): void {
     if (!this.given) return;
     const { source, target } = this.given;
-    // The same cloud twice would tell nothing: they change places.
+    // The same cloud twice makes no sense: source and target are exchanged.
     const swaps = name === (role === 'source' ? target : source);
     const chosen = swaps ? { source: target, target: source } : { source, target, [role]: name };
     void this.open({ ...this.given, ...chosen, init_T_target_source: null }, this.run?.options ?? null);
   }
 
-  /** Other options for the method that is looked at. */
+  /** Sets the options of the selected method. */
   configure(options: Options): void {
     this.iteration = null;
     this.#change(this.active, { options, trace: null, problem: '' });
@@ -176,7 +176,7 @@ export class LabSession extends Session<LabClient> {
     void this.#runOne(this.active);
   }
 
-  /** Another method beside the ones that are there, which is then looked at. */
+  /** Adds a method and selects it. */
   async addRun(options: Options): Promise<void> {
     if (this.runs.length >= MAX_RUNS) return;
     // Until it is prepared, the clouds are shown as they are known.
@@ -253,7 +253,7 @@ export class LabSession extends Session<LabClient> {
     });
   }
 
-  /** The hand has let go: all methods run from there. */
+  /** A drag has ended: all methods run from the pose that it has left. */
   async release(plays = true): Promise<void> {
     if (!this.is_dragged) return;
     clearTimeout(this.#resting);
@@ -284,7 +284,7 @@ export class LabSession extends Session<LabClient> {
     return iteration;
   }
 
-  /** One iteration on or back, which is told to those who hear the page. */
+  /** Selects the next or the previous iteration, and announces it to screen readers. */
   stepBy(direction: 1 | -1): void {
     this.#is_to_be_told = true;
     this.player.step(direction);
@@ -359,13 +359,13 @@ export class LabSession extends Session<LabClient> {
   #onProblem(error: unknown): void {
     this.iteration = null;
     this.phase = this.facts ? 'done' : 'empty';
-    if (error instanceof WorkerDied) return; // told as a crash
+    if (error instanceof WorkerDied) return; // reported as a crash
     const { problem, remedy } =
       error instanceof EngineProblem ? error.problem : { problem: wordsOf(error), remedy: '' };
     this.report(problem, remedy);
   }
 
-  // The iteration that is looked at.
+  // The selected iteration.
 
   #startPlayer(): void {
     this.player.reset(Math.max(numPoses(this.trace) - 1, 0));
@@ -426,7 +426,7 @@ export class LabSession extends Session<LabClient> {
   }
 }
 
-/** Why nothing comes of a start, and what helps. `reach`: the largest distance of a pair, m. */
+/** Why a start gives no registration, and the remedy. `reach`: the largest distance of a pair, m. */
 function startProblem({ records, end_reason }: LabTrace, reach: number): [problem: string, remedy: string] | null {
   const [first] = records;
   if (first?.num_correspondences === 0) {

@@ -52,7 +52,7 @@ export function legend({ look, iteration, is_planar, has_normals, dark, change }
         ? html`<label
             >Pair length
             <select
-              title="Pairs are drawn so many times as long as they are"
+              title="Magnification of the drawn pairs"
               @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
             >
               ${STRETCHES.map((value) => html`<option value=${value} .selected=${value === look.stretch}>× ${value}</option>`)}

@@ -9,19 +9,19 @@ import type { Pose } from './protocol.js';
 import { pressStageKey } from './stage-keys.js';
 import { watchSize } from '../components/watch-size.js';
 
-/** One press of an arrow key moves the source by so many pixels, a bracket turns it (rad); both less with Shift. */
+/** Translation of the source per press of an arrow key (pixels), and rotation per bracket key (rad); both less with Shift. */
 const KEY_PIXELS = 4;
 const KEY_TURN = Math.PI / 180;
 const FINE = 0.125;
 
 /**
- * Two clouds that are looked at and taken hold of.
+ * Shows two clouds; the source can be dragged.
  *
  * Fires `source-dragged` with a pose, `source-released`, and `stage-key` with what a key means for the run.
  */
 export abstract class LabStage extends LitElement implements GestureTarget {
   @property({ attribute: false }) scene: PlaneScene | null = null;
-  /** Changes with the clouds: the view is fitted anew. */
+  /** Changes with the clouds, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property() description = '';
   /** Whether every drag moves the source: for fingers, which do not hit points. */

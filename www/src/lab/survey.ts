@@ -14,7 +14,7 @@ const FINE_BASIN: Record<2 | 3, readonly number[]> = { 2: [61, 61], 3: [41, 41, 
 const COARSE_BASIN: Record<2 | 3, readonly number[]> = { 2: [9, 9], 3: [9, 9, 3] };
 /** Parts of a grid: enough to see it grow. */
 const NUM_PARTS = 24;
-/** Ends are told apart anew at most this often while they come. */
+/** Smallest interval at which results are grouped again while they arrive (ms). */
 const LABEL_MS = 250;
 
 export interface Basin {
@@ -60,7 +60,7 @@ abstract class Survey<Result> {
       const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
       if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
     } catch (error) {
-      // What the engine refuses is told by the run; a worker that died has told so itself.
+      // The run reports input errors; the crash of a worker is reported by its host.
       const is_told = error instanceof WorkerDied || error instanceof EngineProblem;
       if (!is_told && !running.signal.aborted) throw error;
     }

@@ -86,7 +86,7 @@ function planarShots({ scene, view, size }: { scene: PlaneScene; view: Viewport;
   };
 }
 
-/** Every iteration: the pairs, then the source on its way. */
+/** Every iteration: the pairs, then the motion of the source. */
 async function film(session: LabSession, run: LabRun, shot: Shoot): Promise<Download> {
   const count = numPoses(run.trace);
   const frames: { png: Uint8Array; milliseconds: number }[] = [];

@@ -1,4 +1,4 @@
-/** Clouds of so many points that an iteration would take seconds: what is said of thinned clouds, and which points surveys use. */
+/** Clouds with so many points that an iteration would take seconds: the notes on downsampled clouds, and the stride of surveys. */
 import type { Message } from '../components/messages.js';
 import { formatCount, formatLength } from '../views/format.js';
 import type { LabFacts } from './protocol.js';
@@ -7,7 +7,7 @@ import type { LabFacts } from './protocol.js';
 const SURVEYED_POINTS = 5000;
 
 /**
- * Every so-many-th source point that surveys use. It is odd, so that of images, whose widths are even, no columns are left out.
+ * Stride of the source points that surveys use. It is odd, so that no columns of images, whose widths are even, are left out.
  * In the plane all are used.
  */
 export function surveyStride({ is_planar, source_points }: LabFacts): number {

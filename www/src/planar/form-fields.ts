@@ -1,7 +1,7 @@
 /** Labelled fields of a form. */
 import { html, type TemplateResult } from 'lit';
 
-/** `value` is a choice of its own where it is none of those given. */
+/** `value` is added as a choice if it is not one of the given ones. */
 export function select(
   label: string,
   value: string,

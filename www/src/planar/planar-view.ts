@@ -182,7 +182,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     this.fetchOccupancy();
   }
 
-  /** The grid of the result that is shown, where it is wanted; drawn anew for light and dark. */
+  /** The occupancy grid of the result, if it is selected; drawn again when the theme changes. */
   private fetchOccupancy(): void {
     const { snapshot, phase } = this.session;
     const of = this.wants_occupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
@@ -197,7 +197,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       (grid) => {
         if (this.occupancy_of === of) this.occupancy = occupancyPicture(grid, this.dark);
       },
-      () => undefined, // the run was stopped or begun anew: it is asked for again
+      () => undefined, // the run was stopped or restarted: it is requested again
     );
   }
 
@@ -317,7 +317,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     ></scanstitch-why>`;
   }
 
-  /** Above the sample that the page begins with: an element that a host gave scans of its own has its own words. */
+  /** Above the sample that the page opens first; not shown for scans that a host page gives. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
     const table = this.session.tables.shown(this.session.dataset);
     const change = (): void => void this.session.tables.change(this.session.dataset);
@@ -386,7 +386,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       (history) => {
         if (this.history_of === of) this.history = history;
       },
-      () => undefined, // the crash, if it is one, is told by the session
+      () => undefined, // a crash is reported by the session
     );
   }
 
@@ -404,7 +404,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       const pairs = await session.ask('correspondences', selected);
       if (this.pairs_made_of === made_of) this.pairs = pairs;
     } catch {
-      if (this.pairs_made_of === made_of) this.pairs = null; // the crash, if it is one, is told by the session
+      if (this.pairs_made_of === made_of) this.pairs = null; // a crash is reported by the session
     }
   }
 

@@ -16,7 +16,7 @@ const READING_INTERVAL_MS = 50;
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
   points: PointSet = NO_POINTS;
-  /** Scans of the run, registered or not; a log tells how many it holds when the run begins. */
+  /** Number of scans of the run, registered or not; that of a log is known when the run begins. */
   num_scans = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
@@ -90,7 +90,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
   }
 
-  /** Shows what was taken in, or tells why there is nothing to show. */
+  /** Shows the recording, or reports why there is nothing to show. */
   #take(intake: Intake, num_given: number, joins: boolean): void {
     const trajectory = intake.reference ?? intake.odometry;
     if (intake.scans.length === 0 && !trajectory) {

@@ -1,4 +1,4 @@
-/** The two images of the frame that is looked at, fetched and decoded when it is selected; the last one asked for wins. */
+/** The two images of the selected frame, fetched and decoded on selection; the last selection takes precedence. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { StoredFile } from '../datasets/spatial-files.js';
 import type { DepthColors } from '../engine/spatial-protocol.js';

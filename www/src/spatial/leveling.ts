@@ -66,7 +66,7 @@ function voteOnUp({ normals }: MapPoints, presumed: Vec3, max_count: number): { 
   return { up, share };
 }
 
-/** Every so many-th point, in the picture's world: enough to fit a view to. */
+/** A sample of the points in the picture's world, sufficient to fit a view. */
 export function sample(points: MapPoints, R_view_map: Mat3, max_count: number): Vec3[] {
   const count = points.positions.length / 3;
   const stride = Math.max(1, Math.ceil(count / max_count));

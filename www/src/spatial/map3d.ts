@@ -64,7 +64,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   @property({ attribute: false }) voxel_size = 0.02;
   @property({ attribute: false }) has_colors = true;
   @property({ type: Boolean }) dark = false;
-  /** Changes with the data set: the view is fitted anew. */
+  /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
   /** Whether more points are to come: small changes do not move the view until then. */

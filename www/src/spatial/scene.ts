@@ -40,7 +40,7 @@ export interface SceneColors {
   grid: Rgb;
 }
 
-/** More cameras than these hide the map: then every so many-th is drawn. */
+/** Most cameras that are drawn, so that they do not hide the map; of more, evenly spread ones. */
 const MAX_CAMERAS = 400;
 
 export class MapScene {

@@ -66,7 +66,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.dataset) this.#pending = () => this.#load();
   }
 
-  /** Takes files in: a recording of its own replaces what is there, or `joins` it; a reference always joins. */
+  /** Opens files: a recording replaces the current one, or is added to it if `joins` is set; a reference is always added. */
   async add(opened: Promise<SpatialFiles>, requested_at: number, joins = false): Promise<void> {
     const intake = ++this.#num_intakes;
     this.requested_at = requested_at;

@@ -55,7 +55,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
   @state() private top_view: { key: unknown; view: TopView | null } = { key: null, view: null };
-  /** The question that was answered or put away. */
+  /** The question that was answered or dismissed. */
   @state() private dismissed = '';
 
   protected override session = this.newSession();
@@ -169,7 +169,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     const { session, num_frames } = this;
-    // Without a selection the images are the first frame's, so that they stand still while the run goes on.
+    // Without a selection the images are those of the first frame, so that they do not change during the run.
     const pictured = this.selected ?? (num_frames > 0 ? 0 : null);
     const { depth, color } = pictured === null ? { depth: null, color: null } : session.filesOf(pictured);
     this.loader.want(pictured, depth, color, session.snapshot?.result.depth_scale ?? DEPTH_SCALE);

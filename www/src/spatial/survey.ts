@@ -24,9 +24,9 @@ export const NO_SURVEY: Survey = {
   straight: 0,
 };
 
-/** So many points tell how a map lies. */
+/** Number of points from which the extent and the levelling of a map are determined. */
 const NUM_SAMPLES = 1500;
-/** While it grows, so many times fewer will do: it is looked at again and again. */
+/** Factor by which fewer points are used while the map grows, since it is surveyed repeatedly. */
 const ROUGHNESS = 5;
 
 /** The heights alone are measured on more points: a floor that is hardly seen counts there. */

@@ -1,11 +1,11 @@
-/** A depth image from above, with metres: what tells a person which of several scales is right. */
+/** A depth image from above, with a scale in metres, by which the user decides between several depth scales. */
 import { svg, type SVGTemplateResult } from 'lit';
 import type { TopView } from '../engine/spatial-protocol.js';
 
 /** Drawn size, in units of the picture. */
 const WIDTH = 150;
 const HEIGHT = 112;
-/** Lines at metres of these, whichever gives three to six of them. */
+/** Spacings of the lines (m); the one that gives three to six lines is used. */
 const SPACINGS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000];
 
 /** `image`: what `paintTopView` made of the view. */

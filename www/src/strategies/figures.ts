@@ -30,7 +30,7 @@ export const FIGURES: readonly { id: FigureId; title: string; about: string }[] 
 ];
 
 export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, is_log: boolean): Painter {
-  // The one that is looked at comes last, on top.
+  // The selected one comes last, on top.
   const drawn = [...all].sort((a, b) => Number(a.is_selected) - Number(b.is_selected));
   if (id === 'paths') return pathPainter(drawn, colors);
   const values: Record<Exclude<FigureId, 'paths'>, (one: Drawn) => readonly (number | null)[]> = {

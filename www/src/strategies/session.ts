@@ -6,7 +6,7 @@ import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
 import type { StrategyPreset, StrategyResult } from './protocol.js';
 
-/** Of the strategies, in their order, so many are chosen at first. */
+/** Number of strategies, from the first, that are selected initially. */
 const NUM_CHOSEN = 3;
 
 export class StrategiesSession extends Session<StrategyClient> {
@@ -34,7 +34,7 @@ export class StrategiesSession extends Session<StrategyClient> {
 
   override hostConnected(): void {
     super.hostConnected();
-    this.#list().catch(() => undefined); // told as `unavailable`
+    this.#list().catch(() => undefined); // reported as `unavailable`
   }
 
   override restart(): void {

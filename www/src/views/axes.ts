@@ -52,7 +52,7 @@ export function padded({ low, high }: Range, share = 0.05): Range {
 export interface Axis {
   /** Where a value lies: 0 at the axis's beginning, 1 at its end. */
   share(value: number): number;
-  /** About so many round values. A label is empty where there is no room for it. */
+  /** About `about` round values. A label is empty where there is no room for it. */
   ticks(about: number): { value: number; label: string }[];
 }
 
@@ -90,7 +90,7 @@ function plainFormat(low: number, high: number): string | undefined {
   return size >= 1e6 || high - low < 1e-3 ? '~e' : undefined;
 }
 
-/** A number in words beside a figure, with so many digits. */
+/** A number in the text of a figure, with `digits` digits. */
 export function shortNumber(value: number, digits: number): string {
   return String(Number(value.toPrecision(digits)));
 }

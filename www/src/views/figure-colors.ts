@@ -12,7 +12,7 @@ export function makeColors(dark: boolean): Colors {
     background: dark ? '#151b23' : '#ffffff',
     reference: dark ? '#9dabbc' : '#6b7888',
     selected: dark ? '#ff6fb1' : '#c4126a',
-    // Hues apart by lightness as well: Okabe and Ito's, which colour-blind eyes tell apart.
+    // Okabe and Ito's hues, which differ in lightness as well, so that colour-blind users can distinguish them.
     estimates: dark
       ? ['#56b4e9', '#e69f00', '#2fc08f', '#f0e442', '#d988b7', '#f0793d', '#8fa8ff', '#c0c8d2']
       : ['#0072b2', '#c77700', '#00845f', '#8a7400', '#a8457e', '#c24a00', '#4a5fd0', '#5b6470'],

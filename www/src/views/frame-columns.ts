@@ -4,7 +4,7 @@ import { formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent 
 import type { FrameRow } from './frame-rows.js';
 import type { Status } from './map-painter.js';
 
-/** What every table shows of a row, whatever its columns. */
+/** The fields of a row that every table shows. */
 export interface TableRow {
   frame: number;
   name: string;

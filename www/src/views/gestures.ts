@@ -1,4 +1,4 @@
-/** What hands do on the stage: mouse, fingers, wheel, told as turns, shifts and zooms. */
+/** Gestures by mouse, touch and wheel, reported as rotations, translations and zooms. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 
 export interface GestureTarget {

@@ -8,7 +8,7 @@ export interface Figure {
   /** One line that says what the value means. */
   meaning: string;
   tone: 'plain' | 'doubtful' | 'lost';
-  /** A button beside the meaning, and the id that is told when it is pressed. */
+  /** A button beside the meaning, and the id of its event. */
   action?: { id: string; label: string; description: string };
 }
 

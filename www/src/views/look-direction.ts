@@ -6,7 +6,7 @@ const NUM_BINS = 180;
 const SMALLEST_GAP = Math.PI / 3;
 /** A direction counts as seen when this share of the frames has a return there: a few odd frames decide nothing. */
 const SEEN_BY = 0.2;
-/** As many frames as these tell as much as all. */
+/** Number of frames from which the direction is determined. */
 const MAX_FRAMES = 50;
 
 /**

@@ -7,7 +7,7 @@ interface Place {
   y: number;
 }
 
-/** So many points are looked at. */
+/** Largest number of points that are examined. */
 const MAX_SAMPLES = 20_000;
 /** Returns within this quantile of the ranges, or this many times their median, are to be in view. */
 const NEAR_QUANTILE = 0.9;

@@ -16,7 +16,7 @@ export interface MapMarks {
   statuses: readonly Status[];
   /** For each frame whether its link to the frame before is uncertain. */
   uncertain_links: readonly boolean[];
-  /** Which way the scanner looks, counted from the x axis of its own frame, rad. */
+  /** Direction in which the scanner looks, from the x axis of its own frame, rad. */
   look_direction: number;
   /** Frames before this one are shown. */
   until: number;
@@ -32,7 +32,7 @@ export interface MapMarks {
 
 export interface Layers {
   grid: boolean;
-  /** What is free and what is occupied, in place of the points. */
+  /** The occupancy grid that is drawn in place of the points. */
   occupancy: boolean;
   path: boolean;
   reference: boolean;

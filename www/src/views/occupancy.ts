@@ -1,8 +1,8 @@
-/** An occupancy grid in place of the map's points: free, occupied, and between them what nobody saw. */
+/** An occupancy grid in place of the map's points: free, occupied and unknown cells. */
 import type { Grid } from '../engine/protocol.js';
 import { type Size, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
-/** A grid as a picture, with where it lies in the world. */
+/** A grid as a picture, with its position in the world. */
 export interface OccupancyPicture {
   image: HTMLCanvasElement;
   /** Side of a cell, m. */
@@ -38,7 +38,7 @@ export function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | 
   return { image, resolution, origin_x, origin_y };
 }
 
-/** Draws the picture where it lies, turned as the view is. */
+/** Draws the picture at its position, rotated like the view. */
 export function paintOccupancy(
   ctx: CanvasRenderingContext2D,
   size: Size,

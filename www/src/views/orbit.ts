@@ -65,20 +65,20 @@ export function metresPerPixel({ distance }: Orbit, { height }: Size): number {
   return (2 * distance * TAN_HALF_VIEW) / Math.max(height, 1);
 }
 
-/** The scene turns with the hand, by so many radians; the eye goes no lower than `lowest` (rad). */
+/** Rotates the camera around the target (rad), with an elevation of at least `lowest` (rad). */
 export function orbited<T extends Direction>(orbit: T, right: number, up: number, lowest = LOWEST): T {
   const elevation = Math.min(Math.max(orbit.elevation - up, lowest), STRAIGHT_DOWN);
   return { ...orbit, azimuth: orbit.azimuth - right, elevation };
 }
 
-/** The scene moves with the hand by so many pixels. */
+/** Translates the scene with the pointer (pixels). */
 export function panned(orbit: Orbit, size: Size, right: number, down: number): Orbit {
   const scale = metresPerPixel(orbit, size);
   const axis = axes(orbit);
   return { ...orbit, target: added(added(orbit.target, axis.right, -right * scale), axis.up, down * scale) };
 }
 
-/** What lies under a place of the screen, at the target's distance, stays there. */
+/** Zooms such that the point under a position on the screen, at the target's distance, stays there. */
 export function zoomedAt(orbit: Orbit, size: Size, x: number, y: number, factor: number): Orbit {
   const distance = Math.min(Math.max(orbit.distance / factor, NEAREST), FARTHEST);
   const share = 1 - distance / orbit.distance;
@@ -144,7 +144,7 @@ export function toScreen(orbit: Orbit, size: Size, point: Vec3): { x: number; y:
   };
 }
 
-/** Which of the points is seen nearest to a place of the screen, within `reach` CSS pixels; null: none. */
+/** Index of the point nearest to a position on the screen, within `reach` CSS pixels; null: none. */
 export function nearest(
   points: readonly Vec3[],
   orbit: Orbit,

@@ -34,7 +34,7 @@ export function paintTrajectory(
   };
   const ownColor = (frame: number): string => cssColor(colors[frame] ?? theme.selected);
 
-  // Where poses crowd, the first in each cell of the screen stands for the others; the selected and the hovered one
+  // Where poses are dense, only the first in each cell of the screen is drawn; the selected and the hovered one
   // are always there.
   const side = shown.length > LONG_RUN ? LONG_RUN_ARROW_CELL : ARROW_CELL;
   const taken = new Set<string>();

@@ -18,7 +18,7 @@ interface Frame {
   status: Status;
 }
 
-/** Hues that are told apart by most eyes, degrees; the main piece has the first. */
+/** Hues that most people can distinguish, degrees; the main piece has the first. */
 const HUES = [262, 62, 152, 310, 205, 100];
 /** Pieces of fewer frames than this are shown together. */
 const MIN_FRAMES = 5;

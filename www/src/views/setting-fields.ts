@@ -23,7 +23,7 @@ export function unitSign({ unit }: Field): string {
   return unit === 'rad' ? '°' : unit;
 }
 
-/** A value as the form shows it: as many digits as tell it apart, never 0.30000000000000004. */
+/** A value as the form shows it, with the significant digits only, never 0.30000000000000004. */
 export function toScreen(field: Field, value: number): string {
   return String(Number((field.unit === 'rad' ? value * DEGREES : value).toPrecision(6)));
 }

@@ -1,4 +1,4 @@
-//! Puts solids into the world, in the frame of the piece they belong to.
+//! Adds solids to the world, in the frame of a piece of furniture.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 

@@ -1,5 +1,5 @@
-//! A furnished flat of several rooms, and a camera that is carried through it: what RGB-D recordings of rooms look like,
-//! with every pose and every depth known exactly.
+//! A furnished flat of several rooms and a camera carried through it: a synthetic RGB-D recording of rooms
+//! with exact poses and depths.
 //!
 //! ```
 //! use scanstitch::camera::Pinhole;

@@ -1,5 +1,5 @@
-//! Finds a place for every piece: at a wall or in the middle of a room, clear of the others, of doors and of windows, and
-//! such that one can still walk from every door to every other.
+//! Places the furniture: at a wall or in the middle of a room, clear of other pieces, doors and windows, and
+//! such that every door can be reached from every other.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

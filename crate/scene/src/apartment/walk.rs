@@ -1,4 +1,4 @@
-//! A walk through the flat: steps and turns on the spot, never through anything, back to its start.
+//! A walk through the flat: steps and rotations on the spot, without collisions, back to its start.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

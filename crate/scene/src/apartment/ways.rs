@@ -1,4 +1,4 @@
-//! Where there is room to walk.
+//! The free space of the flat, in which the camera can walk.
 
 use std::collections::VecDeque;
 

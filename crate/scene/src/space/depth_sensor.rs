@@ -1,4 +1,4 @@
-//! What a depth camera makes of the exact depth.
+//! The errors of a depth camera, applied to exact depth: quantisation and noise.
 
 use super::super::random::Random;
 use scanstitch::camera::DepthImage;

@@ -1,4 +1,4 @@
-//! Boxes in boxes around the solids, so that a ray is tried on few of them.
+//! A bounding-volume hierarchy of the solids, so that a ray is tested against few of them.
 
 use nalgebra::Vector3;
 

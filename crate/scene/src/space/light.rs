@@ -1,4 +1,4 @@
-//! Where light comes from.
+//! Light sources.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! What surfaces look like.
+//! Materials of surfaces.
 
 use nalgebra::Vector3;
 

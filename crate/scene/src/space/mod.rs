@@ -1,4 +1,4 @@
-//! A world of solids in space, and a camera that looks at it: exact depth, and colour that a person can read.
+//! A world of solids in space, and a camera in it: exact depth, and shaded colours.
 //!
 //! The world's z axis points up. Rays may have any length: the parameter of a hit counts lengths of the ray, so that with
 //! rays of z = 1 in the camera's frame it is the depth itself.

@@ -1,4 +1,4 @@
-//! Random fields that are the same everywhere: hashed lattices, interpolated.
+//! Seeded random fields: hashed lattices with interpolation.
 
 use nalgebra::Vector3;
 

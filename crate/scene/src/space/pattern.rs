@@ -1,4 +1,4 @@
-//! Colour as a function of the place on a surface.
+//! Patterns: colour as a function of the position on a surface.
 
 use nalgebra::{Vector2, Vector3};
 

@@ -1,4 +1,4 @@
-//! Light on a surface: lamps, windows and the sun with their shadows, light from all round, and what is mirrored.
+//! Shading of a surface: lamps, windows and the sun with their shadows, ambient light, and reflections.
 //!
 //! Areas are lit by few rays: one of eight by eight patterns at each pixel, so that the mean over eight by eight neighbours
 //! is the mean over all of them.

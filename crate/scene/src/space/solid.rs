@@ -1,4 +1,4 @@
-//! Solids: boxes, rounded boxes, round posts and ellipsoids, each anywhere and turned anyhow.
+//! Solids: boxes, rounded boxes, round posts and ellipsoids, each with any position and rotation.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,5 +1,5 @@
-//! What a stereo depth camera makes of a world: errors that neighbouring pixels share, ragged outlines, surfaces that only one eye
-//! sees, flying pixels, and depth in steps of disparity.
+//! The errors of a stereo depth camera: correlated errors of neighbouring pixels, ragged outlines, surfaces visible to only one
+//! lens, flying pixels, and quantised disparity.
 
 use nalgebra::Vector3;
 

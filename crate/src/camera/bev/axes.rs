@@ -1,12 +1,12 @@
-//! The axes that cameras and worlds are given in, and the angles about them.
+//! Conventions of camera and world axes, and the angles about them.
 //!
-//! Everything is computed with camera axes x right, y down, z forward. A named convention is two turns away from that:
-//! one of the camera's axes and one of the world's.
+//! All computations use camera axes x right, y down, z forward. A named convention differs from that by two rotations, one of
+//! the camera's axes and one of the world's.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Which way the axes of the cameras and of the world point.
+/// Directions of the axes of the cameras and of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -65,9 +65,8 @@ impl BevAxes {
 const RIGHT_UP_BACK: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0);
 const FORWARD_LEFT_UP: Matrix3<f64> = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
 
-/// The order of three turns, as Three.js names it: `XYZ` is `R = Rx Ry Rz`, turns about the axes that the turns before
-/// have moved (intrinsic). About axes that stay (extrinsic) it is read from the right: `ZYX` is x, then y, then z, which
-/// is roll, pitch, yaw.
+/// The order of three rotations, named as in Three.js: `XYZ` is `R = Rx Ry Rz`, rotations about the moved axes (intrinsic). For
+/// rotations about fixed axes (extrinsic) it is read from the right: `ZYX` is x, then y, then z, which is roll, pitch, yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum EulerOrder {
@@ -90,7 +89,7 @@ pub enum EulerOrder {
 pub const EULER_ORDERS: [EulerOrder; 6] =
     [EulerOrder::XYZ, EulerOrder::YZX, EulerOrder::ZXY, EulerOrder::XZY, EulerOrder::YXZ, EulerOrder::ZYX];
 
-/// Below this cosine of the middle angle the first and the last turn are about one axis, and only their sum is known.
+/// Cosine of the middle angle below which the first and the last rotation are about one axis, so that only their sum is known.
 const GIMBAL_LOCK: f64 = 1e-9;
 
 impl EulerOrder {
@@ -169,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quarter_turn_about_each_axis_is_the_right_handed_one() {
+    fn rotations_by_90_degrees_are_right_handed() {
         let turn = |axis| about(axis, FRAC_PI_2);
         assert!((turn(0) * Vector3::y() - Vector3::z()).norm() < 1e-15);
         assert!((turn(1) * Vector3::z() - Vector3::x()).norm() < 1e-15);

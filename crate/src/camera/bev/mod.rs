@@ -1,7 +1,7 @@
-//! Bird's-eye view: a pixel marked in a top view, found again in a front view by way of the ground.
+//! Bird's-eye view: a pixel of a top view is mapped to a front view by way of the ground plane.
 //!
-//! Two pinhole cameras and a plane. A pixel sees a ray, the ray meets the plane, the other camera sees the point where it
-//! does. Nothing else is assumed: the cameras may be turned in any way, and the plane may be tilted.
+//! Given are two pinhole cameras and a plane. The ray of a pixel intersects the plane, and the intersection is projected into
+//! the other camera. The cameras may have any orientation, and the plane may be tilted.
 //!
 //! # The derivation
 //!
@@ -51,8 +51,8 @@
 //! "Reentrant polygon clipping", CACM 17, 1974), and only what is left is projected. Projecting its corners first is a
 //! well-known fault: a corner behind the camera lands mirrored, at a place that means nothing.
 //!
-//! **Refinement.** Pairs of pixels known to show the same place tell how a camera really stood: [`refine()`] moves its
-//! pitch, height and offset until the projections fall on the marks, by Gauss and Newton's method.
+//! **Refinement.** Pairs of pixels known to show the same point determine a camera's actual pose: [`refine()`] adjusts its pitch,
+//! height and offset by Gauss-Newton until the projections fall on the marks.
 
 pub mod axes;
 pub(crate) mod clip;

@@ -1,4 +1,4 @@
-//! Points as results and as tables.
+//! Mapped pixels as results and as tables.
 
 use std::fmt::Write as _;
 
@@ -6,22 +6,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// What became of a marked pixel.
+/// The visibility of a marked pixel in the other view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum BevStatus {
     /// The other image shows it.
     Visible,
-    /// The other camera has it before it, but its image does not reach so far.
+    /// It is in front of the other camera, but outside its image.
     OutsideImage,
-    /// It lies behind the other camera.
+    /// It is behind the other camera.
     BehindCamera,
     /// The marked pixel looks at or above the horizon: it sees no ground.
     NoGround,
 }
 
-/// A marked pixel and where it went.
+/// A marked pixel and its projection into the other view.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct BevPoint {
@@ -31,11 +31,11 @@ pub struct BevPoint {
     pub ground: Option<[f64; 3]>,
     /// The pixel of the other camera, in its image or not; null behind it.
     pub projected: Option<[f64; 2]>,
-    /// What became of it.
+    /// Its visibility.
     pub status: BevStatus,
 }
 
-/// What is done to the projected pixels before they are reported.
+/// Rounding of the projected pixels before they are reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -49,7 +49,7 @@ pub enum WholePixels {
     Rounded,
 }
 
-/// A pixel this near to a whole number is that number: 386.9999999999999 must not become 386.
+/// Distance from a whole number up to which a pixel is that number: 386.9999999999999 must not become 386.
 const WHOLE_PIXEL_TOLERANCE: f64 = 1e-9;
 
 impl WholePixels {
@@ -74,8 +74,8 @@ impl BevPoint {
     }
 }
 
-/// The points as CSV with a line of names; `marked` and `projected` name the two views: `top` and `front`, or the other
-/// way round. What there is not stays empty.
+/// The points as CSV with a header; `marked` and `projected` are the names of the two views, `top` and `front` or `front` and
+/// `top`. Missing values are empty.
 pub fn points_csv(points: &[BevPoint], marked: &str, projected: &str) -> String {
     let mut text = format!("number,{marked}_u,{marked}_v,x,y,z,{projected}_u,{projected}_v,status\n");
     for (index, point) in points.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Scenes to begin with.
+//! Preset scenes.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,10 +1,10 @@
-//! How a camera really stood, from pairs of pixels that show the same place of the ground.
+//! Refinement of a camera's pose from pairs of pixels that show the same point of the ground.
 //!
 //! The camera's pose is `T = Trans(h up + r right + a ahead) T_0 Rx(pitch)`: its height and its offset along the ground,
-//! and a turn about its own x axis. `up` is the plane's normal, `right` the camera's x axis laid on the plane, `ahead`
-//! at right angles to both. The ground may be raised as well, `delta = delta_0 + g`: a simulator's floor often lies a few
-//! centimetres beside the height that its cameras are given over. The sum of squared distances between projected and marked pixels in the front view is made
-//! smallest by Gauss and Newton's method, a step being halved as long as it makes things worse.
+//! and a rotation about its own x axis. `up` is the plane's normal, `right` the camera's x axis projected onto the plane,
+//! `ahead` perpendicular to both. The ground may be raised as well, `delta = delta_0 + g`: a simulator's floor is often a few
+//! centimetres off the height to which its cameras refer. The sum of squared distances between projected and marked pixels in
+//! the front view is minimised by Gauss-Newton, a step being halved as long as it increases the sum.
 
 use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use super::transfer::{Plane, PlaneTransfer, PosedCamera};
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
 
-/// Two pixels that show the same place of the ground.
+/// Two pixels that show the same point of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -30,35 +30,35 @@ pub struct BevPair {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum BevRole {
-    /// The camera that points are marked in.
+    /// The camera in which points are marked.
     Top,
     /// The camera that they are looked for in.
     Front,
 }
 
-/// What about a camera is refined.
+/// A parameter that is refined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum BevParameter {
-    /// The turn about the camera's own x axis.
+    /// The rotation about the camera's own x axis.
     Pitch,
     /// The height above the ground.
     Height,
-    /// The place along the ground: two numbers.
+    /// The position along the ground: two parameters.
     Offset,
     /// The height of the ground itself, both cameras staying where they are.
     Ground,
 }
 
-/// What is refined.
+/// Options of the refinement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct BevRefinementOptions {
-    /// The camera that is moved; the other one stays.
+    /// The camera that is adjusted; the other one is fixed.
     pub camera: BevRole,
-    /// What about it is refined.
+    /// The parameters that are refined.
     pub parameters: Vec<BevParameter>,
 }
 
@@ -75,42 +75,42 @@ impl Default for BevRefinementOptions {
 pub struct BevRefinement {
     /// The scene with the camera moved; poses keep their kind.
     pub scene: BevScene,
-    /// How far the camera was turned upwards (rad).
+    /// Rotation of the camera upwards (rad).
     pub pitch: f64,
-    /// How far it was raised (m).
+    /// Change of its height (m).
     pub height: f64,
-    /// How far it was moved to its right (m).
+    /// Translation to its right (m).
     pub right: f64,
-    /// How far it was moved ahead; for a camera that looks straight down, towards the upper edge of its image (m).
+    /// Translation ahead (m); for a camera that looks straight down, towards the upper edge of its image.
     pub ahead: f64,
-    /// How far the ground was raised (m).
+    /// Change of the ground's height (m).
     pub ground: f64,
-    /// For each pair the projected pixel less the marked one, in the front view, before.
+    /// For each pair the projected minus the marked pixel in the front view, before the refinement.
     pub residuals_before: Vec<[f64; 2]>,
-    /// The same, after.
+    /// The same after the refinement.
     pub residuals: Vec<[f64; 2]>,
-    /// Root of the mean squared distance between projected and marked pixels, before.
+    /// Root mean square distance between projected and marked pixels, before the refinement.
     pub rmse_before: f64,
-    /// The same, after.
+    /// The same after the refinement.
     pub rmse: f64,
-    /// Steps taken.
+    /// Number of steps.
     pub iterations: usize,
-    /// Whether the last step was too small to matter.
+    /// Whether the last step was below the limit.
     pub converged: bool,
 }
 
 const MAX_ITERATIONS: usize = 60;
 const MAX_HALVINGS: i32 = 30;
-/// A step below this (rad, m) ends the iteration.
+/// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;
-/// Where the normal matrix, scaled to a unit diagonal, has an eigenvalue below this, the pairs leave a motion open.
+/// Eigenvalue of the normal matrix, scaled to a unit diagonal, below which the pairs do not determine a motion.
 const MIN_EIGENVALUE: f64 = 1e-9;
 
-/// Moves a camera until the projections of the pairs fall on their marks.
+/// Adjusts a camera until the projections of the pairs fall on their marks.
 ///
 /// # Errors
-/// When the scene is none, nothing is to be refined, a pair cannot be projected, or the pairs are too few or too alike to
-/// tell.
+/// When the scene is invalid, no parameter is to be refined, a pair cannot be projected, or the pairs do not determine the
+/// parameters.
 pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOptions) -> Result<BevRefinement> {
     let start = scene.front_from_top()?;
     let directions = Directions::of(&start, options);

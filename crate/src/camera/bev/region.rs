@@ -1,4 +1,4 @@
-//! Regions and lines of one image, cut to what the other camera sees of them, before they are projected.
+//! Regions and lines of one image, clipped to the part that the other camera sees before they are projected.
 
 use nalgebra::Vector3;
 use serde::Serialize;

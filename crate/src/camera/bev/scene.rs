@@ -1,4 +1,4 @@
-//! Two cameras and the ground as a user gives them, and what is wrong with them.
+//! Two cameras and the ground as a user gives them, and their validation.
 
 use std::f64::consts::PI;
 
@@ -46,7 +46,7 @@ pub enum BevPlane {
     },
 }
 
-/// A camera: its image, how it sees and where it stands.
+/// A camera: its image, intrinsics and pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -58,13 +58,13 @@ pub struct BevCamera {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// How the camera sees.
+    /// The intrinsics.
     pub intrinsics: BevIntrinsics,
-    /// Where the camera stands, in the axes of the scene.
+    /// The pose, in the axes of the scene.
     pub pose: BevPose,
 }
 
-/// Along which side of the image a field of view is measured.
+/// The side of the image along which a field of view is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -75,7 +75,7 @@ pub enum BevSide {
     Vertical,
 }
 
-/// How a camera sees.
+/// The intrinsics of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -100,7 +100,7 @@ pub enum BevIntrinsics {
     },
 }
 
-/// Where a camera stands: maps its points, in the scene's camera axes, into the scene's world.
+/// The pose of a camera: maps its points, in the scene's camera axes, into the scene's world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -134,7 +134,7 @@ pub enum BevPose {
     },
 }
 
-/// The ways to give a pose.
+/// The representations of a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -148,11 +148,11 @@ pub enum BevPoseKind {
     Matrix,
 }
 
-/// Sides of an image beyond this are taken for a slip of the hand.
+/// Largest side of an image (pixels); more is an input error.
 const MAX_SIDE: usize = 100_000;
-/// The rotation of a 4 x 4 matrix may be off by this much, as files with few digits are; it is made whole.
+/// Largest deviation of the rotation of a 4 x 4 matrix from orthonormal, as in files with few digits; it is made orthonormal.
 const ROTATION_TOLERANCE: f64 = 1e-3;
-/// A camera nearer to the plane than this (m) sees it edge on.
+/// Smallest distance of a camera from the plane (m).
 const EDGE_ON: f64 = 1e-9;
 
 impl BevScene {

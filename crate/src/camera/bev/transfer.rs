@@ -1,4 +1,4 @@
-//! From a pixel by way of the plane to the other camera's pixel; equations of [`super`].
+//! Mapping of a pixel by way of the plane to the other camera's pixel; equations of [`super`].
 
 use nalgebra::{Matrix3, RowVector3, Vector2, Vector3};
 use serde::Serialize;
@@ -8,12 +8,12 @@ use super::points::{BevPoint, BevStatus};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 
-/// A camera that stands somewhere.
+/// A camera with a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PosedCamera {
-    /// How it sees.
+    /// Its intrinsics.
     pub pinhole: Pinhole,
-    /// Where it stands; camera axes x right, y down, z forward.
+    /// Its pose; camera axes x right, y down, z forward.
     pub T_world_camera: Pose3,
 }
 
@@ -39,7 +39,7 @@ impl PosedCamera {
         self.T_world_camera.rotation * self.pinhole.ray(u, v)
     }
 
-    /// The pixel that a point of the world is seen at, in the image or not; `None` behind the camera. Eqs. (5) and (6).
+    /// The pixel that a point of the world projects to, in the image or not; `None` behind the camera. Eqs. (5) and (6).
     pub fn project(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         self.pinhole.project(&self.T_world_camera.inverse_transform_point(&(*point).into()).coords)
     }
@@ -73,16 +73,16 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// How far a camera stands off the plane, along its normal (m).
+    /// Signed distance of a camera from the plane, along its normal (m).
     pub fn height_of(&self, camera: &PosedCamera) -> f64 {
         self.normal.dot(&camera.T_world_camera.translation.vector) - self.offset
     }
 }
 
-/// Ground nearer to the other camera's own plane than this (m) is cut off: it is seen at no finite pixel.
+/// Depth in the other camera below which the ground is clipped (m): it would project to infinity.
 pub(crate) const MIN_PLANE_DISTANCE: f64 = 1e-6;
 
-/// Pixels of one camera found in another by way of a plane. Made by [`super::BevScene`], which refuses what is none.
+/// Maps pixels of one camera to another by way of a plane. Made by [`super::BevScene`], which validates its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneTransfer {
     /// The camera whose pixels are given.

@@ -1,4 +1,4 @@
-//! The marked view as the other camera would see it, were everything flat: laid over the other view, it shows at a glance
+//! The marked view as the other camera would see it if everything lay in the plane. As an overlay of the other view it shows
 //! whether the cameras are right.
 
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! What is left of an error when all poses, not the first alone, decide how the reference lies.
+//! The error after a least-squares alignment of all poses, and whether the first pose of the reference is an outlier.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::evaluation::umeyama::umeyama;
 use crate::geometry::Pose3;
 
-/// Distances after the rotation and translation that fit all compared positions best.
+/// Distances after the rotation and translation that align all compared positions in the least-squares sense.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct AlignedError {
@@ -18,29 +18,29 @@ pub struct AlignedError {
     pub max: f64,
 }
 
-/// Frames, at most, for which the error with their poses made equal is computed.
+/// Most frames at which, as an alternative to the first, the poses are made equal to compute the error.
 const MAX_ANCHORS: usize = 200;
-/// Fewer rows than these do not tell which of them is the odd one.
+/// Fewest such frames from which an outlier is determined.
 const MIN_ANCHORS: usize = 5;
-/// The first row is an outlier where the error is this times the median of those with another row made equal, ...
+/// The first row is an outlier where its error exceeds the median error with another row made equal by this factor ...
 const TIMES_MEDIAN: f64 = 3.0;
-/// ... and this times the largest of them.
+/// ... and the largest of these errors by this factor.
 const TIMES_WORST: f64 = 1.5;
 
 impl AlignedError {
-    /// In space: Umeyama's fit. None where the positions do not fix it.
+    /// In space, by Umeyama's fit; `None` where the positions do not determine it.
     pub(super) fn in_space(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
         let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
         Self::of_positions(&estimate, &reference)
     }
 
-    /// In space, of positions that belong together.
+    /// In space, for corresponding positions (m).
     pub(in crate::evaluation) fn of_positions(estimate: &[Vector3<f64>], reference: &[Vector3<f64>]) -> Option<Self> {
         let fit = umeyama(reference, estimate, false).ok()?.similarity;
         Some(Self::of(estimate.iter().zip(reference).map(|(e, r)| (fit.rotation * r + fit.translation - e).norm())))
     }
 
-    /// In the plane, where the fit turns about z alone.
+    /// In the plane, by a fit that rotates about z only.
     pub(super) fn in_plane(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
         let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
         let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
@@ -72,8 +72,8 @@ impl AlignedError {
     }
 }
 
-/// Says where the first row of the reference alone makes the error, of this `rmse` (m), as large as it is. `pairs`: estimate
-/// and reference of each frame, with orientations.
+/// A note where the first row of the reference alone causes an error of this `rmse` (m). `pairs`: estimate and reference of
+/// each frame, with orientations.
 pub(in crate::evaluation) fn first_row_hint(
     name: &str,
     rmse: f64,
@@ -89,7 +89,7 @@ pub(in crate::evaluation) fn first_row_hint(
     })
 }
 
-/// Whether with the poses of any other frame made equal the same trajectories are far closer.
+/// Whether the trajectories are far closer when the poses of any other frame are made equal.
 fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
     let anchored = |(estimate, reference): &(Pose3, Pose3)| {
         let moved = estimate * reference.inverse();
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use nalgebra::Isometry3;
 
-    /// A bend of a path, m.
+    /// A curved path (m).
     fn path(turned_first: f64) -> Vec<(Pose3, Pose3)> {
         let pose = |i: u32| {
             let s = 0.3 * f64::from(i);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fit_takes_away_a_motion_of_the_whole_and_leaves_the_noise() {
+    fn the_fit_removes_a_rigid_motion_and_leaves_the_noise() {
         let moved = Isometry3::new(Vector3::new(3.0, -1.0, 0.0), Vector3::z() * 0.7);
         let pairs: Vec<_> = path(0.0).into_iter().map(|(e, r)| (e, moved * r)).collect();
         for error in [AlignedError::in_plane(&pairs).unwrap(), AlignedError::in_space(&pairs).unwrap()] {
@@ -137,11 +137,11 @@ mod tests {
     }
 
     #[test]
-    fn a_first_row_that_is_turned_is_told_and_noise_is_not() {
+    fn a_rotated_first_row_is_reported_and_noise_is_not() {
         assert!(is_first_row_off(&path(0.05)));
         assert!(!is_first_row_off(&path(0.0)));
         assert!(!is_first_row_off(&path(0.05)[..4]) && !is_first_row_off(&[]));
-        // A path that drifts evenly has no odd row.
+        // A path with steady drift has no outlier.
         let drifting: Vec<_> = (0..20u32)
             .map(|i| {
                 let s = 0.3 * f64::from(i);

@@ -1,7 +1,7 @@
-//! Distance of the poses of a run to a reference, in the plane and in space.
+//! Errors of the poses of a run against a reference, in the plane and in space.
 //!
-//! [`planar`] and [`spatial`] find each frame's partner in the reference and bring the reference into the estimate's world;
-//! [`TrajectoryError`] sums up what is left between them.
+//! [`planar`] and [`spatial`] find each frame's partner in the reference and transform the reference into the estimate's world;
+//! [`TrajectoryError`] holds the remaining distances and angles.
 
 mod aligned;
 mod planar;
@@ -17,45 +17,45 @@ pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
 use crate::evaluation::motion_agreement::misfit_hint;
 use crate::geometry::Pose3;
 
-/// Errors of a run's poses against a reference, the poses of the first compared frame made equal; beside them, what is left
-/// when all of them are aligned. Lists have one entry a frame.
+/// Errors of a run's poses against a reference, with the poses of the first compared frame made equal; in `aligned` those after
+/// an alignment of all poses. Lists have one entry per frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct TrajectoryError<P> {
     /// Name of the reference.
     pub name: String,
-    /// Frames with an estimate and a partner in the reference.
+    /// Number of frames with an estimate and a partner in the reference.
     pub num_matched: usize,
-    /// Mean distance (m), the mean L2 of homework.
+    /// Mean distance (m), the mean L2 norm.
     pub mean: f64,
     /// Root mean square distance (m).
     pub rmse: f64,
     /// Largest distance (m).
     pub max: f64,
-    /// The same with all positions aligned by a rotation and a translation; null where the positions do not fix them.
+    /// The same after an alignment of all positions by a rotation and a translation; null where the positions do not determine
+    /// it.
     pub aligned: Option<AlignedError>,
-    /// In a sentence: the reference does not fit at all, or its first row alone makes the error as large as it is. Told among a
-    /// result's notes.
+    /// A note for the result: the reference does not fit at all, or its first row alone causes the error.
     #[serde(skip)]
     pub hint: Option<String>,
     /// Distances (m); null for lost frames and those without a partner.
     pub errors: Vec<Option<f64>>,
-    /// Angles between the orientations (rad); null as well where the reference has positions alone.
+    /// Angles between the orientations (rad); null where the distance is, and where the reference has no orientations.
     pub rotation_errors: Vec<Option<f64>>,
-    /// What the reference holds for each frame, in the estimate's world.
+    /// The reference pose or position of each frame, in the estimate's world.
     pub reference: Vec<Option<P>>,
-    /// How the reference was read, in words.
+    /// The pose convention of the reference, in words.
     pub convention: String,
 }
 
-/// How a reference without orientations is read.
+/// The convention of a reference without orientations, in words.
 pub(crate) const POSITIONS_ALONE: &str = "positions alone";
 
-/// How far a frame's estimate is off: the distance (m) and, where the reference has orientations, the angle (rad).
+/// Error of a frame: the distance (m) and, where the reference has orientations, the angle (rad).
 type FrameError = (f64, Option<f64>);
 
 impl<P> TrajectoryError<P> {
-    /// Sums up the errors of all frames; `None` for those that are not compared.
+    /// From the errors of all frames, `None` for those that are not compared.
     fn new(name: &str, frames: &[Option<FrameError>], reference: Vec<Option<P>>, convention: String) -> Self {
         let errors: Vec<Option<f64>> = frames.iter().map(|frame| frame.map(|(distance, _)| distance)).collect();
         let distances: Vec<f64> = errors.iter().copied().flatten().collect();
@@ -75,7 +75,7 @@ impl<P> TrajectoryError<P> {
         }
     }
 
-    /// With what all poses together say. `pairs`: estimate and reference of each compared frame, with orientations if the
+    /// Adds the aligned error and its note. `pairs`: estimate and reference of each compared frame, with orientations if the
     /// reference has them.
     fn with_alignment(self, aligned: Option<AlignedError>, pairs: &[(Pose3, Pose3)]) -> Self {
         let has_orientations = self.convention != POSITIONS_ALONE;

@@ -1,4 +1,4 @@
-//! Distance of estimated poses in the plane to a reference.
+//! Errors of estimated poses in the plane against a reference.
 
 use nalgebra::{UnitComplex, UnitQuaternion, Vector2, Vector3};
 use serde::Serialize;
@@ -7,7 +7,7 @@ use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::by_time;
 use crate::evaluation::relation_times::time_tolerance;
-use crate::geometry::rotation::turn_about;
+use crate::geometry::rotation::twist_angle;
 use crate::geometry::{Pose2, Pose3};
 use crate::io::trajectory::{Trajectory, in_space};
 
@@ -15,22 +15,22 @@ use crate::io::trajectory::{Trajectory, in_space};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct PlanarPoint {
-    /// m.
+    /// x (m).
     pub x: f64,
-    /// m.
+    /// y (m).
     pub y: f64,
 }
 
 /// Compares estimated poses, `None` for lost frames, with a reference.
 ///
-/// A reference with as many poses as there are frames is taken in their order. Otherwise frames are matched by their time,
-/// where both have times and those of most frames are in the reference; or by the number in their name: with the stamp of
-/// that number, or, without stamps, with the line of that number, counted from 0.
-/// The reference is moved so that it agrees with the estimate at the first frame that both have, which mostly is the first
-/// one and the identity; where it has no orientations, only that frame's position is made equal.
+/// A reference with as many poses as there are frames is matched in order. Otherwise frames are matched by time, where both
+/// have times and those of most frames are in the reference; or by the number in their name: with the stamp of that number, or,
+/// without stamps, with the line of that number, counted from 0.
+/// The reference is transformed such that it equals the estimate at the first frame that both have, which is usually the first
+/// one with the identity as pose; a reference without orientations is only translated.
 ///
 /// # Errors
-/// When the reference has another number of poses than there are frames, and neither times nor names tell which is which.
+/// When the numbers of poses and frames differ, and neither times nor names match them.
 #[inline(never)]
 pub(crate) fn planar_error(
     estimate: &[Option<Pose2>],
@@ -47,7 +47,7 @@ pub(crate) fn planar_error(
         .in_file(name)
     })?;
     let first = partners.iter().position(Option::is_some).unwrap_or(0);
-    // A first frame that is lost is where the world begins all the same.
+    // The first frame defines the world frame even where it is lost.
     let T_world_first = estimate.get(first).copied().flatten().filter(|_| first > 0).unwrap_or_else(Pose2::identity);
     let placed = seen_from(reference, &partners, &T_world_first);
     let compare = |(pose, placed): (&Option<Pose2>, &Option<Placed>)| {
@@ -103,22 +103,22 @@ fn last_number(name: &str) -> Option<usize> {
 /// A pose of the reference in the plane.
 struct Placed {
     position: Vector2<f64>,
-    /// Unknown where the reference has positions alone.
+    /// `None` where the reference has no orientations.
     heading: Option<UnitComplex<f64>>,
 }
 
-/// Each frame's partner in the plane, moved so that the first partner is at `T_world_first`.
+/// Each frame's partner in the plane, transformed such that the first partner is at `T_world_first`.
 fn seen_from(reference: &Trajectory, partners: &[Option<usize>], T_world_first: &Pose2) -> Vec<Option<Placed>> {
     let orientation = |index: usize| reference.orientations.as_ref().and_then(|all| all.get(index));
     let Some(origin) = partners.iter().copied().flatten().next() else {
         return partners.iter().map(|_| None).collect();
     };
     let (first, to_first) = (reference.positions[origin], orientation(origin).map(UnitQuaternion::inverse));
-    // Without orientations the reference keeps its own.
+    // Without orientations the reference is not rotated.
     let turn = to_first.map_or_else(UnitQuaternion::identity, |q| in_space(T_world_first).rotation * q);
     let placed = |partner: usize| Placed {
         position: (turn * (reference.positions[partner] - first)).xy() + T_world_first.translation.vector,
-        heading: orientation(partner).map(|q| UnitComplex::new(turn_about(&(turn * q), &Vector3::z_axis()))),
+        heading: orientation(partner).map(|q| UnitComplex::new(twist_angle(&(turn * q), &Vector3::z_axis()))),
     };
     partners.iter().map(|partner| partner.map(placed)).collect()
 }
@@ -148,7 +148,7 @@ mod tests {
         let error = planar_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
         assert!((error.max - 0.1).abs() < 1e-12);
 
-        // By time, where most frames have one in the reference; the first one that has is where both begin.
+        // By time, where most frames have a partner in the reference; the poses of the first of these are made equal.
         let times = [10.1, 12.0, 12.9];
         let timed = Trajectory { stamps: Some(vec![11.0, 12.0, 13.0, 14.0]), ..stamped };
         let error = planar_error(&estimate, &["a", "b", "c"], Some(&times), "ref.txt", &timed).unwrap();

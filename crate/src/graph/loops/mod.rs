@@ -1,4 +1,4 @@
-//! Loops: places that come into view again, found, verified and added to the pose graph.
+//! Loop closure: revisited places are detected, verified and added to the pose graph.
 
 pub(crate) mod planar;
 pub mod spatial;

@@ -14,10 +14,10 @@ mod tests;
 
 /// The matrix is not positive definite, or an entry of it is not finite.
 ///
-/// In a pose graph: nothing fixes the variable, or a measurement's information is not positive definite.
+/// In a pose graph: no factor determines the variable, or an information matrix is not positive definite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotPositiveDefinite {
-    /// The variable at which this showed: it, or one it is tied to, is not determined.
+    /// The variable at which the factorisation failed: it, or one connected to it, is undetermined.
     pub variable: usize,
 }
 
@@ -29,7 +29,7 @@ impl fmt::Display for NotPositiveDefinite {
 
 impl std::error::Error for NotPositiveDefinite {}
 
-/// Solver of block-sparse systems that prepares a pattern once and then only computes with numbers.
+/// Solver of block-sparse systems: the symbolic factorisation is done once per pattern.
 #[derive(Debug, Clone)]
 pub struct BlockCholesky<B> {
     pattern: FactorPattern,
@@ -42,7 +42,7 @@ pub struct BlockCholesky<B> {
 }
 
 impl<B: SquareMatrix> BlockCholesky<B> {
-    /// Prepares for the pattern of `H`: the order of elimination and the blocks of the factor.
+    /// The symbolic factorisation of the pattern of `H`: the order of elimination and the blocks of the factor.
     pub fn new(H: &BlockMatrix<B>) -> Self {
         let pattern = FactorPattern::new(H.num_variables(), H.places());
         Self {
@@ -53,8 +53,7 @@ impl<B: SquareMatrix> BlockCholesky<B> {
         }
     }
 
-    /// Factors `P H P^T = L L^T`. `H` may have other numbers than the matrix this was made for; should its pattern
-    /// be another one, that is prepared first.
+    /// Factors `P H P^T = L L^T`. If the pattern of `H` has changed, the symbolic factorisation is repeated first.
     ///
     /// # Errors
     /// Where `H` is not positive definite.
@@ -162,7 +161,7 @@ impl<B: SquareMatrix> Factor<'_, B> {
         covariance
     }
 
-    /// [`covariance`](Self::covariance) of every variable, all of them for about the price of two factorisations.
+    /// [`covariance`](Self::covariance) of every variable, in about the time of two factorisations.
     ///
     /// Takahashi's equations: from `L^T H^-1 = L^-1` the inverse follows column by column from the last to the first,
     /// and to compute it at the blocks of `L` no other blocks of it are needed. Erisman and Tinney, "On computing

@@ -1,15 +1,15 @@
-//! A symmetric matrix of blocks that is summed up measurement by measurement.
+//! A symmetric block matrix that is accumulated measurement by measurement.
 
 use crate::geometry::SquareMatrix;
 
 /// A symmetric matrix of blocks of one size, one block row per variable, of which only some blocks are not zero.
 ///
-/// The blocks present are its pattern. It grows with [`add`](Self::add) and outlives [`clear`](Self::clear), so that a
-/// [`BlockCholesky`](super::BlockCholesky) prepares a pattern once for all iterations.
+/// The stored blocks are its pattern. It grows with [`add`](Self::add) and is kept by [`clear`](Self::clear), so that a
+/// [`BlockCholesky`](super::BlockCholesky) analyses a pattern once for all iterations.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<B> {
     diagonal: Vec<B>,
-    /// Above the diagonal, in the order in which they were first added to.
+    /// Blocks above the diagonal, in the order of their creation.
     blocks: Vec<B>,
     /// Row and column of each of `blocks`, row < column.
     places: Vec<(u32, u32)>,

@@ -1,8 +1,8 @@
-//! What is computed with single blocks.
+//! Cholesky factorisation of single blocks.
 
 use crate::geometry::{SquareMatrix, Vector};
 
-/// A pivot below this share of its diagonal entry is what rounding leaves of zero: the variable is not determined.
+/// Ratio of a pivot to its diagonal entry below which it is zero to within rounding, so that the variable is undetermined.
 const MIN_PIVOT: f64 = 1e-14;
 
 /// The inverse of the lower triangular L with `L L^T = pivot`, or `None` where that is not positive definite beyond the

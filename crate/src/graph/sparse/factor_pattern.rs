@@ -1,10 +1,10 @@
-//! Which blocks the factor of a block-sparse matrix has: the symbolic half of the factorisation.
+//! The pattern of the factor of a block-sparse matrix: the symbolic part of the factorisation.
 //!
 //! Davis, "Direct Methods for Sparse Linear Systems" (2006), chapter 4.
 
 use super::ordering;
 
-/// Which blocks the factor of a pattern has. Rows and columns are positions in the order of elimination.
+/// The blocks of the factor. Rows and columns are positions in the order of elimination.
 #[derive(Debug, Clone)]
 pub(super) struct FactorPattern {
     /// The pattern of the matrix: the places of its blocks above the diagonal.

@@ -1,10 +1,10 @@
 //! An order of elimination that keeps the factor of a sparse matrix sparse: approximate minimum degree.
 //!
 //! Amestoy, Davis and Duff, "An approximate minimum degree ordering algorithm", SIAM J. Matrix Anal. Appl. 17 (1996).
-//! Eliminating a variable ties all its neighbours to each other; instead of all these edges the graph keeps one
-//! element, named after the eliminated variable. The paper's sets: a variable i has the edges `A_i` that are left of
-//! the matrix and is a member of the elements `E_i`; an element e has the members `L_e`. Variables with the same
-//! neighbours merge into one that stands for all of them, so sizes of sets are sums of weights.
+//! The elimination of a variable connects all its neighbours to each other; in place of all these edges the graph keeps one
+//! element, named after the eliminated variable. The paper's sets: a variable i has the remaining edges `A_i` of the matrix
+//! and is a member of the elements `E_i`; an element e has the members `L_e`. Variables with the same neighbours are merged
+//! into one that represents all of them, so sizes of sets are sums of weights.
 
 /// No variable.
 const NONE: u32 = u32::MAX;
@@ -16,7 +16,7 @@ pub(super) fn minimum_degree(num_variables: usize, edges: &[(u32, u32)]) -> Vec<
         num_edges[i as usize] += 1;
         num_edges[j as usize] += 1;
     }
-    // What is tied to very many others costs much bookkeeping and fills the factor whenever it goes: it goes last.
+    // Variables with very many neighbours are eliminated last: they cost much bookkeeping and fill the factor at any time.
     let dense = ((10.0 * (num_variables as f64).sqrt()) as usize).max(16);
     let is_sparse = |i: u32| num_edges[i as usize] <= dense;
     let (sparse, last): (Vec<u32>, Vec<u32>) = (0..num_variables as u32).partition(|&i| is_sparse(i));
@@ -41,17 +41,17 @@ struct QuotientGraph {
     elements: Vec<Vec<u32>>,
     /// `L_e`; empty for an element that another one has absorbed.
     members: Vec<Vec<u32>>,
-    /// Number of variables that a variable stands for; 0 when it is eliminated or another one stands for it.
+    /// Number of variables that a variable represents; 0 when it is eliminated or represented by another one.
     weight: Vec<u32>,
-    /// Chains of the variables that one stands for, each beginning at that one.
+    /// Linked lists of the variables that one represents, each beginning at that one.
     next_merged: Vec<u32>,
     last_merged: Vec<u32>,
-    /// For a variable an upper bound of the weight it is tied to, `d_i`; for an element the weight of its members.
+    /// For a variable an upper bound of the weight of its neighbours, `d_i`; for an element the weight of its members.
     degree: Vec<u32>,
     queue: DegreeQueue,
     /// Weight of the variables that are not eliminated yet.
     weight_left: u32,
-    /// Number of the current elimination. A mark counts when it was set in it.
+    /// Number of the current elimination; marks with another number are void.
     step: u32,
     /// Marks the members of the new element.
     marked_in: Vec<u32>,
@@ -84,7 +84,7 @@ impl QuotientGraph {
         }
     }
 
-    /// Replaces `pivot` by an element, along with the variables that can go right after it without more fill.
+    /// Replaces `pivot` by an element, together with the variables that can be eliminated right after it without more fill.
     fn eliminate(&mut self, pivot: u32) {
         self.step += 1;
         let mut members = self.form_element(pivot);
@@ -111,7 +111,7 @@ impl QuotientGraph {
         self.members[pivot as usize] = members;
     }
 
-    /// `L_p`: all that the pivot is tied to, by edges and through elements, which the new element absorbs.
+    /// `L_p`: all neighbours of the pivot, by edges and through elements, which the new element absorbs.
     fn form_element(&mut self, pivot: u32) -> Vec<u32> {
         self.marked_in[pivot as usize] = self.step;
         let edges = std::mem::take(&mut self.edges[pivot as usize]);
@@ -142,7 +142,7 @@ impl QuotientGraph {
         }
     }
 
-    /// Takes out of `A_i` and `E_i` what the new element covers, adds that to `E_i`, and bounds `d_i` without it (the
+    /// Removes from `A_i` and `E_i` what the new element covers, adds that element to `E_i`, and bounds `d_i` without it (the
     /// last two terms of the paper's eq. 4). Returns a hash of both sets, or `None` where only the new element is left.
     fn detach_covered(&mut self, i: u32, pivot: u32) -> Option<u64> {
         let i = i as usize;
@@ -173,7 +173,7 @@ impl QuotientGraph {
         (weight_outside > 0).then_some(hash)
     }
 
-    /// Merges members of the new element that are tied to the same variables and elements.
+    /// Merges members of the new element that have the same neighbours and elements.
     fn merge_indistinguishable(&mut self, mut hashes: Vec<(u64, u32)>) {
         hashes.sort_unstable();
         for same_hash in hashes.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1) {
@@ -197,7 +197,7 @@ impl QuotientGraph {
         }
     }
 
-    /// From now on `i` stands for `j` as well.
+    /// Makes `i` represent `j` as well.
     fn merge(&mut self, i: u32, j: u32) {
         let (i, j) = (i as usize, j as usize);
         self.weight[i] += self.weight[j];

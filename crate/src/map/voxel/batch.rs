@@ -1,7 +1,7 @@
-//! Points on their way into a map of voxels, a few at a time.
+//! Batches of points that are added to a voxel map.
 //!
-//! All points of a batch go through one step before any goes through the next: arithmetic is then done for several points at
-//! once, and memory that is far away is waited for once and not point by point.
+//! Each step is done for all points of a batch before the next one, so that the arithmetic is vectorised and cache misses
+//! overlap.
 
 use glam::{Mat3A, Vec3, Vec3A};
 
@@ -10,28 +10,28 @@ use super::grid::{Grid, MAX_COORDINATE};
 
 /// Points of a batch.
 pub(super) const BATCH: usize = 64;
-/// Single precision has no digits left behind the point here: adding it rounds, and leaves the whole number in the last bits.
+/// 1.5 * 2^23: adding it to a number in single precision rounds to an integer, which is then in the last bits.
 const ROUNDING: f32 = 12_582_912.0;
 
 /// A batch of values for each axis.
 type Axes<T> = [[T; BATCH]; 3];
 
-/// Points of one frame, first as the sensor sees them, then as the map takes them.
+/// Points of one frame: first in the sensor frame, after [`place`](Self::place) in the form that the map adds.
 pub(super) struct Batch {
     len: usize,
-    /// In the sensor's frame (m); once placed, where they lie in their voxels, in sides of those.
+    /// Positions in the sensor frame (m); once placed, relative to the voxel, in voxel sizes.
     positions: Axes<f32>,
-    /// In the sensor's frame, of any length; once placed, in the world's and as whole numbers to be summed up.
+    /// Normals in the sensor frame, of any length; once placed, in the world frame and as integers.
     normals: Axes<f32>,
     colors: [u64; BATCH],
-    /// The voxels that they lie in.
+    /// The voxels of the points.
     corners: Axes<i32>,
     is_inside: [bool; BATCH],
 }
 
-/// A point as its voxel takes it.
+/// A point in the form that its voxel adds.
 pub(super) struct Point {
-    /// In its voxel, in sides of that.
+    /// Position relative to the voxel's corner, in voxel sizes.
     pub offset: Vec3,
     pub normal: u64,
     pub color: u64,
@@ -49,7 +49,7 @@ impl Batch {
         }
     }
 
-    /// Takes a point in; there is room for [`BATCH`].
+    /// Adds a point; there is room for [`BATCH`].
     #[inline]
     pub(super) fn push(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
         let at = self.len % BATCH;
@@ -69,16 +69,16 @@ impl Batch {
         self.len = 0;
     }
 
-    /// Takes the points into the world; `R_world_normal` takes normals there, in steps of their sums.
+    /// Transforms the points into the world; `R_world_normal` rotates normals and scales them to the integers of their sums.
     pub(super) fn place(&mut self, grid: &Grid, R_world_normal: &Mat3A) {
         let axes = |matrix: &Mat3A| [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-        self.positions = turned(&axes(&grid.R), grid.t, &self.positions);
+        self.positions = transformed(&axes(&grid.R), grid.t, &self.positions);
         let zero = Vec3A::splat(ROUNDING + NORMAL_ZERO as f32);
-        self.normals = turned(&axes(R_world_normal), zero, &self.normals);
+        self.normals = transformed(&axes(R_world_normal), zero, &self.normals);
 
         let [x, y, z] = &self.positions;
         for at in 0..BATCH {
-            // Not a number fails every comparison.
+            // NaN fails every comparison.
             let is_near =
                 (x[at].abs() <= MAX_COORDINATE) & (y[at].abs() <= MAX_COORDINATE) & (z[at].abs() <= MAX_COORDINATE);
             let is_low = y[at] >= grid.least_y;
@@ -95,7 +95,7 @@ impl Batch {
         }
     }
 
-    /// The points inside the map's bounds, by their places in the batch.
+    /// Indices in the batch of the points inside the map's bounds.
     #[inline]
     pub(super) fn inside(&self) -> impl Iterator<Item = usize> {
         (0..self.len).filter(|&at| self.is_inside[at])
@@ -117,8 +117,8 @@ impl Batch {
     }
 }
 
-/// Vectors by a matrix of these columns, with `t` added; term by term as for a single vector, so that the sums are the same.
-fn turned(columns: &[Vec3A; 3], t: Vec3A, [x, y, z]: &Axes<f32>) -> Axes<f32> {
+/// A matrix of these columns times vectors, plus `t`; in the order of terms of a single vector, so that results are equal.
+fn transformed(columns: &[Vec3A; 3], t: Vec3A, [x, y, z]: &Axes<f32>) -> Axes<f32> {
     let mut turned = [[0.0; BATCH]; 3];
     for (axis, turned) in turned.iter_mut().enumerate() {
         let [a, b, c] = [columns[0][axis], columns[1][axis], columns[2][axis]];

@@ -1,26 +1,27 @@
-//! What is summed up in a voxel, in half a cache line: waiting for memory is most of stitching.
+//! The sums of a voxel, packed into half a cache line, since cache misses take most of the time of stitching.
 
 use glam::{DVec3, Vec3};
 
-/// Bits of each of three whole numbers that are summed up in one.
+/// Bits of each of the three sums that are packed into 64 bits.
 const LANE_BITS: u32 = 21;
-/// Points of a voxel that its normal and colour are the mean of: later ones would make no visible difference.
+/// Most points of a voxel whose normals and colours are averaged, which keeps the sums from overflowing; further ones would
+/// make no visible difference.
 const MAX_SUMMED_POINTS: u32 = 1 << (LANE_BITS - BITS);
 /// Bits of each number that is added.
 const BITS: u32 = 10;
-/// Steps of a normal's coordinate to a unit: rounded normals may be a little longer, ...
+/// Integer that stands for a normal's coordinate of 1, with room for rounded normals that are slightly longer.
 pub(super) const NORMAL_SCALE: f32 = 500.0;
-/// ... and what stands for 0, so that all are positive.
+/// Offset of a normal's coordinate, which makes all integers positive.
 pub(super) const NORMAL_ZERO: u32 = 1 << (BITS - 1);
 
 /// Sums over the points in a voxel.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(32))]
 pub(super) struct Voxel {
-    /// Of the positions relative to the voxel's corner, in sides of it.
+    /// Sum of the positions relative to the voxel's corner, in voxel sizes.
     offset: Vec3,
     pub count: u32,
-    /// Of the first [`MAX_SUMMED_POINTS`] normals and colours, each [`packed`].
+    /// Sum of the first [`MAX_SUMMED_POINTS`] normals, [`packed`]; `color` likewise.
     normal: u64,
     color: u64,
 }
@@ -50,12 +51,12 @@ impl Voxel {
 
     pub(super) fn color(&self) -> [u8; 3] {
         let share = 1.0 / self.count.min(MAX_SUMMED_POINTS) as f32;
-        // Signed on the way: unsigned conversions take many instructions.
+        // Converted as signed integers: unsigned conversions take more instructions.
         unpacked(self.color).map(|sum| (sum.cast_signed() as f32 * share + 0.5) as i32 as u8)
     }
 }
 
-/// Three numbers of [`BITS`] bits in one, of which [`MAX_SUMMED_POINTS`] may be summed up.
+/// Three numbers of [`BITS`] bits packed into one; up to [`MAX_SUMMED_POINTS`] of them may be added.
 #[inline]
 pub(super) fn packed(numbers: [u32; 3]) -> u64 {
     let [x, y, z] = numbers.map(|number| number & ((1 << BITS) - 1));

@@ -1,20 +1,20 @@
-//! How large a map would be.
+//! Number of voxels that a map would have.
 
 use rustc_hash::FxHashMap;
 
 use super::grid::{BLOCK, Grid, block_key, pack, unpack};
 use crate::geometry::{PointCloud, Pose3};
 
-/// How many voxels some points fill, without keeping the points: a bit a voxel.
+/// Counts the voxels that points fill, with one bit per voxel.
 #[derive(Debug, Clone)]
 pub struct VoxelCount {
     voxel_size: f64,
-    /// For each block of [`BLOCK`] voxels a side, layer by layer, a bit for each that is filled.
+    /// For each block of [`BLOCK`]^3 voxels, layer by layer, the bits of the filled voxels.
     blocks: FxHashMap<u64, [u64; BLOCK as usize]>,
 }
 
 impl VoxelCount {
-    /// Of nothing; `voxel_size` (m) is positive.
+    /// Without points; `voxel_size` (m) must be positive.
     pub fn new(voxel_size: f64) -> Self {
         Self { voxel_size, blocks: FxHashMap::default() }
     }
@@ -53,7 +53,7 @@ impl VoxelCount {
         self.blocks.is_empty()
     }
 
-    /// How many there would be with a side that is a whole multiple of this one's.
+    /// Number of voxels with a side of `multiple` times this one's.
     pub fn len_of_multiple(&self, multiple: i32) -> usize {
         let (multiple, mut coarser) = (multiple.max(1), Vec::new());
         for (&key, layers) in &self.blocks {
@@ -65,7 +65,7 @@ impl VoxelCount {
                     rest &= rest - 1;
                     let corner = [first[0] + bit % BLOCK, first[1] + bit / BLOCK, first[2] + z];
                     let key = pack(corner.map(|cell| cell.div_euclid(multiple)));
-                    // Neighbours are mostly of one coarser voxel.
+                    // Neighbours mostly lie in the same coarse voxel.
                     if coarser.last() != Some(&key) {
                         coarser.push(key);
                     }

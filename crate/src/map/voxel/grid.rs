@@ -1,25 +1,24 @@
-//! Which voxel a point lies in, and which block of voxels.
+//! Integer coordinates of voxels and of blocks of voxels.
 
 use glam::{DVec3, Mat3A, Vec3, Vec3A};
 
 use crate::geometry::Pose3;
 
-/// Voxels along a side of a block, and that as a power of two.
+/// Voxels along a side of a block.
 pub(super) const BLOCK: i32 = 1 << BLOCK_BITS;
 const BLOCK_BITS: i32 = 3;
 pub(super) const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
-/// Bits of a key for each axis: voxels of a millimetre reach a kilometre.
+/// Bits of a key for each axis: voxels of a millimetre cover a kilometre from the origin.
 pub(super) const KEY_BITS: u32 = 21;
-/// No voxel is further from the origin along an axis.
+/// Largest coordinate of a voxel along an axis.
 pub(super) const MAX_COORDINATE: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
 
-/// From a sensor's frame to voxels of the world, in single precision: it resolves micrometres in a house and millimetres
-/// in a town.
+/// Maps the sensor frame to voxels of the world, in single precision: micrometres in a house, millimetres in a town.
 pub(super) struct Grid {
-    /// To the world's frame in sides of a voxel.
+    /// Rotation to the world frame, scaled to voxel sizes.
     pub R: Mat3A,
     pub t: Vec3A,
-    /// Below this y, which points down, it is too high.
+    /// Smallest y (voxel sizes), which points down, of a point that is not too high.
     pub least_y: f32,
 }
 
@@ -33,11 +32,11 @@ impl Grid {
         }
     }
 
-    /// The voxel of a position (m, sensor's frame); `None` where it is too high, not finite or too far away.
+    /// The voxel of a position (m, sensor frame); `None` where it is too high, not finite or too far away.
     #[inline]
     pub(super) fn corner(&self, position: Vec3) -> Option<[i32; 3]> {
         let scaled = self.R * Vec3A::from(position) + self.t;
-        // Not a number fails the comparison.
+        // NaN fails the comparison.
         let is_inside =
             (scaled.cmpge(Vec3A::splat(-MAX_COORDINATE)) & scaled.cmple(Vec3A::splat(MAX_COORDINATE))).all();
         (is_inside && scaled.y >= self.least_y).then(|| scaled.floor().to_array().map(|cell| cell as i32))
@@ -50,8 +49,8 @@ pub(super) fn block_key(corner: [i32; 3]) -> u64 {
     pack(corner.map(|cell| cell >> BLOCK_BITS))
 }
 
-/// A voxel's place in its block. Neighbours along all three axes are near each other: sixteen of them, 4 x 2 x 2, share a
-/// line of the cache, whichever way a surface runs.
+/// Index of a voxel in its block, such that neighbours along all axes are near each other: 4 x 2 x 2 voxels share a cache line,
+/// for every direction of a surface.
 #[inline]
 pub(super) fn slot(corner: [i32; 3]) -> u32 {
     let [x, y, z] = corner.map(|cell| (cell & (BLOCK - 1)).cast_unsigned());

@@ -1,4 +1,4 @@
-//! The stitched map in space: one point a voxel, the mean of what all frames saw there.
+//! The stitched map in space: one point per voxel, the mean of the points of all frames in it.
 
 mod batch;
 mod cell;
@@ -18,27 +18,27 @@ use self::grid::{BLOCK_VOXELS, Grid, KEY_BITS, block_key, rotation, slot};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::map_image::MapImage;
 
-/// Points of many frames in the world frame, without doubles.
+/// Points of many frames in the world frame, averaged per voxel.
 ///
-/// Memory grows with the surface seen, not with the number of frames.
+/// Memory grows with the area of the surfaces, not with the number of frames.
 #[derive(Debug, Clone)]
 pub struct VoxelMap {
     voxel_size: f64,
-    /// For each block of voxels that holds a point, where its slots begin: neighbours are found without hashing.
+    /// For each block of voxels that holds a point, the index of its first slot. Within a block voxels need no hashing.
     blocks: FxHashMap<u64, u32>,
-    /// For each voxel of each block its number plus 1; 0 where there is none.
+    /// For each voxel of each block its index plus 1; 0 where it is empty.
     slots: Vec<u32>,
     voxels: Vec<Voxel>,
-    /// Of each voxel.
+    /// Corner and first frame of each voxel.
     origins: Vec<Origin>,
     has_colors: bool,
 }
 
-/// What is known of a voxel once it is seen.
+/// The data of a voxel that do not change.
 #[derive(Debug, Clone, Copy)]
 struct Origin {
     corner: [i32; 3],
-    /// The first frame that saw it.
+    /// Index of the first frame with a point in it.
     frame: u32,
 }
 
@@ -47,17 +47,17 @@ struct Origin {
 pub struct MapPoint {
     /// World frame (m).
     pub position: Vec3,
-    /// Unit vector; zero where that is unknown.
+    /// Unit normal (world frame); zero where it is unknown.
     pub normal: Vec3,
     /// Red, green, blue; black where no frame had colours.
     pub color: [u8; 3],
-    /// The first frame that saw it.
+    /// Index of the first frame with a point in the voxel.
     pub frame: u32,
 }
 
-/// Size of the cache of the blocks that were found last.
+/// Entries of the cache of recently found blocks.
 const NUM_RECENT_BLOCKS: usize = 256;
-/// Image normals are kept in 127ths.
+/// Length of the normals of an image, whose coordinates are signed bytes.
 const IMAGE_UNIT: f32 = 127.0;
 
 impl VoxelMap {
@@ -103,7 +103,7 @@ impl VoxelMap {
         stitching.flush();
     }
 
-    /// Where the slots of the block of this key begin; it is made where there is none.
+    /// Index of the first slot of the block of this key, which is created where it is missing.
     fn block(&mut self, key: u64) -> u32 {
         let next = self.slots.len() as u32;
         let first = *self.blocks.entry(key).or_insert(next);
@@ -113,7 +113,7 @@ impl VoxelMap {
         first
     }
 
-    /// The number, plus 1, of the voxel that a slot stands for; it is made where there is none.
+    /// Index plus 1 of the voxel of a slot, which is created where it is missing.
     fn voxel(&mut self, slot: u32, corner: [i32; 3], frame: u32) -> u32 {
         let number = &mut self.slots[slot as usize];
         if *number == 0 {
@@ -134,7 +134,7 @@ impl VoxelMap {
         self.voxels.is_empty()
     }
 
-    /// The points, world frame, in the order in which they were first seen.
+    /// The points (world frame), in the order of their creation.
     pub fn cloud(&self) -> PointCloud {
         PointCloud {
             positions: self.positions().collect(),
@@ -144,12 +144,12 @@ impl VoxelMap {
         }
     }
 
-    /// Where the points are (m), in the order of [`cloud`](Self::cloud).
+    /// Positions of the points (m), in the order of [`cloud`](Self::cloud).
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
         self.voxels.iter().zip(&self.origins).map(|(voxel, origin)| voxel.position(origin.corner, self.voxel_size))
     }
 
-    /// Where their surfaces face: unit vectors, zero where that is unknown.
+    /// Their unit normals; zero where unknown.
     pub fn normals(&self) -> impl ExactSizeIterator<Item = Vec3> {
         self.voxels.iter().map(Voxel::normal)
     }
@@ -164,7 +164,7 @@ impl VoxelMap {
         self.has_colors
     }
 
-    /// All that is known of some of the points, by their places in [`cloud`](Self::cloud).
+    /// A range of the points, by their indices in [`cloud`](Self::cloud).
     pub fn points(&self, places: Range<usize>) -> impl ExactSizeIterator<Item = MapPoint> {
         self.voxels[places.clone()].iter().zip(&self.origins[places]).map(|(voxel, origin)| MapPoint {
             position: voxel.position(origin.corner, self.voxel_size),
@@ -174,19 +174,19 @@ impl VoxelMap {
         })
     }
 
-    /// The first frame that saw each point.
+    /// Index of the first frame of each point.
     pub fn frames(&self) -> Vec<u32> {
         self.origins.iter().map(|origin| origin.frame).collect()
     }
 }
 
-/// Points of one frame on their way into a map.
+/// Adds the points of one frame to a map.
 struct Stitching<'a> {
     map: &'a mut VoxelMap,
     grid: Grid,
     R_world_normal: Mat3A,
     frame: u32,
-    /// Keys, and where the slots begin.
+    /// Keys of recently found blocks, and the indices of their first slots.
     recent: [(u64, u32); NUM_RECENT_BLOCKS],
     batch: Batch,
 }
@@ -216,7 +216,7 @@ impl<'a> Stitching<'a> {
         for at in batch.inside() {
             let corner = batch.corner(at);
             let key = block_key(corner);
-            let block = &mut recent[recent_place(key)];
+            let block = &mut recent[recent_slot(key)];
             if block.0 != key {
                 *block = (key, map.block(key));
             }
@@ -234,7 +234,7 @@ impl<'a> Stitching<'a> {
                 *number = map.voxel(slot, batch.corner(at), self.frame);
             }
         }
-        // All voxels are looked at before any is changed: the processor then waits for all of them together.
+        // All voxels are read before any is changed, so that their cache misses overlap.
         let counts = numbers[..count].iter().map(|&number| map.voxels[number as usize - 1].count);
         black_box(counts.fold(0, u32::max));
         for (&number, &at) in numbers.iter().zip(points) {
@@ -245,9 +245,9 @@ impl<'a> Stitching<'a> {
     }
 }
 
-/// A place for each block, and neighbours at different ones.
+/// Entry of a block in the cache; neighbouring blocks have different entries.
 #[inline]
-fn recent_place(key: u64) -> usize {
+fn recent_slot(key: u64) -> usize {
     let [x, y, z] = [key, key >> KEY_BITS, key >> (2 * KEY_BITS)];
     x.wrapping_add(7 * y).wrapping_add(31 * z) as usize % NUM_RECENT_BLOCKS
 }
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_voxel_holds_the_mean_of_what_was_seen_in_it() {
+    fn a_voxel_holds_the_mean_of_its_points() {
         let mut map = VoxelMap::new(0.1);
         map.insert(&cloud(&[[0.02, 0.0, 1.0], [0.04, 0.0, 1.02], [-0.01, 0.0, 1.0]]), &Pose3::identity(), 3, 100.0);
         map.insert(&cloud(&[[0.06, 0.0, 1.01], [5.0, 0.0, 0.0]]), &Pose3::identity(), 7, 100.0);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_move_points_and_heights_and_strays_are_cut() {
+    fn points_are_transformed_and_high_and_non_finite_ones_are_left_out() {
         let T =
             <Pose3 as RigidMotion>::exp(&nalgebra::Vector6::new(0.0, 0.0, std::f64::consts::FRAC_PI_2, 1.0, 2.0, 0.0));
         let expected = T * nalgebra::Point3::new(0.5, 0.25, 2.0);
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn coarser_maps_are_counted_as_if_they_had_been_filled() {
+    fn the_count_of_a_coarser_map_equals_that_of_a_filled_one() {
         let mut random = 1u32;
         let mut next = || {
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -342,7 +342,7 @@ mod tests {
         let colors = (0..many).map(|i| [255, (i % 2) as u8 * 255, 7]).collect();
         let cloud = PointCloud {
             positions,
-            // Of no unit length, as files may have them.
+            // Not of unit length, as in some files.
             normals: Some(vec![3.0 * normal; many]),
             colors: Some(colors),
             ..PointCloud::default()
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn each_voxel_of_a_block_has_a_slot_of_its_own() {
+    fn voxels_of_a_block_have_different_slots() {
         let mut slots: Vec<u32> = (0..512).map(|i| slot([i % 8 - 8, i / 8 % 8, i / 64 + 16])).collect();
         slots.sort_unstable();
         assert_eq!(slots, (0..512).collect::<Vec<_>>());

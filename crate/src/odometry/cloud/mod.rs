@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
-use crate::registration::degeneracy::{DegenerateDirection, is_turn_constrained};
+use crate::registration::degeneracy::{DegenerateDirection, is_rotation_constrained};
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::global::register_globally;
 use crate::registration::icp::{IcpOptions, Source};
@@ -305,7 +305,7 @@ impl CloudOdometry {
         let tolerance = self.options.max_correspondence_distance;
         let [turn, shift] = [0, 3].map(|first| weakest.weakest_direction.fixed_rows::<3>(first).into_owned());
         if turn.norm() > PURE_TURN * shift.norm() {
-            let is_free = weakest.is_undetermined() && !is_turn_constrained(&turn.normalize(), pairs, tolerance);
+            let is_free = weakest.is_undetermined() && !is_rotation_constrained(&turn.normalize(), pairs, tolerance);
             return is_free.then_some(Unconstrained::Turn);
         }
         let is_free =

@@ -1,10 +1,10 @@
-//! What a person needs to know of a setting: its name, unit, limits and what it is for.
+//! Descriptions of settings for users: label, unit, limits and explanation; and their validation.
 
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-/// What a setting may be.
+/// The type and the limits of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -15,7 +15,7 @@ pub enum SettingKind {
         min: f64,
         /// Largest value.
         max: f64,
-        /// A step that makes sense by hand.
+        /// Step of an input field.
         step: f64,
     },
     /// A whole number within limits.
@@ -25,9 +25,9 @@ pub enum SettingKind {
         /// Largest value.
         max: u32,
     },
-    /// One of a few names.
+    /// One of several values.
     Choice {
-        /// The names with their labels.
+        /// The values with their labels.
         choices: Vec<Choice>,
     },
 }
@@ -36,9 +36,9 @@ pub enum SettingKind {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Choice {
-    /// The value as the settings spell it.
+    /// The value in the settings.
     pub value: &'static str,
-    /// What a person reads.
+    /// Its label on the page.
     pub label: &'static str,
 }
 
@@ -48,29 +48,29 @@ pub struct Choice {
 pub struct Preset<S> {
     /// Name on the command line.
     pub name: &'static str,
-    /// What a person reads.
+    /// Its label on the page.
     pub label: &'static str,
-    /// One line on what it is for.
+    /// Its purpose, in one line.
     pub explanation: &'static str,
     /// The settings.
     pub settings: S,
 }
 
-/// What a person needs to know of a setting.
+/// The description of a setting for users.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct SettingDescription {
     /// Field of the settings.
     pub name: &'static str,
-    /// What a person reads.
+    /// Its label on the page.
     pub label: &'static str,
-    /// Heading it stands under.
+    /// Heading of its group.
     pub group: &'static str,
     /// `m`, `rad` or empty.
     pub unit: &'static str,
-    /// One line on what it does and when to change it.
+    /// Its effect and when to change it, in one line.
     pub explanation: &'static str,
-    /// What it may be.
+    /// Its type and limits.
     pub kind: SettingKind,
 }
 
@@ -80,10 +80,10 @@ impl SettingDescription {
     }
 }
 
-/// A setting of `S`: its description, and where its value stands.
+/// A setting of `S`: its description, and the function that reads its value.
 pub(crate) struct Setting<S> {
     pub(crate) description: SettingDescription,
-    /// Of a number; `None` for a choice, whose type allows its values alone.
+    /// Reads a number; `None` for a choice, whose type excludes invalid values.
     pub(crate) value: Option<fn(&S) -> f64>,
 }
 
@@ -109,8 +109,8 @@ pub(crate) fn check_limits<S>(table: &[Setting<S>], settings: &S) -> Result<()> 
     Ok(())
 }
 
-/// The table of a struct's settings, as a `Vec<Setting<_>>`. A row begins with the setting's kind and the name of its field, which
-/// is its name everywhere; then come its label, one line of explanation, and what it may be:
+/// The table of a struct's settings, as a `Vec<Setting<_>>`. A row has the setting's kind, the name of its field, which is its name
+/// everywhere, its label, one line of explanation, and its values or limits:
 ///
 /// - `choice field: "Label", "Explanation.", ["value" => "Label", ...];`
 /// - `integer field: "Label", "Explanation.", [min, max];`
@@ -164,8 +164,8 @@ macro_rules! settings_rows {
 
 pub(crate) use {settings_rows, settings_table};
 
-/// What must hold of the table of any settings: every field has one row, every choice is a value of its field, and the defaults
-/// are within their limits.
+/// Checks a table of settings: every field has one row, every choice is a value of its field, and the defaults are within their
+/// limits.
 #[cfg(test)]
 pub(crate) fn assert_describes_all<S>(table: &[Setting<S>])
 where

@@ -1,4 +1,4 @@
-//! The settings of a planar reconstruction in the order of the page, and sets of them for one purpose.
+//! The settings of a planar reconstruction in the order of the page, and presets.
 
 use std::f64::consts::PI;
 
@@ -44,7 +44,7 @@ pub fn descriptions() -> Vec<SettingDescription> {
     table().into_iter().map(|setting| setting.description).collect()
 }
 
-/// Where limits, labels and values stand.
+/// Labels, explanations and limits of all settings.
 pub(super) fn table() -> Vec<Setting<Settings>> {
     settings_table! { Settings:
         "Chain" {

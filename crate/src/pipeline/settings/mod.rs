@@ -1,5 +1,5 @@
-//! All settings of a planar reconstruction: names, defaults, limits and explanations, for the page, the command line and
-//! the API alike.
+//! The settings of a planar reconstruction: names, defaults, limits and explanations, for the page, the command line and the
+//! API.
 
 pub(crate) mod description;
 mod list;
@@ -18,35 +18,35 @@ use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 
-/// How scans are chained.
+/// What scans are registered to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Strategy {
-    /// Each scan with the one before it.
+    /// Each scan to the one before it.
     ScanToScan,
-    /// Each scan with a local map of the scans before it.
+    /// Each scan to a local map of the scans before it.
     ScanToMap,
-    /// As scan to map, then all poses together: each scan with the n before it.
+    /// As scan to map, followed by a joint registration of each scan with the n before it.
     Joint,
 }
 
-/// Where measured motion between scans comes from, as a first guess.
+/// The source of measured motion between scans, which serves as the initial guess.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum OdometrySource {
-    /// From a file of its own, or else from the log, where its poses are found to be the wheels' own.
+    /// The odometry file, or else the poses of the log, if they are found to be raw wheel odometry.
     Auto,
-    /// From a file of its own, where one is given.
+    /// The odometry file, where one is given.
     File,
-    /// From a file of its own, or else from the poses that the laser log holds.
+    /// The odometry file, or else the poses of the laser log.
     Log,
-    /// From nowhere: scans alone.
+    /// No odometry.
     None,
 }
 
-/// Settings of a planar reconstruction. The default works on whatever the samples and the homework's scans are like.
+/// Settings of a planar reconstruction. The defaults are meant for all recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -55,37 +55,37 @@ pub struct Settings {
     pub min_range: f64,
     /// Returns at or beyond this are dropped (m).
     pub max_range: f64,
-    /// How scans are chained.
+    /// What scans are registered to.
     pub strategy: Strategy,
-    /// How many earlier scans form the local map.
+    /// Number of earlier scans in the local map.
     pub local_map_scans: usize,
-    /// Joint: each scan is matched with the n before it and the n nearest before those; 0 means all.
+    /// Joint: number n of preceding scans, and of nearest scans before those, that each scan is matched with; 0 means all.
     pub matched_scans: usize,
-    /// What a registration starts from.
+    /// The pose from which a registration starts.
     pub initial_guess: InitialGuess,
-    /// Where measured motion comes from; where there is some, it goes before `initial_guess`.
+    /// The source of measured motion, which takes precedence over `initial_guess`.
     pub odometry: OdometrySource,
     /// Half width of the correlative search in x and y (m).
     pub search_translation: f64,
     /// Half width of the correlative search in heading (rad).
     pub search_rotation: f64,
-    /// What a correspondence measures.
+    /// The distance that a correspondence measures.
     pub metric: MetricName,
-    /// Pairs further apart are no correspondences (m).
+    /// Largest distance of a pair (m).
     pub max_correspondence_distance: f64,
-    /// Pairs whose normals differ by more are rejected (rad).
+    /// Largest angle between the normals of a pair (rad).
     pub max_normal_angle: f64,
-    /// Share of the worst correspondences that is dropped.
+    /// Share of the correspondences, those with the largest residuals, that is dropped, in [0, 1).
     pub trim_fraction: f64,
-    /// How far residuals count less.
+    /// Robust kernel that weights the residuals.
     pub robust_kernel: RobustKernel,
-    /// Residual at which the kernel sets in (m).
+    /// Width of the robust kernel (m).
     pub robust_kernel_width: f64,
-    /// Most iterations of a registration, and of the joint solution.
+    /// Most iterations of a registration, and of the joint registration.
     pub max_iterations: usize,
-    /// Converged when a step turns less (rad) and moves less than `translation_eps`.
+    /// Rotation of a step below which a registration has converged (rad), if its translation is below `translation_eps`.
     pub rotation_eps: f64,
-    /// Converged when a step moves less (m) and turns less than `rotation_eps`.
+    /// Translation of a step below which a registration has converged (m), if its rotation is below `rotation_eps`.
     pub translation_eps: f64,
 }
 
@@ -135,7 +135,7 @@ impl Settings {
         RangeLimits { min_range: self.min_range, max_range: self.max_range }
     }
 
-    /// How many scans the local map holds.
+    /// Number of scans in the local map.
     pub(crate) fn map_capacity(&self) -> usize {
         if self.strategy == Strategy::ScanToScan { 1 } else { self.local_map_scans }
     }

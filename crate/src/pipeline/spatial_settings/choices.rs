@@ -23,21 +23,22 @@ pub enum Method {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Quantisation {
-    /// Whichever makes the first frames fit each other better.
+    /// The one under which the first frames agree better.
     ToldFromData,
-    /// Truncated to whole steps: the true depth lies half a step further on average.
+    /// Truncated to whole steps: the true depth is half a step larger on average.
     Truncated,
     /// Rounded to the nearest step.
     Rounded,
 }
 
 impl Quantisation {
-    /// What is added to a raw value to get the middle of the depths it stands for.
+    /// Offset from a raw value to the centre of its interval of depths (raw steps).
     pub fn offset(self) -> f64 {
         if self == Self::Truncated { 0.5 } else { 0.0 }
     }
 
-    /// What is to be added to depths that were prepared by another reading, in the unit of `depth_step` (one raw value).
+    /// Correction to be added to depths that were prepared under another quantisation, in the unit of `depth_step` (the depth of
+    /// one raw step).
     pub(crate) fn shift_from(self, prepared_as: Self, depth_step: f64) -> f64 {
         (self.offset() - prepared_as.offset()) * depth_step
     }
@@ -54,12 +55,12 @@ pub enum LoopClosing {
     Off,
 }
 
-/// How the quaternions of a reference are read.
+/// Order of the quaternions of a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum ReferenceQuaternions {
-    /// As its motions fit the estimated ones best.
+    /// Chosen such that its motions best agree with the estimated ones.
     ToldFromData,
     /// qx qy qz qw.
     RealPartLast,
@@ -67,12 +68,12 @@ pub enum ReferenceQuaternions {
     RealPartFirst,
 }
 
-/// Where the sensor's axes point in a reference.
+/// Directions of the sensor's axes in a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum ReferenceAxes {
-    /// As its motions fit the estimated ones best.
+    /// Chosen such that its motions best agree with the estimated ones.
     ToldFromData,
     /// [`Opencv`](crate::evaluation::convention::SensorAxes::Opencv).
     Opencv,
@@ -82,12 +83,12 @@ pub enum ReferenceAxes {
     Robotics,
 }
 
-/// What a pose of a reference maps.
+/// The frames that a pose of a reference maps between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum ReferenceDirection {
-    /// As its motions fit the estimated ones best.
+    /// Chosen such that its motions best agree with the estimated ones.
     ToldFromData,
     /// [`SensorToWorld`](crate::evaluation::convention::PoseDirection::SensorToWorld).
     SensorToWorld,

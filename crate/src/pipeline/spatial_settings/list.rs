@@ -1,4 +1,4 @@
-//! The settings in space in the order of the page, and sets of them for one purpose.
+//! The settings of a reconstruction in space in the order of the page, and presets.
 
 use std::f64::consts::PI;
 
@@ -22,7 +22,7 @@ pub fn spatial_presets() -> Vec<Preset<SpatialSettings>> {
             explanation: "The pipeline taught in courses with Open3D: voxels of 5 cm, FPFH, RANSAC and point-to-plane ICP, each frame to the previous one.",
             settings: SpatialSettings {
                 method: Method::Course,
-                // Courses take the raw value for the depth, whatever it is.
+                // Courses use the raw value as the depth.
                 quantisation: Quantisation::Rounded,
                 min_range: 0.0,
                 voxel_size: 0.05,
@@ -45,7 +45,7 @@ pub fn spatial_descriptions() -> Vec<SettingDescription> {
     table().into_iter().map(|setting| setting.description).collect()
 }
 
-/// Where limits, labels and values stand.
+/// Labels, explanations and limits of all settings.
 pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
     settings_table! { SpatialSettings:
         "Registration" {

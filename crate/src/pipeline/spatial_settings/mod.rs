@@ -1,5 +1,5 @@
-//! All settings of a reconstruction in space, from depth images or clouds: names, defaults, limits and explanations, for
-//! the page, the command line and the API alike.
+//! The settings of a reconstruction in space, from depth images or clouds: names, defaults, limits and explanations, for the
+//! page, the command line and the API.
 
 mod choices;
 mod list;
@@ -21,20 +21,20 @@ use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
 
-/// Settings of a reconstruction in space. The default works with nothing set on rendered rooms and on depth cameras.
+/// Settings of a reconstruction in space. The defaults are meant for depth cameras, rendered rooms and clouds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct SpatialSettings {
-    /// What a frame is matched with.
+    /// What a frame is registered to.
     pub method: Method,
-    /// How hard a first guess is looked for, with surfaces.
+    /// Surfels: effort of the search for an initial guess.
     pub effort: Effort,
-    /// What the colours of depth images are used for, with surfaces.
+    /// Surfels: use of the colours of depth images.
     pub color: ColorUse,
-    /// How the sensor may move.
+    /// Degrees of freedom of the sensor's motion.
     pub motion: Motion,
-    /// Whether frames are verified, with surfaces. For experiments alone: it can be set neither on the page nor by a file.
+    /// Surfels: whether frames are verified. For experiments only; neither the page nor a file can set it.
     #[serde(skip)]
     pub verification: Verification,
     /// Focal length along the rows (pixels); 0: from the field of view.
@@ -47,27 +47,27 @@ pub struct SpatialSettings {
     pub cy: f64,
     /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
     pub field_of_view: f64,
-    /// Raw depth values a metre; 0: told from the first image.
+    /// Raw depth values per metre; 0: estimated from the first image.
     pub depth_scale: f64,
-    /// How depth was made a whole number; matters for 8 bits.
+    /// How depth was quantised to whole numbers; relevant for 8 bits.
     pub quantisation: Quantisation,
     /// Nearer depths are dropped (m).
     pub min_range: f64,
     /// Farther depths are dropped (m); 0: beyond 10 m in depth images, nothing in clouds.
     pub max_range: f64,
-    /// The map ends so far above the first sensor (m).
+    /// Height above the first sensor up to which points are added to the map (m).
     pub max_height: f64,
-    /// Clouds: one point is kept in a cube of this side (m); 0: told from the first cloud.
+    /// Clouds: voxel size of the downsampling (m); 0: estimated from the first cloud.
     pub voxel_size: f64,
-    /// Clouds: what a correspondence measures.
+    /// Clouds: the distance that a correspondence measures.
     pub metric: SpatialMetric,
-    /// Clouds: pairs further apart are no correspondences (m); 0: three voxels.
+    /// Clouds: largest distance of a pair (m); 0: three voxels.
     pub max_correspondence_distance: f64,
-    /// Clouds: when features are searched for over the whole of two clouds.
+    /// Clouds: when a global registration is used.
     pub global_registration: GlobalRegistrationUse,
-    /// What is done where the path comes back to a place.
+    /// Whether loops are closed.
     pub loop_closing: LoopClosing,
-    /// The map holds one point in a cube of this side (m); 0: 2 cm, for clouds half their voxel.
+    /// Voxel size of the stitched map (m); 0: 2 cm, for clouds half of `voxel_size`.
     pub map_voxel_size: f64,
     /// The reference: order of its quaternions.
     pub reference_quaternions: ReferenceQuaternions,

@@ -29,9 +29,9 @@ const SHARP_QUERIES: usize = 10_000;
 
 /// Strategies side by side.
 ///
-/// [`begin`](Self::begin) looks at the first file and says what preparing has to know. Each prepared frame is
-/// [offered](Self::offer), and every strategy that is to go on [steps](Self::step) once; the caller may measure how long that
-/// took, and leave out a strategy that has become too slow. Only one frame is held at a time.
+/// [`begin`](Self::begin) reads the first file and returns the configuration for the preparation of frames. Each prepared frame
+/// is [offered](Self::offer), and each strategy that continues [steps](Self::step) once; the caller may measure the time and
+/// leave out a strategy that has become too slow. Only one frame is held at a time.
 pub struct StrategyComparison {
     settings: SpatialSettings,
     decode_config: Option<DecodeConfig>,
@@ -59,8 +59,8 @@ struct Reference {
 }
 
 impl StrategyComparison {
-    /// A comparison without frames. `settings` say how frames are read: the camera, the depth, the range, and in `voxel_size` how
-    /// they are thinned before every strategy.
+    /// A comparison without frames. `settings` define how frames are read: the camera, the depth, the range, and in `voxel_size` the
+    /// downsampling before every strategy.
     ///
     /// # Errors
     /// When a setting is out of its limits.
@@ -83,7 +83,7 @@ impl StrategyComparison {
         })
     }
 
-    /// Sets the camera and the depth scale of a file beside the images, as far as the settings have none.
+    /// Sets camera and depth scale from a file beside the images, unless the settings have them.
     ///
     /// # Errors
     /// After [`begin`](Self::begin): frames have been prepared with another camera.
@@ -91,8 +91,8 @@ impl StrategyComparison {
         set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
-    /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
-    /// counts.
+    /// Reads the first file, a depth image or a cloud, given as its bytes, and returns the configuration for the preparation of
+    /// frames. Only the first call has an effect.
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
@@ -128,7 +128,7 @@ impl StrategyComparison {
         Ok(())
     }
 
-    /// Places the frame on offer by one strategy. `None` where there is no such strategy, or it has placed that frame.
+    /// Registers the offered frame by one strategy. `None` where there is no such strategy, or it has already registered that frame.
     pub fn step(&mut self, strategy: usize) -> Option<&StrategyFrame> {
         let (label, cloud) = self.current.as_ref()?;
         let strategy = self.strategies.get_mut(strategy).filter(|strategy| !strategy.has_stepped)?;
@@ -173,8 +173,8 @@ impl StrategyComparison {
         self.strategies.is_empty()
     }
 
-    /// What is known of a strategy so far, with the time that each of its frames took (ms), as far as the caller has measured it.
-    /// `None` where there is no such strategy.
+    /// The result of a strategy so far, with the times of its frames (ms) that the caller has measured. `None` where there is no such
+    /// strategy.
     pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Option<StrategyResult> {
         let Strategy { odometry, frames, places, .. } = self.strategies.get(strategy)?;
         let mut notes = merged(&self.notes);
@@ -261,7 +261,7 @@ impl StrategyComparison {
     }
 }
 
-/// Relative errors from each frame with a partner to the next such: of the way (m) and of the turn (rad).
+/// Relative errors from each frame with a partner to the next one: translation (m) and rotation (rad).
 fn relative_errors(estimated: &[EstimatedFrame], error: &TrajectoryError<Pose3>) -> Option<(Statistics, Statistics)> {
     let pairs: Vec<(Pose3, Pose3)> = estimated
         .iter()

@@ -1,6 +1,6 @@
-//! What a map costs and gains: [`StrategyComparison`] runs several settings of [voxel odometry](crate::odometry::voxel)
-//! over the same frames, side by side, and reports what each stored, how long it took (the caller holds the clock) and how
-//! far its trajectory is from the reference.
+//! Comparison of mapping strategies: [`StrategyComparison`] runs several settings of [voxel odometry](crate::odometry::voxel) on
+//! the same frames, and reports for each the size of the map, the time (measured by the caller) and the error against the
+//! reference.
 
 mod comparison;
 mod presets;

@@ -1,12 +1,12 @@
-//! The strategies that are compared unless others are asked for.
+//! The strategies of the default comparison.
 
 use crate::odometry::voxel::{
     AddedPoints, KeptPoint, MapKind, ThresholdKind, VoxelOdometryMotion, VoxelOdometrySettings,
 };
 use crate::pipeline::settings::Preset;
 
-/// The strategies of the default comparison, in its order: the plain one, two sizes of voxels, then one change each to the map
-/// of 0.1 m, and at last all changes together.
+/// The strategies of the default comparison: the simplest one, two voxel sizes, then single changes to the map of 0.1 m, and
+/// finally all changes together.
 pub fn strategy_presets() -> Vec<Preset<VoxelOdometrySettings>> {
     let voxels = VoxelOdometrySettings::default();
     vec![

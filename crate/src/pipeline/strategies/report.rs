@@ -1,4 +1,4 @@
-//! What a strategy cost and gained, as plain data, the same for the page, the command line and the API.
+//! The result of a strategy (map size, time, errors) as plain data, the same for the page, the command line and the API.
 
 use serde::Serialize;
 
@@ -7,8 +7,8 @@ use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::report::SpatialPose;
 
-/// What a point of the map counts for: three coordinates in double precision, as NumPy and Open3D hold a cloud. Normals
-/// and the index come on top and are not counted: they are the same for every strategy, point by point.
+/// Bytes of a point of the map: three coordinates in double precision, as in NumPy and Open3D. Normals and the index are not
+/// counted, since they take the same space per point for every strategy.
 pub(crate) const BYTES_A_POINT: usize = 24;
 
 /// One frame of one strategy.
@@ -17,33 +17,33 @@ pub(crate) const BYTES_A_POINT: usize = 24;
 pub struct StrategyFrame {
     /// Name of the file.
     pub name: String,
-    /// Its place in the recording, counted from 0.
+    /// Index in the recording, from 0.
     pub index: usize,
-    /// Pose of the sensor; the world is the frame of the first one. Of a lost frame, what was predicted.
+    /// Pose of the sensor; the world is the frame of the first one. For a lost frame the prediction.
     pub T_world_sensor: SpatialPose,
-    /// How far it is to be trusted.
+    /// Assessment of the pose.
     pub status: Status,
-    /// Why it is not good; empty when it is.
+    /// Reason for a status other than good; empty otherwise.
     pub reason: String,
-    /// Points of the frame.
+    /// Number of points of the frame.
     pub num_points: usize,
-    /// Those of them that were registered.
+    /// Number of points that were registered.
     pub num_source: usize,
-    /// Pairs that counted in the last iteration, over the points that were registered; 0 for the first frame.
+    /// Inliers of the last iteration divided by the registered points, 0..=1; 0 for the first frame.
     pub fitness: f64,
     /// Root mean square of their residuals (m).
     pub inlier_rmse: f64,
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
     /// Whether the last step was below both limits.
     pub converged: bool,
-    /// Partners were looked for within this distance (m).
+    /// Largest distance of a pair (m).
     pub threshold: f64,
-    /// Points that the map took.
+    /// Number of points added to the map.
     pub num_added: usize,
-    /// Points of the map after it.
+    /// Number of points of the map after this frame.
     pub map_points: usize,
-    /// Bytes of them, 24 a point: three coordinates in double precision. Normals and the index are not counted.
+    /// Size of the map (bytes), 24 per point: three coordinates in double precision, without normals and the index.
     pub map_bytes: usize,
 }
 
@@ -51,14 +51,14 @@ pub struct StrategyFrame {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Trend {
-    /// By how much a value grows from one frame to the next.
+    /// Growth of the value per frame.
     pub slope: f64,
     /// Standard error of the slope, from the scatter about the line.
     pub standard_error: f64,
 }
 
 impl Trend {
-    /// Of values, one a frame from number 0 on. `None` with fewer than three.
+    /// The line through values, one per frame from number 0. `None` with fewer than three.
     pub fn of(values: &[f64]) -> Option<Self> {
         if values.len() < 3 {
             return None;
@@ -73,22 +73,22 @@ impl Trend {
     }
 }
 
-/// How long the frames took, as the caller measured it. The first frame, which is registered to nothing, does not count.
+/// Times of the frames, as measured by the caller. The first frame, which is not registered, is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct StrategyTiming {
-    /// Of half the frames it was less (ms).
+    /// Median (ms).
     pub median: f64,
-    /// The last frame (ms).
+    /// Time of the last frame (ms).
     pub last: f64,
-    /// All frames (ms).
+    /// Sum over all frames (ms).
     pub total: f64,
-    /// Growth from frame to frame (ms a frame); null with too few frames.
+    /// Growth per frame (ms); null with too few frames.
     pub trend: Option<Trend>,
 }
 
 impl StrategyTiming {
-    /// Of milliseconds, one a frame from the first one on. `None` where no frame was registered.
+    /// From times in milliseconds, one per frame from the first. `None` where no frame was registered.
     pub fn of(milliseconds: &[f64]) -> Option<Self> {
         let registered = milliseconds.get(1..)?;
         let last = *registered.last()?;
@@ -101,11 +101,11 @@ impl StrategyTiming {
     }
 }
 
-/// Errors against the truth, first poses made equal, no other alignment. Lost frames count with what was predicted.
+/// Errors against the reference, with the first poses made equal and no other alignment. Lost frames enter with their prediction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct StrategyErrors {
-    /// Frames with a partner in the reference.
+    /// Number of frames with a partner in the reference.
     pub num_matched: usize,
     /// Mean distance, APE (m).
     pub ape_mean: f64,
@@ -113,23 +113,23 @@ pub struct StrategyErrors {
     pub ape_rmse: f64,
     /// Largest distance (m).
     pub ape_max: f64,
-    /// Relative error from each frame to the next (m), mean; null where the reference has positions alone.
+    /// Mean relative translation error from each frame to the next (m); null where the reference has no orientations.
     pub rpe_mean: Option<f64>,
-    /// Root mean square of it (m).
+    /// Root mean square of the relative translation error (m).
     pub rpe_rmse: Option<f64>,
-    /// Largest (m).
+    /// Largest relative translation error (m).
     pub rpe_max: Option<f64>,
-    /// The same of the turns (rad), mean.
+    /// Mean relative rotation error (rad).
     pub rpe_rotation_mean: Option<f64>,
     /// Distance of each frame (m); null without a partner.
     pub errors: Vec<Option<f64>>,
     /// The reference's poses in the strategy's world.
     pub reference: Vec<Option<SpatialPose>>,
-    /// How the reference's poses were read, in words.
+    /// The pose convention of the reference, in words.
     pub convention: String,
 }
 
-/// Everything that is known of a strategy.
+/// The result of a strategy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct StrategyResult {
@@ -137,24 +137,23 @@ pub struct StrategyResult {
     pub version: &'static str,
     /// Its settings.
     pub settings: VoxelOdometrySettings,
-    /// One entry a frame, in their order.
+    /// One entry per frame, in order.
     pub frames: Vec<StrategyFrame>,
-    /// Frames that could not be placed.
+    /// Number of lost frames.
     pub num_lost: usize,
-    /// Points of the map.
+    /// Number of points of the map.
     pub map_points: usize,
-    /// Bytes of them, 24 a point: three coordinates in double precision. Normals and the index are not counted.
+    /// Size of the map (bytes), 24 per point: three coordinates in double precision, without normals and the index.
     pub map_bytes: usize,
-    /// Growth of the map from frame to frame (points a frame), over the second half of the frames; null with too few.
+    /// Growth of the map per frame (points), over the second half of the frames; null with too few.
     pub growth: Option<Trend>,
-    /// How long it took, where that was measured.
+    /// Times, where they were measured.
     pub timing: Option<StrategyTiming>,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<StrategyErrors>,
-    /// Sharpness of the frames at the estimated poses, from the same points for every strategy; null where the points are too
-    /// few to tell.
+    /// Sharpness of the frames at the estimated poses, from the same points for every strategy; null with too few points.
     pub sharpness: Option<MapQuality>,
-    /// What else is worth knowing, in whole sentences.
+    /// Remarks, in whole sentences.
     pub notes: Vec<String>,
 }
 

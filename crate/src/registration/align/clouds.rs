@@ -1,4 +1,4 @@
-//! Two clouds of either kind, as files hold them, made ready for registration.
+//! Preparation of two clouds of either kind, as files hold them, for registration.
 
 use std::rc::Rc;
 
@@ -11,7 +11,7 @@ use crate::io::trajectory::in_space;
 use crate::registration::problem::IcpProblem;
 use crate::search::NearestTable;
 
-/// A problem of either dimension with its first guess, all relative to the target's origin.
+/// A problem of either dimension with its initial guess, relative to the target's origin.
 pub enum CloudProblem {
     /// Two planar clouds.
     Plane(Box<dyn IcpProblem<Pose2>>, Pose2),
@@ -19,25 +19,25 @@ pub enum CloudProblem {
     Space(Box<dyn IcpProblem<Pose3>>, Pose3),
 }
 
-/// Two clouds made ready, and where their target lies.
+/// Two prepared clouds, and the origin of the target.
 pub struct PreparedClouds {
-    /// What is registered.
+    /// The registration problem.
     pub problem: CloudProblem,
     table: Option<Rc<NearestTable>>,
     origin: Translation3<f64>,
 }
 
 impl PreparedClouds {
-    /// Makes two clouds ready: in the plane where both are planar (z = 0), in space otherwise.
+    /// Prepares two clouds: in the plane where both are planar (z = 0), in space otherwise.
     ///
     /// # Errors
     /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
-    /// guess is no rigid motion.
+    /// guess is not a rigid motion.
     pub fn new(source: &PointCloud, target: &PointCloud, options: &RegistrationOptions) -> Result<Self> {
         Self::prepare(source, target, options, |_| None)
     }
 
-    /// The same for very many searches: in the plane they are made by a table, which finds the same.
+    /// [`new`](Self::new) for very many searches: in the plane by a table, with the same results.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -77,12 +77,12 @@ impl PreparedClouds {
         Ok(Self { problem: CloudProblem::Space(problem, guess), table: None, origin })
     }
 
-    /// The table that planar clouds are searched by.
+    /// The table of nearest points, for planar clouds.
     pub fn table(&self) -> Option<&NearestTable> {
         self.table.as_deref()
     }
 
-    /// A motion between the clouds as they were given, 4 x 4, row by row, from one relative to the target's origin.
+    /// A motion relative to the target's origin as a motion between the given clouds, 4 x 4, row by row.
     ///
     /// # Errors
     /// When it is not finite.
@@ -90,22 +90,22 @@ impl PreparedClouds {
         Ok(row_major(&(self.origin * pose_from(&row_major(near))? * self.origin.inverse())))
     }
 
-    /// The way back.
+    /// The inverse of the conversion above.
     ///
     /// # Errors
-    /// When it is no rigid motion.
+    /// When it is not a rigid motion.
     pub fn near(&self, T_target_source: &[f64; 16]) -> Result<Pose3> {
         Ok(self.origin.inverse() * pose_from(T_target_source)? * self.origin)
     }
 
-    /// Where the target's origin lies (m): the points of the problem are relative to it.
+    /// The target's origin (m), to which the points of the problem are relative.
     pub fn origin(&self) -> [f64; 3] {
         self.origin.vector.into()
     }
 }
 
 impl CloudProblem {
-    /// The first guess in space.
+    /// The initial guess in space.
     pub fn guess(&self) -> Pose3 {
         match self {
             Self::Plane(_, guess) => in_space(guess),

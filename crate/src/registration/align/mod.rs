@@ -1,4 +1,4 @@
-//! Registration of two clouds alone, in the plane or in space: for those who need nothing else.
+//! Registration of two clouds, in the plane or in space: the entry point of the crate.
 //!
 //! [`align`] takes two [`PlanarScan`]s or two [`PointCloud`]s and gives a [`Registration`] with its evidence.
 //! [`register_clouds`] does the same for clouds of either kind as files hold them, in plain data.
@@ -22,12 +22,12 @@ use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::{Motion, Solver};
 use crate::search::Neighbourhood;
 
-/// Points that make a normal.
+/// Neighbourhood from which normals of clouds are estimated.
 const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 
 /// Registers `source` to `target`: two [`PlanarScan`]s in the plane, two [`PointCloud`]s in space.
 ///
-/// Not converging is no error: read [`Registration::converged`] and its history.
+/// A registration that does not converge is not an error: see [`Registration::converged`] and its history.
 ///
 /// In the plane, a room of four by three metres seen from two places:
 ///
@@ -48,7 +48,7 @@ const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radiu
 ///     };
 ///     PlanarScan::new((0..360).map(ray).collect())
 /// };
-/// let expected = Pose2::exp(&Vector3::new(0.05, 0.2, -0.1)); // turn (rad), x and y (m)
+/// let expected = Pose2::exp(&Vector3::new(0.05, 0.2, -0.1)); // rotation (rad), x and y (m)
 /// let (target, source) = (scan(&Pose2::identity()), scan(&expected));
 ///
 /// let registration = align(&source, &target, &RegistrationOptions::default())?;
@@ -58,7 +58,7 @@ const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radiu
 /// # Ok::<(), scanstitch::Error>(())
 /// ```
 ///
-/// In space, where the corner of a room is found again:
+/// In space, with the corner of a room:
 ///
 /// ```
 /// use glam::Vec3;
@@ -86,17 +86,17 @@ const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radiu
 /// ```
 ///
 /// # Errors
-/// When a cloud has no finite point, when the metric does not fit the clouds, or when the guess is no rigid motion of them.
+/// When a cloud has no finite point, the metric does not fit the clouds, or the guess is not a rigid motion.
 pub fn align<C: Alignable>(source: &C, target: &C, options: &RegistrationOptions) -> Result<Registration<C::Motion>> {
     source.align_to(target, options)
 }
 
-/// What [`align`] registers.
+/// A cloud that [`align`] can register.
 pub trait Alignable {
-    /// How it moves.
+    /// Its rigid motions.
     type Motion: RigidMotion;
 
-    /// Registers this cloud to another one: [`align`].
+    /// Registers this cloud to another one; see [`align`].
     ///
     /// # Errors
     /// As [`align`].
@@ -143,7 +143,7 @@ fn check_points(role: &str, has_points: bool) -> Result<()> {
     Err(Error::whole(format!("The {role} has no finite point"), "Give a cloud with points"))
 }
 
-/// What a correspondence measures.
+/// The distance that a correspondence measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -157,7 +157,7 @@ pub enum CloudMetric {
     /// Distance of the planes through both points, for clouds in space: generalised ICP. Clouds without normals get them
     /// from their points.
     Gicp,
-    /// As `gicp`, with the voxel that a point lies in for its partner: voxelised GICP. Quicker, and as coarse as
+    /// As `gicp`, but the partner of a point is the voxel that it lies in: voxelised GICP. It is faster and as coarse as
     /// `gaussian_voxel_size`.
     Vgicp,
 }
@@ -170,62 +170,64 @@ pub enum RegistrationInit {
     /// At `init_T_target_source`.
     #[default]
     Guess,
-    /// Clouds in space: where points that look alike lie on each other, wherever the clouds are. With `max_iterations` 0 this
-    /// is all that is done.
+    /// Clouds in space: at the result of a global registration by features, which needs no guess. With `max_iterations` 0 it is
+    /// the result.
     Global,
 }
 
-/// How the next step is found from the pairs.
+/// How the next step is computed from the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum StepMethod {
-    /// The best motion for the weighted pairs in closed form, by a singular value decomposition (Umeyama 1991): point to point
-    /// alone has one.
+    /// The best motion for the weighted pairs in closed form, by a singular value decomposition (Umeyama 1991); only for point to
+    /// point.
     ClosedForm,
-    /// One step of Gauss and Newton: the solution of the normal equations.
+    /// One Gauss-Newton step: the solution of the normal equations.
     GaussNewton,
 }
 
-/// Options of [`align`] and [`register_clouds`].
+/// Options of [`align`] and [`register_clouds`]. They are flat, as in the JSON of the npm package and of the command line;
+/// [`icp_options`](Self::icp_options) returns those of the loop in the nested form that
+/// [`icp::register`](super::icp::register) takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct RegistrationOptions {
     /// Null: point to line for planar clouds, point to plane where the target's file has normals, point to point otherwise.
     pub metric: Option<CloudMetric>,
-    /// First guess, 4 x 4, row by row; null is the identity.
+    /// Initial guess, 4 x 4, row by row; null is the identity.
     pub init_T_target_source: Option<[f64; 16]>,
-    /// Clouds in space: where to start.
+    /// Clouds in space: where the registration starts.
     pub init: RegistrationInit,
-    /// Clouds in space: how the source may move from the guess, or in the target's frame where there is none.
+    /// Clouds in space: degrees of freedom of the motion from the guess, or in the target's frame where there is none.
     pub motion: Motion,
-    /// How the next step is found; null: in closed form for `point_to_point` with `motion` free, by Gauss-Newton otherwise.
+    /// How the next step is computed; null: in closed form for `point_to_point` with `motion` free, by Gauss-Newton otherwise.
     pub step: Option<StepMethod>,
-    /// Clouds in space: side of the cubes that each are thinned to one point (m); 0: all points are used, and a global
-    /// registration chooses a size by itself.
+    /// Clouds in space: voxel size to which both are downsampled (m); 0: all points are used, and a global registration
+    /// chooses its own voxel size.
     pub voxel_size: f64,
     /// `vgicp`: side of the target's voxels (m); 0 is `max_correspondence_distance`.
     pub gaussian_voxel_size: f64,
-    /// Planar clouds: half width of a search around the guess in x and y (m); 0 is no search.
+    /// Planar clouds: half width of a search around the guess in x and y (m); 0 disables the search.
     pub search_translation: f64,
     /// Planar clouds: half width of the search in heading (rad).
     pub search_rotation: f64,
-    /// Pairs further apart are no correspondences (m).
+    /// Largest distance of a pair (m).
     pub max_correspondence_distance: f64,
-    /// Pairs whose normals differ by more are rejected (rad).
+    /// Largest angle between the normals of a pair (rad).
     pub max_normal_angle: f64,
-    /// Share of the worst correspondences that is dropped.
+    /// Share of the correspondences, those with the largest residuals, that is dropped, in [0, 1).
     pub trim_fraction: f64,
-    /// How pairs that fit badly lose weight.
+    /// Robust kernel that weights the residuals.
     pub robust_kernel: RobustKernel,
-    /// Residual at which they do (m).
+    /// Width of the robust kernel (m).
     pub robust_kernel_width: f64,
     /// Most iterations.
     pub max_iterations: usize,
-    /// Converged when a step turns less (rad) and moves less than `translation_eps`.
+    /// Rotation of a step below which the loop has converged (rad), if its translation is below `translation_eps`.
     pub rotation_eps: f64,
-    /// Converged when a step moves less (m) and turns less than `rotation_eps`.
+    /// Translation of a step below which the loop has converged (m), if its rotation is below `rotation_eps`.
     pub translation_eps: f64,
     /// [`register_clouds`]: whether the result holds every iteration with its pairs and equations.
     pub trace: bool,
@@ -258,13 +260,13 @@ impl Default for RegistrationOptions {
 }
 
 impl RegistrationOptions {
-    /// The same, starting from this motion of the source: a [`Pose3`], or a [`Pose2`] for scans in the plane.
+    /// The same options with this initial guess: a [`Pose3`], or a [`Pose2`] for scans in the plane.
     #[must_use]
     pub fn starting_at(self, init_T_target_source: &impl Guess) -> Self {
         Self { init_T_target_source: Some(row_major(&init_T_target_source.in_space())), ..self }
     }
 
-    /// What the registration loop needs to know of them.
+    /// The options of the registration loop.
     pub fn icp_options(&self) -> IcpOptions {
         IcpOptions {
             rejection: Rejection {
@@ -281,7 +283,7 @@ impl RegistrationOptions {
         }
     }
 
-    /// The solver of a metric: its own unless the options name another.
+    /// The solver of a metric: its default one unless `step` selects another.
     fn solver<M: RigidMotion>(&self, own: Solver<M>, metric: CloudMetric) -> Result<Solver<M>> {
         let has_closed_form = metric == CloudMetric::PointToPoint && own.subspace.is_none();
         match self.step {
@@ -299,7 +301,7 @@ impl RegistrationOptions {
     }
 }
 
-/// A motion that a registration may start from.
+/// A motion that can be an initial guess.
 pub trait Guess {
     /// The same motion in space, where the plane is z = 0.
     fn in_space(&self) -> Pose3;
@@ -323,7 +325,7 @@ pub(crate) fn row_major(pose: &Pose3) -> [f64; 16] {
     rows
 }
 
-/// How far a rotation matrix may be from orthonormal: the rounding of a file with six digits.
+/// Largest deviation of a rotation matrix from orthonormal: the rounding of a file with six digits.
 const MAX_ROTATION_DEFECT: f64 = 1e-4;
 
 fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {

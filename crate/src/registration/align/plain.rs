@@ -17,26 +17,26 @@ use crate::registration::problem::IcpProblem;
 pub struct RegistrationResult {
     /// Maps source points into the target's frame: 4 x 4, row by row.
     pub T_target_source: [f64; 16],
-    /// Whether the last step was below both limits. `false` is no error: read the history.
+    /// Whether the last step was below both limits. `false` is not an error: see the history.
     pub converged: bool,
     /// Why the loop ended.
     pub end_reason: EndReason,
-    /// Iterations done.
+    /// Number of iterations.
     pub iterations: usize,
     /// Pairs within the distance limit, in the last iteration.
     pub num_correspondences: usize,
-    /// Pairs that counted.
+    /// Pairs left after the rejection by normals and the trimming.
     pub num_inliers: usize,
-    /// Inliers over source points.
+    /// Number of inliers divided by the number of source points, 0..=1.
     pub fitness: f64,
     /// Root mean square of the inliers' residuals (m).
     pub inlier_rmse: f64,
-    /// Information matrix, row by row: 3 x 3 over (theta, x, y) for planar clouds, 6 x 6 over (wx, wy, wz, x, y, z)
-    /// otherwise; a perturbation on the left of `T_target_source` (1/rad^2, 1/m^2).
+    /// Information matrix of a perturbation on the left of `T_target_source` (1/rad^2, 1/m^2), row by row: 3 x 3 over
+    /// (theta, x, y) for planar clouds, 6 x 6 over (wx, wy, wz, x, y, z) otherwise.
     pub information: Vec<f64>,
-    /// The direction of motion that the points leave open, in the order of `information`, or null.
+    /// The direction of motion that the points do not determine, in the order of `information`, or null.
     pub undetermined: Option<Vec<f64>>,
-    /// Every iteration.
+    /// A record of every iteration.
     pub history: Vec<IterationRecord>,
     /// Every iteration with its pairs and equations, where the option `trace` asks for it; null otherwise.
     pub trace: Option<Vec<TracedIteration>>,
@@ -46,7 +46,7 @@ pub struct RegistrationResult {
 ///
 /// # Errors
 /// When a cloud has no finite point, when only one of them is planar, when the metric does not fit the clouds, or when the
-/// guess is no rigid motion.
+/// guess is not a rigid motion.
 pub fn register_clouds(
     source: &PointCloud,
     target: &PointCloud,
@@ -86,7 +86,7 @@ fn result<M: LabMotion>(
     })
 }
 
-/// Every iteration, from exactly the poses that the loop had.
+/// Every iteration, repeated from the poses of the loop.
 fn trace<M: LabMotion>(
     registration: &Registration<M>,
     problem: &dyn IcpProblem<M>,

@@ -16,7 +16,7 @@ use crate::registration::solver::Solver;
 use crate::registration::target::{OrientedTarget, PointTarget, TabledTarget, Target};
 use crate::search::NearestTable;
 
-/// Makes two scans ready, with the guess or the best pose around it where the options ask for a search.
+/// Prepares two scans, with the guess, or the best pose around it where the options request a search.
 pub(super) fn prepare(
     source: &PlanarScan,
     target: &PlanarScan,
@@ -71,7 +71,7 @@ where
     Box::new(Problem { points, normals, target, num_target, factor, options, solver })
 }
 
-/// What of a motion in space is left in the plane z = 0.
+/// The part of a motion in space within the plane z = 0.
 pub(super) fn in_plane(pose: &Pose3) -> Pose2 {
     let rotation = pose.rotation.to_rotation_matrix().matrix().fixed_view::<2, 2>(0, 0).into_owned();
     <Pose2 as RigidMotion>::from_parts(&rotation, &pose.translation.vector.xy())

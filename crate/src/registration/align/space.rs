@@ -19,7 +19,7 @@ use crate::registration::target::{OrientedTarget, PointTarget, Target};
 use crate::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
 use crate::search::KdTree;
 
-/// Makes two clouds ready with a guess, all relative to the target's origin.
+/// Prepares two clouds and the guess, relative to the target's origin.
 pub(super) fn prepare(
     source: &PointCloud,
     target: &PointCloud,
@@ -80,8 +80,8 @@ where
     Box::new(Problem { points, normals, target, num_target, factor, options: options.icp_options(), solver: *solver })
 }
 
-/// A normal of a planar cloud lies in the plane from this length of its x and y on: one that points out of it was estimated
-/// from the points as if they were a floor.
+/// Smallest length of the x and y part of a planar cloud's normal that lies in the plane. Other normals were estimated as if the
+/// points were a floor.
 const MIN_IN_PLANE: f64 = 0.5;
 
 /// The side of the voxels that `vgicp` registers to (m).
@@ -94,7 +94,7 @@ fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
     Err(Error::whole(format!("Voxels of {size} m hold no points"), "Give a positive gaussian_voxel_size"))
 }
 
-/// The cloud with one point a voxel, or all of it.
+/// The downsampled cloud, or the whole cloud where `voxel_size` is 0.
 fn thinned<'a>(cloud: &'a PointCloud, options: &RegistrationOptions) -> Result<Cow<'a, PointCloud>> {
     if options.voxel_size == 0.0 {
         return Ok(Cow::Borrowed(cloud));
@@ -102,7 +102,7 @@ fn thinned<'a>(cloud: &'a PointCloud, options: &RegistrationOptions) -> Result<C
     Ok(Cow::Owned(voxel_downsample(cloud, options.voxel_size)?))
 }
 
-/// From the cloud's origin to the world's.
+/// The translation from coordinates relative to the cloud's origin to the cloud's frame.
 pub(super) fn origin_of(cloud: &PointCloud) -> Translation3<f64> {
     Translation3::new(cloud.origin.x, cloud.origin.y, cloud.origin.z)
 }
@@ -123,7 +123,7 @@ impl Near {
         Self { points, normals }
     }
 
-    /// A planar cloud as a scan: with its own normals where they lie in the plane, else with those of neighbouring beams.
+    /// A planar cloud as a scan: with its own normals where they lie in the plane, otherwise with normals from adjacent beams.
     pub(super) fn scan(&self) -> PlanarScan {
         let points: Vec<Vector2<f64>> = self.points.iter().map(Vector3::xy).collect();
         let in_plane = |n: &Vector3<f64>| n.xy().try_normalize(MIN_IN_PLANE);
@@ -132,7 +132,7 @@ impl Near {
         if normals.iter().any(Option::is_some) { PlanarScan { points, normals } } else { PlanarScan::new(points) }
     }
 
-    /// Its normals, or those that its points tell of.
+    /// Its normals, or normals estimated from its points.
     fn known_or_estimated_normals(&self) -> Vec<Option<Vector3<f64>>> {
         self.normals.clone().unwrap_or_else(|| {
             let points: Vec<Vec3> = self.points.iter().map(|p| DVec3::from(<[f64; 3]>::from(*p)).as_vec3()).collect();

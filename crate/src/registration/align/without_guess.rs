@@ -1,4 +1,4 @@
-//! Where two clouds in space lie on each other, wherever they are: the start of a registration without a guess.
+//! The initial motion between two clouds in space without a guess, by global registration.
 
 use glam::DVec3;
 use nalgebra::Translation3;
@@ -12,7 +12,7 @@ use crate::registration::global::scale::telling_voxel_size;
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::search::{KdTree, Neighbourhood};
 
-/// The motion from `source` to `target` relative to the target's origin, whatever it is.
+/// The motion from `source` to `target`, relative to the target's origin.
 pub(super) fn without_a_guess(
     source: &PointCloud,
     target: &PointCloud,
@@ -22,7 +22,7 @@ pub(super) fn without_a_guess(
     let describe = |cloud: &PointCloud| -> Result<(DescribedCloud, KdTree<3>)> {
         let cloud = voxel_downsample(cloud, voxel_size)?;
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        // Features need normals that all face the same way: those of files may not.
+        // Features need normals of one orientation, which those of files may not have.
         let normals = estimate_normals(&cloud.positions, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
         let around = Neighbourhood { max_neighbors: 100, radius: FEATURE_RADIUS * voxel_size };
         Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, around), tree))
@@ -35,7 +35,7 @@ pub(super) fn without_a_guess(
     Ok(found.consensus.T_target_source * Translation3::new(shift.x, shift.y, shift.z).inverse())
 }
 
-/// Voxels within which a feature is made and ...
+/// Radius of a feature's neighbourhood (voxel sizes).
 const FEATURE_RADIUS: f64 = 5.0;
-/// ... to within which matches speak for a motion.
+/// Largest distance of a match that agrees with a motion (voxel sizes).
 const GLOBAL_DISTANCE: f64 = 1.5;

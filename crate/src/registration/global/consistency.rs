@@ -10,13 +10,13 @@ use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
 
-/// Most matches; of more, evenly spread ones are taken. They form half a million pairs.
+/// Most matches that are used, evenly spread; they form half a million pairs.
 const MAX_MATCHES: usize = 1500;
-/// Matches that are tried as the heart of a consensus.
+/// Most matches that are tried as the seed of a consensus.
 const MAX_SEEDS: usize = 40;
-/// Supporters of a seed that its first motion comes from.
+/// Most supporters of a seed to which its first motion is fitted.
 const SUPPORTERS: usize = 24;
-/// How often a motion is fitted to its inliers.
+/// Number of fits of a motion to its inliers.
 const REFINEMENTS: usize = 4;
 
 /// The motion that the most pairs (source, target) agree with to within `max_distance` (m), found from the pairs whose mutual
@@ -48,7 +48,7 @@ pub fn consistent_motion(pairs: &[(Vector3<f64>, Vector3<f64>)], max_distance: f
     best
 }
 
-/// The motion of some of the pairs, fitted again to what agrees with it.
+/// The motion of some of the pairs, refined by fits to the pairs that agree with it.
 fn refined(
     chosen: &[usize],
     looked_at: &[(Vector3<f64>, Vector3<f64>)],
@@ -74,7 +74,7 @@ fn refined(
     Some(consensus)
 }
 
-/// Which matches keep their distance from which, as rows of bits.
+/// The compatibility graph of the matches, as rows of bits: two matches are connected if their mutual distances agree.
 struct Graph {
     words: usize,
     rows: Vec<u64>,
@@ -89,7 +89,7 @@ impl Graph {
         for (i, (p, q)) in pairs.iter().enumerate() {
             for (j, (other_p, other_q)) in pairs.iter().enumerate().skip(i + 1) {
                 let (source, target) = ((p - other_p).norm(), (q - other_q).norm());
-                // Neighbours in both clouds agree whatever the motion.
+                // Points that are close in both clouds agree under every motion.
                 let agrees = (source - target).abs() < max_distance && source.min(target) > 2.0 * max_distance;
                 if agrees {
                     graph.rows[i * words + j / 64] |= 1 << (j % 64);
@@ -112,12 +112,12 @@ impl Graph {
         })
     }
 
-    /// In how many others two matches agree with both.
+    /// Number of other matches that are compatible with both of two matches.
     fn common(&self, i: usize, j: usize) -> u32 {
         self.row(i).iter().zip(self.row(j)).map(|(a, b)| (a & b).count_ones()).sum()
     }
 
-    /// The matches by how much support they share with those that support them, the most first.
+    /// The matches, sorted by the support that they share with their neighbours in the graph, the largest first.
     fn by_support(&self) -> Vec<usize> {
         let support = |i: usize| -> u64 { self.neighbors(i).map(|j| u64::from(self.common(i, j))).sum() };
         let support: Vec<u64> = (0..self.num_matches).map(support).collect();
@@ -126,7 +126,7 @@ impl Graph {
         order
     }
 
-    /// A match and those that share the most support with it and support each other: a clique, grown greedily.
+    /// A clique grown greedily from a match, by those that share the most support with it.
     fn supporters(&self, seed: usize) -> Vec<usize> {
         let mut candidates: Vec<(u32, usize)> = self.neighbors(seed).map(|j| (self.common(seed, j), j)).collect();
         candidates.sort_by_key(|&(common, index)| (std::cmp::Reverse(common), index));

@@ -1,9 +1,9 @@
-//! Fast point feature histograms: what the surface around a point looks like, whichever way it is turned.
+//! Fast point feature histograms: a description of the surface around a point that is invariant under rigid motions.
 //!
 //! Rusu, Blodow and Beetz, "Fast point feature histograms (FPFH) for 3D registration", ICRA 2009, eqs. 1-2, with 11 bins for
-//! each of the three angles. Of a pair, the point whose normal is nearer to the line between them comes first, so that
-//! both see the same angles (Rusu et al., "Learning informative point classes for the acquisition of object model maps",
-//! ICARCV 2008).
+//! each of the three angles. The first point of a pair is the one whose normal is nearer to the line between them, so that the
+//! angles do not depend on the order (Rusu et al., "Learning informative point classes for the acquisition of object model
+//! maps", ICARCV 2008).
 
 use glam::Vec3;
 use nalgebra::Vector3;
@@ -125,15 +125,15 @@ fn simple_histogram(points: &[Vec3], normals: &[Vec3], index: usize, neighbors: 
 }
 
 /// The angles of a pair with the line d from the first to the second point: theta = atan2(w . n2, u . n2), as the two numbers in the
-/// brackets, alpha = v . n2 and phi = u . d in the frame u = n1, v = d x u, w = u x v. With the cosines a = n1 . d, b = n2 . d, c = n1 . n2
-/// and the triple product t = n2 . (d x n1), the frame itself is not needed; exchanging the points exchanges a and b and
-/// turns both round, and leaves c and t.
+/// brackets, alpha = v . n2 and phi = u . d in the frame u = n1, v = d x u, w = u x v. They follow from the cosines a = n1 . d, b =
+/// n2 . d, c = n1 . n2 and the triple product t = n2 . (d x n1) without the frame itself. An exchange of the points exchanges a
+/// and b and negates both; c and t do not change.
 #[inline]
 fn pair_angles(a: f32, b: f32, c: f32, t: f32) -> (f32, f32, f32, f32) {
     let exchanged = a.abs() < b.abs();
     let (phi, other) = if exchanged { (-b, -a) } else { (a, b) };
     let sq_sine = 1.0 - phi * phi;
-    // A normal along the line leaves the frame open: all angles count as zero.
+    // With a normal along the line the frame is undefined: all angles are set to zero.
     let open = sq_sine < 1e-12;
     let inverse_sine = if open { 0.0 } else { 1.0 / sq_sine.sqrt() };
     let cosine = if open { 1.0 } else { c };

@@ -1,9 +1,8 @@
 //! Pairs of points whose features are each other's nearest.
 //!
-//! Features have many numbers, but most of what they differ by lies in few directions. A k-d tree over their coordinates
-//! in these gives lower bounds of the distances, which the search then completes (Faloutsos et al., "Efficient and
-//! effective querying by image content", J. Intelligent Information Systems 3 (1994)): the result is that of comparing all with
-//! all.
+//! Features have many dimensions, but most of their variance is in a few directions. A k-d tree over their coordinates along
+//! these gives lower bounds of the distances, which the search then refines (Faloutsos et al., "Efficient and effective querying
+//! by image content", J. Intelligent Information Systems 3 (1994)). The result equals that of a brute-force comparison.
 
 use nalgebra::DMatrix;
 

@@ -1,4 +1,4 @@
-//! Registration without a guess: by features that are the same wherever a surface is seen from.
+//! Registration without an initial guess, by features that are invariant under rigid motions.
 
 pub mod consistency;
 pub mod fpfh;
@@ -18,29 +18,29 @@ use fpfh::fpfh;
 use matching::{FeatureIndex, mutual_matches};
 use ransac::{RansacOptions, ransac};
 
-/// How the motion is found among matches of which most are wrong.
+/// How the motion is found from matches most of which are wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum GlobalMethod {
-    /// From matches that keep their distances from each other.
+    /// From matches with consistent mutual distances.
     #[default]
     Consistency,
-    /// From random samples of three matches, as courses teach it.
+    /// By RANSAC, from random samples of three matches.
     Ransac {
-        /// Of the random samples; the same clouds and seed give the same motion everywhere.
+        /// Seed of the random samples; the same clouds and seed give the same motion on every platform.
         seed: u64,
     },
 }
 
-/// Points (m) with their features: what is registered globally.
+/// Points (m) with their features, the source or target of a global registration.
 pub struct DescribedCloud {
     points: Vec<Vec3>,
     index: FeatureIndex,
 }
 
 impl DescribedCloud {
-    /// Describes the points of `tree`, which was built from `points` (m), by their neighbourhoods.
+    /// Computes the features of the points of `tree`, which was built from `points` (m).
     ///
     /// # Panics
     /// When there is not one entry of `normals` for each point.
@@ -59,14 +59,14 @@ impl DescribedCloud {
 pub struct Consensus {
     /// Maps source points into the target's frame.
     pub T_target_source: Pose3,
-    /// Matches that it brings together.
+    /// Number of matches that agree with it.
     pub num_inliers: usize,
     /// Root mean square of their distances (m).
     pub inlier_rmse: f64,
 }
 
 impl Consensus {
-    /// Counts the pairs (source, target) that `T` brings together to within `max_distance` (m).
+    /// Counts the pairs (source, target) whose distance under `T` is at most `max_distance` (m).
     fn of(T: &Pose3, pairs: &[(Vector3<f64>, Vector3<f64>)], max_distance: f64) -> Self {
         let (R, t) = (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector);
         let sq_limit = max_distance * max_distance;
@@ -91,19 +91,18 @@ impl Consensus {
 pub struct GlobalRegistration {
     /// The motion and what agrees with it.
     pub consensus: Consensus,
-    /// Points that look alike in both clouds.
+    /// Number of matches between points of both clouds.
     pub num_matches: usize,
 }
 
-/// Source points that matches are looked for, where not for all: matching takes most of the time, and more of them are hardly
-/// ever needed.
+/// Most source points for which matches are searched, since matching takes most of the time.
 const MAX_MATCHED_POINTS: usize = 5000;
-/// Matches that hardly ever agree by chance: on pairs of frames of two rendered floors that show different rooms up to 23
-/// of hundreds or thousands agree, on pairs that overlap by a third 90 and more.
+/// Fewest inliers of an accepted motion. Measured on pairs of frames of two rendered floors: at most 23 of hundreds or thousands
+/// of matches agree where the frames show different rooms, 90 and more where they overlap by a third.
 const MIN_INLIERS: usize = 30;
-/// Fewer inliers are enough where they are at least this share of the matches, ...
+/// Share of inliers among the matches for which fewer inliers suffice, ...
 const SURE_SHARE: f64 = 0.4;
-/// ... but not fewer than this.
+/// ... and their number.
 const MIN_SURE_INLIERS: usize = 12;
 
 /// Registers `source` to `target` without a guess; `target_tree` was built from the target's points, and matches that the motion brings together to within

@@ -1,9 +1,8 @@
-//! Random sample consensus over matches of features: three matches make a motion, and the motion under which the clouds
-//! overlap most wins.
+//! Random sample consensus over matches of features: a sample of three matches determines a motion, and the motion with the
+//! largest overlap of the clouds is the result.
 //!
-//! Fischler and Bolles, "Random sample consensus", CACM 24 (1981); samples are sorted out by the lengths of their edges before a
-//! motion is computed at all (Buch et al., "Pose estimation using local structure-specific shape and appearance
-//! context", ICRA 2013).
+//! Fischler and Bolles, "Random sample consensus", CACM 24 (1981); samples are rejected by the lengths of their edges before a
+//! motion is computed (Buch et al., "Pose estimation using local structure-specific shape and appearance context", ICRA 2013).
 
 use glam::{Mat3, Vec3};
 use nalgebra::Vector3;
@@ -16,20 +15,20 @@ use crate::search::{KdTree, RadiusGrid};
 /// Options of [`ransac`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RansacOptions {
-    /// Samples at the most.
+    /// Most samples.
     pub max_iterations: usize,
-    /// The search ends when a sample of inliers alone has been drawn with this probability.
+    /// Probability of having drawn a sample without outliers at which the search ends.
     pub confidence: f64,
-    /// Edges of a sample differ in length by no more than this ratio, in (0, 1].
+    /// Smallest ratio of the lengths of corresponding edges of a sample, in (0, 1].
     pub edge_length_ratio: f64,
-    /// Matches that a motion brings together to within this distance (m) are inliers.
+    /// Largest distance of an inlier (m).
     pub max_correspondence_distance: f64,
-    /// Of the random samples; the same clouds and seed give the same motion everywhere.
+    /// Seed of the random samples; the same clouds and seed give the same motion on every platform.
     pub seed: u64,
 }
 
 impl Default for RansacOptions {
-    /// What courses teach with voxels of 5 cm.
+    /// The usual values with voxels of 5 cm, as in courses with Open3D.
     fn default() -> Self {
         Self {
             max_iterations: 100_000,
@@ -41,8 +40,8 @@ impl Default for RansacOptions {
     }
 }
 
-/// The motion that brings the most points of `source` (m) to within the distance limit of a point of `target`, from samples
-/// of the matched pairs (source, target); its inliers are pairs. The target comes with its index. `None` where there are fewer than three or no sample passes.
+/// The motion with the most points of `source` (m) within the distance limit of a point of `target`, from samples of the matched
+/// pairs (source, target), by which its inliers are counted. `None` where there are fewer than three pairs or no sample passes.
 pub fn ransac(
     pairs: &[(Vector3<f64>, Vector3<f64>)],
     source: &[Vec3],
@@ -78,15 +77,15 @@ pub fn ransac(
     best
 }
 
-/// How many points of the source lie on the target, and how many did at the best motion so far.
+/// Counts the points of the source within the distance limit of the target, and keeps the best count so far.
 struct Overlap<'a> {
-    /// In an order that visits all parts of the cloud early: a motion that is worse is soon found out.
+    /// In an order that visits all parts of the cloud early, so that the count of a worse motion is stopped early.
     source: Vec<Vec3>,
     target: RadiusGrid<'a>,
     most: usize,
 }
 
-/// Rounds over the cloud in which its points are drawn, each with another phase.
+/// Passes over the cloud in which its points are ordered, each with another offset.
 const NUM_ROUNDS: usize = 64;
 
 impl<'a> Overlap<'a> {
@@ -95,7 +94,7 @@ impl<'a> Overlap<'a> {
         Self { source: rounds.collect(), target, most: 0 }
     }
 
-    /// Whether more points lie on the target under `T` than under all motions before.
+    /// Whether more points are within the distance limit under `T` than under all earlier motions.
     fn improves(&mut self, T: &Pose3) -> bool {
         let R = T.rotation.to_rotation_matrix().into_inner().cast::<f32>();
         let R = Mat3::from_cols_slice(R.as_slice());

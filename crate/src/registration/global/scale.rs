@@ -1,4 +1,4 @@
-//! The scale at which the surfaces of a cloud are described for a global registration.
+//! The voxel size at which the features of a global registration are computed.
 
 use glam::Vec3;
 
@@ -6,12 +6,12 @@ use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::voxel_downsample::voxel_downsample;
 
-/// Points of a cloud that are enough for a global registration.
+/// Number of points of a cloud to which it is downsampled for a global registration.
 const GLOBAL_POINTS: f64 = 6000.0;
-/// Tries to find the voxel size that leaves about this number of points.
+/// Iterations of the search for the voxel size that leaves about this number of points.
 const SIZE_TRIES: usize = 4;
 
-/// A side of voxels (m) that leaves about 6,000 points: features then describe rooms, not the texture of a wall.
+/// A voxel size (m) that leaves about 6,000 points, so that features describe rooms, not the roughness of a wall.
 ///
 /// # Errors
 /// When all points are one.

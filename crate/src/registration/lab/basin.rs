@@ -1,4 +1,4 @@
-//! Where registrations end that start at every node of a grid.
+//! The basin of attraction: the results of registrations that start at every node of a grid, grouped by minimum.
 
 use serde::Serialize;
 
@@ -10,26 +10,25 @@ use crate::registration::icp::EndReason;
 use crate::registration::problem::IcpProblem;
 use crate::search::KdTree;
 
-/// The ends of registrations, in the order of their starts.
+/// The results of registrations, in the order of their starts.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Ends {
-    /// Where each ended: 4 x 4, row by row.
+    /// The final pose of each: 4 x 4, row by row.
     pub T_target_source: Vec<[f64; 16]>,
-    /// Why.
+    /// Why each loop ended.
     pub end_reason: Vec<EndReason>,
-    /// After how many iterations.
+    /// Number of iterations of each.
     pub iterations: Vec<u16>,
-    /// Mean robust loss there (m^2).
+    /// Mean robust loss at each final pose (m^2).
     pub cost: Vec<f64>,
 }
 
-/// Ends told apart.
+/// Results grouped by minimum.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Basin {
-    /// Of each start: 0 for the reference's minimum, 1 and on for the others in the order of `minima`, -1 where the loop did not
-    /// come to rest.
+    /// Index in `minima` for each start; -1 where the loop did not converge.
     pub labels: Vec<i16>,
-    /// The minima, the reference's first, the others by the number of starts that end there.
+    /// The minima: the reference's first, the others by the number of starts that end there.
     pub minima: Vec<Minimum>,
     /// Share of all starts that end in the reference's minimum.
     pub share_home: f64,
@@ -39,9 +38,9 @@ pub struct Basin {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct Minimum {
-    /// Starts that end there.
+    /// Number of starts that end there.
     pub count: usize,
-    /// The end with the least cost, 4 x 4, row by row, and its mean robust loss (m^2); null where no start ends there.
+    /// The final pose with the lowest cost, 4 x 4, row by row, and its mean robust loss (m^2); null where no start ends there.
     pub lowest: Option<([f64; 16], f64)>,
 }
 
@@ -65,9 +64,9 @@ pub(super) fn ends<M: LabMotion>(
     Ok(ends)
 }
 
-/// Two ends are the same minimum where the source's points, at their rms distance from its origin, lie nearer to each other under
-/// both poses than the target's points do (by the median of their distances to the nearest other): they have the same partners.
-/// The reference's minimum takes all ends around it, then the lowest of those left takes the ends around itself, and so on.
+/// Two final poses are the same minimum where the source's points, at their rms distance from its origin, differ by less than the
+/// spacing of the target's points (the median distance to the nearest other), so that they have the same partners. The
+/// reference's minimum gets all final poses around it, then the lowest remaining one those around itself, and so on.
 pub(super) fn labelled<M: LabMotion>(
     problem: &dyn IcpProblem<M>,
     ends: &Ends,
@@ -110,7 +109,7 @@ fn basin_of(ends: &Ends, groups: &[Vec<usize>]) -> Basin {
     Basin { share_home: groups[0].len() as f64 / labels.len().max(1) as f64, labels, minima }
 }
 
-/// Median distance of the target's points to their nearest other (m), of a thousand points spread over all.
+/// Median distance of the target's points to their nearest neighbour (m), from a thousand evenly spread points.
 fn median_spacing<M: LabMotion>(problem: &dyn IcpProblem<M>) -> f64 {
     const NUM_SAMPLES: usize = 1000;
     let points: Vec<[f32; 3]> = problem.target_points().iter().map(|(p, _)| M::xyz(p).map(|x| x as f32)).collect();

@@ -13,19 +13,20 @@ use crate::geometry::{Pose3, Vector};
 #[serde(deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct GridOptions {
-    /// The pose in the middle: 4 x 4, row by row.
+    /// The pose at the centre: 4 x 4, row by row.
     pub T_center: [f64; 16],
     /// The unknowns that vary, as indices into (theta, x, y) for planar clouds and into (wx, wy, wz, x, y, z) otherwise: the
     /// first along a row, the second from row to row, the third from layer to layer.
     pub axes: Vec<usize>,
-    /// How far each goes to either side of the centre (rad, m).
+    /// Half width of the grid along each (rad, m).
     pub half_widths: Vec<f64>,
-    /// Number of nodes along each; one node stands at the centre.
+    /// Number of nodes along each; one node is at the centre.
     pub size: Vec<usize>,
-    /// Rows to do, from the first to before the second, counted through all layers; null is all. It lets workers share.
+    /// Rows to compute, from the first to before the second, counted through all layers, so that workers can share a grid; null
+    /// is all.
     #[serde(default)]
     pub rows: Option<[usize; 2]>,
-    /// Every so-many-th source point is used, 1 is all: for large clouds, of which every node takes long.
+    /// Stride of the source points that are used; 1 is all. Larger values make large clouds faster.
     #[serde(default = "all")]
     pub stride: usize,
 }
@@ -37,7 +38,7 @@ const fn all() -> usize {
 /// Most nodes of a grid.
 const MAX_NODES: usize = 1 << 24;
 
-/// The same with its centre as the problem has it.
+/// A checked grid, its centre relative to the problem's origin.
 pub struct Grid<M: LabMotion> {
     center: M,
     axes: Vec<usize>,
@@ -82,7 +83,7 @@ impl<M: LabMotion> Grid<M> {
         Ok(Self { center: M::from_space(center), axes, half_widths, size, rows: from..to })
     }
 
-    /// The rows that are asked for.
+    /// The rows to compute.
     pub(super) fn rows(&self) -> Range<usize> {
         self.rows.clone()
     }
@@ -92,7 +93,7 @@ impl<M: LabMotion> Grid<M> {
         self.size[0]
     }
 
-    /// Whether the poses along one of the axes differ by their translation alone.
+    /// Whether the poses along one of the axes differ by their translation only.
     pub(super) fn moves_along(&self, nth: usize) -> bool {
         self.axes[nth] >= M::Tangent::LEN - M::Point::LEN
     }

@@ -8,24 +8,24 @@ use crate::geometry::{SquareMatrix, Vector};
 use crate::registration::degeneracy::{Directions, UNDETERMINED_SHARE};
 use crate::registration::problem::{IcpProblem, Iteration};
 
-/// What one iteration did, in numbers. Tangent vectors and matrices are over (theta, x, y) for planar clouds and over
+/// The figures of one iteration. Tangent vectors and matrices are over (theta, x, y) for planar clouds and over
 /// (wx, wy, wz, x, y, z) otherwise: perturbations on the left of `T_target_source`, relative to the target's `origin`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct IterationSummary {
-    /// The pose that the pairs were found under: 4 x 4, row by row.
+    /// The pose at which the pairs were found: 4 x 4, row by row.
     pub T_target_source: [f64; 16],
     /// The pose after the step: 4 x 4, row by row; the same pose where there is no step.
     pub T_next: [f64; 16],
-    /// Mean robust loss of a source point at `T_target_source` (m^2), as `cost_landscape` has it; NaN where no pair counts.
+    /// Mean robust loss of a source point at `T_target_source` (m^2), as in `cost_landscape`; NaN where there is no pair.
     pub cost: f64,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
-    /// Pairs that count.
+    /// Pairs left after the rejection by normals and the trimming.
     pub num_inliers: usize,
-    /// Source points that were looked at: all, or an evenly spread part of them where that was asked for.
+    /// Source points that were used: all, or every `stride`-th one.
     pub num_points: usize,
-    /// Inliers over these.
+    /// `num_inliers` divided by `num_points`, 0..=1.
     pub fitness: f64,
     /// Root mean square of the inliers' residuals (m).
     pub inlier_rmse: f64,
@@ -33,7 +33,7 @@ pub struct IterationSummary {
     pub H: Vec<f64>,
     /// Sum of w J^T r over the inliers.
     pub b: Vec<f64>,
-    /// Logarithm of the step that was taken: for Gauss-Newton the solution of H x = -b. Null where the pairs fix nothing.
+    /// Logarithm of the step: for Gauss-Newton the solution of H x = -b. Null where the pairs do not determine a step.
     pub x: Option<Vec<f64>>,
     /// Rotation of the step (rad).
     pub rotation_step: f64,
@@ -47,7 +47,7 @@ pub struct IterationSummary {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct Degeneracy {
-    /// Weighted mean of the moved source points (m), relative to the target's `origin`: the directions turn about it.
+    /// Weighted mean of the moved source points (m), relative to the target's `origin`: the centre of the directions' rotations.
     pub center: [f64; 3],
     /// Their rms distance from it (m): a rotation (rad) times this is measured in metres.
     pub radius: f64,
@@ -55,7 +55,7 @@ pub struct Degeneracy {
     pub shares: Vec<f64>,
     /// Unit directions, one after the other, in the order of `shares`: rotation first, in metres at `radius`.
     pub directions: Vec<f64>,
-    /// A direction with a smaller share counts as undetermined.
+    /// Share below which a direction is undetermined.
     pub undetermined_below: f64,
 }
 
@@ -73,13 +73,13 @@ pub struct TracedIteration {
     pub residual: Vec<f64>,
     /// Weights, 0..=1.
     pub weight: Vec<f64>,
-    /// What each pair contributes to the smallest of the `shares`: they sum up to it.
+    /// Contribution of each pair to the smallest of the `shares`, which is their sum.
     pub contribution: Vec<f64>,
-    /// Indices of source points without a say.
+    /// Indices of source points that were left out.
     pub rejected_source: Vec<u32>,
     /// Their nearest target points; 2^32 - 1 where none is within the distance limit.
     pub rejected_target: Vec<u32>,
-    /// 0: no target point within the limit; 1: normals; 2: trimmed; 3: the target point has no normal to measure along.
+    /// 0: no target point within the limit; 1: normals; 2: trimmed; 3: the target point has no normal.
     pub rejected_reason: Vec<u8>,
 }
 

@@ -15,8 +15,8 @@ pub(super) fn costs<M: LabMotion>(problem: &dyn IcpProblem<M>, grid: &Grid<M>) -
     grid.rows().flat_map(row).collect()
 }
 
-/// The same in the plane, quickly: where the poses along an axis differ by their translation alone, a table finds the partners of
-/// a point for the whole line.
+/// [`costs`] in the plane: where the poses along an axis differ by their translation only, a table finds the partners of a point
+/// for the whole row.
 pub(super) fn planar_costs(
     problem: &dyn IcpProblem<Pose2>,
     grid: &Grid<Pose2>,
@@ -42,24 +42,24 @@ pub(super) fn planar_costs(
     costs
 }
 
-/// A node that no neighbour undercuts.
+/// A node whose neighbours all have a higher cost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct LocalMinimum {
-    /// Node of the row.
+    /// Index of the node in its row.
     pub column: usize,
-    /// Row.
+    /// Index of the row.
     pub row: usize,
-    /// The cost there (m^2).
+    /// The cost (m^2).
     pub cost: f64,
-    /// How far one must climb (m^2) to reach a lower node; for the lowest of all, to the highest node.
+    /// Smallest rise in cost (m^2) on a path to a lower node; for the lowest minimum, to the highest node.
     pub prominence: f64,
 }
 
 /// All local minima of a landscape of `width` nodes a row, the most prominent first.
 ///
-/// Nodes are added from the lowest to the highest; where two basins meet, the one with the higher bottom ends, and the height
-/// where it does less its bottom is its prominence (Edelsbrunner, Letscher and Zomorodian, "Topological persistence and
+/// Nodes are added from the lowest to the highest. Where two basins meet, the one with the higher minimum ends; its prominence is
+/// the cost of the meeting point minus its minimum (Edelsbrunner, Letscher and Zomorodian, "Topological persistence and
 /// simplification", Discrete and Computational Geometry 28, 2002). Nodes that are NaN are left out.
 pub fn local_minima(costs: &[f64], width: usize) -> Vec<LocalMinimum> {
     let mut order: Vec<usize> = (0..costs.len()).filter(|&node| !costs[node].is_nan()).collect();
@@ -96,7 +96,7 @@ pub fn local_minima(costs: &[f64], width: usize) -> Vec<LocalMinimum> {
     minima
 }
 
-/// The up to eight nodes around one.
+/// The neighbours of a node, at most eight.
 fn neighbors(node: usize, width: usize, count: usize) -> impl Iterator<Item = usize> {
     let (column, row) = (node % width, node / width);
     let rows = row.saturating_sub(1)..(row + 2).min(count / width);

@@ -1,9 +1,9 @@
-//! The ICP lab: what goes on inside a registration, as plain data. Two clouds and the options of
-//! [`register_clouds`](super::align::register_clouds) come in.
+//! The ICP lab: two clouds and the options of [`register_clouds`](super::align::register_clouds) in; the internals of their
+//! registration as plain data out.
 //!
-//! [`IcpLab`] holds them ready. [`iteration`] is one step of the loop with its pairs and equations; [`landscape`] the cost over
-//! two unknowns; [`basin`] where starts end. Everything is the engine's own
-//! loop and the engine's own pairs. Read [`iteration`] first.
+//! [`IcpLab`] holds the prepared clouds. [`iteration`] is one step of the loop with its pairs and equations, [`landscape`] the cost
+//! over two unknowns, [`basin`] the results from a grid of starts. All of them use the loop and the pairs of [`super::icp`].
+//! Read [`iteration`] first.
 
 pub mod basin;
 pub mod grid;
@@ -26,19 +26,19 @@ use crate::registration::correlative::{LikelihoodGrid, SearchWindow, SearchedBlo
 use crate::registration::icp::{EndReason, IterationRecord};
 use crate::registration::problem::IcpProblem;
 
-/// Two clouds with the options of a registration, to be looked into.
+/// Two clouds prepared with the options of a registration, for analysis.
 pub struct IcpLab {
     clouds: PreparedClouds,
     traced: Traced,
 }
 
-/// The poses of the last trace as the loop had them: written as matrices they would be rounded.
+/// The poses of the last trace, not rounded by a conversion to matrices.
 enum Traced {
     Plane(Vec<Pose2>),
     Space(Vec<Pose3>),
 }
 
-/// The way of a registration.
+/// All iterations of a registration.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct IcpTrace {
@@ -46,20 +46,20 @@ pub struct IcpTrace {
     pub converged: bool,
     /// Why the loop ended.
     pub end_reason: EndReason,
-    /// Where it began: 4 x 4, row by row.
+    /// The initial pose: 4 x 4, row by row.
     pub initial: [f64; 16],
-    /// The pose after each iteration; the last is what `register` returns.
+    /// The pose after each iteration; `register` returns the last.
     pub poses: Vec<[f64; 16]>,
-    /// Every iteration.
+    /// The record of each iteration.
     pub records: Vec<IterationRecord>,
-    /// Mean robust loss before each iteration and at the end (m^2): one more than there are iterations.
+    /// Mean robust loss before each iteration and at the end (m^2), one more entry than iterations.
     pub costs: Vec<f64>,
 }
 
 /// The points of a problem as the loop uses them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LabPoints {
-    /// x y z of each (m), relative to the target's origin; of the source in its own frame.
+    /// x y z of each point (m): the target's relative to its origin, the source's in its own frame.
     pub positions: Vec<f64>,
     /// Unit normals; NaN where a point has none.
     pub normals: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct LabPoints {
 /// Largest half width of a search (m, rad).
 const MAX_SEARCH: f64 = 20.0;
 
-/// One expression for both dimensions.
+/// Evaluates one expression for the problem of either dimension.
 macro_rules! either {
     ($lab:expr, |$problem:ident, $guess:ident| $body:expr) => {
         match &$lab.clouds.problem {
@@ -85,7 +85,7 @@ macro_rules! either {
 }
 
 impl IcpLab {
-    /// Makes two clouds ready.
+    /// Prepares two clouds.
     ///
     /// # Errors
     /// As [`register_clouds`](super::align::register_clouds).
@@ -98,12 +98,12 @@ impl IcpLab {
         matches!(self.clouds.problem, CloudProblem::Plane(..))
     }
 
-    /// Where the target's origin lies (m): points and tangent vectors are relative to it.
+    /// The target's origin (m), to which points and tangent vectors are relative.
     pub fn origin(&self) -> [f64; 3] {
         self.clouds.origin()
     }
 
-    /// Where a registration starts: the guess of the options, or what their search found.
+    /// The pose at which a registration starts: the guess of the options, or the result of their search.
     ///
     /// # Errors
     /// When it is not finite.
@@ -119,7 +119,7 @@ impl IcpLab {
         either!(self, |problem, _guess| xyz(problem))
     }
 
-    /// The target's points and normals; of `vgicp` its voxels.
+    /// The target's points and normals; for `vgicp` its voxels.
     pub fn target_points(&self) -> LabPoints {
         fn listed<M: LabMotion>(problem: &dyn IcpProblem<M>) -> LabPoints {
             let points = problem.target_points();
@@ -132,10 +132,10 @@ impl IcpLab {
         either!(self, |problem, _guess| listed(problem))
     }
 
-    /// Runs the loop from a pose, or from where a registration starts.
+    /// Runs the loop from a pose, or from that at which a registration starts.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<&[f64; 16]>) -> Result<IcpTrace> {
         let init = init_T_target_source.map(|rows| self.clouds.near(rows)).transpose()?;
         let (trace, traced) = match &self.clouds.problem {
@@ -167,18 +167,18 @@ impl IcpLab {
         Ok((trace, registration.trace))
     }
 
-    /// The iteration that the loop does next at a pose, whichever.
+    /// The iteration that the loop would do at a pose.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn iteration(&self, T_target_source: &[f64; 16]) -> Result<TracedIteration> {
         self.sampled_iteration(T_target_source, 1)
     }
 
-    /// The same of every `stride`-th source point alone: for large clouds whose pose follows a hand.
+    /// The same with every `stride`-th source point only, for large clouds that are dragged by hand.
     ///
     /// # Errors
-    /// When the pose is no rigid motion, or the stride is 0.
+    /// When the pose is not a rigid motion, or the stride is 0.
     pub fn sampled_iteration(&self, T_target_source: &[f64; 16], stride: usize) -> Result<TracedIteration> {
         if stride == 0 {
             return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
@@ -187,8 +187,8 @@ impl IcpLab {
         either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near), stride))
     }
 
-    /// Iteration `index` of the last [`trace`](Self::trace), from exactly the pose that the loop had; one past the last is the
-    /// iteration that would come next.
+    /// Iteration `index` of the last [`trace`](Self::trace), from the unrounded pose of the loop; one past the last is the iteration
+    /// that would follow.
     ///
     /// # Errors
     /// When there is no such iteration.
@@ -213,10 +213,10 @@ impl IcpLab {
         TracedIteration::of(&problem.iteration(pose, stride), problem, &between_clouds)
     }
 
-    /// The pose at offsets from a centre, as landscapes and basins count them: the rotation first.
+    /// The pose at offsets from a centre, in the coordinates of landscapes and basins (rotation first).
     ///
     /// # Errors
-    /// When the centre is no rigid motion, or there are not as many offsets as unknowns.
+    /// When the centre is not a rigid motion, or there are not as many offsets as unknowns.
     pub fn pose_at(&self, T_center: &[f64; 16], offsets: &[f64]) -> Result<[f64; 16]> {
         fn moved<M: LabMotion>(center: &Pose3, offsets: &[f64]) -> Result<Pose3> {
             let mut tangent = M::Tangent::zeros();
@@ -235,7 +235,7 @@ impl IcpLab {
     /// The offsets of a pose from a centre: the coordinates of landscapes and basins.
     ///
     /// # Errors
-    /// When one of them is no rigid motion.
+    /// When one of them is not a rigid motion.
     pub fn offsets(&self, T_center: &[f64; 16], T_target_source: &[f64; 16]) -> Result<Vec<f64>> {
         fn between<M: LabMotion>(center: &Pose3, pose: &Pose3) -> Vec<f64> {
             M::from_space(center).offsets_to(&M::from_space(pose)).as_slice().to_vec()
@@ -263,7 +263,7 @@ impl IcpLab {
         })
     }
 
-    /// Where registrations end that start at every node of a grid over two or three unknowns: see [`basin`].
+    /// The results of registrations that start at every node of a grid over two or three unknowns: see [`basin`].
     ///
     /// # Errors
     /// When the grid does not fit.
@@ -276,11 +276,10 @@ impl IcpLab {
         })
     }
 
-    /// Where the correlative search goes from a centre, level by level of its pyramid. Half widths in x and y (m) and of the turn
-    /// (rad).
+    /// The levels of the correlative search around a centre. `window`: half widths in x and y (m) and in rotation (rad).
     ///
     /// # Errors
-    /// When the clouds are not planar, the centre is no rigid motion, or the window is not finite.
+    /// When the clouds are not planar, the centre is not a rigid motion, or the window is not finite.
     pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
         let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
             let problem = "The correlative search is for planar clouds, and these are clouds in space";
@@ -295,10 +294,10 @@ impl IcpLab {
         Ok(LikelihoodGrid::new(&target).window(problem.source_points(), &center, window).path())
     }
 
-    /// Tells ends apart: see [`basin`]. `reference` is a pose of the minimum that is called right.
+    /// Groups results by minimum: see [`basin`]. `reference` is a pose in the basin of the minimum that is taken as right.
     ///
     /// # Errors
-    /// When a pose is no rigid motion.
+    /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &Ends, reference: &[f64; 16]) -> Result<Basin> {
         let near = |rows: &[f64; 16]| self.clouds.near(rows);
         either!(self, |problem, _guess| basin::labelled(problem, ends, &near(reference)?, &near))

@@ -1,12 +1,12 @@
 //! A static k-d tree for points in the plane and in space.
 //!
-//! Bucketed leaves and the median of the widest axis as in Friedman, Bentley and Finkel, "An algorithm for finding best
-//! matches in logarithmic expected time" (1977); the bound of a subtree is kept up axis by axis as in Arya and Mount,
+//! Bucketed leaves and splits at the median of the widest axis follow Friedman, Bentley and Finkel, "An algorithm for finding
+//! best matches in logarithmic expected time" (1977); the bound of a subtree is updated axis by axis as in Arya and Mount,
 //! "Algorithms for fast vector quantization" (1993).
 //!
-//! Results do not depend on the layout: of equal distances the smallest index wins, so the same points give the same
-//! neighbours everywhere. Bounds and distances are summed in the same order from terms that rounding keeps ordered, so
-//! a bound never exceeds the computed distance of a point behind it and the search is exact to the last bit.
+//! Results do not depend on the layout of the tree: among equal distances the smallest index is returned, so the same points
+//! give the same neighbours on every platform. Bounds and distances are sums of corresponding terms in the same order, and
+//! rounding is monotonic, so a bound never exceeds the computed distance of a point below it and the search is exact.
 //!
 //! Kept beside kiddo 6.3 (`npm run bench -- neighbours_`; kiddo's time over ours, natively / in WebAssembly under Node):
 //!
@@ -16,9 +16,9 @@
 //! | lidar cloud, 70,000 points | 0.8 / 0.4 | 4.7 / 5.2 | 1.1 / 0.6 |
 //! | surfels of a depth image, 12,000 | 0.8 / 0.5 | 1.8 / 2.2 | 2.6 / 4.2 |
 //!
-//! Registration searches a tree for nearest neighbours in each of some ten iterations, so the faster query outweighs the slower
-//! build. Both take 40 kB of WebAssembly. kiddo leaves open which of equally distant points it returns; here the smallest index
-//! is part of the contract, on which equal results on every platform rest.
+//! Registration queries a tree for all points in each of about ten iterations, so the faster query outweighs the slower
+//! build. Both libraries take 40 kB of WebAssembly. kiddo does not specify which of equally distant points it returns; here
+//! it is the smallest index, on which equal results on every platform depend.
 
 mod queries;
 
@@ -26,32 +26,32 @@ use std::collections::BinaryHeap;
 
 use queries::{HasWithin, KNearest, ManyNearest, Nearest, NearestBy, NearestWhere, Search, Within};
 
-/// Points in a leaf. Measured on 100,000 points in the plane and in space: 32 builds in four fifths of the time, but
+/// Points in a leaf. Measured on 100,000 points in the plane and in space: with 32 the build takes 0.8 of the time, but
 /// queries take up to a quarter longer; with 8 both are slower.
 const LEAF: usize = 16;
 
-/// Up to this many nearest neighbours a sorted list is quicker than a heap.
+/// Largest number of neighbours for which a sorted list is faster than a heap.
 const MAX_SORTED: usize = 32;
 
-/// Leaves number less than 2^32 / [`LEAF`], and the search leaves at most one subtree behind on each level.
+/// Depth of the tree at most: there are fewer than 2^32 / [`LEAF`] leaves. The search defers at most one subtree a level.
 const MAX_DEPTH: usize = 32 - LEAF.ilog2() as usize;
 
-/// A point found, by its index in the points that the tree was built from.
+/// A result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Neighbor {
-    /// Index of the point.
+    /// Index of the point in the array that the tree was built from.
     pub index: u32,
-    /// Its squared distance from the query (m^2), computed in single precision, axis by axis.
+    /// Squared distance from the query (m^2), summed in single precision in the order of the axes.
     pub sq_distance: f32,
 }
 
 impl Neighbor {
-    /// The order of all results: nearest first, of equal distances the smallest index.
+    /// The order of all results: nearest first, among equal distances the smallest index first.
     fn comes_before(self, other: Self) -> bool {
         self.sq_distance < other.sq_distance || (self.sq_distance == other.sq_distance && self.index < other.index)
     }
 
-    /// The same order as an integer; squared distances are not negative, so their bits grow with them.
+    /// An integer in the same order; the bits of floats that are not negative ascend with their values.
     fn key(self) -> u64 {
         u64::from(self.sq_distance.to_bits()) << 32 | u64::from(self.index)
     }
@@ -60,8 +60,8 @@ impl Neighbor {
         Self { index: key as u32, sq_distance: f32::from_bits((key >> 32) as u32) }
     }
 
-    /// The limit that admits every point up to `max_distance` and nothing where that is negative or not a number.
-    /// A distance whose square is not finite (1.8e19 m) is out of reach of every search.
+    /// The limit that admits every point up to `max_distance` (m), and none where that is negative or NaN.
+    /// Points whose squared distance overflows (beyond 1.8e19 m) are never found.
     fn limit(max_distance: f32) -> Self {
         let sq_distance = if max_distance >= 0.0 { (max_distance * max_distance).min(f32::MAX) } else { -1.0 };
         Self { index: u32::MAX, sq_distance }
@@ -75,18 +75,18 @@ impl Neighbor {
 /// query that is not finite.
 #[derive(Debug, Clone)]
 pub struct KdTree<const D: usize> {
-    /// Inner nodes as a heap: the children of node i are 2i and 2i + 1, the root is 1, entry 0 is not used.
+    /// Inner nodes in heap order: the children of node i are 2i and 2i + 1, the root is 1, entry 0 is not used.
     /// The nodes from `splits.len()` on are the leaves.
     splits: Vec<Split>,
-    /// All full but for the last in the order of the splits.
+    /// The leaves; all but the rightmost are full.
     leaves: Vec<Leaf<D>>,
-    /// What lies below each node, leaves included.
+    /// Bounds of the points below each node, leaves included.
     bounds: Vec<Bounds<D>>,
     num_points: usize,
 }
 
-/// Points at most `position` along `axis` are on the left, points at least that on the right. `axis` is `D` where all
-/// points are the same: the smaller indices are on the left, and the search must see them first from either side.
+/// Points whose coordinate along `axis` is at most `position` are on the left, those with at least `position` on the right.
+/// `axis` is `D` where all points are equal: the smaller indices are then on the left, which is always searched first.
 #[derive(Debug, Clone, Copy, Default)]
 struct Split {
     position: f32,
@@ -95,8 +95,8 @@ struct Split {
 
 /// The smallest box around some points, and the smallest index among them.
 ///
-/// Splits alone do not bound the axes they do not cut: seen from half a metre off a wall, all of the wall within half a
-/// metre would be worth a look. And without the index, equal points would all be visited.
+/// Splits bound only the axes that they cut: for a query half a metre off a wall, splits alone would have the search visit
+/// all of the wall within half a metre. The index spares a visit to further points equal to the one found.
 #[derive(Debug, Clone, Copy)]
 struct Bounds<const D: usize> {
     low: [f32; D],
@@ -104,7 +104,7 @@ struct Bounds<const D: usize> {
     smallest_index: u32,
 }
 
-/// Coordinates axis by axis, so that a scan fills whole vectors. Unused places hold infinity, which nothing reaches.
+/// Points of a leaf, stored axis by axis so that distances are computed in SIMD vectors. Unused entries hold infinity.
 #[derive(Debug, Clone)]
 struct Leaf<const D: usize> {
     coordinates: [[f32; LEAF]; D],
@@ -118,8 +118,8 @@ struct IndexedPoint<const D: usize> {
 }
 
 impl<const D: usize> KdTree<D> {
-    /// Builds the index. Points with a coordinate that is not finite are left out and are never found;
-    /// so is everything after the first 2^32 - 1 points.
+    /// Builds the index. Points with a coordinate that is not finite, and points after the first 2^32 - 1, are left out and
+    /// never found.
     pub fn build(points: &[[f32; D]]) -> Self {
         let mut finite = Vec::with_capacity(points.len());
         let numbered = (0..u32::MAX).zip(points).filter(|(_, point)| point.iter().all(|x| x.is_finite()));
@@ -148,8 +148,8 @@ impl<const D: usize> KdTree<D> {
         self.num_points == 0
     }
 
-    /// The indices of the points in the order of the leaves: what lies close together mostly comes close together. Data that a
-    /// search looks up by index are found faster where they are stored in this order.
+    /// The indices of the points in the order of the leaves, in which neighbouring points are mostly adjacent. Data looked up
+    /// by the index of a result are read faster when stored in this order.
     pub fn order(&self) -> impl Iterator<Item = u32> + '_ {
         self.leaves.iter().flat_map(|leaf| leaf.indices).filter(|&index| index != u32::MAX)
     }
@@ -161,7 +161,7 @@ impl<const D: usize> KdTree<D> {
         found(search.best)
     }
 
-    /// The nearest point within `max_distance` (m) among those whose index `accept` says yes to. It is asked only about
+    /// The nearest point within `max_distance` (m) among those for whose index `accept` returns true. It is called only for
     /// points nearer than the best so far, in no particular order.
     pub fn nearest_where(
         &self,
@@ -174,16 +174,16 @@ impl<const D: usize> KdTree<D> {
         found(search.best)
     }
 
-    /// Whether there is a point within `max_distance` (m): quicker than the nearest one.
+    /// Whether there is a point within `max_distance` (m); faster than [`nearest`](Self::nearest).
     pub fn has_within(&self, query: &[f32; D], max_distance: f32) -> bool {
         let mut search = HasWithin { limit: Neighbor::limit(max_distance), found: false };
         self.search(query, &mut search);
         search.found
     }
 
-    /// The nearest point by a distance of which the tree's own is a lower bound, up to a squared distance of
-    /// `max_sq_distance`: `sq_distance` gives the squared distance of a point of this index, and is asked only about points
-    /// that may come before the best so far.
+    /// The nearest point by another distance, of which the Euclidean one must be a lower bound, up to `max_sq_distance`
+    /// (m^2). `sq_distance` returns the squared distance of the point of an index; it is called only for points that may be
+    /// nearer than the best so far.
     pub(crate) fn nearest_by(
         &self,
         query: &[f32; D],
@@ -195,8 +195,8 @@ impl<const D: usize> KdTree<D> {
         found(search.best)
     }
 
-    /// The `k` nearest points within `max_distance` (m), or as many as there are, into `out`: nearest first, of equal
-    /// distances the smallest index first. What `out` held before is dropped.
+    /// Replaces the content of `out` by the `k` nearest points within `max_distance` (m), or all of these if they are fewer:
+    /// nearest first, among equal distances the smallest index first.
     pub fn k_nearest(&self, query: &[f32; D], max_distance: f32, k: usize, out: &mut Vec<Neighbor>) {
         out.clear();
         let limit = Neighbor::limit(max_distance);
@@ -213,8 +213,7 @@ impl<const D: usize> KdTree<D> {
         }
     }
 
-    /// All points within `radius` (m), into `out`, in no particular order (sorting would double the time).
-    /// What `out` held before is dropped.
+    /// Replaces the content of `out` by all points within `radius` (m), in no particular order (sorting would double the time).
     pub fn within(&self, query: &[f32; D], radius: f32, out: &mut Vec<Neighbor>) {
         out.clear();
         self.search(query, &mut Within { limit: Neighbor::limit(radius), found: out });
@@ -226,7 +225,7 @@ impl<const D: usize> KdTree<D> {
         self.bounds[node] = Bounds::new(points);
         if node < num_leaves {
             let axis = self.bounds[node].widest_axis();
-            // Whole leaves go left. The last leaf of all, which may hold less, is the rightmost below its ancestors.
+            // The left subtree gets full leaves only; the one leaf that may not be full is the rightmost.
             let num_left = LEAF * leaves_below(2 * node, num_leaves);
             points.select_nth_unstable_by_key(num_left, |point| sort_key(point.coordinates[axis], point.index));
             let is_cut = self.bounds[node].width(axis) > 0.0;
@@ -248,7 +247,7 @@ impl<const D: usize> KdTree<D> {
         }
     }
 
-    /// Shows `search` every leaf that may hold a point within its limit, the likeliest first.
+    /// Calls `search` with every leaf that may hold a point within its limit, the nearer child of each node first.
     #[inline]
     fn search(&self, query: &[f32; D], search: &mut impl Search) {
         if self.is_empty() || !query.iter().all(|x| x.is_finite()) {
@@ -269,7 +268,7 @@ impl<const D: usize> KdTree<D> {
                         std::array::from_fn(|axis| if axis as u32 == split.axis { to_split } else { offset[axis] });
                     let sq_distance = sq_norm(&far_offset);
                     node = 2 * node + usize::from(to_split > 0.0);
-                    // Written always and kept by the count alone: a branch here would be a coin toss.
+                    // Written in any case and kept by the count: a branch here would be mispredicted half of the time.
                     left_behind[num_left_behind] = Subtree { node: (node ^ 1) as u32, sq_distance };
                     num_left_behind += usize::from(sq_distance <= search.limit().sq_distance);
                 }
@@ -291,7 +290,7 @@ impl<const D: usize> KdTree<D> {
     }
 }
 
-/// A subtree that the search has passed by, and a bound of its distance from the query.
+/// A subtree that the search has deferred, and a lower bound of its squared distance from the query.
 #[derive(Clone, Copy)]
 struct Subtree {
     node: u32,
@@ -319,13 +318,13 @@ impl<const D: usize> Bounds<D> {
         (1..D).fold(0, |widest, axis| if self.width(axis) > self.width(widest) { axis } else { widest })
     }
 
-    /// From the box to the query, axis by axis; zero along the axes where the query lies between the sides.
+    /// Offset from the box to the query; zero along the axes on which the query lies within the box.
     #[inline]
     fn offset_from(&self, query: &[f32; D]) -> [f32; D] {
         std::array::from_fn(|axis| larger(0.0, larger(self.low[axis] - query[axis], query[axis] - self.high[axis])))
     }
 
-    /// Whether a point in the box, which is this far from the query, can come before `limit`.
+    /// Whether a point in the box, whose squared distance from the query is `sq_distance`, can come before `limit`.
     #[inline]
     fn may_matter(&self, sq_distance: f32, limit: Neighbor) -> bool {
         sq_distance < limit.sq_distance || (sq_distance == limit.sq_distance && self.smallest_index < limit.index)
@@ -363,17 +362,17 @@ impl<const D: usize> Leaf<D> {
     }
 }
 
-/// `None` where the limit of a search was never replaced by a point.
+/// The best point of a search; `None` where the search has found none and still holds its initial limit.
 fn found(best: Neighbor) -> Option<Neighbor> {
     (best.index != u32::MAX).then_some(best)
 }
 
-/// An integer that orders finite numbers by value and equal ones by index: one comparison without a branch, which
-/// makes the build four times as fast as comparing floats and then indices.
+/// An integer that sorts finite numbers by value and equal ones by index. It is compared without a branch: the build is four
+/// times as fast as with a comparison of floats and then of indices.
 #[inline]
 fn sort_key(value: f32, index: u32) -> u64 {
     let bits = value.to_bits();
-    // Negative numbers grow downwards in their bits: all of them turn around; of the others the sign bit alone.
+    // The bits of negative numbers ascend as the numbers descend: invert all bits. Otherwise set the sign bit.
     let ordered = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
     u64::from(ordered) << 32 | u64::from(index)
 }
@@ -381,7 +380,7 @@ fn sort_key(value: f32, index: u32) -> u64 {
 /// Number of leaves below `node`, or 1 where it is one, in a heap whose leaves are `num_leaves..2 * num_leaves`.
 fn leaves_below(node: usize, num_leaves: usize) -> usize {
     let mut leaves = 0;
-    // The nodes below `node` on one level after the other.
+    // The range of nodes below `node` on each level in turn.
     let (mut first, mut end) = (node, node + 1);
     while first < 2 * num_leaves {
         leaves += end.min(2 * num_leaves).saturating_sub(first.max(num_leaves));

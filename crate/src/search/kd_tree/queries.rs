@@ -1,25 +1,25 @@
-//! What is looked for in a tree, leaf after leaf.
+//! The kinds of search in a tree: each visits leaf after leaf and narrows its limit.
 
 use std::collections::BinaryHeap;
 
 use super::{LEAF, Neighbor, smaller};
 
-/// Lanes that are compared at once: a 128-bit vector, which is what WebAssembly has.
+/// Numbers compared at once: those of a 128-bit vector, the width that WebAssembly has.
 const LANES: usize = 4;
 
-/// A kind of search: it visits leaf after leaf, and its limit decides which subtrees can still matter.
+/// A kind of search. Subtrees beyond its limit are skipped.
 pub(super) trait Search {
     /// Only points that come before this one are wanted.
     fn limit(&self) -> Neighbor;
-    /// Takes what is wanted among the points of a leaf.
+    /// Considers the points of a leaf.
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]);
 }
 
-/// A search that judges one point after the other.
+/// A search that considers one point after the other.
 pub(super) trait PointByPoint {
     /// As of [`Search`].
     fn limit(&self) -> Neighbor;
-    /// Judges a point that is no further than the limit was when its leaf came up.
+    /// Considers a point that is no further than the limit was at the start of its leaf.
     fn take(&mut self, candidate: Neighbor);
 }
 
@@ -29,7 +29,7 @@ impl<S: PointByPoint> Search for S {
         PointByPoint::limit(self)
     }
 
-    /// Most leaves hold few points that are near enough: lanes are looked at one by one only where the vector has one.
+    /// Few points of a leaf are near enough: the numbers of a vector are examined one by one only where one of them is.
     #[inline]
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
         let max_sq_distance = PointByPoint::limit(self).sq_distance;
@@ -55,7 +55,7 @@ impl Search for Nearest {
         self.best
     }
 
-    /// Lane by lane: the smallest distance of the leaf, then the smallest index at that distance.
+    /// Finds the smallest distance of the leaf in SIMD vectors, then the smallest index at that distance.
     #[inline]
     fn visit(&mut self, sq_distances: &[f32; LEAF], indices: &[u32; LEAF]) {
         let mut smallest = [f32::INFINITY; LANES];
@@ -78,7 +78,7 @@ impl Search for Nearest {
     }
 }
 
-/// The nearest of those that are accepted.
+/// The nearest of the points that `accept` admits.
 pub(super) struct NearestWhere<F> {
     pub(super) best: Neighbor,
     pub(super) accept: F,
@@ -97,14 +97,14 @@ impl<F: FnMut(u32) -> bool> PointByPoint for NearestWhere<F> {
     }
 }
 
-/// Whether there is any.
+/// Whether there is a point within the limit.
 pub(super) struct HasWithin {
     pub(super) limit: Neighbor,
     pub(super) found: bool,
 }
 
 impl Search for HasWithin {
-    /// Once a point is found, nothing is wanted any more.
+    /// Once a point is found, the limit excludes all others.
     fn limit(&self) -> Neighbor {
         if self.found { Neighbor { index: 0, sq_distance: -1.0 } } else { self.limit }
     }
@@ -115,7 +115,7 @@ impl Search for HasWithin {
     }
 }
 
-/// The nearest by another distance.
+/// The nearest point by another distance than the Euclidean one.
 pub(super) struct NearestBy<F> {
     pub(super) best: Neighbor,
     pub(super) sq_distance: F,
@@ -137,7 +137,7 @@ impl<F: FnMut(u32) -> f32> PointByPoint for NearestBy<F> {
     }
 }
 
-/// For small `k`: the points found so far stay sorted.
+/// The `k` nearest points for small `k`, in a sorted list.
 pub(super) struct KNearest<'a> {
     pub(super) k: usize,
     pub(super) limit: Neighbor,
@@ -149,8 +149,8 @@ impl PointByPoint for KNearest<'_> {
         self.limit
     }
 
-    /// The candidate goes through the whole list and each place keeps the nearer of the two: for small `k` that is
-    /// quicker than looking for its place, for it has no branch that the processor must guess.
+    /// Passes the candidate through the whole list, each entry keeping the nearer of the two. For small `k` that is faster
+    /// than an insertion, which has branches that the processor mispredicts.
     #[inline]
     fn take(&mut self, candidate: Neighbor) {
         if !candidate.comes_before(self.limit) {
@@ -171,7 +171,7 @@ impl PointByPoint for KNearest<'_> {
     }
 }
 
-/// For large `k`: a heap with the furthest point found so far on top.
+/// The `k` nearest points for large `k`, in a heap with the furthest one on top.
 pub(super) struct ManyNearest {
     pub(super) k: usize,
     pub(super) limit: Neighbor,
@@ -199,7 +199,7 @@ impl PointByPoint for ManyNearest {
     }
 }
 
-/// All of them.
+/// All points within the limit.
 pub(super) struct Within<'a> {
     pub(super) limit: Neighbor,
     pub(super) found: &'a mut Vec<Neighbor>,
