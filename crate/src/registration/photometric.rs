@@ -64,7 +64,7 @@ pub struct PhotometricResult {
     pub correlation: f64,
     /// Number of points that were compared, over all pictures.
     pub num_compared: usize,
-    /// Whether the last step was below [`SMALL_STEP`].
+    /// Whether the last step on the finest level was below 3e-4 (rad, m).
     pub converged: bool,
 }
 
