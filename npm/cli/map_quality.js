@@ -23,7 +23,8 @@ export const mapQuality = {
   help: () => `scanstitch map-quality MAP... [OPTION]...
        scanstitch map-quality --frames FOLDER TRAJECTORY... [OPTION]...
 
-Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. Only maps of the same scans are comparable.
+Sharpness of maps (PLY or PCD): the smaller the figures, the sharper the map. Only maps of the same scans are
+comparable.
 With --frames, the clouds of a recording are placed by trajectories, and the point-to-plane residual between overlapping
 frames (in the plane: point-to-line) is printed as well.
 Mean map entropy: Droeschel and Behnke 2014. Mean plane variance: Razlaw et al. 2015; of planar maps, across the lines.

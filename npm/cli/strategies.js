@@ -52,10 +52,10 @@ Runs several strategies on one recording of depth images or clouds: each frame i
 frames before it, and the strategies differ in the map and in the registration. The reference, where one is found or
 given, is used for the errors only.
 
-Output, one line per strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its growth
-from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from frame
-to frame (RPE); sharpness of the map (mean map entropy, mean plane variance). Ctrl-C stops; what has been computed is
-printed.
+Output, one line per strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its
+growth from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from
+frame to frame (RPE); sharpness of the map (mean map entropy, mean plane variance). Ctrl-C stops; what has been computed
+is printed.
 
 Options:
   --strategies A,B   which of those below, in this order (default: all of them)
