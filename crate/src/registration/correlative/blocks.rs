@@ -8,9 +8,9 @@ use super::turns::{RotatedSource, Segment, Turns};
 
 /// Blocks across a window.
 const MOST_ACROSS: i32 = 16;
-/// Points that 16 bits hold the sum of.
+/// Number of points whose sum of likelihoods, at most 255 each, fits 16 bits.
 const POINTS_AT_ONCE: usize = 256;
-/// Turns that are bounded together: under these, points 10 m away move by fewer than so many cells.
+/// Number of neighbouring turns that are bounded together.
 const TURNS_TOGETHER: usize = 8;
 
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
