@@ -92,7 +92,10 @@ test('what is assumed and unconfirmed stands beside the number of good frames, w
 
 test('a scale that the steps of a known sensor confirm is no condition; the focal length remains one', (t) => {
   const { stdout, stderr, result } = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96']);
-  assert.match(result?.assumptions[0]?.confirmed_by ?? '', /^the disparity steps of a Kinect, which fit no other scale in use$/);
+  assert.match(
+    result?.assumptions[0]?.confirmed_by ?? '',
+    /^the disparity steps of a Kinect, which fit no other scale in use$/,
+  );
   assert.match(stderr, /1000 is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/);
   assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed, confirmed\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
