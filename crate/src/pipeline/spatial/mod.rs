@@ -252,6 +252,7 @@ impl SpatialReconstruction {
         }
         notes.extend(self.range_use.note());
         notes.extend(self.loop_report().note());
+        notes.extend(self.unresolved_note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
             match self.compare(reference) {
@@ -296,6 +297,14 @@ impl SpatialReconstruction {
             suggestion,
             notes,
         }
+    }
+
+    /// What the good frames rest on that come after frames with uncertain positions, which neither a later frame nor a loop has
+    /// settled.
+    fn unresolved_note(&self) -> Option<String> {
+        let open = self.hypotheses.unresolved().filter(|_| self.loop_report().num_closed == 0)?;
+        let first = *open.frames.first()? as usize;
+        continuity::unresolved_note(&open, &self.frames.get(first)?.label.name, &self.assessments())
     }
 
     /// None before there are frames.
