@@ -172,7 +172,7 @@ fn wrong_focal_length(settings: &SpatialSettings, scale: &DepthScale) -> Option<
     (set > 0.0 && (set / told).ln().abs() > CONTRADICTING_FOCAL_FACTOR.ln()).then(|| {
         format!(
             "fx = {set} is given, but the spacing of the raw depth values is that of a {sensor} with a focal length of about \
-             {told:.0} pixels: it is right only if the depth images were mapped into another camera's images"
+             {told:.0} pixels: it is right only if the depth images were scaled, or mapped into another camera's images"
         )
     })
 }
