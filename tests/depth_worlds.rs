@@ -69,6 +69,22 @@ fn reconstruct(
     truth: &[Pose3],
     frame: impl Fn(usize, &Pose3) -> (Vec<u8>, Option<Vec<u8>>),
 ) -> Vec<(Status, f64, f64)> {
+    let reconstruction = finished_run(camera, truth, frame);
+    let estimates = reconstruction.poses().into_iter().zip(reconstruction.assessments()).zip(truth);
+    estimates
+        .map(|((estimate, assessment), pose)| {
+            let error = (truth[0].inverse() * pose).inverse() * estimate;
+            (assessment.status, error.translation_norm(), error.rotation_angle())
+        })
+        .collect()
+}
+
+/// The finished run on such frames.
+fn finished_run(
+    camera: &Pinhole,
+    truth: &[Pose3],
+    frame: impl Fn(usize, &Pose3) -> (Vec<u8>, Option<Vec<u8>>),
+) -> SpatialReconstruction {
     let settings = SpatialSettings {
         fx: camera.fx,
         fy: camera.fy,
@@ -91,14 +107,7 @@ fn reconstruct(
     }
     reconstruction.finish();
     while reconstruction.step().stage != Stage::Done {}
-    let assessments = reconstruction.assessments();
-    let estimates = reconstruction.poses().into_iter().zip(assessments).zip(truth);
-    estimates
-        .map(|((estimate, assessment), pose)| {
-            let error = (truth[0].inverse() * pose).inverse() * estimate;
-            (assessment.status, error.translation_norm(), error.rotation_angle())
-        })
-        .collect()
+    reconstruction
 }
 
 /// Checks that no good frame is off. With a path so short, how far the sensor moves is known from these frames alone.
@@ -145,6 +154,26 @@ fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
     let wrong = frames.iter().filter(|frame| frame.0 == Status::Good).filter(is_off).count();
     assert_eq!(wrong, 0, "{frames:?}");
     assert!(frames.iter().all(|frame| frame.0 != Status::Lost && frame.1 < MAX_ERROR), "{frames:?}");
+}
+
+/// The second frame sees a bare wall and leaves its position open; those after it fit it, and share its error.
+#[test]
+fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {
+    let apartment = Apartment::generate(1);
+    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.04, 4f64.to_radians(), 1);
+    truth.truncate(4);
+    let camera = Pinhole::new(640, 480, [384.0, 384.0, 320.0, 240.0]).unwrap();
+    let frame = |index: usize, pose: &Pose3| {
+        let (last, seed) = (&truth[index.saturating_sub(1)], 1000 + index as u64);
+        (pgm(&StereoCamera::default().measure(&apartment.space, pose, last, &camera, seed)), None)
+    };
+    let result = finished_run(&camera, &truth, frame).result();
+    let statuses: Vec<Status> = result.frames.iter().map(|frame| frame.status).collect();
+    assert_eq!(statuses, [Status::Good, Status::Doubtful, Status::Good, Status::Good]);
+    let note = result.notes.iter().find(|note| note.starts_with("The position of 1.pgm is uncertain"));
+    assert!(note.is_some_and(|note| note.contains("the 2 good frames after it")), "{:?}", result.notes);
+    let certain = finished_run(&camera, &truth[..1], frame).result();
+    assert!(certain.notes.iter().all(|note| !note.contains("is uncertain")), "{:?}", certain.notes);
 }
 
 /// Patches of noise, ragged outlines, holes, flying pixels and errors that are the same in every image: none of them loses a frame

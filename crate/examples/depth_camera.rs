@@ -1,7 +1,8 @@
 //! Runs the depth engine on the images of a real camera and writes a line a frame: its status, processor time, evidence and pose.
 //!
 //! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2] [--reverse] [--agree] [--lines FILE]`.
-//! `--agree` compares the depth of successive frames at their poses.
+//! `--agree` compares the depth of successive frames at their poses. Other cameras' recordings are made from it: `--size 848x480`,
+//! `--offset 0.05` (of the colours, m), `--rolling 0.5` and `--exposure 0.3` (of the time from frame to frame).
 
 #[path = "depth/processor_time.rs"]
 mod processor_time;
@@ -10,6 +11,8 @@ mod recordings;
 #[allow(dead_code)]
 #[path = "depth/scores.rs"]
 mod scores;
+#[path = "depth/stand_ins.rs"]
+mod stand_ins;
 
 use recordings::{Recording, pgm};
 use scanstitch::camera::Pinhole;
@@ -19,6 +22,7 @@ use scanstitch::io::depth_png;
 use scanstitch::odometry::depth::ColorUse;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch_scene::random::Random;
+use stand_ins::Changes;
 
 fn main() {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
@@ -43,6 +47,14 @@ fn main() {
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
     let settings = SpatialSettings { color, depth_scale, ..SpatialSettings::default() };
+    let changes = changes();
+    let recording = match changes {
+        Some(changes) => {
+            let (reconstruction, _) = scores::reconstruct(&recording, &settings);
+            stand_ins::changed(&recording, &reconstruction.poses(), &changes)
+        }
+        None => recording,
+    };
     let (reconstruction, seconds) = scores::reconstruct(&recording, &settings);
     if let Some(file) = argument("--lines") {
         std::fs::write(file, scores::lines(&reconstruction)).expect("a file to write to");
@@ -77,6 +89,7 @@ fn main() {
         let count = agreeing.len() - apart.len();
         eprintln!("{count} of {} steps agree; those after {apart:?} do not", agreeing.len());
     }
+    reconstruction.result().notes.iter().for_each(|note| eprintln!("{note}"));
     let worst = seconds.iter().copied().fold(0.0, f64::max);
     eprintln!(
         "{name}: {} frames, good, doubtful, lost {counts:?}; register {:.0} ms a frame, at most {:.0}; loops {}",
@@ -85,6 +98,24 @@ fn main() {
         1000.0 * worst,
         reconstruction.loop_report().num_closed
     );
+}
+
+/// What makes another camera's recording of this one; none where nothing is asked for.
+fn changes() -> Option<Changes> {
+    let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
+    let number = |name: &str| argument(name).map(|text| text.parse::<f64>().expect("a number"));
+    let size = argument("--size").map(|text| {
+        let (width, height) = text.split_once('x').expect("WIDTHxHEIGHT");
+        (width.parse().expect("a width"), height.parse().expect("a height"))
+    });
+    let [offset, rolling, exposure] = ["--offset", "--rolling", "--exposure"].map(number);
+    let is_changed = size.is_some() || [offset, rolling, exposure].iter().any(Option::is_some);
+    is_changed.then(|| Changes {
+        size,
+        offset: offset.unwrap_or_default(),
+        rolling: rolling.unwrap_or_default(),
+        exposure: exposure.unwrap_or_default(),
+    })
 }
 
 /// Depths beyond this (m) are not compared: a stereo camera's are noise.

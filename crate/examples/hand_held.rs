@@ -57,8 +57,11 @@ fn main() {
             }
         }
         let settings = SpatialSettings { depth_scale: 1000.0, ..SpatialSettings::default() };
-        let (score, _) = scores::score(&recording, &settings, flag("-v"));
+        let (score, reconstruction) = scores::score(&recording, &settings, flag("-v"));
         let good = score.frames - score.doubtful - score.lost;
+        if flag("-v") {
+            reconstruction.result().notes.iter().for_each(|note| println!("  {note}"));
+        }
         println!(
             "flat {seed}: {good} good, {} doubtful, {} lost, {} wrongly good; mean {:.0} mm, good ones {:.0} mm; right but not good {}; {:.0} ms a frame",
             score.doubtful,

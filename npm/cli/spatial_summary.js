@@ -1,5 +1,6 @@
 // @ts-check
 /** The results of a reconstruction in space, as text. */
+import { assumedMark, statusWords, unconfirmed } from '../assumed.js';
 import { printable } from '../printable.js';
 import { table } from './command.js';
 import { errorFigures, millimetres } from './results.js';
@@ -44,20 +45,19 @@ export function frameTable({ frames, comparison }, { frames: milliseconds }) {
  * @param {number} numRecorded frames of the recording
  */
 export function headline(result, timing, sizes, numRecorded) {
-  const { frames, comparison, suggestion, camera, depth_scale, quantisation } = result;
-  const assumed = new Set(result.assumptions.map(({ setting }) => setting));
-  const lines = [timeLine(frames.length, timing, numRecorded), statusLine(frames)];
+  const { frames, comparison, suggestion, camera, depth_scale, quantisation, assumptions } = result;
+  const lines = [timeLine(frames.length, timing, numRecorded), statusWords(result, optionsFor(result))];
   if (camera) {
     const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
     lines.push(
-      `Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}${assumed.has('fx') ? ' (assumed)' : ''}`,
+      `Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}${assumedMark(assumptions, 'fx')}`,
     );
   }
   if (depth_scale) {
     const made =
       quantisation === 'truncated' ? ', truncated to whole values' : quantisation === 'rounded' ? ', rounded' : '';
     lines.push(
-      `Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${assumed.has('depth_scale') ? ' (assumed)' : ''}${made}`,
+      `Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${assumedMark(assumptions, 'depth_scale')}${made}`,
     );
   }
   const map = sizes.map(({ voxel_size, num_points, num_bytes }) => {
@@ -85,15 +85,26 @@ export function headline(result, timing, sizes, numRecorded) {
  */
 export function assumptionNotes({ assumptions, notes }) {
   const isSaid = notes.some((text) => text.includes('raw values a metre'));
-  return assumptions.flatMap(({ setting, value, why }) => {
+  return assumptions.flatMap(({ setting, value, why, confirmed_by }) => {
     const number = Number(value.toPrecision(6));
+    const confirmed = confirmed_by === null ? null : `Confirmed by ${confirmed_by}.`;
     if (setting === 'depth_scale') {
       const remedy = 'If the map has the wrong size, give the right number: --set depth_scale=NUMBER.';
-      return isSaid ? [] : [`No file says how many raw values a metre has: ${number} is assumed, ${why}. ${remedy}`];
+      const assumed = `No file says how many raw values a metre has: ${number} is assumed, ${why}.`;
+      return isSaid ? [] : [`${assumed} ${confirmed ?? remedy}`];
     }
     const remedy = 'If the map is bent, give the camera: --intrinsics FILE (fx fy cx cy), or --set fx=PIXELS.';
-    return [`No file says what the camera is like: a focal length of ${number} pixels is assumed, ${why}. ${remedy}`];
+    const assumed = `No file says what the camera is like: a focal length of ${number} pixels is assumed, ${why}.`;
+    return [`${assumed} ${confirmed ?? remedy}`];
   });
+}
+
+/** The options that change what nothing confirms. @param {SpatialResult} result */
+function optionsFor({ assumptions }) {
+  const options = { depth_scale: '--set depth_scale=NUMBER', fx: '--set fx=PIXELS' };
+  return ` (${unconfirmed(assumptions)
+    .map(({ setting }) => options[setting])
+    .join(', ')})`;
 }
 
 /** @param {import('../index.js').Suggestion} suggestion */
@@ -110,12 +121,6 @@ function timeLine(count, { total, frames, workers }, numRecorded) {
   const stages = `read ${mean('read')}, prepare ${mean('prepare')}, register ${mean('register')}`;
   const threads = workers === 0 ? 'one thread' : `${workers} ${workers === 1 ? 'worker' : 'workers'}`;
   return `${count} of ${numRecorded} frames in ${total.toFixed(0)} ms, ${(total / count).toFixed(1)} ms a frame with ${threads} (${stages})`;
-}
-
-/** @param {SpatialResult['frames']} frames */
-function statusLine(frames) {
-  const count = (/** @type {string} */ status) => frames.filter((frame) => frame.status === status).length;
-  return `${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`;
 }
 
 /** @param {number[]} numbers */

@@ -1,5 +1,6 @@
 // @ts-check
 /** The report of a run that a person reads and prints: one HTML file, its pictures inside it, without scripts. */
+import { assumedMark, statusWords } from '../assumed.js';
 import { printable } from '../printable.js';
 import { drawing } from './drawing.js';
 
@@ -63,7 +64,9 @@ function figures(result, { num_frames = 0 }) {
     [
       'Frames',
       frames.length < num_frames ? `${frames.length} of ${num_frames}` : String(frames.length),
-      `${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`,
+      'assumptions' in result
+        ? statusWords(result)
+        : `${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`,
     ],
     ['Length of the path', `${length.toFixed(2)} m`, ''],
   ];
@@ -71,8 +74,7 @@ function figures(result, { num_frames = 0 }) {
     rows.push(['Sharpness', millimetres(result.sharpness.mean_residual), 'mean distance between overlapping scans']);
   if ('camera' in result && result.camera) {
     const { width, height, fx } = result.camera;
-    const mark = (/** @type {string} */ setting) =>
-      result.assumptions.some((assumption) => assumption.setting === setting) ? ' (assumed)' : '';
+    const mark = (/** @type {'depth_scale' | 'fx'} */ setting) => assumedMark(result.assumptions, setting);
     const perMetre = Number((result.depth_scale ?? 0).toPrecision(6));
     const scale = result.depth_scale === null ? '' : `, ${perMetre} values per metre${mark('depth_scale')}`;
     rows.push(['Camera', `${width} x ${height}`, `focal length ${fx.toFixed(1)} pixels${mark('fx')}${scale}`]);

@@ -1,7 +1,7 @@
 // @ts-check
 /** How depth images are read: what files say, what is assumed, and input that does not belong together. */
 import assert from 'node:assert/strict';
-import { mkdirSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { colourPng, greyPng, see, WALK, walkFiles } from './depth_room.mjs';
@@ -26,7 +26,8 @@ function reconstruct(t, files, options = []) {
   const run = scanstitch(['reconstruct', join(folder, 'walk'), '--out', out, '--workers', '0', ...options]);
   /** @type {import('../../npm/index.js').SpatialResult | null} */
   const result = run.status === 1 ? null : readReport(out);
-  return { ...run, result };
+  const report = join(out, 'report.html');
+  return { ...run, result, html: existsSync(report) ? readFileSync(report, 'utf8') : '' };
 }
 
 /** The frames without colours, their depth changed. @param {(depth: Uint16Array, index: number) => Uint8Array} change */
@@ -56,12 +57,20 @@ test('the depth scale of a camera file is used, and nothing but what it leaves o
   );
 });
 
-test('what is assumed is said, in a note and where the figure stands', (t) => {
-  const { status, stdout, stderr } = reconstruct(
-    t,
-    depthFiles((depth) => greyPng(depth)),
-  );
+/** The frames with steps of depth like a Kinect's, which tell its scale. @param {Uint16Array} depth */
+const inKinectSteps = (depth) =>
+  greyPng(depth.map((value) => (value > 0 ? Math.round((348 * 1000) / Math.round((348 * 1000) / value)) : 0)));
+
+/** The images alone: no ground truth confirms what is assumed. @param {Record<string, Uint8Array | string>} files */
+const imagesOf = (files) => Object.fromEntries(Object.entries(files).filter(([path]) => path.startsWith('depth/')));
+
+test('what is assumed and unconfirmed stands beside the number of good frames, with the options that change it', (t) => {
+  const { status, stdout, stderr, result, html } = reconstruct(t, imagesOf(depthFiles((depth) => greyPng(depth))));
   assert.equal(status, 0, stderr);
+  assert.deepEqual(
+    result?.assumptions.map(({ confirmed_by }) => confirmed_by),
+    [null, null],
+  );
   assert.match(
     stderr,
     /^note: No file says how many raw values a metre has: 1000 is assumed, .*--set depth_scale=NUMBER\.$/m,
@@ -72,6 +81,45 @@ test('what is assumed is said, in a note and where the figure stands', (t) => {
   );
   assert.match(stdout, /^Camera: .* \(assumed\)$/m);
   assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed\)/m);
+  const condition =
+    '6 good if 1000 depth values are a metre and the focal length is 96 pixels, which nothing in the recording confirms';
+  assert.match(
+    stdout,
+    new RegExp(`^${condition} \\(--set depth_scale=NUMBER, --set fx=PIXELS\\); 0 doubtful, 0 lost$`, 'm'),
+  );
+  assert.ok(html.includes(`${condition}; 0 doubtful, 0 lost`));
+});
+
+test('a scale that the steps of a known sensor confirm is no condition; the focal length remains one', (t) => {
+  const { stdout, stderr, result } = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96']);
+  assert.match(
+    result?.assumptions[0]?.confirmed_by ?? '',
+    /^the disparity steps of a Kinect, which fit no other scale in use$/,
+  );
+  assert.match(stderr, /1000 is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/);
+  assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed, confirmed\)/m);
+  assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
+  const open = reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
+  assert.match(
+    open.stdout,
+    /^\d good if the focal length is \d+ pixels, which nothing in the recording confirms \(--set fx=PIXELS\); \d doubtful/m,
+  );
+});
+
+test('a ground truth of the same size confirms what is assumed, and one of another size does not', (t) => {
+  const right = reconstruct(
+    t,
+    depthFiles((depth) => greyPng(depth)),
+  );
+  const confirmations = right.result?.assumptions.map(({ confirmed_by }) => confirmed_by ?? '');
+  assert.match(confirmations?.[0] ?? '', /^the ground truth, whose distances are the same within 5 %$/);
+  assert.match(right.stdout, /^6 good( if the focal length|,)/m);
+  const small = reconstruct(
+    t,
+    depthFiles((depth) => greyPng(depth.map((value) => value / 2))),
+  );
+  assert.equal(small.result?.assumptions[0]?.confirmed_by, null);
+  assert.match(small.stdout, /^\d good if 1000 depth values are a metre/m);
 });
 
 test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', (t) => {

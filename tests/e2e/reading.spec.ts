@@ -15,7 +15,7 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   const { result } = await spatial.stitched();
   expect(result.depth_scale).toBeCloseTo(PER_METRE, 6);
   expect(result.suggestion).toBeNull();
-  await expect(spatial.figures).toContainText('6553.5 values per metre (assumed)');
+  await expect(spatial.figures).toContainText('6553.5 values per metre (assumed, confirmed)');
   const question = page.getByRole('region', { name: 'Which size is right?' });
   await expect(question.getByRole('img', { name: /^From above, surfaces up to 4\D/ })).toBeVisible();
   const other = question.getByRole('button', { name: /4000 a metre/ });
@@ -45,7 +45,10 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
     ['fx', 131],
   ]);
   await page.getByRole('tab', { name: 'Result' }).click();
-  await spatial.figures.getByRole('button', { name: 'Change what is assumed of the camera' }).click();
+  await expect(spatial.figures).toContainText(
+    'all good if 1000 depth values are a metre and the focal length is 131.3 pixels, which nothing in the recording confirms',
+  );
+  await spatial.figures.getByRole('button', { name: 'Change what the good frames assume' }).click();
   const dialog = page.getByRole('dialog', { name: 'What is assumed of the depth images' });
   await expect(dialog.getByRole('radio', { name: /^1000 values per metre/ })).toBeChecked();
   expect(await page.evaluate(findWeakContrast)).toEqual([]);
@@ -55,6 +58,7 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
   const changed = await spatial.stitched();
   expect([changed.result.depth_scale, changed.result.camera?.fx, changed.result.camera?.cx]).toEqual([500, 80, 79.5]);
   expect(changed.result.assumptions).toEqual([]);
+  await expect(spatial.figures).not.toContainText('which nothing in the recording confirms');
 });
 
 test('a camera file dropped after the frames is used; one of other images is refused in plain words', async ({

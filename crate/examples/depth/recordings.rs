@@ -314,9 +314,14 @@ impl Walk {
 }
 
 fn jpeg(frame: &RenderedFrame) -> Vec<u8> {
+    jpeg_of(&frame.rgb, frame.width, frame.height)
+}
+
+/// A colour picture as a file; three bytes a pixel.
+pub fn jpeg_of(rgb: &[u8], width: usize, height: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     let encoder = Encoder::new(&mut bytes, 90);
-    encoder.encode(&frame.rgb, frame.width as u16, frame.height as u16, ColorType::Rgb).expect("a picture");
+    encoder.encode(rgb, width as u16, height as u16, ColorType::Rgb).expect("a picture");
     bytes
 }
 

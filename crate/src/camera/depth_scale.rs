@@ -89,6 +89,8 @@ const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
 const SENSOR_REACH: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
+/// Steps within this number of deviations of a sensor's nominal ones are its own: normal deviations beyond are 0.3 %.
+const MAX_STEP_DEVIATIONS: f64 = 3.0;
 /// A candidate this much less probable than the best is not named.
 const MIN_ALTERNATIVE: f64 = 0.05;
 /// Fewer levels than this do not show how they are spaced.
@@ -146,6 +148,20 @@ impl DepthScale {
     /// Raw values a metre.
     pub fn per_metre(&self) -> f64 {
         1.0 / self.step
+    }
+
+    /// What in the image confirms the scale: the disparity steps of a known sensor, at no other scale in use. The size of
+    /// rooms confirms none, as a small room and a large one look alike.
+    /// `width` is that of the image (pixels).
+    pub fn confirmed_by(&self, width: usize) -> Option<String> {
+        let ScaleBasis::DisparitySteps(c) = self.basis else { return None };
+        let (sensor, deviations) = match self.sensor {
+            DepthSensor::Kinect => ("Kinect", (c / KINECT_STEP).ln().abs() / STEP_DEVIATION),
+            DepthSensor::RealSense { .. } => ("RealSense", realsense(c, width).1 / REALSENSE_DEVIATION),
+            DepthSensor::Unknown => return None,
+        };
+        (self.alternatives.is_empty() && deviations < MAX_STEP_DEVIATIONS)
+            .then(|| format!("the disparity steps of a {sensor}, which fit no other scale in use"))
     }
 
     /// What is assumed and why, for the user; none where there is nothing to doubt or nothing unusual.
@@ -308,6 +324,22 @@ mod tests {
                 assert!(is_alike(scale.sensor, sensor), "{c} {far}: {scale:?}");
             }
         }
+    }
+
+    #[test]
+    fn only_the_steps_of_a_known_sensor_confirm_a_scale() {
+        let confirmed = |per_metre, c| {
+            let image = ramp((1.0, 4.0), per_metre, c, 0.1);
+            DepthScale::estimate(&image).confirmed_by(image.width)
+        };
+        let by = confirmed(1000.0, Some(KINECT_STEP)).unwrap();
+        assert!(by.contains("steps of a Kinect"), "{by}");
+        assert_eq!(confirmed(5000.0, Some(KINECT_STEP)), None, "4000 is possible as well");
+        assert!(confirmed(1000.0, Some(1.0 / (32.0 * 384.0 * 0.05))).unwrap().contains("steps of a RealSense"));
+        assert_eq!(confirmed(1000.0, Some(2.5 * KINECT_STEP)), None, "steps of no known sensor");
+        assert_eq!(confirmed(1000.0, None), None, "the size of rooms");
+        let eight_bits = DepthImage { bits: 8, values: vec![77; 100], width: 10, height: 10 };
+        assert_eq!(DepthScale::estimate(&eight_bits).confirmed_by(10), None);
     }
 
     #[test]

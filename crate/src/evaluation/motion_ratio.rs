@@ -39,6 +39,13 @@ pub(crate) fn motion_ratio(estimate: &[Option<Pose3>], reference: &[Option<Pose3
 
 /// The ratios for corresponding poses of the estimate and the reference.
 pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
+    let (steps, turns) = logarithms_of(pairs);
+    let factor = |logarithms| CommonFactor::of(logarithms).and_then(|common| common.significant());
+    MotionRatio { translation: factor(steps), rotation: factor(turns) }
+}
+
+/// Logarithms of the ratios of the distances and of the angles of corresponding motions.
+fn logarithms_of(pairs: &[(Pose3, Pose3)]) -> (Vec<f64>, Vec<f64>) {
     let [mut steps, mut turns] = [Vec::new(), Vec::new()];
     for (motion, reference) in FRAME_GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
         if reference.step > MIN_STEP && motion.step > 0.0 {
@@ -48,7 +55,7 @@ pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
             turns.push((motion.turn / reference.turn).ln());
         }
     }
-    MotionRatio { translation: common_factor(steps), rotation: common_factor(turns) }
+    (steps, turns)
 }
 
 /// Size of the motion between two frames. It is independent of the world frame and, apart from the lever arm, of where the
@@ -69,18 +76,60 @@ pub(super) fn motions(pairs: &[(Pose3, Pose3)], gap: usize) -> impl Iterator<Ite
     pairs.iter().zip(pairs.iter().skip(gap)).map(move |(a, b)| (size(&a.0, &b.0), size(&a.1, &b.1)))
 }
 
-/// The factor that these logarithms have in common.
-fn common_factor(mut logarithms: Vec<f64>) -> Option<f64> {
-    if logarithms.len() < MIN_PAIRS {
-        return None;
+/// Whether the distances and the angles of the estimate are those of the reference within `factor`, significantly: what lies
+/// within the standard errors of the ratio lies within the factor, too.
+pub(crate) fn motions_agree(
+    estimate: &[Option<Pose3>],
+    reference: &[Option<Pose3>],
+    factor: f64,
+) -> MotionAgreementWithin {
+    let both: Vec<(Pose3, Pose3)> = estimate.iter().zip(reference).filter_map(|(a, b)| Some(((*a)?, (*b)?))).collect();
+    let (steps, turns) = logarithms_of(&both);
+    let agrees = |logarithms| {
+        CommonFactor::of(logarithms)
+            .is_some_and(|common| common.logarithm.abs() + MIN_SIGNIFICANCE * common.error < factor.ln())
+    };
+    MotionAgreementWithin { translation: agrees(steps), rotation: agrees(turns) }
+}
+
+/// Whether distances and angles agree within a factor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct MotionAgreementWithin {
+    /// Distances.
+    pub translation: bool,
+    /// Angles.
+    pub rotation: bool,
+}
+
+/// The factor that ratios have in common, as a logarithm.
+struct CommonFactor {
+    /// Median of the logarithms.
+    logarithm: f64,
+    /// Standard error of the median.
+    error: f64,
+    /// Median absolute deviation.
+    spread: f64,
+}
+
+impl CommonFactor {
+    /// Of these logarithms; none of too few.
+    fn of(mut logarithms: Vec<f64>) -> Option<Self> {
+        if logarithms.len() < MIN_PAIRS {
+            return None;
+        }
+        let logarithm = median(&mut logarithms);
+        let mut deviations: Vec<f64> = logarithms.iter().map(|value| (value - logarithm).abs()).collect();
+        let spread = median(&mut deviations);
+        // 1.4826 makes the median deviation a standard one, 1.253 that of a mean one of a median.
+        let error = 1.4826 * 1.253 * spread / (logarithms.len() as f64).sqrt();
+        Some(Self { logarithm, error, spread })
     }
-    let middle = median(&mut logarithms);
-    let mut deviations: Vec<f64> = logarithms.iter().map(|value| (value - middle).abs()).collect();
-    let spread = median(&mut deviations);
-    // 1.4826 makes the median deviation a standard one, 1.253 that of a mean one of a median.
-    let error = 1.4826 * 1.253 * spread / (logarithms.len() as f64).sqrt();
-    let is_common = spread <= MAX_SPREAD.max(MAX_SPREAD_SHARE * middle.abs());
-    (is_common && middle.abs() >= MIN_SIGNIFICANCE * error).then(|| middle.exp())
+
+    /// The factor, where the ratios agree on it and it differs from one significantly.
+    fn significant(&self) -> Option<f64> {
+        let is_common = self.spread <= MAX_SPREAD.max(MAX_SPREAD_SHARE * self.logarithm.abs());
+        (is_common && self.logarithm.abs() >= MIN_SIGNIFICANCE * self.error).then(|| self.logarithm.exp())
+    }
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -116,6 +165,19 @@ mod tests {
         assert!((ratio.translation.unwrap() / 6.55 - 1.0).abs() < 1e-3, "{ratio:?}");
         assert!((ratio.rotation.unwrap() - 1.0).abs() < 1e-6);
         assert!((motion_ratio(&path(40, 1.0, 0.8), &reference).rotation.unwrap() - 0.8).abs() < 1e-6);
+    }
+
+    #[test]
+    fn motions_agree_within_a_factor_only_where_enough_of_them_tell() {
+        let reference = path(40, 1.0, 1.0);
+        let agree = |estimate: &[Option<Pose3>]| {
+            let MotionAgreementWithin { translation, rotation } = motions_agree(estimate, &reference, 1.05);
+            (translation, rotation)
+        };
+        assert_eq!(agree(&path(40, 1.0, 1.0)), (true, true));
+        assert_eq!(agree(&path(40, 1.1, 1.0)), (false, true));
+        assert_eq!(agree(&path(40, 1.0, 0.9)), (true, false));
+        assert_eq!(agree(&path(3, 1.0, 1.0)), (false, false), "too few");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::depth_scale::kinect_focal_length;
 use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
-use crate::evaluation::motion_ratio::motion_ratio;
+use crate::evaluation::motion_ratio::{motion_ratio, motions_agree};
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
 use crate::pipeline::spatial_settings::SpatialSettings;
@@ -23,7 +23,7 @@ pub enum ReadingSetting {
 
 /// A setting that was left open, and the value that it was given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct Assumption {
     /// Which one.
     pub setting: ReadingSetting,
@@ -35,6 +35,9 @@ pub struct Assumption {
     pub likely: Vec<f64>,
     /// Values that such images have, and whose they are.
     pub usual: Vec<UsualValue>,
+    /// What in the recording confirms the value, in words; null where nothing does: then frames that fit each other make a map
+    /// that may still have another size (depth scale) or be bent (focal length).
+    pub confirmed_by: Option<String>,
 }
 
 /// A value that is in use.
@@ -115,7 +118,10 @@ pub(crate) fn assumptions(
             ScaleBasis::RoomSize(median) => format!("told from the size of rooms (median depth {median:.1} m)"),
             _ => "as 8 bits of rendered rooms mostly have it".to_owned(),
         };
-        assumption(ReadingSetting::DepthScale, likely, usual, why)
+        Assumption {
+            confirmed_by: scale.confirmed_by(image.width),
+            ..assumption(ReadingSetting::DepthScale, likely, usual, why)
+        }
     });
     let focal_length = (settings.fx == 0.0 && settings.field_of_view == 0.0).then(|| {
         let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width as f64).round(), about));
@@ -147,7 +153,7 @@ pub(crate) fn own_focal_length_of_kinect(assumptions: &[Assumption], width: usiz
 
 fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], why: String) -> Assumption {
     let usual = usual.iter().map(|&(value, about)| UsualValue { value, about: about.to_owned() }).collect();
-    Assumption { setting, value: likely[0], why, likely, usual }
+    Assumption { setting, value: likely[0], why, likely, usual, confirmed_by: None }
 }
 
 /// What the first image says against the depth scale and the focal length that are set, in a sentence each.
@@ -166,7 +172,7 @@ fn wrong_focal_length(settings: &SpatialSettings, scale: &DepthScale) -> Option<
     (set > 0.0 && (set / told).ln().abs() > CONTRADICTING_FOCAL_FACTOR.ln()).then(|| {
         format!(
             "fx = {set} is given, but the spacing of the raw depth values is that of a {sensor} with a focal length of about \
-             {told:.0} pixels: it is right only if the depth images were mapped into another camera's images"
+             {told:.0} pixels: it is right only if the depth images were scaled, or mapped into another camera's images"
         )
     })
 }
@@ -235,6 +241,30 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
     );
     let text = format!("The path is {length:.2} times as long as the ground truth's{remedy}");
     Some(Suggestion { text, setting: ReadingSetting::DepthScale, value })
+}
+
+/// The assumptions, those marked as confirmed that the reference bears out: a wrong scale changes the distances, a wrong focal
+/// length both distances and angles. The estimate does not depend on it.
+pub(crate) fn confirmed_by_reference<P: Copy + Into<Pose3>>(
+    assumptions: Vec<Assumption>,
+    poses: &[Option<Pose3>],
+    comparison: &TrajectoryError<P>,
+) -> Vec<Assumption> {
+    let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Into::into)).collect();
+    let has_rotations = comparison.rotation_errors.iter().any(Option::is_some);
+    let agree = motions_agree(poses, &reference, MIN_FACTOR);
+    let words =
+        |what: &str| format!("the ground truth, whose {what} are the same within {:.0} %", 100.0 * (MIN_FACTOR - 1.0));
+    let confirm = |assumption: Assumption| {
+        let by = match assumption.setting {
+            ReadingSetting::DepthScale => agree.translation.then(|| words("distances")),
+            ReadingSetting::Fx => {
+                (agree.translation && agree.rotation && has_rotations).then(|| words("distances and angles"))
+            }
+        };
+        Assumption { confirmed_by: assumption.confirmed_by.or(by), ..assumption }
+    };
+    assumptions.into_iter().map(confirm).collect()
 }
 
 /// The scale in use that is this one, about; else a whole number.
@@ -336,9 +366,14 @@ mod tests {
     }
 
     fn suggested(estimate: &[Option<Pose3>], reading: Option<(f64, &Pinhole)>) -> Option<Suggestion> {
+        suggestion(estimate, &compared(), reading)
+    }
+
+    /// A comparison with a path of the right size.
+    fn compared() -> TrajectoryError<Pose3> {
         let reference = path(1.0, 1.0);
         let count = reference.len();
-        let comparison = TrajectoryError {
+        TrajectoryError {
             name: "gt.txt".into(),
             num_matched: count,
             mean: 0.0,
@@ -350,8 +385,30 @@ mod tests {
             rotation_errors: vec![Some(0.0); count],
             reference,
             convention: String::new(),
+        }
+    }
+
+    #[test]
+    fn an_assumption_is_confirmed_by_the_steps_of_a_sensor_or_by_the_ground_truth_alone() {
+        let confirmed = |all: Vec<Assumption>| all.into_iter().map(|one| one.confirmed_by).collect::<Vec<_>>();
+        let of_kinect = of(&SpatialSettings::default(), &ramp(KINECT));
+        let [Some(steps), None] = &confirmed(of_kinect.clone())[..] else { panic!("{of_kinect:?}") };
+        assert!(steps.contains("disparity steps of a Kinect"), "{steps}");
+        let smooth = of(&SpatialSettings::default(), &ramp(None));
+        assert_eq!(confirmed(smooth.clone()), [None, None]);
+
+        let by_reference = |scale, turn| {
+            confirmed(confirmed_by_reference(smooth.clone(), &path(scale, turn), &compared()))
+                .iter()
+                .map(Option::is_some)
+                .collect::<Vec<_>>()
         };
-        suggestion(estimate, &comparison, reading)
+        assert_eq!(by_reference(1.01, 1.01), [true, true]);
+        assert_eq!(by_reference(1.0, 0.9), [true, false], "turns of another size are another focal length's");
+        assert_eq!(by_reference(6.5, 1.0), [false, false]);
+        let by = confirmed(confirmed_by_reference(of_kinect, &path(1.0, 1.0), &compared()));
+        assert_eq!(by[0].as_ref(), Some(steps), "what confirms it already stays");
+        assert!(by[1].as_ref().unwrap().contains("distances and angles"), "{by:?}");
     }
 
     #[test]

@@ -86,6 +86,10 @@ export class ScanstitchHeadline extends LitElement {
         font-size: 12px;
         line-height: 1.35;
       }
+      .doubtful .meaning,
+      .lost .meaning {
+        -webkit-line-clamp: 4;
+      }
       .doubtful .meaning {
         color: var(--doubtful);
         font-weight: 550;

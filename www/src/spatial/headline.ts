@@ -1,4 +1,5 @@
 /** The figures at the top of a run in space. */
+import { assumedMark, condition } from '../../../npm/assumed.js';
 import type { SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
 import { comparisonFigure, type Figure } from '../views/headline.js';
@@ -19,23 +20,7 @@ export function spatialFigures(
   num_frames: number,
 ): Figure[] {
   const { frames, comparison } = result;
-  const counts = { good: 0, doubtful: 0, lost: 0 };
-  for (const { status } of frames) counts[status]++;
-  const worries = [
-    counts.lost > 0 ? `${formatCount(counts.lost)} lost` : '',
-    counts.doubtful > 0 ? `${formatCount(counts.doubtful)} doubtful` : '',
-  ].filter((words) => words !== '');
-  const figures: Figure[] = [
-    {
-      label: frames.length === 1 ? 'Frame' : 'Frames',
-      value:
-        frames.length < num_frames
-          ? `${formatCount(frames.length)} of ${formatCount(num_frames)}`
-          : formatCount(frames.length),
-      meaning: worries.length > 0 ? [`${formatCount(counts.good)} good`, ...worries].join(', ') : 'all good',
-      tone: counts.lost > 0 ? 'lost' : counts.doubtful > 0 ? 'doubtful' : 'plain',
-    },
-  ];
+  const figures: Figure[] = [framesFigure(result, num_frames)];
   if (comparison) figures.push(comparisonFigure(comparison, 'frame'));
   const registering = timing.frames.reduce((sum, ms) => sum + ms, 0);
   figures.push(
@@ -63,6 +48,33 @@ export function spatialFigures(
   return figures;
 }
 
+/** Frames that are good fit each other: what the size and the shape of the map rest on, and nothing confirms, stands beside. */
+function framesFigure({ frames, assumptions }: SpatialResult, num_frames: number): Figure {
+  const counts = { good: 0, doubtful: 0, lost: 0 };
+  for (const { status } of frames) counts[status]++;
+  const worries = [
+    counts.lost > 0 ? `${formatCount(counts.lost)} lost` : '',
+    counts.doubtful > 0 ? `${formatCount(counts.doubtful)} doubtful` : '',
+  ].filter((words) => words !== '');
+  const provided = counts.good > 0 ? condition(assumptions) : '';
+  const good = worries.length > 0 ? [...worries, `${formatCount(counts.good)} good`].join(', ') : 'all good';
+  const figure: Figure = {
+    label: frames.length === 1 ? 'Frame' : 'Frames',
+    value:
+      frames.length < num_frames
+        ? `${formatCount(frames.length)} of ${formatCount(num_frames)}`
+        : formatCount(frames.length),
+    meaning: provided === '' ? good : `${good} ${provided}`,
+    tone: counts.lost > 0 ? 'lost' : worries.length > 0 || provided !== '' ? 'doubtful' : 'plain',
+  };
+  return provided === '' ? figure : { ...figure, action: changeAction('Change what the good frames assume') };
+}
+
+/** Opens the dialog of what is assumed. */
+function changeAction(description: string): NonNullable<Figure['action']> {
+  return { id: 'reading', label: 'Change', description };
+}
+
 /** How the reference was read: the order of its quaternions stands out, the rest explains. */
 function conventionFigure(convention: string): Figure {
   const parts = convention.split(', ');
@@ -80,10 +92,10 @@ function cameraFigure({ camera, depth_scale, quantisation, assumptions }: Spatia
   if (!camera) return null;
   const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
   const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} values per metre`;
-  const assumed = new Set(assumptions.map(({ setting }) => setting));
+  const focal_length = assumedMark(assumptions, 'fx');
   const parts = [
-    scale && `depth: ${scale}${assumed.has('depth_scale') ? ' (assumed)' : ''}`,
-    assumed.has('fx') ? 'focal length assumed' : '',
+    scale && `depth: ${scale}${assumedMark(assumptions, 'depth_scale')}`,
+    focal_length && `focal length${focal_length}`,
     quantisation,
   ];
   const figure: Figure = {
@@ -92,8 +104,7 @@ function cameraFigure({ camera, depth_scale, quantisation, assumptions }: Spatia
     meaning: parts.filter(Boolean).join(', '),
     tone: openAssumption(assumptions) ? 'doubtful' : 'plain',
   };
-  const action = { id: 'reading', label: 'Change', description: 'Change what is assumed of the camera' };
-  return assumed.size > 0 ? { ...figure, action } : figure;
+  return assumptions.length > 0 ? { ...figure, action: changeAction('Change what is assumed of the camera') } : figure;
 }
 
 export function formatBytes(bytes: number): string {

@@ -44,7 +44,7 @@ export class ScanstitchReadingDialog extends LitElement {
   }
 
   private renderAssumption(assumption: Assumption, camera: Camera): TemplateResult {
-    const { setting, value, why, likely, usual } = assumption;
+    const { setting, value, why, likely, usual, confirmed_by } = assumption;
     const near = (a: number, b: number): boolean => Math.abs(Math.log(a / b)) < 0.01;
     const about = (candidate: number): string => usual.find((one) => near(one.value, candidate))?.about ?? '';
     const others = usual.filter((one) => likely.every((candidate) => !near(one.value, candidate)));
@@ -56,6 +56,9 @@ export class ScanstitchReadingDialog extends LitElement {
       </label>`;
     return html`<fieldset>
       <legend>${LABELS[setting]}</legend>
+      <p class="muted">
+        ${confirmed_by === null ? 'Nothing in the recording confirms the assumed value.' : `Confirmed by ${confirmed_by}.`}
+      </p>
       ${likely.map((candidate) =>
         option(candidate, candidate === value ? `assumed, ${why}` : [about(candidate), 'possible as well'].join(', ')),
       )}
@@ -91,7 +94,7 @@ export class ScanstitchReadingDialog extends LitElement {
     const values = this.assumptions.flatMap(({ setting, value: assumed }) => {
       const chosen = given.get(setting);
       const value = Number(chosen === 'other' ? given.get(`${setting}_other`) : chosen);
-      return value > 0 && value !== assumed ? [{ setting, value }] : [];
+      return value > 0 && (value !== assumed || chosen === 'other') ? [{ setting, value }] : [];
     });
     if (values.length > 0) this.dispatchEvent(new CustomEvent<Readings>('readings-chosen', { detail: { values } }));
   }

@@ -6,6 +6,7 @@ mod rival_chain;
 use self::relocalize::{BackwardRelocalization, RelocalizationRounds};
 use super::chain::{Chain, Decision, Proposal};
 use super::estimate::{PoseUpdate, SpatialEstimate};
+use super::tentative_branch::UnresolvedFrames;
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
@@ -98,6 +99,11 @@ impl DepthOdometry {
     /// Whether the colours are not those of the depth's pixels; they are not used then.
     pub fn has_misaligned_colors(&self) -> bool {
         self.outline_contrast.is_misaligned()
+    }
+
+    /// The frames with uncertain positions that no later frame has resolved so far; the frames after them share their error.
+    pub fn unresolved(&self) -> Option<UnresolvedFrames> {
+        self.chain.as_ref().and_then(Chain::unresolved)
     }
 
     /// Whether a frame fitted about as well at another position within reach of the camera.

@@ -37,6 +37,16 @@ struct BranchFrame {
     is_resolved: bool,
 }
 
+/// The frames of a branch with uncertain positions that no later frame has resolved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UnresolvedFrames {
+    /// Their numbers in the order of registration, ascending, from 0.
+    pub frames: Vec<u32>,
+    /// Standard deviation (m) that they leave to the frames after them, along the direction where it is largest; none where
+    /// nothing bounds it.
+    pub sigma: Option<f64>,
+}
+
 /// The correction of one frame of a branch.
 pub(super) struct BranchCorrection {
     pub(super) number: u32,
@@ -74,9 +84,19 @@ impl TentativeBranch {
     /// Whether what is uncertain about its frames, and no later frame has resolved, may add up to a wrong position: the errors
     /// of frames are independent, so their covariances add up.
     pub(super) fn is_uncertain(&self) -> bool {
-        let open = self.frames.iter().filter(|frame| !frame.is_resolved).filter_map(|frame| frame.uncertainty);
-        let covariance: Option<Matrix3<f64>> = open.map(|uncertainty| uncertainty.covariance()).sum();
-        covariance.is_none_or(|covariance| covariance.symmetric_eigenvalues().max() > MAX_SIGMA * MAX_SIGMA)
+        self.unresolved().sigma.is_none_or(|sigma| sigma > MAX_SIGMA)
+    }
+
+    /// Its uncertain frames that no later frame has resolved.
+    pub(super) fn unresolved(&self) -> UnresolvedFrames {
+        let open = || self.frames.iter().filter(|frame| !frame.is_resolved);
+        let uncertain = open().filter(|frame| frame.uncertainty.is_some());
+        let uncertainties = open().filter_map(|frame| frame.uncertainty);
+        let covariance: Option<Matrix3<f64>> = uncertainties.map(|uncertainty| uncertainty.covariance()).sum();
+        UnresolvedFrames {
+            frames: uncertain.map(|frame| frame.number).collect(),
+            sigma: covariance.map(|covariance| covariance.symmetric_eigenvalues().max().sqrt()),
+        }
     }
 
     /// Whether surfaces repeat where a frame of it is.

@@ -2,7 +2,7 @@
 
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
-use crate::odometry::depth::SpatialEstimate;
+use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
 
 /// Largest speed across frames that are not good, over that anywhere else.
 const FASTER: f64 = 3.0;
@@ -79,6 +79,29 @@ pub(super) fn assessments(estimates: &[SpatialEstimate], surfaces_repeat: bool) 
     assessments
 }
 
+/// What is said of the good frames after the first of the frames that are `open`, whose name this is; none where there are none.
+/// They fit each other and the map, which goes on from an uncertain frame.
+pub(super) fn unresolved_note(open: &UnresolvedFrames, name: &str, assessments: &[Assessment]) -> Option<String> {
+    let first = *open.frames.first()? as usize;
+    let is_good = |assessment: &&Assessment| assessment.status == Status::Good;
+    let num_good = assessments.iter().skip(first + 1).filter(is_good).count();
+    let others = match open.frames.len() - 1 {
+        0 => "is uncertain, and no later frame settles it".to_owned(),
+        1 => "and one more frame are uncertain, and no later frame settles them".to_owned(),
+        count => format!("and {count} more frames are uncertain, and no later frame settles them"),
+    };
+    let distance = open.sigma.map_or_else(
+        || "by an unknown distance".to_owned(),
+        |sigma| format!("by about {:.0} mm (one standard deviation)", 1000.0 * sigma),
+    );
+    (num_good > 0).then(|| {
+        format!(
+            "The position of {name} {others}: the {num_good} good frames after it fit each other, but may all be off from the frames \
+             before it {distance}"
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +126,23 @@ mod tests {
     /// Steps of 0.1 m.
     fn walk(from: f64, count: usize) -> Vec<Option<f64>> {
         (0..count).map(|step| Some(from + 0.1 * step as f64)).collect()
+    }
+
+    #[test]
+    fn good_frames_after_uncertain_ones_say_by_how_much_they_may_be_off() {
+        let assessments = assessments(&estimates(&walk(0.0, 6)), false);
+        let note = |frames: &[u32], sigma| {
+            unresolved_note(&UnresolvedFrames { frames: frames.to_vec(), sigma }, "b.png", &assessments)
+        };
+        let two = note(&[1, 2], Some(0.18)).unwrap();
+        assert!(two.contains("b.png and one more frame") && two.contains("the 4 good frames"), "{two}");
+        assert!(two.contains("180 mm"), "{two}");
+        assert!(note(&[1], None).unwrap().contains("unknown distance"));
+        assert_eq!(
+            (note(&[5], Some(0.1)), note(&[], Some(0.0))),
+            (None, None),
+            "nothing follows, or nothing is uncertain"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::geometry::Pose3;
 use crate::graph::loops::spatial::SpatialLoops;
 use crate::odometry::assessment::Status;
 use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
-use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate};
+use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate, UnresolvedFrames};
 use crate::pipeline::prepared_frame::{DecodeConfig, Surfaces};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation};
 use crate::registration::free_space::DepthNoise;
@@ -73,6 +73,14 @@ impl Hypotheses {
     pub(super) fn have_misaligned_colors(&self) -> bool {
         let odometry = self.best().map(|hypothesis| &hypothesis.odometry);
         matches!(odometry, Some(Odometry::Depth(odometry)) if odometry.has_misaligned_colors())
+    }
+
+    /// The frames with uncertain positions that no later frame has resolved.
+    pub(super) fn unresolved(&self) -> Option<UnresolvedFrames> {
+        match &self.best()?.odometry {
+            Odometry::Depth(odometry) => odometry.unresolved(),
+            Odometry::Cloud(_) => None,
+        }
     }
 
     /// Whether a frame fitted about as well at another position within reach of the sensor.

@@ -23,7 +23,7 @@ use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::SpatialEstimate;
-use crate::pipeline::assumptions::{own_focal_length_of_kinect, suggestion};
+use crate::pipeline::assumptions::{confirmed_by_reference, own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{
     DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, merged, set_intrinsics,
 };
@@ -252,6 +252,7 @@ impl SpatialReconstruction {
         }
         notes.extend(self.range_use.note());
         notes.extend(self.loop_report().note());
+        notes.extend(self.unresolved_note());
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
             match self.compare(reference) {
@@ -269,6 +270,11 @@ impl SpatialReconstruction {
             let of = |worst| suggestion(&self.poses_up_to(worst), comparison, reading);
             of(Status::Good).or_else(|| of(Status::Doubtful))
         });
+        let assumed = self.depth().map_or_else(Vec::new, |depth| depth.assumptions.clone());
+        let assumptions = match &comparison {
+            Some(comparison) => confirmed_by_reference(assumed, &self.poses_up_to(Status::Good), comparison),
+            None => assumed,
+        };
         let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
@@ -280,7 +286,7 @@ impl SpatialReconstruction {
             camera: self.depth().map(|depth| depth.camera),
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
-            assumptions: self.depth().map_or_else(Vec::new, |depth| depth.assumptions.clone()),
+            assumptions,
             frames: frames
                 .map(|((Frame { label, .. }, estimate), assessment)| {
                     FrameResult::of_frame(label.clone(), estimate, &assessment)
@@ -291,6 +297,14 @@ impl SpatialReconstruction {
             suggestion,
             notes,
         }
+    }
+
+    /// What the good frames rest on that come after frames with uncertain positions, which neither a later frame nor a loop has
+    /// settled.
+    fn unresolved_note(&self) -> Option<String> {
+        let open = self.hypotheses.unresolved().filter(|_| self.loop_report().num_closed == 0)?;
+        let first = *open.frames.first()? as usize;
+        continuity::unresolved_note(&open, &self.frames.get(first)?.label.name, &self.assessments())
     }
 
     /// None before there are frames.

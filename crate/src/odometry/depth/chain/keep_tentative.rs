@@ -2,7 +2,7 @@
 
 use super::super::SpatialEstimate;
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::tentative_branch::TentativeBranch;
+use super::super::tentative_branch::{TentativeBranch, UnresolvedFrames};
 use super::Chain;
 use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -29,6 +29,10 @@ impl Chain {
     }
 
     /// Whether the last members may still be dropped.
+    pub(in super::super) fn unresolved(&self) -> Option<UnresolvedFrames> {
+        self.tentative_branches.first().map(TentativeBranch::unresolved).filter(|open| !open.frames.is_empty())
+    }
+
     pub(in super::super) fn has_tentative_branches(&self) -> bool {
         !self.tentative_branches.is_empty()
     }

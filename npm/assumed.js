@@ -1,0 +1,51 @@
+// @ts-check
+/** What a run in space rests on that nothing in its recording confirms, in words: for the page, the command line and the report. */
+
+/** @typedef {import('./index.js').SpatialResult} SpatialResult */
+/** @typedef {SpatialResult['assumptions'][number]} Assumption */
+
+/**
+ * The assumptions that neither the data nor a ground truth confirms.
+ * @param {readonly Assumption[]} assumptions
+ */
+export function unconfirmed(assumptions) {
+  return assumptions.filter(({ confirmed_by }) => confirmed_by === null);
+}
+
+/**
+ * "if 1000 depth values are a metre, which nothing in the recording confirms": what is to follow a number of good frames;
+ * empty where nothing is left unconfirmed.
+ * @param {readonly Assumption[]} assumptions
+ */
+export function condition(assumptions) {
+  const parts = unconfirmed(assumptions).map(({ setting, value }) =>
+    setting === 'depth_scale'
+      ? `${Number(value.toPrecision(6))} depth values are a metre`
+      : `the focal length is ${Number(value.toPrecision(4))} pixels`,
+  );
+  return parts.length > 0 ? `if ${parts.join(' and ')}, which nothing in the recording confirms` : '';
+}
+
+/**
+ * " (assumed)" behind a value that was, " (assumed, confirmed)" where something confirms it, nothing behind one that was given.
+ * @param {readonly Assumption[]} assumptions
+ * @param {Assumption['setting']} wanted
+ */
+export function assumedMark(assumptions, wanted) {
+  const assumption = assumptions.find(({ setting }) => setting === wanted);
+  if (!assumption) return '';
+  return assumption.confirmed_by === null ? ' (assumed)' : ' (assumed, confirmed)';
+}
+
+/**
+ * A run's frames by status, with what the good ones rest on: "118 good if ...; 2 doubtful, 0 lost".
+ * @param {SpatialResult} result
+ * @param {string} [remedy] how to change it
+ */
+export function statusWords({ frames, assumptions }, remedy = '') {
+  const count = (/** @type {string} */ status) => frames.filter((frame) => frame.status === status).length;
+  const [good, doubtful, lost] = ['good', 'doubtful', 'lost'].map(count);
+  const words = condition(assumptions);
+  const conditional = words === '' ? `${good} good,` : `${good} good ${words}${remedy};`;
+  return `${conditional} ${doubtful} doubtful, ${lost} lost`;
+}
