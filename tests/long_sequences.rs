@@ -13,7 +13,7 @@ use scanstitch::evaluation::relations::relation_errors;
 use scanstitch::geometry::{Pose2, Pose3};
 use scanstitch::io::laser_log::{self, LaserLog};
 use scanstitch::io::relations::{self, Relation};
-use scanstitch::io::trajectory::{self, Trajectory, in_space};
+use scanstitch::io::trajectory::{self, Contents, Trajectory, TrajectoryFormat, in_space};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
@@ -118,7 +118,9 @@ fn the_reference_changes_no_byte_and_odometry_from_a_file_or_from_the_log_is_the
 
     let mut compared = Reconstruction::new(from_file).unwrap();
     compared.add_log("drive.log", &log);
-    compared.set_reference("truth.txt", trajectory_of(&drive.T_world_robot));
+    let truth = trajectory_of(&drive.T_world_robot);
+    let contents = Contents { trajectory: truth, format: TrajectoryFormat::Tum, notes: Vec::new() };
+    compared.set_reference("truth.txt", contents);
     while compared.step().stage != Stage::Done {}
     assert_eq!(text(&alone), text(&compared));
 

@@ -146,7 +146,7 @@ fn the_reference_never_reaches_the_estimate() {
     let scans = || recording.scans.iter().map(|s| cloud(s));
     let without = run(&mut reconstruction_of(scans(), Settings::default()));
     let mut with_reference = reconstruction_of(scans(), Settings::default());
-    with_reference.set_reference("wrong.txt", trajectory::read("0 0 0\n".repeat(10).as_bytes()).unwrap());
+    with_reference.set_reference("wrong.txt", trajectory::read_lenient("0 0 0\n".repeat(10).as_bytes(), None).unwrap());
     let with = run(&mut with_reference);
     assert_eq!(without.frames, with.frames);
     assert!(without.comparison.is_none());
@@ -160,13 +160,26 @@ fn the_comparison_starts_from_equal_first_poses() {
     // The truth as somebody else's world has it: moved and turned as a whole.
     let elsewhere = Pose2::new(Vector2::new(20.0, -7.0), 2.0);
     let poses: Vec<_> = recording.T_world_sensor.iter().map(|T| trajectory::in_space(&(elsewhere * T))).collect();
-    reconstruction.set_reference("truth.tum", trajectory::read(trajectory::tum_text(None, &poses).as_bytes()).unwrap());
+    let read = |text: &str| trajectory::read_lenient(text.as_bytes(), None).unwrap();
+    let truth = trajectory::tum_text(None, &poses);
+    reconstruction.set_reference("truth.tum", read(&truth));
     let comparison = run(&mut reconstruction).comparison.unwrap();
     assert_eq!((comparison.num_matched, comparison.errors[0]), (10, Some(0.0)));
     assert!(comparison.max < 0.05 && comparison.mean <= comparison.rmse && comparison.rmse <= comparison.max);
 
-    let short = trajectory::read("0 0 0\n".repeat(7).as_bytes()).unwrap();
-    reconstruction.set_reference("short.txt", short);
+    // A tracker that lost one pose costs that pose alone.
+    let mut lines: Vec<&str> = truth.lines().collect();
+    lines[4] = "3 nan nan nan nan nan nan nan";
+    reconstruction.set_reference("gap.tum", read(&lines.join("\n")));
+    let result = reconstruction.result();
+    let with_gap = result.comparison.unwrap();
+    assert_eq!(with_gap.num_matched, 9);
+    for (row, error) in with_gap.errors.iter().enumerate() {
+        assert_eq!(*error, comparison.errors[row].filter(|_| row != 3));
+    }
+    assert!(result.notes.iter().any(|note| note.starts_with("gap.tum: 1 of its 10 poses")), "{:?}", result.notes);
+
+    reconstruction.set_reference("short.txt", read(&"0 0 0\n".repeat(7)));
     let result = reconstruction.result();
     assert!(result.comparison.is_none());
     assert!(

@@ -271,6 +271,9 @@ const OPEN = {
     ),
   }),
   'a full turn a line': () => ({ 'turns.csv': lines(FROM_ZERO, (ranges) => ranges.join(',')) }),
+  'arrays of a full turn, as JSON': () => ({
+    'turns.json': JSON.stringify(scans(FROM_ZERO).map((ranges) => ranges.map(Number))),
+  }),
   'objects in JSON': () => ({
     'scans.json': JSON.stringify(
       scans(FROM_ZERO).map((ranges) => ranges.map((range, angle) => ({ angle, distance: 1000 * range }))),
@@ -281,7 +284,7 @@ const OPEN = {
 for (const [name, make] of Object.entries(OPEN)) {
   test(`doubtful, as it may be a mirror image: ${name}`, async () => {
     const told = await assertDriven(make(), 'doubtful');
-    if (name.includes('JSON') || name.includes('in turn'))
+    if (name.includes('objects') || name.includes('in turn'))
       assert.match(told.join('\n'), /counter-clockwise.*-180 to 180/);
     else assert.match(told.join('\n'), /the map is mirrored: give (angle|step)=/);
   });

@@ -120,13 +120,13 @@ impl Reconstruction {
         Ok(self.engine.set_settings(from_object(Some(settings.into()))?)?)
     }
 
-    /// Sets the reference trajectory, TUM or lines of x y z, which is used for the comparison only.
+    /// Sets the reference trajectory, in any readable format, which is used for the comparison only.
     ///
     /// # Errors
     /// When the file is not a trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let reference = trajectory::read(bytes).map_err(|error| error.in_file(name))?;
-        self.engine.set_reference(name, reference);
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
+        self.engine.set_reference(name, contents);
         Ok(())
     }
 

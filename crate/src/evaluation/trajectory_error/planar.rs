@@ -41,7 +41,7 @@ pub(crate) fn planar_error(
 ) -> Result<TrajectoryError<PlanarPoint>> {
     let partners = partners(names, times, reference).ok_or_else(|| {
         Error::whole(
-            format!("The reference has {} poses, but there are {} scans", reference.len(), names.len()),
+            format!("The reference has {} poses, but there are {} scans", reference.num_rows(), names.len()),
             "Give a reference with one line for each scan, or with the scans' times or numbers as its times",
         )
         .in_file(name)
@@ -90,7 +90,7 @@ fn partners(names: &[&str], times: Option<&[f64]>, reference: &Trajectory) -> Op
     }
     let with_number = |number: usize| match &reference.stamps {
         Some(stamps) => stamps.iter().position(|&stamp| (stamp - number as f64).abs() < 1e-6),
-        None => (number < reference.len()).then_some(number),
+        None => reference.index_of_row(number),
     };
     names.iter().map(|name| last_number(name).and_then(with_number).map(Some)).collect()
 }

@@ -17,7 +17,7 @@ use crate::graph::loops::planar::Uncertainty;
 pub use crate::graph::loops::planar::{LoopTrial, LoopTrials, TrialOutcome};
 use crate::io::laser_log::LaserLog;
 use crate::io::laser_log::stamps::{Stamps, stamps};
-use crate::io::trajectory::{Trajectory, in_space, tum_text};
+use crate::io::trajectory::{Contents, Trajectory, in_space, tum_text};
 use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::planar::ablation::Ablation;
@@ -38,7 +38,7 @@ pub struct Reconstruction {
     settings: Settings,
     names: Vec<String>,
     recorded: Vec<RecordedScan>,
-    reference: Option<(String, Trajectory)>,
+    reference: Option<(String, Contents)>,
     odometry: Option<(String, Trajectory)>,
     without: Ablation,
     run: Option<Run>,
@@ -125,8 +125,8 @@ impl Reconstruction {
     }
 
     /// Sets the trajectory that the result is compared with. It is used for nothing else.
-    pub fn set_reference(&mut self, name: &str, reference: Trajectory) {
-        self.reference = Some((name.to_owned(), reference));
+    pub fn set_reference(&mut self, name: &str, contents: Contents) {
+        self.reference = Some((name.to_owned(), contents));
     }
 
     /// Sets the odometry that a scan's first guess comes from, as the settings ask for it, and starts over.
@@ -171,6 +171,9 @@ impl Reconstruction {
             None
         });
         notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
+        if let Some((name, contents)) = &self.reference {
+            notes.extend(contents.notes.iter().map(|note| format!("{name}: {note}")));
+        }
         if self.names.len() == 1 {
             notes.push(format!("{} is the only scan: it makes a map, but no motion.", self.names[0]));
         }
@@ -311,7 +314,9 @@ impl Reconstruction {
     fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
         let Some(run) = &self.run else { return Ok(None) };
         let in_logs = self.poses_in_logs().filter(|_| !run.uses_poses_in_log);
-        let Some((name, reference)) = self.reference.as_ref().or(in_logs.as_ref()) else { return Ok(None) };
+        let given = self.reference.as_ref().map(|(name, contents)| (name, &contents.trajectory));
+        let in_logs = in_logs.as_ref().map(|(name, trajectory)| (name, trajectory));
+        let Some((name, reference)) = given.or(in_logs) else { return Ok(None) };
         if run.poses.len() < self.names.len() {
             return Ok(None);
         }

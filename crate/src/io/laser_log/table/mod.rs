@@ -190,7 +190,7 @@ fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
 }
 
 /// Whether the angles may as well grow clockwise: degrees from 0 to beyond 180, as lasers count them that turn all round, or the
-/// readings of a full turn from ahead on. Those of ROS (`ranges`) and of lasers that look ahead grow counter-clockwise.
+/// readings of a full turn from ahead on. Those of ROS (columns `ranges`) and of lasers that look ahead grow counter-clockwise.
 fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
     match format.layout {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } => {
@@ -199,7 +199,7 @@ fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
         }
         Layout::ScanPerLine { first, end } => {
             let is_round = format.start == 0.0 && format.step * (end - first) as f64 > 0.99 * TAU;
-            is_round && !table.names.get(first).is_some_and(|name| name.contains("range"))
+            is_round && !table.names.get(first).is_some_and(|name| name.contains("ranges"))
         }
         Layout::ReadingPerLine { .. } => false,
     }
