@@ -117,8 +117,8 @@ async function sumFault(bytes, trailer) {
   return view.getUint32(0, true) === crc32(bytes) ? null : 'its checksum is wrong: it is damaged';
 }
 
-/** @param {Uint8Array[]} chunks @param {number} length */
-function joined(chunks, length) {
+/** Chunks in one piece of `length` bytes. @param {Uint8Array[]} chunks @param {number} length */
+export function joined(chunks, length) {
   const bytes = new Uint8Array(length);
   let filled = 0;
   for (const chunk of chunks) {

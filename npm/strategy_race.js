@@ -61,16 +61,6 @@ export class StrategyRace {
     this.#runs[strategy] = false;
   }
 
-  /** @param {number} strategy */
-  isRetired(strategy) {
-    return !this.#runs[strategy];
-  }
-
-  /** Whether no strategy goes on. */
-  get isEmpty() {
-    return !this.#runs.includes(true);
-  }
-
   /** Places a frame by every strategy that goes on. @param {Uint8Array} bytes */
   async place(bytes) {
     await this.#comparison.offer(bytes);

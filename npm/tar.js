@@ -124,7 +124,7 @@ async function* headersOf(name, source, notes) {
 }
 
 /** Whether the checksum is that of the block with spaces in place of it. @param {Uint8Array} block */
-export function isHeader(block) {
+function isHeader(block) {
   if (block.length < BLOCK) return false;
   const [start, end] = CHECKSUM;
   const sum = block.subarray(0, BLOCK).reduce((total, byte, at) => total + (at >= start && at < end ? 32 : byte), 0);

@@ -3,7 +3,7 @@
  * `npm run bench`: times the benchmarks of crate/bench natively, and as WebAssembly under Node and in Chromium where there
  * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
  * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
- * core and on two; `sizes` is what the page and the parts of the engine weigh; `small_gicp` is that library on the same pair of
+ * core and on two; `sizes` lists the sizes of the page and of the engine's parts; `small_gicp` times that library on the same pair of
  * clouds, where it can be installed; kiddo and faer are timed beside our k-d tree and sparse Cholesky.
  */
 import { existsSync, readdirSync } from 'node:fs';
@@ -39,7 +39,7 @@ const PKG = join(TARGET_DIR, 'bench-pkg');
 /** Frames that the stages of depth images are timed on: the last is registered to the others. */
 const NUM_FRAMES = 5;
 
-/** Recordings that benchmarks are run on, those whose name begins so; absent ones are left out, saying so. */
+/** Recordings that benchmarks are run on, by the beginning of the benchmark's name; absent ones are skipped with a message. */
 const RECORDINGS = [
   { benchmarks: 'reconstruct_files', suffix: '_sample', folder: 'www/samples/corridor', list: plyFiles },
   { benchmarks: 'reconstruct_files', suffix: '_zju10', folder: '../shared/data/laser/zju10', list: plyFiles },

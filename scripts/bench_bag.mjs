@@ -2,7 +2,7 @@
 /**
  * Opens a large bag in Chromium and measures: `node scripts/bench_bag.mjs [--format mcap|db3] [--gigabytes 2] [--bag FILE]
  * [--seconds N]`.
- * A bag that is named is used, or written and kept where there is none; after so many seconds it is ended.
+ * With `--bag` that file is used, or written and kept where it is absent; `--seconds` ends the run after that time.
  * The bag (large_bag.mjs) is written into a temporary folder first. Then the built page (npm run build) opens it, and these
  * are printed as JSON: milliseconds to the list of topics and to the first map, seconds of the whole run, frames placed,
  * and the most memory that the tab's process had (megabytes resident, all its workers in it, as /proc tells; looked at

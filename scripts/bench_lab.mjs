@@ -1,7 +1,7 @@
 // @ts-check
 /**
- * Opens two clouds in the ICP lab of the built page (npm run build) in Chromium and measures what a hand has to wait for:
- * `node scripts/bench_lab.mjs SOURCE TARGET [--drag] [--shots FOLDER]`; with `--drag` only what a hand waits for, in space
+ * Opens two clouds in the ICP lab of the built page (npm run build) in Chromium and measures its response times:
+ * `node scripts/bench_lab.mjs SOURCE TARGET [--drag] [--shots FOLDER]`;  with `--drag` only those of dragging, in space
  * without the drawing itself, which takes a second a picture where graphics are emulated.
  * Printed as JSON, times in milliseconds: the run with its trace; the pairs of a pose that is dragged to, computed in the
  * worker (median and the second worst of 20 poses) and painted; a landscape and a basin, on one core as the lab's second worker

@@ -13,12 +13,12 @@ import { chromium } from '@playwright/test';
 import { serve } from '../tests/e2e/static_server.mjs';
 import { findChromium } from './steps.mjs';
 
-/** A browser that has just been started is busy with itself for so long. */
+/** Time that a browser needs to settle after its start. */
 const SETTLING_MS = 2000;
 const POLL_MS = 100;
 const TICKS_PER_SECOND = 100;
 const LIMIT_MS = 300_000;
-/** Times are compared over so many scans. */
+/** Number of scans over which times are averaged. */
 const STRETCH = 1000;
 
 const { values, positionals } = parseArgs({

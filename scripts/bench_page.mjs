@@ -1,16 +1,16 @@
 // @ts-check
 /**
  * Chooses a folder on the built page, in a fresh tab of Chromium and in the time that a person takes, and prints, as JSON,
- * how many frames were placed, how long it took from then to the last one, and how far they are from the truth.
+ * the number of registered frames, the time from the choice to the last one, and their mean error against the ground truth.
  * `node bench_page.mjs FOLDER`
  */
 import { chromium } from '@playwright/test';
 import { serve } from '../tests/e2e/static_server.mjs';
 import { findChromium } from './steps.mjs';
 
-/** A browser that has just been started is busy with itself for so long. */
+/** Time that a browser needs to settle after its start. */
 const SETTLING_MS = 3000;
-/** A person takes at least so long to choose a folder in the system's dialogue. */
+/** Time that a person needs to choose a folder in the system's dialog, at least. */
 const CHOOSING_MS = 3000;
 
 const [folder = ''] = process.argv.slice(2);
@@ -29,7 +29,7 @@ try {
     Object.assign(window, { stitched });
     addEventListener('scanstitch-done', (event) => stitched.push(/** @type {CustomEvent} */ (event).detail));
   });
-  // Told by the page: asking again and again, sixty times a second, would cost it a seventh of its time.
+  // The page notifies: polling sixty times a second would cost it a seventh of its time.
   const count = (/** @type {number} */ least) =>
     page.evaluate(
       (least) =>

@@ -1,8 +1,8 @@
 // @ts-check
 /**
  * `node scripts/cancel.mjs [--gigabytes 2] [--megabytes 8] [--times 10] [--seconds 60]`: a large bag and a large laser log are
- * made (0: left out) and reconstructed on the command line, each run stopped at a random moment. What was computed by then
- * has to be there, whole, and the run that follows has to be clean. A line for each run.
+ * generated (0: skipped) and reconstructed on the command line, and each run is stopped at a random moment. The results computed by
+ * then must be written completely, and a following run must succeed. Prints one line per run.
  */
 import { closeSync, existsSync, mkdtempSync, openSync, readFileSync, rmSync, writeSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -37,7 +37,9 @@ function writeLargeLog(path, megabytes) {
 function numPoses(folder) {
   const path = join(folder, 'trajectory.tum');
   if (!existsSync(path)) return 0;
-  return readFileSync(path, 'utf8').split('\n').filter((line) => line !== '' && !line.startsWith('#')).length; // prettier-ignore
+  return readFileSync(path, 'utf8')
+    .split('\n')
+    .filter((line) => line !== '' && !line.startsWith('#')).length;
 }
 
 /** Stops a run somewhere in its first seconds; says what it left. @param {string} name @param {string} input @param {string} out @param {number} seconds */
@@ -52,7 +54,8 @@ async function stopped(name, input, out, seconds) {
   console.log(
     `${name}, at ${(ms / 1000).toFixed(1)} s: exit code ${code} ${took}, ${files.length} files, ${poses} poses, told ${told}`,
   );
-  if (poses < told || (told > 0 && files.length === 0)) throw new StepError(`${told} were told of: ${stderr}`);
+  if (poses < told || (told > 0 && files.length === 0))
+    throw new StepError(`${told} frames were reported, ${poses} were written: ${stderr}`);
   if (/defect/.test(stderr)) throw new StepError(stderr);
 }
 
@@ -82,7 +85,7 @@ await runMain(async () => {
       await stopped(name, input, out, Number(values.seconds));
     }
     const { code, stderr, milliseconds } = await runWith(['reconstruct', input, '--out', out], folder, []);
-    if (code !== 0) throw new StepError(`${name}: the run afterwards ended with ${code}: ${stderr}`);
+    if (code !== 0) throw new StepError(`${name}: the run afterwards exited with ${code}: ${stderr}`);
     const whole = `${wholeFiles(out).length} files, ${numPoses(out)} poses`;
     console.log(`${name}, whole: exit code 0 after ${(milliseconds / 1000).toFixed(0)} s, ${whole}`);
   }

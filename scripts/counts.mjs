@@ -1,12 +1,12 @@
 // @ts-check
-/** What the test runners say they have run: passed, failed, skipped. */
+/** Counts of passed, failed and skipped tests, from the output of the test runners. */
 import { say } from './steps.mjs';
 
 /** @typedef {import('./stages.mjs').Counts} Counts */
 
 /**
- * Of `cargo test` and `wasm-pack test`. A Rust test that lacks a recording passes for cargo; a line of its own tells that
- * it was skipped (tests/common). What is ignored is skipped as well.
+ * Of `cargo test` and `wasm-pack test`. A Rust test that lacks a recording passes for cargo and prints a line by which it counts as
+ * skipped (tests/common). What is ignored is skipped as well.
  * @param {string} output
  * @returns {Counts}
  */

@@ -20,11 +20,11 @@ const RUNS = 3;
 const RATE = 10e6;
 /** From a request to the beginning of its answer, ms. */
 const ROUND_TRIP_MS = 40;
-/** The processor is so many times slower: that of the page, for Chromium slows no worker down. */
+/** Slowdown of the page's processor; Chromium does not slow down workers. */
 const CPU_SLOWDOWN = 4;
-/** Sent at a time: in a moment that is short beside a round trip. */
+/** Bytes sent at a time, in less time than a round trip. */
 const PIECE_BYTES = 4096;
-/** A page that has not finished by then never will. */
+/** Time after which an unfinished page counts as failed, ms. */
 const PATIENCE_MS = 60_000;
 /** What static hosts compress. */
 const COMPRESSED = /^(text\/|application\/(json|wasm))/;
@@ -86,7 +86,7 @@ async function serveSlowly(folder) {
 }
 
 /**
- * One first load: when the page was first painted and when the sample was done (ms), and what had come by then.
+ * One first load: the times of the first paint and of the finished sample (ms), and what was transferred by then.
  * @param {string} folder
  */
 async function load(folder) {

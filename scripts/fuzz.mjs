@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * `npm run fuzz -- [--time SECONDS] [--seed N] [TARGET]...`: every reader is given damaged input for so long, each target in
- * a process of its own that may take so much memory. What is wrong with a file must be told as an error about it. What is
- * found is printed with its seed and kept under target/fuzz; the exit code is 1 then.
+ * `npm run fuzz -- [--time SECONDS] [--seed N] [TARGET]...`: gives every reader damaged input for that time, each target in a
+ * process of its own with limited memory. A damaged file must lead to an error about the file. A fault is printed with its seed and
+ * kept under target/fuzz, and the exit code is 1.
  */
 import { spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
@@ -29,7 +29,7 @@ const MOST_AT_ONCE = { others: 1, images: 64 };
 /** Of the processor, for an input of a few kilobytes, also while the machine is busy. */
 const MOST_SECONDS = 5;
 const FOUND = join(ROOT, 'target', 'fuzz');
-/** A child is given the target, the seconds and the seed by this. */
+/** Environment variable that gives a child process its target, seconds and seed. */
 const CHILD = 'SCANSTITCH_FUZZ';
 
 /** Runs one target in this process. @param {string} target @param {number} seconds @param {number} seed */
@@ -73,7 +73,7 @@ function inNode(target, seconds, seed) {
     stdio: 'inherit',
     timeout,
   });
-  if (signal) say(`${target}: it hung, and was ended by ${signal}; seed ${seed} on`);
+  if (signal) say(`${target}: it hung and was ended by ${signal}; from seed ${seed} on`);
   return status === 0;
 }
 

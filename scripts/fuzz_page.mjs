@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * `npm run fuzz -- page`: the built page, worked at random by a seed: files of all kinds dropped, buttons clicked, settings
- * changed, back and forward, sizes of the window. No error may be left uncaught and no worker may die; when the page has come
- * to rest, what it says of itself is true; when all is removed, its memory is back.
+ * `npm run fuzz -- page`: performs random actions on the built page, from a seed: drops files of all kinds, clicks buttons, changes
+ * settings, goes back and forward, resizes the window. No error may be left uncaught and no worker may die; at rest, the page's
+ * labels must agree with its state; when all is removed, its memory must be released.
  */
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -15,9 +15,9 @@ import { findChromium, readArguments, ROOT, runMain, say, StepError } from './st
 /** @typedef {import('@playwright/test').Page} Page */
 /** @typedef {{ name: string, bytes: Uint8Array }} Given */
 
-/** So long nothing that the page says of itself may stay as it is before it has come to rest (ms). */
+/** Time without a change of the page's state after which it is at rest (ms). */
 const REST_MS = 120_000;
-/** More than this beyond what the page began with is memory that did not come back (bytes). */
+/** Growth of the page's memory above which it counts as leaked (bytes). */
 const MOST_BYTES = 50 * 2 ** 20;
 const SIZES = [
   [1280, 800],
@@ -114,7 +114,7 @@ function work(page, chance, value) {
   }, /** @type {const} */ ([chance, value]));
 }
 
-/** One thing that somebody may do; what it was. @param {Page} page @param {Random} random @param {ReturnType<typeof kindsOfFiles>} kinds */
+/** Performs one random action and returns its description. @param {Page} page @param {Random} random @param {ReturnType<typeof kindsOfFiles>} kinds */
 async function act(page, random, kinds) {
   const chance = random.below(100);
   if (chance < 15) {
@@ -142,7 +142,7 @@ async function act(page, random, kinds) {
   return 'key';
 }
 
-/** What the page says of itself, of the map that is shown. @param {Page} page */
+/** State of the page as its labels give it. @param {Page} page */
 function status(page) {
   return page.evaluate(() => {
     const app = document.querySelector('scanstitch-app')?.shadowRoot;

@@ -1,5 +1,5 @@
-//! Chains of clouds in space, generated and recorded: how many are good, doubtful and lost, how far off they are, and what
-//! is called good and is wrong. Arguments: the seeds of generated flats (1 to 4), and `-v` for every cloud.
+//! Scores the odometry of clouds on generated and recorded sequences: the numbers of good, doubtful, lost and wrongly good clouds,
+//! and their errors. Arguments: the seeds of generated flats (1 to 4), and `-v` to print every cloud.
 #![allow(non_snake_case)]
 
 use std::path::Path;
@@ -15,7 +15,7 @@ use scanstitch_scene::apartment::{Apartment, WalkOptions};
 use scanstitch_scene::space::{Shape, Solid, Space};
 use scanstitch_scene::spinning_lidar::{SpinningLidar, level_sensor};
 
-/// Good and farther off than this is wrong.
+/// Errors (m, degrees) above which a good cloud counts as wrongly good.
 const WRONG: (f64, f64) = (0.2, 3.0);
 
 fn score(name: &str, clouds: &[PointCloud], truth: &[Pose3], verbose: bool) {
@@ -77,7 +77,7 @@ fn flat(seed: u64, num: usize) -> (Vec<PointCloud>, Vec<Pose3>) {
     let apartment = Apartment::generate(seed);
     let options = WalkOptions { step: 0.8, turn: 15f64.to_radians(), camera_height: 1.0, ..WalkOptions::default() };
     let walk = apartment.walk(&WalkOptions { step: 0.4, ..options });
-    // A step is 0.8 m and up to 15 degrees: what lies nearer to the last one is left out.
+    // A step is 0.8 m and up to 15 degrees: poses nearer to the last one are left out.
     let mut poses: Vec<Pose3> = Vec::new();
     for pose in walk.iter().map(level_sensor) {
         let is_far = poses.last().is_none_or(|last| {
@@ -144,7 +144,7 @@ fn main() {
     let flats: Vec<(Vec<PointCloud>, Vec<Pose3>)> = (11..14).map(|seed| flat(seed, 12)).collect();
     for (a, first) in flats.iter().enumerate() {
         for (b, second) in flats.iter().enumerate().filter(|(b, _)| *b != a) {
-            // Nothing is right here: the second cloud is told to be 1 km away.
+            // No registration is right here: the ground truth of the second cloud is 1 km away.
             let far = Pose3::translation(1000.0, 0.0, 0.0);
             let clouds = [first.0[b].clone(), second.0[2 * a].clone(), second.0[11].clone()];
             score(&format!("flat {a}, then flat {b}"), &clouds, &[Pose3::identity(), far, far], verbose);

@@ -1,7 +1,7 @@
 //! Runs the pipeline that courses teach (voxels, FPFH, RANSAC, point-to-plane ICP, frame to frame) on the rendered rooms of
-//! ../shared/data/rgbd, and the engine's own odometry of clouds beside it, and prints how far both are from the truth, with
-//! the first poses made equal, and the time by stage. The truth is read after the estimate. `--course`: that pipeline alone; `--seed N`: with other random samples;
-//! `--frames`: frame by frame.
+//! ../shared/data/rgbd, and the engine's own odometry of clouds beside it. Prints the error of both against the ground truth, with
+//! the first poses made equal, and the time of each stage. The ground truth is read after the estimate. `--course` runs that
+//! pipeline alone, `--seed N` sets the seed of its random samples, `--frames` prints every frame.
 
 #![allow(non_snake_case)]
 
@@ -16,7 +16,7 @@ use scanstitch::odometry::cloud::{CloudMethod, CloudOdometry, CloudOptions, Prep
 use scanstitch::registration::global::GlobalMethod;
 use scanstitch::registration::spatial::SpatialMetric;
 
-/// Focal length and centre of the rendered images (pixels), and metres a step of their depth.
+/// Focal length and principal point of the rendered images (pixels), and depth of one raw step (m).
 const FOCAL: f32 = 256.0;
 const DEPTH_STEP: f32 = 10.0 / 255.0;
 

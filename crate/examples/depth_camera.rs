@@ -1,4 +1,4 @@
-//! Runs the depth engine on the images of a real camera and writes a line a frame: its status, processor time, evidence and pose.
+//! Runs the depth engine on the images of a real camera and prints one line per frame: status, processor time, evidence and pose.
 //!
 //! `cargo run --release --example depth_camera -- d435_robot [--depth-only] [--every 2] [--reverse] [--agree] [--lines FILE]`.
 //! `--agree` compares the depth of successive frames at their poses. Other cameras' recordings are made from it: `--size 848x480`,

@@ -1,7 +1,7 @@
-//! Whether what a frame costs grows with what is known already: the floors of ../shared/data/rgbd are walked to and fro, so
-//! that the same images come with a map of more and more. `cargo run --release --example depth_growth -- [--passes N]
-//! [--runs N] [--open] [--color used|not_used] [--frames]` prints the time of registering one frame (ms, of every image the least
-//! of some runs), by pass, and for frames 20 to 40 and 100 to 120.
+//! Measures whether the time to register a frame grows with the map: the floors of ../shared/data/rgbd are walked to and fro, so
+//! that the same images are registered to a growing map. `cargo run --release --example depth_growth -- [--passes N] [--runs N]
+//! [--open] [--color used|not_used] [--frames]` prints the time to register one frame (ms, the minimum of several runs for each
+//! image), by pass, and for frames 20 to 40 and 100 to 120.
 
 #[path = "depth/recordings.rs"]
 mod recordings;
@@ -47,7 +47,7 @@ fn main() {
     }
 }
 
-/// How long registering each frame takes (ms, on the wall).
+/// Wall time to register each frame (ms).
 fn times(recording: &Recording, settings: &SpatialSettings) -> Vec<f64> {
     let mut reconstruction = SpatialReconstruction::new(settings.clone()).expect("sound settings");
     let register = |(index, bytes): (usize, &Vec<u8>)| {
@@ -63,7 +63,7 @@ fn times(recording: &Recording, settings: &SpatialSettings) -> Vec<f64> {
     recording.depth.iter().enumerate().map(register).collect()
 }
 
-/// Where an image comes in a pass.
+/// Index of an image in a pass.
 fn place(image: usize, pass: usize, num_images: usize) -> usize {
     pass * num_images + if pass % 2 == 1 { num_images - 1 - image } else { image }
 }

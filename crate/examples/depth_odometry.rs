@@ -1,5 +1,5 @@
-//! Runs the depth engine on the recordings of ../shared/data/rgbd and prints how far it is from their ground truth, with
-//! the first poses made equal and no other alignment, and where the time goes. The truth is read after the estimate.
+//! Runs the depth engine on the recordings of ../shared/data/rgbd. Prints its error against their ground truth, with the first
+//! poses made equal and no other alignment, and the time of each stage. The ground truth is read after the estimate.
 
 #[path = "depth/processor_time.rs"]
 mod processor_time;
@@ -33,7 +33,7 @@ fn main() {
     }
 }
 
-/// How far the estimate of a recording is from the truth.
+/// Error of the estimate of a recording against the ground truth.
 fn run(recording: &Recording, effort: Effort, verbose: bool) {
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { effort, fx, fy, cx, cy, ..SpatialSettings::default() };

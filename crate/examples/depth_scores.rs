@@ -2,10 +2,10 @@
 //! [--only 'WORDS|WORDS'] [--first SEED] [--seeds N] [--frames N] [--cache FOLDER] [--runs] [--each] [--quick] [--planar]
 //! [--open] [--color used|where_open|not_used] [--images] [--pictures FOLDER] [--lines FOLDER] [--threads N] [--ablations
 //! [--variants 'NAME|NAME'] | --per-seed]`.
-//! Prints a Markdown table: one row a kind of recording; with `--ablations` a column for each part of the engine that is left
-//! out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well; `--lines` writes
-//! a line a frame with all digits, to compare runs before and after a change. Words after an
-//! equals sign are all of a recording's kind.
+//! Prints a Markdown table with one row for each kind of recording; with `--ablations` a column for each part of the engine that
+//! is left out; with `--per-seed` a row for each generated world. `--images` renders colour images of flats as well; `--lines`
+//! writes one line per frame with all digits, to compare runs before and after a change. A word after an equals sign matches a
+//! whole kind of recording.
 
 #[path = "depth/ablations.rs"]
 mod ablations;
@@ -35,10 +35,10 @@ use scanstitch_scene::apartment::Tour;
 use scores::score;
 use tables::Scored;
 
-/// So many frames of a recording are disturbed.
+/// Number of frames of a recording to which disturbances are applied.
 const DISTURBED_FRAMES: usize = 50;
 
-/// A recording that is made when it is its turn.
+/// A recording that is generated when it is its turn.
 struct Run {
     group: String,
     make: Box<dyn Fn() -> Recording + Send + Sync>,

@@ -1,7 +1,7 @@
 //! Compares ways to register two depth frames without a guess: `cargo run --release --example global_pairs -- [--pairs N]
 //! [--flats N] [--first SEED] [--seed N] [--cache FOLDER] [--each]`. Frames of the flats in ../shared/data/rgbd and of
-//! generated ones are paired at random where they overlap by more than 40 % by their true poses, which nothing else
-//! is reported of. Prints a Markdown table.
+//! generated ones are paired at random where they overlap by more than 40 % at their ground-truth poses, which serve for nothing
+//! else. Prints a Markdown table.
 #![allow(non_snake_case)]
 
 #[path = "global/cliques.rs"]
@@ -130,7 +130,7 @@ fn prepared(recording: &Recording) -> Vec<PreparedSurfels> {
     recording.depth.iter().enumerate().map(frame).collect()
 }
 
-/// Share of a frame's surface that another one saw as well, by their true poses.
+/// Share of a frame's surface that another frame saw as well, at their ground-truth poses.
 fn overlap(source: &SurfelImage, target: &SurfelImage, T_target_source: &Pose3) -> f64 {
     let view = ProjectiveTarget::draw(target.surfels(), &target.cell_camera(), &Pose3::identity());
     let is_seen = |surfel: &&scanstitch::camera::surfel_image::Surfel| {
@@ -247,7 +247,7 @@ impl Method {
         !matches!(self, Self::Views | Self::AllAround)
     }
 
-    /// The motion, and whether the method itself is sure of it.
+    /// The motion, and whether the method itself accepts it.
     fn register(self, input: &Input<'_>) -> Option<(Pose3, bool)> {
         let max_distance = 1.5 * input.voxel_size;
         let pairs = input.pairs;
@@ -289,9 +289,9 @@ struct Tally {
     found: usize,
     /// After the local registration within 0.05 m and 3 degrees.
     refined: usize,
-    /// Believed by the method itself, though not found.
+    /// Accepted by the method itself, but wrong.
     wrong: usize,
-    /// Believed after the local registration, though not found.
+    /// Good after the local registration, but wrong.
     still_wrong: usize,
     /// Processor time of the method.
     seconds: f64,

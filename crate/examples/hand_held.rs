@@ -1,5 +1,5 @@
-//! Walks of a hand-held stereo camera through generated flats: how many frames are good, doubtful and lost, and what is called good
-//! and is wrong. `cargo run --release --example hand_held -- [--seeds 3] [--frames 120] [--turn 8] [--wide] [-v]`
+//! Scores the depth engine on walks of a hand-held stereo camera through generated flats: the numbers of good, doubtful, lost and
+//! wrongly good frames. `cargo run --release --example hand_held -- [--seeds 3] [--frames 120] [--turn 8] [--wide] [-v]`
 #![allow(non_snake_case)]
 
 #[path = "depth/processor_time.rs"]

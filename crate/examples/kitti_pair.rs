@@ -1,5 +1,5 @@
-//! Registers the pairs of ../shared/data/lidar and prints times and errors: from the identity with both metrics, and
-//! without a guess after random turns and shifts. Arguments: the number of seeds (100), and the voxel's side (0.25 m).
+//! Registers the pairs of ../shared/data/lidar and prints times and errors: from the identity with both metrics, and without an
+//! initial guess after random motions. Arguments: the number of seeds (100) and the voxel size (0.25 m).
 
 #![allow(non_snake_case)]
 
@@ -24,7 +24,7 @@ use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::search::{KdTree, Neighbourhood};
 use scanstitch_scene::random::Random;
 
-/// Median time of several runs (ms), and what the last one gave.
+/// Median time of several runs (ms), and the result of the last one.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     let mut last = black_box(run());
     let mut times: Vec<f64> = (0..15)
@@ -84,7 +84,7 @@ fn car(root: &Path) -> Pair {
     Pair { name: "car_cloud", voxel_size: 0.1, source, target, T_target_source: pose_of(&rows) }
 }
 
-/// Metres and degrees between two motions.
+/// Difference of two motions (m, degrees).
 fn error(found: &Pose3, expected: &Pose3) -> (f64, f64) {
     let off = expected.inverse() * found;
     (off.translation.vector.norm(), off.rotation.angle().to_degrees())
@@ -150,7 +150,7 @@ fn align(pair: &Pair) {
     );
 }
 
-/// Random turns, any way round, and shifts of up to ten metres.
+/// Random rotations, and translations of up to ten metres.
 fn without_a_guess(pair: &Pair, num_seeds: u64) {
     let options = CloudOptions::new(pair.voxel_size);
     let prepare = |cloud: &PointCloud| PreparedCloud::new(cloud, &options).expect("sound options");

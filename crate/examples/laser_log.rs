@@ -1,4 +1,4 @@
-//! Places the scans of a laser log and says how well that went, natively: the program to profile.
+//! Reconstructs a laser log natively and prints its assessment: the program to profile.
 //!
 //! `cargo run --release --example laser_log -- LOG [--odometry FILE] [--relations FILE] [--reference FILE] [NAME=VALUE]...`
 #![allow(non_snake_case)]
@@ -91,7 +91,7 @@ fn main() {
     }
 }
 
-/// After the alignment that makes the sum of squared distances least.
+/// After the alignment that minimises the sum of squared distances.
 fn compare(
     reconstruction: &Reconstruction,
     reference: &[Pose3],

@@ -1,7 +1,7 @@
 //! Renders walks through synthetic flats and registers their depth images: `cargo run --release --example
 //! render_and_register -- [--seeds N] [--frames N] [--tour rooms|pier] [--step METRES] [--turn DEGREES] [--every N]
-//! [--depth 8|16] [--noise PER_METRE] [--each]`. One line a seed; how hard the recordings are stands beside how well they
-//! came out.
+//! [--depth 8|16] [--noise PER_METRE] [--each]`. Prints one line per seed: how difficult the recording is, and the error of the
+//! estimate.
 
 #[path = "apartment/recording.rs"]
 #[allow(dead_code)]
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// One line, or one more for every frame.
+/// Prints one line, and with `each` one for every frame.
 fn report(seed: u64, walk: &[Pose3], reconstruction: &SpatialReconstruction, shares: [f64; 2], each: bool) {
     let (poses, count) = (reconstruction.poses(), walk.len() as f64);
     let truth: Vec<Pose3> = walk.iter().map(|pose| walk[0].inverse() * pose).collect();

@@ -1,6 +1,6 @@
 //! Renders a walk through a synthetic flat: `cargo run --release --example render_apartment -- --out DIR [--seed N]
 //! [--walk N] [--tour rooms|pier] [--step METRES] [--turn DEGREES] [--frames N] [--every N] [--depth 8|8-rounded|16]
-//! [--noise PER_METRE] [--size PIXELS]`. The folder is laid out like the homework's: `rgb/N.jpg`, `depth/N.png`,
+//! [--noise PER_METRE] [--size PIXELS]`. The folder has the homework's layout: `rgb/N.jpg`, `depth/N.png`,
 //! `GT_pose.npy`.
 
 #[path = "apartment/recording.rs"]

@@ -1,4 +1,4 @@
-//! Writes the log of a drive through a generated building, with the truth and the wheels' odometry beside it.
+//! Writes the log of a drive through a generated building, with the ground truth and the wheel odometry beside it.
 //!
 //! `cargo run --release --example render_laser_log -- FOLDER [seed=1] [scans=250] [building=office] [back=false]
 //! [step=0.3] [beams=180] [max_range=80] [fov=180]`

@@ -1,5 +1,5 @@
-//! Renders the samples of the page: `cargo run --release --example render_samples`, all of the committed ones; or one of
-//! them, or another drive: `[--place corridor|office|apartment|bev] [--out DIR]`, and for the first two `[--seed N]
+//! Renders the samples of the page: `cargo run --release --example render_samples` renders all committed ones. One of them, or
+//! another drive: `[--place corridor|office|apartment|bev] [--out DIR]`, and for the first two `[--seed N]
 //! [--scans N] [--beams N] [--noise METRES]`. Other walks through other flats: the example `render_apartment`.
 
 #[path = "apartment/recording.rs"]

@@ -59,7 +59,7 @@ export function* recordsIn(bytes) {
 }
 
 /** @param {Uint8Array} header @returns {Fields} */
-export function readFields(header) {
+function readFields(header) {
   const view = new DataView(header.buffer, header.byteOffset, header.byteLength);
   /** @type {Fields} */
   const fields = new Map();

@@ -105,7 +105,7 @@ export function nanoseconds({ sec, nsec }) {
 }
 
 /** @param {bigint} time ns @returns {Stamp} */
-export function stampOf(time) {
+function stampOf(time) {
   return { sec: Number(time / 1_000_000_000n), nsec: Number(time % 1_000_000_000n) };
 }
 

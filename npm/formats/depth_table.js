@@ -29,7 +29,10 @@ export function isDepthTable(head) {
  * @param {Uint8Array} bytes
  */
 export function depthOfTable(name, bytes) {
-  const rows = new TextDecoder().decode(bytes).split(/\r?\n/).filter((line) => line.trim() !== ''); // prettier-ignore
+  const rows = new TextDecoder()
+    .decode(bytes)
+    .split(/\r?\n/)
+    .filter((line) => line.trim() !== '');
   const width = numbersOf(rows[0] ?? '')?.length ?? 0;
   const values = new Float32Array(width * rows.length);
   for (const [at, line] of rows.entries()) {

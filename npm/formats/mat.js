@@ -7,6 +7,7 @@
  */
 import { LIMITS } from '../archive_directory.js';
 import { fileError } from '../errors.js';
+import { joined } from '../packed.js';
 import { latin1 } from '../recording/heads.js';
 
 /** @typedef {{ kind: 'numbers', dims: number[], values: Float64Array }} Numbers column by column */
@@ -239,13 +240,7 @@ async function inflate(packed) {
       ? error
       : new RangeError(`a variable cannot be unpacked (${/** @type {Error} */ (error).message})`);
   }
-  const bytes = new Uint8Array(length);
-  let filled = 0;
-  for (const chunk of chunks) {
-    bytes.set(chunk, filled);
-    filled += chunk.length;
-  }
-  return bytes;
+  return joined(chunks, length);
 }
 
 /** Matrices one after the other, without a header of the file. @param {Uint8Array} bytes @returns {Variables} */

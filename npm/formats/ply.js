@@ -5,7 +5,7 @@
  * @param {number} count points
  * @param {readonly string[]} names of the properties of a point, each a 32-bit float
  */
-export function plyHeader(count, names) {
+function plyHeader(count, names) {
   const properties = names.map((name) => `property float ${name}\n`).join('');
   return new TextEncoder().encode(
     `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n${properties}end_header\n`,

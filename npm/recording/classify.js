@@ -92,7 +92,7 @@ export function looksLikeNumbers(head) {
 }
 /** Whether a text is a number a line, as many as a scan has, that do not ascend as times do. @param {Uint8Array} head */
 export function isColumn(head) {
-  const lines = new TextDecoder('latin1').decode(head).trim().split(/\r?\n/).slice(0, -1); // prettier-ignore
+  const lines = new TextDecoder('latin1').decode(head).trim().split(/\r?\n/).slice(0, -1);
   const numbers = lines.slice(1).map((line) => (line.trim() === '' ? Number.NaN : Number(line)));
   const isTimes = numbers.every((number, at) => at === 0 || number > (numbers[at - 1] ?? 0));
   return lines.length >= MIN_RANGES && !isTimes && numbers.every(Number.isFinite);

@@ -133,7 +133,7 @@ async function countPoses(path, size, read) {
  * @param {Uint8Array} bytes
  * @returns {Poses | null}
  */
-export function countRows(bytes) {
+function countRows(bytes) {
   if (bytes.includes(0)) return null;
   /** @type {Map<number, number>} */
   const rowsOf = new Map();

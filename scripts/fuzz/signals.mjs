@@ -43,7 +43,11 @@ export function assertWhole(path) {
     const columns = { tum: [' ', 8], kitti: [' ', 12], csv: [',', lines[0]?.split(',').length] }[ending];
     const [separator = '', count] = /** @type {[string, number] | undefined} */ (columns) ?? [];
     const rows = lines.filter((line) => line !== '' && !line.startsWith('#'));
-    if (columns) assert.ok(rows.every((row) => row.split(separator).length === count), path); // prettier-ignore
+    if (columns)
+      assert.ok(
+        rows.every((row) => row.split(separator).length === count),
+        path,
+      );
   }
 }
 
@@ -162,7 +166,10 @@ export async function signals(random, name) {
   assert.ok(EXIT_CODES.includes(code), told);
   assert.doesNotMatch(stderr, /defect/, told);
   const names = wholeFiles(out);
-  assert.ok(names.every((file) => writes.includes(file)), `${told}: ${names}`); // prettier-ignore
+  assert.ok(
+    names.every((file) => writes.includes(file)),
+    `${told}: ${names}`,
+  );
   if (code === 0) assert.deepEqual(names, [...writes].sort(), told);
   assert.deepEqual(readdirSync(folder).sort(), before, told);
   return new Uint8Array();

@@ -12,6 +12,7 @@ import { test } from 'node:test';
 import { mcapBytes } from './bag_files.mjs';
 import { cameraInfo, image, stampAt } from './bag_messages.mjs';
 import { see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
+import { roomLog } from './laser_room.mjs';
 import { ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
 
 const PAGES = [
@@ -29,20 +30,6 @@ function blocksOf(page) {
   const text = readFileSync(join(ROOT, page), 'utf8');
   const lines = [...text.matchAll(/^```sh\n([^]*?)^```$/gm)].flatMap(([, block = '']) => block.trim().split('\n'));
   return { text, commands: lines.map((line) => line.replace(/\s+#.*$/, '')) };
-}
-
-/** A laser that goes ahead in a room of 5 m by 6 m. */
-function driveLog() {
-  const lines = Array.from({ length: 9 }, (_, scan) => {
-    const x = 0.05 * scan;
-    const ranges = Array.from({ length: 180 }, (_, beam) => {
-      const angle = ((beam - 90) * Math.PI) / 180;
-      const toSide = (beam < 60 ? 2 : 3) / Math.max(Math.abs(Math.sin(angle)), 1e-9);
-      return Math.min(toSide, (4 - x) / Math.max(Math.cos(angle), 1e-9), 50).toFixed(3);
-    });
-    return `FLASER 180 ${ranges.join(' ')} ${x} 0 0 ${x} 0 0 ${scan} robot ${scan}`;
-  });
-  return `${lines.join('\n')}\n`;
 }
 
 function bag() {
@@ -87,7 +74,7 @@ function makeWorld(folder) {
     'est.txt': long.replaceAll(' 0 0 0 0 1', ' 0.01 0 0 0 1'),
     'walk.tum': walk,
     'walk.mcap': bag(),
-    'drive.log': driveLog(),
+    'drive.log': roomLog(9),
     'wheels.txt': Array.from({ length: 9 }, (_, i) => `${i} ${0.05 * i} 0 0\n`).join(''),
     'drive.relations': relations,
     'aces.relations': relations,

@@ -1,4 +1,4 @@
-import { expectNamedControls, findWeakContrast } from './access.js';
+import { expectNamedControls, findWeakContrast, tabbedThrough } from './access.js';
 import { expect, ScanstitchPage, sampleScans, test } from './scanstitch_page.js';
 
 test('every control has a name, every region its role', async ({ app, page }) => {
@@ -14,30 +14,13 @@ test('every control has a name, every region its role', async ({ app, page }) =>
 });
 
 test('the keyboard reaches everything, in the order of the page, and the focus is seen', async ({ app: { page } }) => {
-  const reached: string[] = [];
-  for (let i = 0; i < 60; i++) {
-    await page.keyboard.press('Tab');
-    const stop = await page.evaluate(() => {
-      let element = document.activeElement;
-      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
-      if (!element || element === document.body) return null;
-      const { outlineStyle, outlineWidth } = getComputedStyle(element);
-      const name = element.getAttribute('aria-label') ?? element.id ?? '';
-      return {
-        name: name || element.textContent?.trim() || element.tagName,
-        is_seen: outlineStyle !== 'none' && outlineWidth !== '0px',
-      };
-    });
-    if (!stop) break;
-    expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
-    reached.push(stop.name);
-  }
+  const reached = await tabbedThrough(page, 60);
   for (const name of [
     'Open',
     'Export',
     'Dark colours',
-    'preset',
-    'strategy',
+    'Preset',
+    'Strategy',
     'Map',
     'Zoom in',
     'Scans shown',

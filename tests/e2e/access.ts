@@ -11,6 +11,27 @@ export async function expectNamedControls(page: Page): Promise<void> {
   for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);
 }
 
+/** Names of the controls that so many presses of Tab reach; the focus is seen on each. */
+export async function tabbedThrough(page: Page, most: number): Promise<string[]> {
+  const reached: string[] = [];
+  for (let i = 0; i < most; i++) {
+    await page.keyboard.press('Tab');
+    const stop = await page.evaluate(() => {
+      let element = document.activeElement;
+      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
+      if (!element || element === document.body) return null;
+      const { outlineStyle, outlineWidth } = getComputedStyle(element);
+      const label = (element as HTMLInputElement).labels?.[0]?.textContent ?? '';
+      const name = element.getAttribute('aria-label') ?? (label || element.textContent || element.tagName);
+      return { name: name.trim().replace(/\s+/g, ' '), is_seen: outlineStyle !== 'none' && outlineWidth !== '0px' };
+    });
+    if (!stop) break;
+    expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
+    reached.push(stop.name);
+  }
+  return reached;
+}
+
 /** Runs in the page: texts whose contrast to their background is below 4.5 (3 where they are large), WCAG 2 AA. */
 export function findWeakContrast(): string[] {
   const probe = document.createElement('canvas').getContext('2d', { willReadFrequently: true });

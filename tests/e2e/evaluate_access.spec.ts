@@ -1,7 +1,7 @@
 /** The view of trajectories without a mouse, without eyes, in any colours, and on a phone. */
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { expectNamedControls, findWeakContrast } from './access.js';
+import { expectNamedControls, findWeakContrast, tabbedThrough } from './access.js';
 import { DATA, EvaluationView } from './evaluation_view.js';
 import { expect, type InputFile, ScanstitchPage, test } from './scanstitch_page.js';
 
@@ -45,22 +45,7 @@ test('all is done by keys: an instant, the view, the order, the selection', asyn
   const evaluation = await handedIn(app);
   // A mouse that rests on a figure marks an instant there whenever the page moves under it.
   await page.mouse.move(0, 0);
-  const reached: string[] = [];
-  for (let i = 0; i < 80; i++) {
-    await page.keyboard.press('Tab');
-    const stop = await page.evaluate(() => {
-      let element = document.activeElement;
-      while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
-      if (!element || element === document.body) return null;
-      const { outlineStyle, outlineWidth } = getComputedStyle(element);
-      const label = (element as HTMLInputElement).labels?.[0]?.textContent ?? '';
-      const name = element.getAttribute('aria-label') ?? (label || element.textContent || element.tagName);
-      return { name: name.trim().replace(/\s+/g, ' '), is_seen: outlineStyle !== 'none' && outlineWidth !== '0px' };
-    });
-    if (!stop) break;
-    expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
-    reached.push(stop.name);
-  }
+  const reached = await tabbedThrough(page, 80);
   const places = [/^Ground truth/, /^Alignment/, /^Copy CSV$/, /^ben/, /^Remove cleo/, /^Paths$/, /^Error$/].map(
     (name) => reached.findIndex((one) => name.test(one)),
   );

@@ -2,7 +2,7 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Locator, Page } from '@playwright/test';
-import { expect, type InputFile } from './scanstitch_page.js';
+import { dropOn, expect, type InputFile } from './scanstitch_page.js';
 
 export const DATA = join(import.meta.dirname, '../data/evaluation');
 export const SHARED = join(import.meta.dirname, '../../../shared/data/trajectories');
@@ -47,17 +47,7 @@ export class EvaluationView {
 
   /** Drops files. */
   async offer(files: readonly InputFile[]): Promise<void> {
-    const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
-    const transfer = await this.page.evaluateHandle((given) => {
-      const all = new DataTransfer();
-      for (const { name, base64 } of given) {
-        all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-      }
-      return all;
-    }, sent);
-    const target = this.view.locator('.evaluate');
-    await target.dispatchEvent('dragenter', { dataTransfer: transfer });
-    await target.dispatchEvent('drop', { dataTransfer: transfer });
+    await dropOn(this.view.locator('.evaluate'), files);
   }
 
   /** Does something, and waits until the figures that follow from it are on the screen; what that took (ms). */

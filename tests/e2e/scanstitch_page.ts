@@ -30,6 +30,20 @@ declare global {
   }
 }
 
+/** Drops files on an element, all at once. */
+export async function dropOn(target: Locator, files: readonly InputFile[]): Promise<void> {
+  const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
+  const dataTransfer = await target.page().evaluateHandle((given) => {
+    const all = new DataTransfer();
+    for (const { name, base64 } of given) {
+      all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+    }
+    return all;
+  }, sent);
+  await target.dispatchEvent('dragenter', { dataTransfer });
+  await target.dispatchEvent('drop', { dataTransfer });
+}
+
 export class ScanstitchPage {
   /** Errors of scripts on the page; a test fails on any that it does not expect. */
   readonly faults: string[] = [];
@@ -64,16 +78,7 @@ export class ScanstitchPage {
 
   /** Drops files on the map, all at once. */
   async drop(files: readonly InputFile[]): Promise<void> {
-    const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
-    const transfer = await this.page.evaluateHandle((given) => {
-      const all = new DataTransfer();
-      for (const { name, base64 } of given) {
-        all.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
-      }
-      return all;
-    }, sent);
-    await this.map.dispatchEvent('dragenter', { dataTransfer: transfer });
-    await this.map.dispatchEvent('drop', { dataTransfer: transfer });
+    await dropOn(this.map, files);
   }
 
   get map(): Locator {

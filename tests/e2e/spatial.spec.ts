@@ -6,7 +6,6 @@ import { recording, truth } from './spatial_recording.js';
 import { expect, test } from './spatial_page.js';
 
 const SHARED = join(import.meta.dirname, '../../../shared/data/rgbd');
-const SAMPLE = join(import.meta.dirname, '../../www/samples/apartment');
 const NUM_FRAMES = 10;
 
 test('a dropped recording becomes a map, a path and its error against the truth', async ({ spatial, page }) => {
@@ -181,7 +180,6 @@ test('the first floor of an apartment, with nothing set', async ({ spatial, page
 });
 
 test('the sample of an apartment opens and finishes', async ({ spatial, page }, info) => {
-  test.skip(!existsSync(SAMPLE), 'the sample has not been rendered');
   test.setTimeout(120_000);
   await page.getByRole('button', { name: 'Open' }).click();
   await page.getByRole('menuitem', { name: /^An apartment/ }).click();
@@ -195,7 +193,6 @@ test('the sample of an apartment opens and finishes', async ({ spatial, page }, 
 });
 
 test('once it is decided how depth is read, the threads prepare it in one way', async ({ spatial, page }) => {
-  test.skip(!existsSync(SAMPLE), 'the sample has not been rendered');
   test.setTimeout(120_000);
   // Every frame that is given to a thread from now on; the menu's warm-up is another run, before.
   await page.evaluate(() => {

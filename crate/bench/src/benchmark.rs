@@ -1,4 +1,4 @@
-//! What a benchmark is.
+//! A benchmark: its name, its input and the work of one run.
 
 /// A named benchmark.
 pub struct Benchmark {
@@ -6,7 +6,7 @@ pub struct Benchmark {
     pub name: &'static str,
     /// What one run does, in a few words.
     pub about: &'static str,
-    /// Makes it ready to run, with the files given (name and bytes), which most benchmarks do without.
+    /// Prepares its input from the files given (name and bytes); most benchmarks need none.
     pub prepare: fn(Files) -> Result<Prepared, String>,
 }
 
@@ -15,14 +15,14 @@ pub type Files = Vec<(String, Vec<u8>)>;
 
 /// A benchmark with its input ready.
 pub struct Prepared {
-    /// How much one run works through, for a rate: amount and unit. Bytes give MB/s.
+    /// The work of one run, from which a rate is computed: amount and unit. Bytes give MB/s.
     pub work: Option<(f64, &'static str)>,
     /// One run.
     pub run: Box<dyn FnMut()>,
 }
 
 impl Prepared {
-    /// What one run works through, as both harnesses print it: amount and unit, or `- -`.
+    /// The work of one run, as both harnesses print it: amount and unit, or `- -`.
     pub fn work_text(&self) -> String {
         self.work.map_or_else(|| "- -".into(), |(amount, unit)| format!("{amount} {unit}"))
     }

@@ -114,7 +114,7 @@ fn read(bytes: Vec<u8>) -> Result<Prepared, String> {
     })
 }
 
-/// A path of as many poses as there are points elsewhere, and one a centimetre off it.
+/// A path with as many poses as other benchmarks have points, and an estimate with an error of a centimetre.
 fn evaluate_poses() -> Result<Prepared, String> {
     let path = |noise: f64| {
         let mut text = String::new();
@@ -162,7 +162,7 @@ fn query_index<const D: usize>() -> Prepared {
     }
 }
 
-/// The last of six scans along a corridor against the five before it, from where it is 3 cm off.
+/// Registers the last of six scans along a corridor to the five before it, from a guess with an error of 3 cm.
 fn icp_iteration() -> Prepared {
     let recording = corridor::generate(&CorridorOptions { num_scans: 6, ..CorridorOptions::default() });
     let scans: Vec<(Pose2, PlanarScan)> =

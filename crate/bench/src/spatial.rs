@@ -80,7 +80,7 @@ fn frame(run: impl FnMut() + 'static) -> Outcome {
     Ok(Prepared { work: Some((1.0, "frames")), run: Box::new(run) })
 }
 
-/// A decoded frame with what it takes to go on.
+/// A decoded frame with its camera and options.
 struct Decoded {
     image: DepthImage,
     usable: Vec<bool>,
@@ -159,7 +159,7 @@ fn prepare_one(
     PreparedFrame::from_depth(decode_config, label, &pair[0].1, color).map_err(words)
 }
 
-/// As most frames of a recording are prepared: it is decided how depth is read.
+/// A frame prepared as most of a recording are: after the quantisation of its depth is known.
 fn prepare(files: Files) -> Outcome {
     let (mut decode_config, _) = prepared(&files)?;
     if let Some(depth) = &mut decode_config.depth {
@@ -292,7 +292,7 @@ fn prepared_pair(files: &Files) -> Result<[PreparedCloud; 2], String> {
     Ok([source?, target?])
 }
 
-/// As small_gicp's defaults have it.
+/// The defaults of small_gicp.
 const PAIR_ICP: IcpOptions = IcpOptions {
     rejection: Rejection {
         max_correspondence_distance: 1.0,

@@ -25,7 +25,7 @@ impl PreparedBenchmark {
         (benchmark.prepare)(files).map(Self)
     }
 
-    /// What one run works through: amount and unit, or `- -`.
+    /// The work of one run: amount and unit, or `- -`.
     pub fn work(&self) -> String {
         self.0.work_text()
     }

@@ -17,11 +17,11 @@ use super::recordings::Recording;
 #[derive(Debug, Clone, Default)]
 pub struct Score {
     pub frames: usize,
-    /// Mean distance of all frames that belong (m).
+    /// Mean error of all frames that belong to the recording (m).
     pub mean: f64,
-    /// Of those that are believed (m).
+    /// Mean error of the good ones (m).
     pub believed_mean: f64,
-    /// Of the last frame (m).
+    /// Error of the last frame (m).
     pub last: f64,
     /// Steps from a good frame to the next good one that are off by more than 0.2 m or 10 degrees, and good frames that
     /// belong nowhere.
@@ -30,9 +30,9 @@ pub struct Score {
     pub flagged: usize,
     pub doubtful: usize,
     pub lost: usize,
-    /// How far apart the first and the last frame are from their distance (m).
+    /// Error of the distance between the first and the last frame (m).
     pub gap: f64,
-    /// How often a way round was closed.
+    /// Number of closed loops.
     pub closed: usize,
     /// Processor time a frame (ms), decoding and preparing included.
     pub milliseconds: f64,
@@ -65,7 +65,7 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     (reconstruction, seconds)
 }
 
-/// A line a frame, with all digits of its pose and assessment: restructured code gives the same lines.
+/// One line per frame, with all digits of its pose and assessment, to compare runs before and after a change.
 pub fn lines(reconstruction: &SpatialReconstruction) -> String {
     let estimates = reconstruction.estimates().iter().zip(reconstruction.assessments());
     let line = |(estimate, assessment): (&SpatialEstimate, Assessment)| {
@@ -82,7 +82,7 @@ fn mean(seconds: &[f64], frames: std::ops::Range<usize>) -> f64 {
     1000.0 * chosen.iter().sum::<f64>() / chosen.len() as f64
 }
 
-/// Runs it and compares; `each` prints a line a frame. Also gives the run.
+/// Runs a recording and compares the estimate with the ground truth; `each` prints one line per frame. Returns the run as well.
 pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (Score, SpatialReconstruction) {
     let start = seconds_used();
     let (reconstruction, times) = reconstruct(recording, settings);

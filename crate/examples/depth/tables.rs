@@ -13,7 +13,7 @@ pub struct Scored {
     pub score: Score,
 }
 
-/// All that is said of one run, in a line.
+/// One run in one line.
 pub fn line(score: &Score) -> String {
     let Score {
         frames,
@@ -41,7 +41,7 @@ pub fn line(score: &Score) -> String {
     )
 }
 
-/// One row a kind of recording.
+/// One row for each kind of recording.
 pub fn by_kind(scored: &[Scored]) -> String {
     let mut rows = vec![String::from(
         "| recording | runs | frames | median of the means | worst mean | worst of the believed | worst last | believed \
@@ -67,8 +67,8 @@ pub fn by_kind(scored: &[Scored]) -> String {
     rows.concat()
 }
 
-/// One row a kind of recording and one column a variant of the settings: the median and the worst of the mean errors,
-/// the steps that were believed though wrong, the frames that were doubted though right, and the time a frame.
+/// One row for each kind of recording and one column for each variant of the settings: the median and the maximum of the mean
+/// errors, wrong steps between good frames, right frames that are doubtful, and the time per frame.
 pub fn by_variant(scored: &[Scored]) -> String {
     let variants = distinct(scored.iter().map(|run| run.variant));
     let mut rows = vec![format!("| recording | {} |\n|---|{}\n", variants.join(" | "), "---|".repeat(variants.len()))];
@@ -84,8 +84,8 @@ pub fn by_variant(scored: &[Scored]) -> String {
     rows.concat()
 }
 
-/// One row a recording and one column a kind of it: the mean error, and of loops how far the end is off from the start
-/// as well.
+/// One row for each recording and one column for each of its kinds: the mean error, and for loops the error of the end against the
+/// start.
 pub fn by_recording(scored: &[Scored]) -> String {
     let groups = distinct(scored.iter().map(|run| run.group.as_str()));
     let mut rows = vec![format!("| recording | {} |\n|---|{}\n", groups.join(" | "), "---|".repeat(groups.len()))];

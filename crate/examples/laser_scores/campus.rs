@@ -1,4 +1,4 @@
-//! Drives over a campus outdoors, with the wheels' odometry and from scans alone, against the rendered truth.
+//! Drives over a campus outdoors, with wheel odometry and from scans alone, compared with the ground truth.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -16,7 +16,7 @@ use super::{PlanarFrame, WRONG, pieces};
 const STRETCH: f64 = 20.0;
 const REVISIT: (f64, f64) = (30.0, 2.0);
 
-/// What can be set besides the engine's settings.
+/// Options besides the engine's settings.
 pub const OPTIONS: [&str; 4] = ["seed", "seeds", "campus_step", "campus_length"];
 
 pub fn print_table(settings: &serde_json::Value, out: Option<&str>) {

@@ -1,4 +1,4 @@
-//! Recordings as they come in practice: what is wrong with them, applied to logs that are right.
+//! Faults of recordings in practice, applied to intact logs.
 
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::laser_log::LaserLog;
@@ -15,7 +15,7 @@ pub struct Input {
     pub in_degrees: bool,
 }
 
-/// Everything that can be wrong, by name.
+/// All faults, by name.
 pub const ALL: &[&str] = &[
     "scaled_up",
     "scaled_down",

@@ -1,5 +1,5 @@
-//! The search for loops, by the poses in a log that a program corrected: how many pairs of submaps lie at one place, how many
-//! of these were compared, and what came of it.
+//! Scores the search for loops by the corrected poses in a log: the number of pairs of submaps at one place, how many of these were
+//! compared, and the outcome.
 
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::pipeline::planar::{LoopTrial, LoopTrials, TrialOutcome};

@@ -1,17 +1,17 @@
-//! Scores the planar engine on whole logs, natively: how much is wrong, how much of what is called good is wrong, how long
-//! a scan takes.
+//! Scores the planar engine on whole logs, natively: the share of wrong relations, of wrong relations between good scans, and the
+//! time per scan.
 //!
 //! `cargo run --profile quick --example laser_scores -- [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
 //! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds]
 //! [--loops] [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
 //!
-//! `--damage` runs the logs with something wrong with them (`damage.rs`), `--append` with another log after them,
+//! `--damage` runs damaged logs (`damage.rs`), `--append` logs with another log appended,
 //! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
 //! after the other: odometry, second_basin, consistent_sets, robust_kernel, doubt.
 //!
 //! `--loops` prints what the search for loops compared and what came of it, by the poses in the log (`loops.rs`).
 //!
-//! A pair is wrong when it is off from its relation by more than 0.5 m or 5 degrees. `false` is the share of wrong pairs
+//! A pair is wrong when its error against its relation exceeds 0.5 m or 5 degrees. `false` is the share of wrong pairs
 //! among those whose frames are both good and of one piece.
 #![allow(non_snake_case)]
 
@@ -23,6 +23,7 @@ mod worlds;
 use std::fs;
 
 use nalgebra::Rotation3;
+use scanstitch::evaluation::relations::{WRONG_ROTATION_DEG, WRONG_TRANSLATION};
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::laser_log;
 use scanstitch::io::relations::{self, Place, Relation};
@@ -34,14 +35,14 @@ use scanstitch::pipeline::report::{FrameResult, PlanarPose, Stage};
 use scanstitch::pipeline::settings::Settings;
 use scanstitch::preprocess::clean::CleaningReport;
 
-/// A pair further off than this is wrong (m, degrees).
-const WRONG: (f64, f64) = (0.5, 5.0);
+/// Errors above which a pair is wrong (m, degrees).
+const WRONG: (f64, f64) = (WRONG_TRANSLATION, WRONG_ROTATION_DEG);
 
 use damage::Input;
 
 type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
-/// A log with what it is scored by.
+/// A log and the relations that it is scored by.
 struct Case {
     name: &'static str,
     log: &'static str,
@@ -259,8 +260,7 @@ fn score(
     }
 }
 
-/// Processor time that this process has used (s): what other programs do at the same time does not count. 0 where the
-/// system does not tell.
+/// Processor time of this process (s), which other programs do not affect; 0 where the system does not report it.
 fn processor_seconds() -> f64 {
     let Ok(stat) = fs::read_to_string("/proc/self/stat") else { return 0.0 };
     let after_name = stat.rsplit(')').next().unwrap_or_default();

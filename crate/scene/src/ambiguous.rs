@@ -27,7 +27,7 @@ pub enum Ambiguity {
     MirroredHalf,
 }
 
-/// All of them.
+/// All kinds.
 pub const ALL: [Ambiguity; 5] = [
     Ambiguity::RepeatedCorridor,
     Ambiguity::SquareRoom,
@@ -41,7 +41,7 @@ const DOOR_PERIOD: f64 = 3.0;
 /// Where the second building stands, in the frame of the first scan (m).
 const SECOND_BUILDING: Vector2<f64> = Vector2::new(25.0, 10.0);
 
-/// A drive of so many scans through a world of this kind, with the exact truth.
+/// A drive of `num_scans` scans through a world of this kind, with its ground truth.
 pub fn generate(kind: Ambiguity, seed: u64, num_scans: usize) -> PlanarRecording {
     let mut random = Random::new(seed);
     let field_of_view = [PI, 1.5 * PI, TAU * 359.0 / 360.0][(seed % 3) as usize];

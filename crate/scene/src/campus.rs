@@ -9,21 +9,21 @@ use super::random::Random;
 use super::world::{Obstacle, World};
 use scanstitch::geometry::{Pose2, RigidMotion};
 
-/// What is generated.
+/// Options of the generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CampusOptions {
     /// Each seed gives other buildings, trees and noise.
     pub seed: u64,
-    /// Way from scan to scan (m); in a turn the scans are at most 0.35 rad apart.
+    /// Distance between scans (m); in a turn they are at most 0.35 rad apart.
     pub step: f64,
-    /// How much of the way is driven (m); it is 630 m long and comes back to its start after 400 m.
+    /// Length of the drive (m), at most 630 m; it returns to its start after 400 m.
     pub length: f64,
     /// The wheels.
     pub wheels: Wheels,
 }
 
 impl Default for CampusOptions {
-    /// A robot that turns by skidding: its wheels tell too large turns.
+    /// A skid-steered robot, whose wheels overestimate turns.
     fn default() -> Self {
         let wheels = Wheels { scale: -0.02, drift: 0.004, turn: 0.05, noise: 0.05, slip: 0.01 };
         Self { seed: 1, step: 1.0, length: 630.0, wheels }
@@ -42,9 +42,9 @@ const WAY: [[f64; 2]; 9] = [
     [0.0, 80.0],
     [0.0, 50.0],
 ];
-/// Corners are cut over this way (m).
+/// Length over which a corner is rounded (m).
 const ROUNDED: f64 = 8.0;
-/// The laser stands so high (m).
+/// Height of the laser (m).
 const SENSOR_HEIGHT: f64 = 0.4;
 /// Hills: place (m), height (m) and width (m).
 const HILLS: [(f64, f64, f64, f64); 3] = [(35.0, 0.0, 1.0, 6.0), (120.0, 45.0, 0.8, 5.0), (62.0, 38.0, 0.7, 4.0)];
@@ -211,7 +211,7 @@ impl Campus {
     }
 }
 
-/// Where a beam meets the ground: the laser is tilted as the ground is where it stands.
+/// Range at which a beam meets the ground; the laser has the ground's tilt.
 fn ground(origin: &Vector2<f64>, direction: &Vector2<f64>) -> Option<f64> {
     const STEP: f64 = 0.5;
     let rise = (height(&(origin + direction * 0.25)) - height(&(origin - direction * 0.25))) / 0.5;

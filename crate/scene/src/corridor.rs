@@ -11,7 +11,7 @@ use scanstitch::geometry::Pose2;
 
 pub use super::passage::MIN_CLEARANCE;
 
-/// What is generated.
+/// Options of the generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CorridorOptions {
     /// Each seed gives another corridor and another drive.
@@ -28,7 +28,7 @@ impl Default for CorridorOptions {
     }
 }
 
-/// Length of a step (m), from ... to.
+/// Shortest and longest step (m).
 pub const STEP: (f64, f64) = (0.9, 1.1);
 /// Largest turn between two scans (rad).
 pub const MAX_TURN: f64 = 7.0 * std::f64::consts::PI / 180.0;
@@ -63,7 +63,7 @@ fn add_side(world: &mut World, random: &mut Random, passage: &Passage, side: f64
     world.add_walls(&corners);
 }
 
-/// The wall behind, and ahead a wall with a way out, through which nothing is seen up to the limit.
+/// The wall behind, and ahead a wall with an opening, through which beams reach the limit.
 fn add_ends(world: &mut World, random: &mut Random, half_width: f64, length: f64) {
     let behind = half_width + 8.0;
     world.add_walls(&[Vector2::new(-behind, -MARGIN.0), Vector2::new(behind, -MARGIN.0)]);
@@ -72,7 +72,7 @@ fn add_ends(world: &mut World, random: &mut Random, half_width: f64, length: f64
     world.add_walls(&[Vector2::new(gap + 0.5, y), Vector2::new(behind, y)]);
 }
 
-/// Steps of about a metre; the heading wanders and is drawn back to the middle and to straight ahead.
+/// Steps of about a metre; the heading varies at random and is steered back to the middle of the corridor.
 fn drive(num_scans: usize, half_width: f64, random: &mut Random) -> Vec<Pose2> {
     let room = half_width - MIN_CLEARANCE - MAX_PILASTER;
     let mut position = Vector2::new(random.uniform(-0.3, 0.3) * room, 0.0);

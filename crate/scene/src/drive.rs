@@ -27,18 +27,18 @@ pub struct DriveOptions {
     pub wheels: Wheels,
 }
 
-/// What is wrong with the wheels.
+/// Errors of the wheel odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wheels {
-    /// Ways are measured this much too long.
+    /// Relative error of measured distances.
     pub scale: f64,
-    /// The heading drifts by so much a metre (rad).
+    /// Drift of the heading (rad/m).
     pub drift: f64,
-    /// Turns are measured this much too large.
+    /// Relative error of measured turns.
     pub turn: f64,
-    /// Standard deviation of each way and turn, as a share of it.
+    /// Standard deviation of each distance and turn, as a share of it.
     pub noise: f64,
-    /// How often the wheels slip: in this share of the steps they tell up to 0.3 of the way too much and turn by up to 0.05 rad.
+    /// Share of the steps in which the wheels slip: they overestimate the distance by up to 30 % and turn by up to 0.05 rad.
     pub slip: f64,
 }
 
@@ -62,9 +62,9 @@ impl Default for DriveOptions {
 pub struct Drive {
     /// Readings of each scan, from right to left (m).
     pub ranges: Vec<Vec<f64>>,
-    /// Where the robot was, in the frame of the first pose.
+    /// Ground-truth poses of the robot, in the frame of the first one.
     pub T_world_robot: Vec<Pose2>,
-    /// Where its wheels told it was.
+    /// Poses by its wheel odometry.
     pub odometry: Vec<Pose2>,
 }
 
@@ -114,7 +114,7 @@ impl Drive {
     }
 }
 
-/// What wheels tell of a way.
+/// Wheel odometry of a path.
 pub(super) fn odometry(T_world_robot: &[Pose2], wheels: &Wheels, random: &mut Random) -> Vec<Pose2> {
     let mut odometry = vec![Pose2::identity(); T_world_robot.len().min(1)];
     for pair in T_world_robot.windows(2) {

@@ -5,18 +5,18 @@ use nalgebra::{Isometry3, Vector3};
 use super::random::Random;
 use scanstitch::geometry::{Pose3, RigidMotion};
 
-/// Standard deviation of the tremble of a frame (m), ...
+/// Standard deviation of the tremor of a frame's position (m), ...
 const TREMBLE: f64 = 0.004;
 /// ... and of its angle (rad).
 const TREMBLE_ANGLE: f64 = 0.009;
 /// Swaying: the amplitudes of position (m, along the camera's axes) and of angle (rad, about them), ...
 const SWAY: [f64; 3] = [0.05, 0.06, 0.03];
 const SWAY_ANGLE: [f64; 3] = [0.22, 0.05, 0.08];
-/// ... and how many frames one sway lasts.
+/// ... and its period (frames).
 const PERIODS: [f64; 6] = [23.0, 17.0, 31.0, 27.0, 19.0, 37.0];
 
-/// The poses of a level walk as a hand would have taken it, in steps no longer than `step` (m) and `turn` (rad) but for the sway;
-/// each seed gives another hand.
+/// The poses of a level walk with the motion of a hand-held camera, in steps of at most `step` (m) and `turn` (rad) besides the sway;
+/// each seed gives another motion.
 pub fn hand_held(walk: &[Pose3], step: f64, turn: f64, seed: u64) -> Vec<Pose3> {
     let mut random = Random::new(seed);
     let phases: Vec<f64> = (0..6).map(|_| random.uniform(0.0, std::f64::consts::TAU)).collect();

@@ -15,12 +15,12 @@ pub struct Laser {
     pub field_of_view: f64,
     /// Standard deviation of a range (m).
     pub noise_sigma: f64,
-    /// What is reported where nothing lies nearer (m).
+    /// Range that is reported without a return (m).
     pub max_range: f64,
 }
 
 impl Default for Laser {
-    /// The kind of the homework's recordings.
+    /// The laser of the homework's recordings.
     fn default() -> Self {
         Self { num_beams: 180, field_of_view: std::f64::consts::PI, noise_sigma: 0.01, max_range: 50.0 }
     }

@@ -12,7 +12,7 @@ use super::recording::PlanarRecording;
 use super::world::World;
 use scanstitch::geometry::Pose2;
 
-/// What is generated.
+/// Options of the generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OfficeOptions {
     /// Each seed gives another building and another drive.
@@ -59,7 +59,7 @@ struct Ring {
     half_width: f64,
 }
 
-/// How the robot keeps off the middle of its way: two waves, which no round repeats.
+/// Lateral offset of the robot from the middle of its path: two waves, which no round repeats.
 struct Wander {
     /// Largest distance from the middle (m).
     amplitude: f64,

@@ -7,10 +7,10 @@ use super::random::Random;
 use super::world::World;
 use scanstitch::geometry::Pose2;
 
-/// A drive with its exact truth.
+/// A drive with its ground truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanarRecording {
-    /// What was there, in the frame of the first pose.
+    /// The obstacles, in the frame of the first pose.
     pub world: World,
     /// Returns of each scan in the sensor's frame (m).
     pub scans: Vec<Vec<Vector2<f64>>>,

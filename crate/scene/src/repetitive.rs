@@ -9,7 +9,7 @@ use super::random::Random;
 use super::space::{Color, Light, Material, Pattern, Shape, Solid, Space, srgb};
 use scanstitch::geometry::Pose3;
 
-/// What repeats.
+/// The repeated structure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Repetition {
     /// Pillars along both walls of a corridor, at this distance from each other (m).

@@ -32,7 +32,7 @@ pub const BEV_HEIGHTS: [f64; 2] = [2.5, 1.0];
 /// 0.3 m and turns of 15 degrees, so that few frames close the loop.
 ///
 /// # Errors
-/// None: the camera is one.
+/// No input causes an error: the camera is valid.
 pub fn apartment() -> Result<CameraSample> {
     let apartment = Apartment::generate(APARTMENT_SEED);
     let options =
@@ -45,7 +45,7 @@ pub fn apartment() -> Result<CameraSample> {
 /// 90 degrees of view, 2.5 and 1.0 m above one place of the floor. The top of the upper image is what lies ahead.
 ///
 /// # Errors
-/// None: the camera is one.
+/// No input causes an error: the camera is valid.
 pub fn bev() -> Result<CameraSample> {
     let [x, y, heading] = BEV_PLACE;
     let [top, front] = BEV_HEIGHTS;

@@ -20,7 +20,7 @@ pub struct SpinningLidar {
     pub azimuth_step: f64,
     /// Standard deviation of a range (m).
     pub noise: f64,
-    /// Farther returns are none (m).
+    /// Largest range of a return (m).
     pub max_range: f64,
 }
 

@@ -9,6 +9,7 @@
 //!   two metres away. Renderers leave no holes, real cameras do.
 
 use super::depth_image::DepthImage;
+use crate::geometry::quantile::quantile;
 
 /// Depth along the optical axis in metres = raw value * `step`.
 #[derive(Debug, Clone, PartialEq)]
@@ -278,8 +279,7 @@ impl Levels {
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    quantile(&mut values, 0.5).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

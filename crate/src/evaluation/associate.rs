@@ -12,6 +12,10 @@ pub struct Pair {
     pub estimate: usize,
 }
 
+/// Largest difference between the time of a frame and that of its pose (s): half the interval of a camera of 30 frames a second,
+/// and some delay.
+pub(crate) const MAX_TIME_DIFFERENCE: f64 = 0.02;
+
 /// Pairs by time, as in evo's `associate_trajectories`: for each stamp of the trajectory with fewer poses (of the estimate
 /// where the numbers are equal), in its order, the nearest stamp of the other, if it is within `max_diff` (s). Of two equally
 /// near stamps the earlier is used. `offset` (s) is added to the estimate's times.

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose3;
-use crate::geometry::rotation::angle_of;
+use crate::geometry::rotation::apart;
 use crate::io::trajectory::{Trajectory, TrajectoryFormat};
 
 /// Order of a quaternion's numbers in a file.
@@ -127,9 +127,6 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
 const MAX_MISFIT_RATIO: f64 = 0.8;
 /// Differences of misfits (m) below this one are rounding errors.
 const MISFIT_ROUNDING: f64 = 1e-6;
-/// Weight of a rotation error against a translation error (m/rad): the typical distance of the surfaces that a camera in a
-/// room sees.
-const METRES_PER_RADIAN: f64 = 2.0;
 
 /// The poses of a reference as `T_world_sensor` with this engine's axes, and the convention found.
 ///
@@ -207,8 +204,7 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
         .filter_map(|pair| {
             let (from, to) = (poses.get(pair[0].1)?, poses.get(pair[1].1)?);
             let estimated = pair[0].0.inverse() * pair[1].0;
-            let off = (from.inverse() * to).inverse() * estimated;
-            Some(off.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&off.rotation))
+            Some(apart(&(from.inverse() * to), &estimated))
         })
         .collect();
     misfits.sort_by(f64::total_cmp);
@@ -219,6 +215,7 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::RigidMotion;
+    use crate::geometry::rotation::angle_of;
     use nalgebra::Vector6;
 
     /// A walk with rotations about several axes.

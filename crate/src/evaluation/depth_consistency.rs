@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::associate::{by_number, by_time};
+use super::associate::{MAX_TIME_DIFFERENCE, by_number, by_time};
 use super::convention::{KnownConvention, PoseConvention, readings};
 use crate::camera::Pinhole;
 use crate::error::{Error, Result};
@@ -219,9 +219,6 @@ impl DepthView {
         (depth > 0.0).then(|| f64::from(depth))
     }
 }
-
-/// Largest difference between the times of a frame and its pose (s).
-const MAX_TIME_DIFFERENCE: f64 = 0.02;
 
 /// Index of each frame's pose in the trajectory: by time, where both have times; by order, where there are equally many; by
 /// number, where the trajectory's times are frame numbers.

@@ -3,6 +3,7 @@
 //! They are medians over pairs of frames, which are robust to a trajectory that is wrong in places.
 
 use crate::geometry::Pose3;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::rotation::angle_of;
 
 /// Motions of the estimate divided by those of the reference; `None` where the pairs are too few or disagree.
@@ -28,6 +29,8 @@ const MAX_TURN: f64 = 2.0;
 const MAX_SPREAD: f64 = 0.15;
 /// ... or this share of their median: a broken trajectory scatters more, but still shows a large factor.
 const MAX_SPREAD_SHARE: f64 = 0.25;
+/// Ratio of the standard error of a median to that of a mean, for a normal distribution: sqrt(pi / 2).
+const MEDIAN_ERROR: f64 = 1.253;
 /// Number of standard errors of the median by which the logarithm of the ratio must differ from zero.
 const MIN_SIGNIFICANCE: f64 = 4.0;
 
@@ -117,11 +120,10 @@ impl CommonFactor {
         if logarithms.len() < MIN_PAIRS {
             return None;
         }
-        let logarithm = median(&mut logarithms);
+        let logarithm = quantile(&mut logarithms, 0.5)?;
         let mut deviations: Vec<f64> = logarithms.iter().map(|value| (value - logarithm).abs()).collect();
-        let spread = median(&mut deviations);
-        // 1.4826 makes the median deviation a standard one, 1.253 that of a mean one of a median.
-        let error = 1.4826 * 1.253 * spread / (logarithms.len() as f64).sqrt();
+        let spread = quantile(&mut deviations, 0.5)?;
+        let error = MEDIAN_ERROR * MEDIAN_TO_SIGMA * spread / (logarithms.len() as f64).sqrt();
         Some(Self { logarithm, error, spread })
     }
 
@@ -130,11 +132,6 @@ impl CommonFactor {
         let is_common = self.spread <= MAX_SPREAD.max(MAX_SPREAD_SHARE * self.logarithm.abs());
         (is_common && self.logarithm.abs() >= MIN_SIGNIFICANCE * self.error).then(|| self.logarithm.exp())
     }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

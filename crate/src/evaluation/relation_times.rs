@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::path::Path;
+use crate::geometry::quantile::quantile;
 use crate::io::relations::{Place, Relation};
 use crate::search::order::ascending;
 use crate::{Error, Result};
@@ -22,12 +23,7 @@ pub fn time_tolerance(stamps: &[f64]) -> f64 {
     let mut sorted = stamps.to_vec();
     sorted.sort_by(f64::total_cmp);
     let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|&step| step > 0.0).collect();
-    if steps.is_empty() {
-        return MAX_TOLERANCE;
-    }
-    let middle = steps.len() / 2;
-    let (_, &mut median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-    (0.5 * median).min(MAX_TOLERANCE)
+    quantile(&mut steps, 0.5).map_or(MAX_TOLERANCE, |median| (0.5 * median).min(MAX_TOLERANCE))
 }
 
 /// The poses of an estimate by index and by time.

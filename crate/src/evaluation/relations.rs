@@ -17,9 +17,9 @@ use crate::io::relations::Relation;
 use crate::{Error, Result};
 
 /// Translation error (m) beyond which a relation is counted as wrong: the estimate is at another place, not merely noisy.
-pub(crate) const WRONG_TRANSLATION: f64 = 0.5;
+pub const WRONG_TRANSLATION: f64 = 0.5;
 /// Rotation error (deg) beyond which a relation is counted as wrong.
-pub(crate) const WRONG_ROTATION_DEG: f64 = 5.0;
+pub const WRONG_ROTATION_DEG: f64 = 5.0;
 
 /// Errors of an estimate against given relations.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 use serde::Serialize;
 
+use crate::geometry::algebra::single;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::KdTree;
@@ -52,7 +53,7 @@ impl SharpnessMeter {
         for (index, (scan, T_world_sensor)) in placed.iter().enumerate() {
             firsts.push(scans.len() as u32);
             scans.extend(std::iter::repeat_n(index as u32, scan.points.len()));
-            let position = |point| if is_near(point) { single_precision(&T_world_sensor.act(point)) } else { NOWHERE };
+            let position = |point| if is_near(point) { single(&T_world_sensor.act(point)) } else { NOWHERE };
             positions.extend(scan.points.iter().map(position));
         }
         Self { tree: KdTree::build(&positions), placed, scans, firsts, next: 0, sum: 0.0, num_pairs: 0 }
@@ -67,7 +68,7 @@ impl SharpnessMeter {
             }
             let (position, _) = self.surface(point);
             let of_others = |other: u32| self.scans[other as usize] != self.scans[point];
-            let neighbor = self.tree.nearest_where(&single_precision(&position), MAX_PAIR_DISTANCE as f32, of_others);
+            let neighbor = self.tree.nearest_where(&single(&position), MAX_PAIR_DISTANCE as f32, of_others);
             let Some(neighbor) = neighbor else { continue };
             if let (partner, Some(normal)) = self.surface(neighbor.index as usize) {
                 self.sum += normal.dot(&(position - partner)).abs();
@@ -113,10 +114,6 @@ const NOWHERE: [f32; 2] = [f32::NAN; 2];
 
 fn is_near(point: &Vector2<f64>) -> bool {
     point.norm() <= MAX_RANGE
-}
-
-fn single_precision(point: &Vector2<f64>) -> [f32; 2] {
-    [point.x as f32, point.y as f32]
 }
 
 // The synthetic worlds link this crate once more, which the browser's linker refuses.

@@ -92,6 +92,12 @@ pub trait SquareMatrix:
     fn as_slice(&self) -> &[f64];
 }
 
+/// In single precision, as the indices of points hold them.
+#[inline]
+pub(crate) fn single<const N: usize>(vector: &SVector<f64, N>) -> [f32; N] {
+    std::array::from_fn(|axis| vector[axis] as f32)
+}
+
 /// The derivative of a point with respect to a tangent vector.
 pub trait Jacobian: Copy {
     /// The type of its columns.

@@ -4,8 +4,10 @@
 //! exponential, logarithm and adjoint behind [`RigidMotion`]. Read `pose` first.
 
 pub(crate) mod algebra;
+pub(crate) mod mahalanobis;
 pub(crate) mod point_cloud;
 pub(crate) mod pose;
+pub(crate) mod quantile;
 pub mod rotation;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};

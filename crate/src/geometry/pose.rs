@@ -67,6 +67,51 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     fn renormalized(&self) -> Self;
 }
 
+/// What reads the same in the plane and in space: nalgebra names no type for both.
+macro_rules! same_in_both_dimensions {
+    ($dimension:literal, $Point:ident) => {
+        fn identity() -> Self {
+            Self::identity()
+        }
+
+        fn inverse(&self) -> Self {
+            self.inverse()
+        }
+
+        fn act(&self, point: &$Point<f64>) -> $Point<f64> {
+            self.rotation * point + self.translation.vector
+        }
+
+        fn rotate(&self, direction: &$Point<f64>) -> $Point<f64> {
+            self.rotation * direction
+        }
+
+        fn best_rotation(covariance: &Self::PointMatrix) -> Option<Self::PointMatrix> {
+            if !covariance.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
+            let (U, V_transposed) = (svd.u?, svd.v_t?);
+            let mut S = Self::PointMatrix::identity();
+            if U.determinant() * V_transposed.determinant() < 0.0 {
+                // Singular values come sorted: the last is the smallest.
+                S[($dimension - 1, $dimension - 1)] = -1.0;
+            }
+            Some(U * S * V_transposed)
+        }
+
+        fn translation_norm(&self) -> f64 {
+            self.translation.vector.norm()
+        }
+
+        fn renormalized(&self) -> Self {
+            let mut pose = *self;
+            pose.rotation.renormalize();
+            pose
+        }
+    };
+}
+
 impl RigidMotion for Pose2 {
     type Point = Vector2<f64>;
     type PointMatrix = Matrix2<f64>;
@@ -74,13 +119,7 @@ impl RigidMotion for Pose2 {
     type Matrix = Matrix3<f64>;
     type Jacobian = Matrix2x3<f64>;
 
-    fn identity() -> Self {
-        Isometry2::identity()
-    }
-
-    fn inverse(&self) -> Self {
-        Isometry2::inverse(self)
-    }
+    same_in_both_dimensions!(2, Vector2);
 
     /// Eqs. 156 and 158.
     fn exp(tangent: &Vector3<f64>) -> Self {
@@ -109,29 +148,8 @@ impl RigidMotion for Pose2 {
         Matrix3::new(1.0, 0.0, 0.0, t.y, R[(0, 0)], R[(0, 1)], -t.x, R[(1, 0)], R[(1, 1)])
     }
 
-    fn act(&self, point: &Vector2<f64>) -> Vector2<f64> {
-        self.rotation * point + self.translation.vector
-    }
-
-    fn rotate(&self, direction: &Vector2<f64>) -> Vector2<f64> {
-        self.rotation * direction
-    }
-
     fn point_jacobian(point: &Vector2<f64>) -> Matrix2x3<f64> {
         Matrix2x3::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
-    }
-
-    fn best_rotation(covariance: &Matrix2<f64>) -> Option<Matrix2<f64>> {
-        if !covariance.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
-        let (U, V_transposed) = (svd.u?, svd.v_t?);
-        let mut S = Matrix2::identity();
-        if U.determinant() * V_transposed.determinant() < 0.0 {
-            S[(1, 1)] = -1.0; // singular values come sorted: the last is the smallest
-        }
-        Some(U * S * V_transposed)
     }
 
     fn from_parts(rotation: &Matrix2<f64>, translation: &Vector2<f64>) -> Self {
@@ -142,16 +160,6 @@ impl RigidMotion for Pose2 {
     fn rotation_angle(&self) -> f64 {
         self.rotation.angle().abs()
     }
-
-    fn renormalized(&self) -> Self {
-        let mut pose = *self;
-        pose.rotation.renormalize();
-        pose
-    }
-
-    fn translation_norm(&self) -> f64 {
-        self.translation.vector.norm()
-    }
 }
 
 impl RigidMotion for Pose3 {
@@ -161,13 +169,7 @@ impl RigidMotion for Pose3 {
     type Matrix = Matrix6<f64>;
     type Jacobian = Matrix3x6<f64>;
 
-    fn identity() -> Self {
-        Isometry3::identity()
-    }
-
-    fn inverse(&self) -> Self {
-        Isometry3::inverse(self)
-    }
+    same_in_both_dimensions!(3, Vector3);
 
     /// Eqs. 172 and 174.
     fn exp(tangent: &Vector6<f64>) -> Self {
@@ -208,32 +210,11 @@ impl RigidMotion for Pose3 {
         adjoint
     }
 
-    fn act(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation * point + self.translation.vector
-    }
-
-    fn rotate(&self, direction: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation * direction
-    }
-
     fn point_jacobian(point: &Vector3<f64>) -> Matrix3x6<f64> {
         let mut jacobian = Matrix3x6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-point.cross_matrix());
         jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
         jacobian
-    }
-
-    fn best_rotation(covariance: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-        if !covariance.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
-        let (U, V_transposed) = (svd.u?, svd.v_t?);
-        let mut S = Matrix3::identity();
-        if U.determinant() * V_transposed.determinant() < 0.0 {
-            S[(2, 2)] = -1.0; // singular values come sorted: the last is the smallest
-        }
-        Some(U * S * V_transposed)
     }
 
     fn from_parts(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
@@ -243,16 +224,6 @@ impl RigidMotion for Pose3 {
 
     fn rotation_angle(&self) -> f64 {
         self.rotation.angle()
-    }
-
-    fn renormalized(&self) -> Self {
-        let mut pose = *self;
-        pose.rotation.renormalize();
-        pose
-    }
-
-    fn translation_norm(&self) -> f64 {
-        self.translation.vector.norm()
     }
 }
 

@@ -2,10 +2,17 @@
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
+use super::Pose3;
+
 /// Largest magnitude of an off-diagonal entry of R^T R for which the columns of R count as perpendicular.
 const MAX_OFF_DIAGONAL: f64 = 1e-12;
 /// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
 const MAX_ITERATIONS: usize = 50;
+
+/// The matrix of a pose's rotation, and its translation (m).
+pub(crate) fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
+    (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
+}
 
 /// The rotation nearest to a matrix of positive determinant in the Frobenius norm, U V^T of its singular value
 /// decomposition U S V^T, by the quadratically convergent iteration X <- (X + X^-T) / 2 (Higham, "Computing the polar
@@ -70,6 +77,16 @@ pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f6
 /// The twist of a rotation's swing-twist decomposition: the rotation about `axis` that is nearest to it.
 pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(axis, twist_angle(rotation, axis))
+}
+
+/// Translation (m) that changes the view as much as a rotation by a radian: the typical distance of the surfaces that a camera in a
+/// room sees.
+const METRES_PER_RADIAN: f64 = 2.0;
+
+/// Distance of two poses by its effect on the view (m, two metres per radian).
+pub(crate) fn apart(a: &Pose3, b: &Pose3) -> f64 {
+    let between = a.inverse() * b;
+    between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
 #[cfg(test)]

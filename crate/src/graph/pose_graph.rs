@@ -7,6 +7,7 @@
 
 use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
+use crate::registration::solver::DAMPING_FACTOR;
 
 /// A factor in the plane.
 pub(crate) type PlanarFactor = BetweenFactor<Pose2>;
@@ -41,8 +42,6 @@ const INITIAL_DAMPING: f64 = 1e-6;
 const MIN_DAMPING: f64 = 1e-9;
 /// Upper bound of this share: if even such a step increases the sum, the minimum is reached to within rounding.
 const MAX_DAMPING: f64 = 1e6;
-/// Factor by which the damping grows after a step that increases the sum and is undone.
-const DAMPING_FACTOR: f64 = 10.0;
 
 impl<M: RigidMotion> BetweenFactor<M> {
     const SWITCH_WIDTH: f64 = switch_width(M::Tangent::LEN);

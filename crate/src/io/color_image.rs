@@ -11,7 +11,7 @@
 use jpeg_decoder::{CodingProcess, Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
-use super::depth_png::{FREE_PIXELS, MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE, most_pixels};
+use super::depth_png::{FREE_PIXELS, MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE, broken_png, first_picture, most_pixels};
 use super::netpbm;
 use super::text::{quote, refuse_pointer};
 use crate::camera::ColorImage;
@@ -42,26 +42,16 @@ pub fn read(bytes: &[u8]) -> Result<ColorImage> {
 }
 
 fn read_png(bytes: &[u8]) -> Result<ColorImage> {
-    let broken = |error: png::DecodingError| {
-        let problem = match error {
-            png::DecodingError::IoError(_) => "The PNG is cut off".to_owned(),
-            error => format!("The PNG is broken: {error}"),
-        };
-        Error::whole(problem, "Copy or export it again")
-    };
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     // 8 bits a channel, palettes looked up.
     decoder.set_transformations(Transformations::normalize_to_color8());
-    let header = decoder.read_header_info().map_err(broken)?;
+    let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width as usize, header.height as usize);
     check_size(width, height, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
-    let mut reader = decoder.read_info().map_err(broken)?;
+    let mut reader = decoder.read_info().map_err(broken_png)?;
     check_palette(reader.info())?;
-    let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
-    let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(broken)?;
-    data.truncate(info.buffer_size());
-    let pixels = match info.color_type {
+    let (color_type, data) = first_picture(&mut reader, REMEDY)?;
+    let pixels = match color_type {
         ColorType::Grayscale => data.iter().map(|&grey| [grey; 3]).collect(),
         ColorType::GrayscaleAlpha => data.chunks_exact(2).map(|pixel| [pixel[0]; 3]).collect(),
         ColorType::Rgb | ColorType::Indexed => data.chunks_exact(3).map(color).collect(),

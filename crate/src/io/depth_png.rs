@@ -16,6 +16,7 @@ pub(super) const FREE_PIXELS: u64 = 1 << 23;
 const PIXELS_A_BYTE: u64 = 20;
 /// A byte of deflate can unfold to this many at the most.
 pub(super) const MAX_INFLATION: u64 = 1032;
+/// The first bytes of every PNG.
 pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Reads a depth image, given as the bytes of its file.
@@ -47,16 +48,9 @@ pub fn read(bytes: &[u8]) -> Result<DepthImage> {
 const REMEDY: &str = "Depth images are grey PNG or PGM files of 8 or 16 bits, or PFM files in metres";
 
 fn read_png(bytes: &[u8]) -> Result<DepthImage> {
-    let broken = |error: png::DecodingError| {
-        let problem = match error {
-            png::DecodingError::IoError(_) => "The PNG is cut off".to_owned(),
-            error => format!("The PNG is broken: {error}"),
-        };
-        Error::whole(problem, "Copy or export it again")
-    };
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));
     decoder.ignore_checksums(false);
-    let header = decoder.read_header_info().map_err(broken)?;
+    let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width, header.height);
     let (color, depth) = (header.color_type, header.bit_depth);
     let pixels = check_size(u64::from(width), u64::from(height), most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION))?;
@@ -71,11 +65,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
             return Err(Error::whole("This is a colour image, not depth", REMEDY));
         }
     };
-    let mut reader = decoder.read_info().map_err(broken)?;
-    let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", REMEDY))?;
-    let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(broken)?;
-    data.truncate(info.buffer_size());
+    let (_, data) = first_picture(&mut decoder.read_info().map_err(broken_png)?, REMEDY)?;
 
     let mut values = Vec::with_capacity(pixels);
     match depth {
@@ -102,6 +92,27 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     }
     let bits = if depth == png::BitDepth::Sixteen { 16 } else { 8 };
     image(width as usize, height as usize, values, bits)
+}
+
+/// Colour type and bytes of a PNG's picture, row by row.
+pub(super) fn first_picture<R: std::io::BufRead + std::io::Seek>(
+    reader: &mut png::Reader<R>,
+    remedy: &str,
+) -> Result<(png::ColorType, Vec<u8>)> {
+    let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", remedy))?;
+    let mut data = vec![0; size];
+    let info = reader.next_frame(&mut data).map_err(broken_png)?;
+    data.truncate(info.buffer_size());
+    Ok((info.color_type, data))
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "as map_err gives it")]
+pub(super) fn broken_png(error: png::DecodingError) -> Error {
+    let problem = match error {
+        png::DecodingError::IoError(_) => "The PNG is cut off".to_owned(),
+        error => format!("The PNG is broken: {error}"),
+    };
+    Error::whole(problem, "Copy or export it again")
 }
 
 /// Jef Poskanzer's format: `P5 width height maxval`, a single blank, then the values, two bytes each with the high one

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
-use crate::geometry::rotation::angle_of;
+pub(crate) use crate::geometry::rotation::apart;
 use crate::registration::free_space::{DepthNoise, FreeSpaceTest};
 use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -35,8 +35,6 @@ pub struct Keyframes {
     num_bytes: usize,
 }
 
-/// Translation (m) that changes the view as much as a rotation by a radian.
-const METRES_PER_RADIAN: f64 = 2.0;
 /// Smallest distance between two keyframes (m, two metres per radian).
 const KEYFRAME_SPACING: f64 = 0.3;
 /// Largest distance at which a keyframe shares the view of a camera (m, two metres per radian).
@@ -45,8 +43,8 @@ const MAX_VIEW_DISTANCE: f64 = 4.0;
 const MAX_NEARBY: usize = 6;
 /// Memory above which the keyframes are thinned (bytes), ...
 const MAX_BYTES: usize = 96 << 20;
-/// ... until they take no more than this.
-const TARGET_BYTES: usize = 72 << 20;
+/// ... until they take no more than this: thinning again at each frame would cost too much.
+const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
 /// Factor by which the spacing grows in each round of thinning.
 const SPACING_GROWTH: f64 = 1.25;
 /// Distance along the normal up to which a point lies on a surface, and not in the free space in front of it (m).
@@ -146,12 +144,6 @@ impl Keyframe {
         let tolerance = noise.tolerance(SURFACE_TOLERANCE, point.z);
         matches!(self.view.classify_leniently(&point, tolerance), FreeSpaceTest::InFreeSpace)
     }
-}
-
-/// Distance of two poses by its effect on the view (m, two metres per radian).
-pub fn apart(a: &Pose3, b: &Pose3) -> f64 {
-    let between = a.inverse() * b;
-    between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
 /// [`apart`], if it is less than `limit`. For most poses the translation alone exceeds it.

@@ -28,8 +28,9 @@ const MIN_IN_VIEW: f64 = 0.2;
 const RANGE_TOLERANCE: f64 = 0.1;
 /// ... and by this share of it in addition.
 const RANGE_SHARE: f64 = 0.03;
-/// Another reading has to make this much more agree than the odometry as it is, and this much in all.
+/// Another reading has to make this much more agree than the odometry as it is, ...
 const MIN_GAIN: f64 = 0.2;
+/// ... and this much in all.
 const MIN_AGREEMENT: f64 = 0.5;
 /// Readings whose agreement differs by less are as good.
 const MIN_STEP: f64 = 0.02;
@@ -47,8 +48,9 @@ const POSITION_UNITS: [(f64, &str); 8] = [
     (0.5, "about twice too large"),
     (2.0, "about half of metres"),
 ];
-/// Offsets of the clock that are tried (s), and in which steps: a robot's turn lasts longer than one.
+/// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
+/// ... and the step between two of them: a robot's turn lasts longer.
 const CLOCK_STEP: f64 = 0.25;
 /// Offsets below this (s) are the delay of a message, not another clock.
 const MIN_CLOCK_OFFSET: f64 = 0.5;

@@ -8,6 +8,8 @@ use nalgebra::Vector3;
 
 use crate::search::{KdTree, Neighbor, Neighbourhood};
 
+/// Neighbourhood from which normals of clouds are estimated, whatever their spacing.
+pub(crate) const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 /// Fewest points for a normal.
 const MIN_NEIGHBORS: usize = 5;
 /// Ratio of the second largest to the largest variance below which the neighbours lie on a line and determine no plane.

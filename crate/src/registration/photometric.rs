@@ -13,6 +13,7 @@ use super::sandwich_variance::unit_variance;
 use super::solver::Solver;
 use crate::camera::brightness::{Brightness, NUM_LEVELS, Sample};
 use crate::camera::{Pinhole, SurfelImage};
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{Pose3, RigidMotion};
 
 /// The brightness pyramid of a frame, with the camera of every level.
@@ -84,8 +85,6 @@ const SMALL_STEP: f64 = 3e-4;
 const T_FREEDOM: f64 = 5.0;
 /// Lower bound of the residuals' standard deviation (grey levels).
 const MIN_SIGMA: f64 = 1.0;
-/// Ratio of the standard deviation to the median absolute value, for a normal distribution.
-const MEDIAN_TO_SIGMA: f64 = 1.4826;
 /// Largest ratio of the exposures of two pictures.
 const MAX_GAIN: f64 = 4.0;
 /// Fewest points from which gain and offset of the brightness are estimated.
@@ -265,12 +264,7 @@ fn weighted_residuals(comparisons: &[Comparison]) -> Option<(Vec<f64>, Vec<f64>,
 
 fn sigma(residuals: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = residuals.iter().map(|residual| residual.abs()).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
-        return MIN_SIGMA;
-    }
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    (MEDIAN_TO_SIGMA * *median).max(MIN_SIGMA)
+    quantile(&mut sizes, 0.5).map_or(MIN_SIGMA, |median| (MEDIAN_TO_SIGMA * median).max(MIN_SIGMA))
 }
 
 /// Correlation of the points' brightness with that of the pictures at a pose, -1..=1, and the number of compared points.

@@ -96,7 +96,7 @@ pub struct Solver<M: RigidMotion> {
 /// Most attempts at a damped step; if all fail, these pairs cannot improve the estimate.
 const MAX_TRIES: usize = 10;
 /// Factor by which the damping grows when a step fails, and shrinks when it is accepted.
-const DAMPING_FACTOR: f64 = 10.0;
+pub(crate) const DAMPING_FACTOR: f64 = 10.0;
 
 impl<M: RigidMotion> Default for Solver<M> {
     /// All degrees of freedom, undamped.

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use nalgebra::{SVector, Vector2};
 
 use crate::geometry::Vector;
+use crate::geometry::algebra::single;
 use crate::search::{KdTree, NearestTable, Neighbor};
 
 /// Points (m) with a nearest-neighbour index.
@@ -17,7 +18,7 @@ pub struct PointTarget<const D: usize> {
 impl<const D: usize> PointTarget<D> {
     /// Indexes the points. Non-finite ones are never found.
     pub fn new(points: Vec<SVector<f64, D>>) -> Self {
-        let single: Vec<[f32; D]> = points.iter().map(single_precision).collect();
+        let single: Vec<[f32; D]> = points.iter().map(single).collect();
         Self { tree: KdTree::build(&single), points }
     }
 
@@ -33,8 +34,8 @@ impl<const D: usize> PointTarget<D> {
 
     /// The nearest point within `max_distance` (m); the distance of the point `last`, if smaller, bounds the search.
     fn nearest_up_to(&self, query: &SVector<f64, D>, max_distance: f64, last: u32) -> Option<Neighbor> {
-        let query = single_precision(query);
-        let last = single_precision(&self.points[last as usize]);
+        let query = single(query);
+        let last = single(&self.points[last as usize]);
         let sq_distance = query.iter().zip(last).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b));
         // The limit is squared again: slightly enlarged, so that rounding does not exclude `last` itself.
         let reach = sq_distance.sqrt() * (1.0 + 4.0 * f32::EPSILON) + f32::MIN_POSITIVE;
@@ -99,8 +100,38 @@ pub enum LastSearch<P> {
     NoneWithin(P, f64),
 }
 
-/// Ratio of the search radius to the distance limit. A point without a partner in that radius needs no new search until it has
-/// moved by the difference.
+impl<P: Vector> LastSearch<P> {
+    /// The search of [`Target::nearest_again`]. `nearest` searches within a distance (m), `up_to` no further than the point of
+    /// this index. `clearance`: ratio of the search radius to the distance limit; a point without a partner in that radius needs
+    /// no new search until it has moved by the difference.
+    pub(crate) fn again(
+        &mut self,
+        query: &P,
+        max_distance: f64,
+        clearance: f64,
+        nearest: impl Fn(f64) -> Option<Neighbor>,
+        up_to: impl Fn(u32) -> Option<Neighbor>,
+    ) -> Option<Neighbor> {
+        let found = match *self {
+            Self::Nearest(index) => up_to(index),
+            Self::NoneWithin(place, clear) if (*query - place).norm() + max_distance < clear => return None,
+            Self::None | Self::NoneWithin(..) => {
+                let reach = clearance * max_distance;
+                let nearest = nearest(reach);
+                let distance = nearest.map_or(reach, |nearest| f64::from(nearest.sq_distance).sqrt());
+                *self = Self::NoneWithin(*query, distance * (1.0 - ROUNDING_SHARE));
+                let limit = max_distance as f32;
+                nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
+            }
+        };
+        if let Some(found) = found {
+            *self = Self::Nearest(found.index);
+        }
+        found
+    }
+}
+
+/// [`LastSearch::again`]'s `clearance` for a tree.
 const CLEARANCE_FACTOR: f64 = 2.0;
 /// Relative error of distances in single precision.
 const ROUNDING_SHARE: f64 = 1e-4;
@@ -142,7 +173,7 @@ impl<const D: usize> Target for PointTarget<D> {
     type Point = SVector<f64, D>;
 
     fn nearest(&self, query: &SVector<f64, D>, max_distance: f64) -> Option<Neighbor> {
-        self.tree.nearest(&single_precision(query), max_distance as f32)
+        self.tree.nearest(&single(query), max_distance as f32)
     }
 
     fn nearest_again(
@@ -151,24 +182,10 @@ impl<const D: usize> Target for PointTarget<D> {
         max_distance: f64,
         last: &mut LastSearch<Self::Point>,
     ) -> Option<Neighbor> {
-        let found = match *last {
-            LastSearch::Nearest(index) => self.nearest_up_to(query, max_distance, index),
-            LastSearch::NoneWithin(place, clearance) if (query - place).norm() + max_distance < clearance => {
-                return None;
-            }
-            LastSearch::None | LastSearch::NoneWithin(..) => {
-                let nearest = self.nearest(query, CLEARANCE_FACTOR * max_distance);
-                let distance =
-                    nearest.map_or(CLEARANCE_FACTOR * max_distance, |nearest| f64::from(nearest.sq_distance).sqrt());
-                *last = LastSearch::NoneWithin(*query, distance * (1.0 - ROUNDING_SHARE));
-                let limit = max_distance as f32;
-                nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
-            }
-        };
-        if let Some(found) = found {
-            *last = LastSearch::Nearest(found.index);
-        }
-        found
+        let nearest = |reach| self.nearest(query, reach);
+        last.again(query, max_distance, CLEARANCE_FACTOR, nearest, |index| {
+            self.nearest_up_to(query, max_distance, index)
+        })
     }
 
     fn point(&self, index: u32) -> SVector<f64, D> {
@@ -242,7 +259,3 @@ impl<T: Target<Point = Vector2<f64>>> Target for TabledTarget<T> {
 }
 
 impl<T: SurfaceTarget<Point = Vector2<f64>>> SurfaceTarget for TabledTarget<T> {}
-
-fn single_precision<const D: usize>(point: &SVector<f64, D>) -> [f32; D] {
-    std::array::from_fn(|axis| point[axis] as f32)
-}

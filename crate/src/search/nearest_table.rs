@@ -5,6 +5,7 @@
 use nalgebra::Vector2;
 
 use super::Neighbor;
+use crate::geometry::algebra::single;
 
 /// Cells along the largest distance. Smaller cells hold as many candidates for queries that are far from all points.
 const CELLS_PER_DISTANCE: f64 = 16.0;
@@ -240,10 +241,6 @@ fn rounding(distance: f64, far: f64) -> f64 {
 fn corners(center: &Vector2<f64>, side: f64) -> [Vector2<f64>; 4] {
     let half = side / 2.0;
     [(-half, -half), (half, -half), (-half, half), (half, half)].map(|(x, y)| center + Vector2::new(x, y))
-}
-
-fn single(point: &Vector2<f64>) -> [f32; 2] {
-    [point.x as f32, point.y as f32]
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@ use js_sys::JSON;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain, thrown};
+use super::{from_object, plain};
 use crate::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMNS, points_csv, read_pixels};
 use crate::camera::bev::refine::refine;
 use crate::camera::bev::warp::warp_rows;
 use crate::camera::bev::{
-    BevAxes, BevCamera, BevLayout, BevPair, BevPoint, BevPolygon, BevPoseKind, BevPreset, BevRefinement,
-    BevRefinementOptions, BevRole, BevScene, BevSegment, EulerOrder, PlaneTransfer, WholePixels, presets,
+    BevAxes, BevLayout, BevPair, BevPoint, BevPolygon, BevPoseKind, BevPreset, BevRefinement, BevRefinementOptions,
+    BevRole, BevScene, BevSegment, EulerOrder, PlaneTransfer, WholePixels, presets,
 };
 use crate::error::Error;
 
@@ -58,8 +58,7 @@ impl BirdsEyeView {
     #[wasm_bindgen(constructor)]
     pub fn new(scene: &BevSceneObject) -> Result<BirdsEyeView, JsValue> {
         let scene = scene_of(scene)?;
-        let ready = || Ok(Self { front_from_top: scene.front_from_top()?, top_from_front: scene.top_from_front()? });
-        ready().map_err(|error: Error| thrown(&error))
+        Ok(Self { front_from_top: scene.front_from_top()?, top_from_front: scene.top_from_front()? })
     }
 
     /// Maps pixels, u v u v ..., of the camera `from` to the other one.
@@ -72,7 +71,7 @@ impl BirdsEyeView {
         from: &BevRoleName,
         whole: Option<WholePixelsName>,
     ) -> Result<Vec<Ts<BevPoint>>, JsValue> {
-        self.followed(marked, from, whole)?.iter().map(plain).collect()
+        Ok(self.followed(marked, from, whole)?.iter().map(plain).collect())
     }
 
     /// The same as a table: `number,top_u,top_v,x,y,z,front_u,front_v,status`.
@@ -97,7 +96,7 @@ impl BirdsEyeView {
     /// # Errors
     /// As `points`.
     pub fn polygon(&self, corners: &[f64], from: &BevRoleName) -> Result<Ts<BevPolygon>, JsValue> {
-        plain(&self.transfer(from)?.polygon(&pixels(corners)?))
+        Ok(plain(&self.transfer(from)?.polygon(&pixels(corners)?)))
     }
 
     /// The parts of lines, u v u v for each, that the other camera sees; invisible lines are left out.
@@ -107,11 +106,8 @@ impl BirdsEyeView {
     pub fn segments(&self, ends: &[f64], from: &BevRoleName) -> Result<Vec<Ts<BevSegment>>, JsValue> {
         let transfer = self.transfer(from)?;
         let lines = pixels(ends)?;
-        lines
-            .chunks_exact(2)
-            .filter_map(|line| transfer.segment([line[0], line[1]]))
-            .map(|found| plain(&found))
-            .collect()
+        let seen = lines.chunks_exact(2).filter_map(|line| transfer.segment([line[0], line[1]]));
+        Ok(seen.map(|found| plain(&found)).collect())
     }
 
     /// The plane's homography, row by row: maps (u, v, 1) of the camera `from` to the other one's pixel up to scale.
@@ -127,7 +123,7 @@ impl BirdsEyeView {
     /// # Errors
     /// No input causes an error.
     pub fn layout(&self, max_depth: f64) -> Result<Ts<BevLayout>, JsValue> {
-        plain(&BevLayout::new(&self.front_from_top, max_depth))
+        Ok(plain(&BevLayout::new(&self.front_from_top, max_depth)))
     }
 
     fn transfer(&self, from: &BevRoleName) -> Result<&PlaneTransfer, JsValue> {
@@ -169,7 +165,7 @@ impl BevImage {
     /// # Errors
     /// When the size of the picture is not that of the top camera's image.
     pub fn warp_rows(&self, view: &BirdsEyeView, first_row: usize, num_rows: usize) -> Result<Vec<u8>, JsValue> {
-        warp_rows(&view.top_from_front, &self.rgba, first_row, num_rows).map_err(|error| thrown(&error))
+        Ok(warp_rows(&view.top_from_front, &self.rgba, first_row, num_rows)?)
     }
 }
 
@@ -179,7 +175,7 @@ impl BevImage {
 /// No input causes an error.
 #[wasm_bindgen]
 pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
-    presets().iter().map(plain).collect()
+    Ok(presets().iter().map(plain).collect())
 }
 
 /// Reads `scene.json`.
@@ -188,7 +184,7 @@ pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
 /// When the file is not a scene.
 #[wasm_bindgen]
 pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue> {
-    plain(&BevScene::read(bytes).map_err(|error| thrown(&error.in_file(name)))?)
+    Ok(plain(&BevScene::read(bytes).map_err(|error| error.in_file(name))?))
 }
 
 /// Reads a table of pixels of the camera `from`: u v u v ...
@@ -201,7 +197,7 @@ pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<V
         BevRole::Top => POINT_COLUMNS,
         BevRole::Front => FRONT_POINT_COLUMNS,
     };
-    let rows = read_pixels(bytes, columns).map_err(|error| thrown(&error.in_file(name)))?;
+    let rows = read_pixels(bytes, columns).map_err(|error| error.in_file(name))?;
     Ok(rows.into_iter().flatten().collect())
 }
 
@@ -211,8 +207,8 @@ pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<V
 /// When a line does not consist of four numbers.
 #[wasm_bindgen]
 pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsValue> {
-    let rows = read_pixels(bytes, PAIR_COLUMNS).map_err(|error| thrown(&error.in_file(name)))?;
-    rows.iter().map(|&[tu, tv, fu, fv]| plain(&BevPair { top: [tu, tv], front: [fu, fv] })).collect()
+    let rows = read_pixels(bytes, PAIR_COLUMNS).map_err(|error| error.in_file(name))?;
+    Ok(rows.iter().map(|&[tu, tv, fu, fv]| plain(&BevPair { top: [tu, tv], front: [fu, fv] })).collect())
 }
 
 /// The same scene in other axes.
@@ -222,7 +218,7 @@ pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsVa
 #[wasm_bindgen]
 pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, JsValue> {
     let axes: BevAxes = from_object(Some(axes.into()))?;
-    plain(&scene_of(scene)?.in_axes(axes).map_err(|error| thrown(&error))?)
+    Ok(plain(&scene_of(scene)?.in_axes(axes)?))
 }
 
 /// The same scene with its two poses in another representation.
@@ -237,7 +233,7 @@ pub fn bev_with_poses(
 ) -> Result<Ts<BevScene>, JsValue> {
     let kind: BevPoseKind = from_object(Some(kind.into()))?;
     let order: EulerOrder = from_object(Some(order.into()))?;
-    plain(&scene_of(scene)?.with_poses(kind, order).map_err(|error| thrown(&error))?)
+    Ok(plain(&scene_of(scene)?.with_poses(kind, order)?))
 }
 
 /// Adjusts pitch, height and offset of a camera by least squares, such that the projections of pairs fall on their marks.
@@ -252,7 +248,7 @@ pub fn bev_refine(
 ) -> Result<Ts<BevRefinement>, JsValue> {
     let pairs: Vec<BevPair> = from_object(Some(pairs.into()))?;
     let options: BevRefinementOptions = from_object(options.map(JsValue::from))?;
-    plain(&refine(&scene_of(scene)?, &pairs, &options).map_err(|error| thrown(&error))?)
+    Ok(plain(&refine(&scene_of(scene)?, &pairs, &options)?))
 }
 
 /// Checks that a picture has the size of its camera's image.
@@ -262,19 +258,18 @@ pub fn bev_refine(
 #[wasm_bindgen]
 pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize, height: usize) -> Result<(), JsValue> {
     let scene = scene_of(scene)?;
-    let check = |camera: &BevCamera, name| camera.check_image(name, width, height);
-    match role_of(role)? {
-        BevRole::Top => check(&scene.top, "top"),
-        BevRole::Front => check(&scene.front, "front"),
-    }
-    .map_err(|error| thrown(&error))
+    let (camera, name) = match role_of(role)? {
+        BevRole::Top => (&scene.top, "top"),
+        BevRole::Front => (&scene.front, "front"),
+    };
+    Ok(camera.check_image(name, width, height)?)
 }
 
 fn scene_of(scene: &BevSceneObject) -> Result<BevScene, JsValue> {
     let json = JSON::stringify(scene).map(String::from)?;
     BevScene::read(json.as_bytes()).map_err(|error| {
         // Nobody has seen the lines of this text.
-        thrown(&Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))
+        JsValue::from(Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))
     })
 }
 
@@ -284,7 +279,7 @@ fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
         Some("front") => Ok(BevRole::Front),
         other => {
             let problem = format!("{} is not a camera of the scene", other.unwrap_or("This"));
-            Err(thrown(&Error::whole(problem, "Use \"top\" or \"front\"")))
+            Err(Error::whole(problem, "Use \"top\" or \"front\"").into())
         }
     }
 }
@@ -292,7 +287,7 @@ fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
 fn pixels(flat: &[f64]) -> Result<Vec<[f64; 2]>, JsValue> {
     if !flat.len().is_multiple_of(2) {
         let problem = format!("{} numbers are not pairs of u and v", flat.len());
-        return Err(thrown(&Error::whole(problem, "Give u and v of every pixel")));
+        return Err(Error::whole(problem, "Give u and v of every pixel").into());
     }
     Ok(flat.chunks_exact(2).map(|pixel| [pixel[0], pixel[1]]).collect())
 }

@@ -7,7 +7,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::spatial::PartialSpatialSettings;
-use super::{PointCloud, from_object, plain, thrown};
+use super::{PointCloud, from_object, plain};
 use crate::error::Error;
 use crate::evaluation::depth_consistency::ConsistencyReport;
 use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
@@ -60,7 +60,7 @@ impl Trajectory {
     pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, JsValue> {
         let format = format.map(JsValue::from).filter(|format| !format.is_undefined() && !format.is_null());
         let format = format.map(|format| format_named(&format)).transpose()?;
-        let contents = trajectory::read_lenient(bytes, format).map_err(|error| thrown(&error.in_file(name)))?;
+        let contents = trajectory::read_lenient(bytes, format).map_err(|error| error.in_file(name))?;
         Ok(Self { contents })
     }
 
@@ -70,7 +70,7 @@ impl Trajectory {
     /// When a file is not a pose; the error names it.
     pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
         if !Array::is_array(names) || !Array::is_array(files) {
-            return Err(thrown(&Error::whole("The names or the files are not an array", "Give an array of each")));
+            return Err(Error::whole("The names or the files are not an array", "Give an array of each").into());
         }
         let texts: Vec<(String, Vec<u8>)> = Array::from(names)
             .iter()
@@ -79,7 +79,7 @@ impl Trajectory {
             .collect();
         let borrowed: Vec<(&str, &[u8])> =
             texts.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect();
-        Ok(Self { contents: trajectory::read_frames(&borrowed).map_err(|error| thrown(&error))? })
+        Ok(Self { contents: trajectory::read_frames(&borrowed)? })
     }
 
     /// Sets the times (s) from a file of one number per line, as in KITTI.
@@ -87,9 +87,9 @@ impl Trajectory {
     /// # Errors
     /// When the file has another format or another number of times than there are poses.
     pub fn set_stamps(&mut self, bytes: &[u8], name: &str) -> Result<(), JsValue> {
-        let stamps = trajectory::read_times(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+        let stamps = trajectory::read_times(bytes).map_err(|error| error.in_file(name))?;
         let timed = self.contents.trajectory.clone().with_stamps(stamps);
-        self.contents.trajectory = timed.map_err(|error| thrown(&error.in_file(name)))?;
+        self.contents.trajectory = timed.map_err(|error| error.in_file(name))?;
         Ok(())
     }
 
@@ -105,7 +105,7 @@ impl Trajectory {
     /// No input causes an error.
     #[wasm_bindgen(getter)]
     pub fn format(&self) -> Result<Ts<TrajectoryFormat>, JsValue> {
-        plain(&self.contents.format)
+        Ok(plain(&self.contents.format))
     }
 
     /// Corrections made while reading, in whole sentences.
@@ -136,7 +136,7 @@ impl Trajectory {
     /// When the format is unknown, or needs orientations and there are none.
     pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, JsValue> {
         let format = format_named(&JsValue::from(format))?;
-        trajectory::write(&self.contents.trajectory, format).map_err(|error| thrown(&error))
+        Ok(trajectory::write(&self.contents.trajectory, format)?)
     }
 }
 
@@ -153,7 +153,7 @@ impl Evaluation {
     /// # Errors
     /// No input causes an error.
     pub fn summary(&self) -> Result<Ts<EvaluationSummary>, JsValue> {
-        plain(&self.evaluation.summary)
+        Ok(plain(&self.evaluation.summary))
     }
 
     /// The errors, in `summary().unit`.
@@ -221,7 +221,7 @@ pub fn evaluate(
 ) -> Result<Evaluation, JsValue> {
     let options: EvaluationOptions = from_object(options.map(JsValue::from))?;
     let evaluation = engine::evaluate(&reference.contents.trajectory, &estimate.contents.trajectory, &options);
-    Ok(Evaluation { evaluation: evaluation.map_err(|error| thrown(&error))? })
+    Ok(Evaluation { evaluation: evaluation? })
 }
 
 /// The options' defaults, which are those of evo's `evo_ape`.
@@ -230,7 +230,7 @@ pub fn evaluate(
 /// No input causes an error.
 #[wasm_bindgen]
 pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, JsValue> {
-    plain(&EvaluationOptions::default())
+    Ok(plain(&EvaluationOptions::default()))
 }
 
 /// Errors of an estimate against given relations, a file of `EDGE2`, `EDGE_SE3:QUAT` or `time_i time_j dx dy dz roll pitch yaw`
@@ -249,7 +249,7 @@ pub fn relation_errors(
     loops_only: bool,
     offset: Option<f64>,
 ) -> Result<Ts<RelationErrors>, JsValue> {
-    let mut relations = read_relations(relations).map_err(|error| thrown(&error.in_file(name)))?;
+    let mut relations = read_relations(relations).map_err(|error| error.in_file(name))?;
     relations.retain(|relation| !(loops_only && relation.is_step()));
     let trajectory = &estimate.contents.trajectory;
     let mut path = Path::of(trajectory, 0..trajectory.len());
@@ -257,7 +257,7 @@ pub fn relation_errors(
         *stamp += offset.unwrap_or(0.0);
     }
     let max_diff = max_diff.unwrap_or_else(|| time_tolerance(path.stamps.as_deref().unwrap_or_default()));
-    plain(&known::relation_errors(&relations, &path, max_diff).map_err(|error| thrown(&error.in_file(name)))?)
+    Ok(plain(&known::relation_errors(&relations, &path, max_diff).map_err(|error| error.in_file(name))?))
 }
 
 /// Sharpness of a map without a reference: mean map entropy and mean plane variance.
@@ -268,7 +268,7 @@ pub fn relation_errors(
 pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, JsValue> {
     let options: MapQualityOptions = from_object(options.map(JsValue::from))?;
     let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(glam::Vec3::to_array).collect();
-    plain(&quality_of(&points, map.cloud.is_planar(), &options)?)
+    Ok(plain(&quality_of(&points, map.cloud.is_planar(), &options)?))
 }
 
 fn quality_of(points: &[[f32; 3]], is_planar: bool, options: &MapQualityOptions) -> Result<MapQuality, JsValue> {
@@ -278,7 +278,7 @@ fn quality_of(points: &[[f32; 3]], is_planar: bool, options: &MapQualityOptions)
     } else {
         quality::map_quality(points, options)
     };
-    found.map_err(|error| thrown(&error))
+    Ok(found?)
 }
 
 #[wasm_bindgen]
@@ -288,7 +288,7 @@ impl PointCloud {
     /// # Errors
     /// When the file has neither format, or is damaged.
     pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
-        Ok(Self { cloud: crate::io::point_cloud::read(bytes).map_err(|error| thrown(&error.in_file(name)))? })
+        Ok(Self { cloud: crate::io::point_cloud::read(bytes).map_err(|error| error.in_file(name))? })
     }
 }
 
@@ -323,7 +323,7 @@ impl FrameClouds {
     /// # Errors
     /// When the cloud has no finite point.
     pub fn add(&mut self, cloud: &PointCloud, name: &str) -> Result<(), JsValue> {
-        self.clouds.push(&cloud.cloud).map_err(|error| thrown(&error.in_file(name)))?;
+        self.clouds.push(&cloud.cloud).map_err(|error| error.in_file(name))?;
         self.is_planar &= cloud.cloud.is_planar();
         Ok(())
     }
@@ -348,11 +348,11 @@ impl FrameClouds {
         let map_options: MapQualityOptions = from_object(map_options.map(JsValue::from))?;
         let poses = trajectory.contents.trajectory.poses().ok_or_else(|| {
             let problem = "The trajectory has positions alone, and frames cannot be placed by them";
-            thrown(&Error::whole(problem, "Give a trajectory with orientations"))
+            JsValue::from(Error::whole(problem, "Give a trajectory with orientations"))
         })?;
-        let residual = self.clouds.residual(&poses, &residual_options).map_err(|error| thrown(&error))?;
-        let points = self.clouds.map(&poses).map_err(|error| thrown(&error))?;
-        plain(&FrameQuality { residual, map: quality_of(&points, self.is_planar, &map_options)? })
+        let residual = self.clouds.residual(&poses, &residual_options)?;
+        let points = self.clouds.map(&poses)?;
+        Ok(plain(&FrameQuality { residual, map: quality_of(&points, self.is_planar, &map_options)? }))
     }
 }
 
@@ -382,7 +382,7 @@ impl DepthConsistency {
         let settings = from_object(settings.map(JsValue::from))?;
         let comparison =
             consistency::DepthConsistency::new(settings, &trajectory.contents, num_frames, times.as_deref());
-        Ok(Self { comparison: comparison.map_err(|error| thrown(&error))? })
+        Ok(Self { comparison: comparison? })
     }
 
     /// Reads the camera from a file beside the images, unless the settings have one. To be called before the first frame.
@@ -390,8 +390,8 @@ impl DepthConsistency {
     /// # Errors
     /// When the file has no camera, or after the first frame.
     pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
-        self.comparison.set_intrinsics(camera).map_err(|error| thrown(&error))
+        let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
+        Ok(self.comparison.set_intrinsics(camera)?)
     }
 
     /// Adds the next depth image, PNG or PGM. A refused image counts as a skipped frame.
@@ -399,7 +399,7 @@ impl DepthConsistency {
     /// # Errors
     /// When it is damaged, has no depth, or differs from the first one in size.
     pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        self.comparison.add(name, bytes).map_err(|error| thrown(&error))
+        Ok(self.comparison.add(name, bytes)?)
     }
 
     /// Skips the next frame, for example because its file cannot be read.
@@ -418,7 +418,7 @@ impl DepthConsistency {
     /// # Errors
     /// No input causes an error.
     pub fn report(&self) -> Result<Ts<ConsistencyReport>, JsValue> {
-        plain(&self.comparison.report())
+        Ok(plain(&self.comparison.report()))
     }
 }
 
@@ -434,6 +434,6 @@ fn format_named(format: &JsValue) -> Result<TrajectoryFormat, JsValue> {
     let name = format.as_string().unwrap_or_default();
     serde_json::from_value(name.clone().into()).map_err(|_| {
         let remedy = "Use tum, kitti, euroc, pose_table, matrices, npy, positions or planar";
-        thrown(&Error::whole(format!("\"{name}\" is not a trajectory format"), remedy))
+        JsValue::from(Error::whole(format!("\"{name}\" is not a trajectory format"), remedy))
     })
 }

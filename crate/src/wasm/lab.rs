@@ -5,8 +5,9 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
+use super::objects::set;
 use super::point_cloud::PartialRegistrationOptions;
-use super::{PointCloud, from_object, plain, thrown};
+use super::{PointCloud, from_object, plain};
 use crate::error::Error;
 use crate::registration::correlative::{SearchWindow, SearchedBlock};
 use crate::registration::icp::EndReason;
@@ -96,7 +97,7 @@ impl IcpLab {
         options: Option<PartialRegistrationOptions>,
     ) -> Result<IcpLab, JsValue> {
         let options = from_object(options.map(JsValue::from))?;
-        let engine = Engine::new(&source.cloud, &target.cloud, &options).map_err(|error| thrown(&error))?;
+        let engine = Engine::new(&source.cloud, &target.cloud, &options)?;
         Ok(Self { engine })
     }
 
@@ -116,7 +117,7 @@ impl IcpLab {
     /// # Errors
     /// When it is not finite.
     pub fn initial(&self) -> Result<Vec<f64>, JsValue> {
-        Ok(self.engine.initial().map_err(|error| thrown(&error))?.to_vec())
+        Ok(self.engine.initial()?.to_vec())
     }
 
     /// The source's points as the loop uses them, x y z x y z ... (m), in its own frame.
@@ -140,7 +141,7 @@ impl IcpLab {
     /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<Vec<f64>>) -> Result<Ts<IcpTrace>, JsValue> {
         let init = init_T_target_source.map(|rows| pose(&rows)).transpose()?;
-        plain(&self.engine.trace(init.as_ref()).map_err(|error| thrown(&error))?)
+        Ok(plain(&self.engine.trace(init.as_ref())?))
     }
 
     /// The iteration that the loop would do at a pose (16 numbers); with a `stride`, from every `stride`-th source point only, for
@@ -150,7 +151,7 @@ impl IcpLab {
     /// When the pose is not a rigid motion, or the stride is 0.
     pub fn iteration(&self, T_target_source: &[f64], stride: Option<usize>) -> Result<IcpIteration, JsValue> {
         let of = self.engine.sampled_iteration(&pose(T_target_source)?, stride.unwrap_or(1));
-        iteration(&of.map_err(|error| thrown(&error))?)
+        Ok(iteration(&of?))
     }
 
     /// Iteration `index` of the last `trace()`, from the unrounded pose of the loop; one past the last is the iteration that would
@@ -159,7 +160,7 @@ impl IcpLab {
     /// # Errors
     /// When there is no such iteration.
     pub fn traced_iteration(&self, index: usize) -> Result<IcpIteration, JsValue> {
-        iteration(&self.engine.traced_iteration(index).map_err(|error| thrown(&error))?)
+        Ok(iteration(&self.engine.traced_iteration(index)?))
     }
 
     /// The pose at offsets from a centre, one per unknown: the source is rotated about its own origin around the target's axes, and
@@ -168,7 +169,7 @@ impl IcpLab {
     /// # Errors
     /// When the centre is not a rigid motion, or there are not as many offsets as unknowns.
     pub fn pose_at(&self, T_center: &[f64], offsets: &[f64]) -> Result<Vec<f64>, JsValue> {
-        Ok(self.engine.pose_at(&pose(T_center)?, offsets).map_err(|error| thrown(&error))?.to_vec())
+        Ok(self.engine.pose_at(&pose(T_center)?, offsets)?.to_vec())
     }
 
     /// The offsets of a pose from a centre.
@@ -176,7 +177,7 @@ impl IcpLab {
     /// # Errors
     /// When one of them is not a rigid motion.
     pub fn offsets(&self, T_center: &[f64], T_target_source: &[f64]) -> Result<Vec<f64>, JsValue> {
-        self.engine.offsets(&pose(T_center)?, &pose(T_target_source)?).map_err(|error| thrown(&error))
+        Ok(self.engine.offsets(&pose(T_center)?, &pose(T_target_source)?)?)
     }
 
     /// The cost (m^2) at every node of a grid over two unknowns, row by row, with the pairs searched at each: the mean robust loss
@@ -186,7 +187,7 @@ impl IcpLab {
     /// # Errors
     /// When the grid does not fit.
     pub fn cost_landscape(&self, grid: GridObject) -> Result<Vec<f64>, JsValue> {
-        self.engine.cost_landscape(&grid_options(grid)?).map_err(|error| thrown(&error))
+        Ok(self.engine.cost_landscape(&grid_options(grid)?)?)
     }
 
     /// The results of registrations that start at every node of a grid over one to three unknowns.
@@ -195,7 +196,7 @@ impl IcpLab {
     /// When the grid does not fit.
     pub fn basin_of_attraction(&self, grid: GridObject) -> Result<BasinEnds, JsValue> {
         grow_ahead();
-        let ends = self.engine.basin_of_attraction(&grid_options(grid)?).map_err(|error| thrown(&error))?;
+        let ends = self.engine.basin_of_attraction(&grid_options(grid)?)?;
         let object = Object::new();
         let reasons: Vec<u8> = ends.end_reason.iter().map(|reason| *reason as u8).collect();
         set(&object, "T_target_source", &Float64Array::from(ends.T_target_source.as_flattened()));
@@ -217,8 +218,8 @@ impl IcpLab {
         rotation: f64,
     ) -> Result<Vec<Ts<SearchedBlock>>, JsValue> {
         let window = SearchWindow { translation, rotation };
-        let path = self.engine.search_path(&pose(T_center)?, window).map_err(|error| thrown(&error))?;
-        path.iter().map(plain).collect()
+        let path = self.engine.search_path(&pose(T_center)?, window)?;
+        Ok(path.iter().map(plain).collect())
     }
 
     /// Groups results of registrations by minimum; `reference` (16 numbers) is a pose in the basin of the minimum that is taken as
@@ -228,9 +229,9 @@ impl IcpLab {
     /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &BasinEnds, reference: &[f64]) -> Result<BasinLabels, JsValue> {
         let ends = ends_from(ends)?;
-        let basin = self.engine.label_ends(&ends, &pose(reference)?).map_err(|error| thrown(&error))?;
+        let basin = self.engine.label_ends(&ends, &pose(reference)?)?;
         let object = Object::new();
-        let minima: Vec<Ts<Minimum>> = basin.minima.iter().map(plain).collect::<Result<_, _>>()?;
+        let minima: Vec<Ts<Minimum>> = basin.minima.iter().map(plain).collect();
         set(&object, "labels", &Int16Array::from(basin.labels.as_slice()));
         set(&object, "minima", &minima.into_iter().map(JsValue::from).collect::<js_sys::Array>());
         set(&object, "share_home", &basin.share_home.into());
@@ -246,26 +247,25 @@ impl IcpLab {
 pub fn local_minima(costs: &[f64], width: usize) -> Result<Vec<Ts<LocalMinimum>>, JsValue> {
     if width == 0 || !costs.len().is_multiple_of(width) {
         let problem = format!("{} costs are not rows of {width} nodes", costs.len());
-        return Err(thrown(&Error::whole(problem, "Give the number of nodes in a row of the landscape")));
+        return Err(Error::whole(problem, "Give the number of nodes in a row of the landscape").into());
     }
-    landscape::local_minima(costs, width).iter().map(plain).collect()
+    Ok(landscape::local_minima(costs, width).iter().map(plain).collect())
 }
 
 fn grid_options(grid: GridObject) -> Result<GridOptions, JsValue> {
     let grid: Option<GridOptions> = from_object(Some(grid.into()))?;
-    let missing = || thrown(&Error::whole("No grid was given", "Give T_center, axes, half_widths and size"));
-    grid.ok_or_else(missing)
+    Ok(grid.ok_or_else(|| Error::whole("No grid was given", "Give T_center, axes, half_widths and size"))?)
 }
 
 fn pose(rows: &[f64]) -> Result<[f64; 16], JsValue> {
     rows.try_into().map_err(|_| {
         let problem = format!("A pose of {} numbers", rows.len());
-        thrown(&Error::whole(problem, "Give 16 numbers, row by row"))
+        JsValue::from(Error::whole(problem, "Give 16 numbers, row by row"))
     })
 }
 
-fn iteration(traced: &TracedIteration) -> Result<IcpIteration, JsValue> {
-    let object: Object = JsValue::from(plain(&traced.summary)?).unchecked_into();
+fn iteration(traced: &TracedIteration) -> IcpIteration {
+    let object: Object = JsValue::from(plain(&traced.summary)).unchecked_into();
     set(&object, "source", &Uint32Array::from(traced.source.as_slice()));
     set(&object, "target", &Uint32Array::from(traced.target.as_slice()));
     set(&object, "residual", &Float64Array::from(traced.residual.as_slice()));
@@ -274,7 +274,7 @@ fn iteration(traced: &TracedIteration) -> Result<IcpIteration, JsValue> {
     set(&object, "rejected_source", &Uint32Array::from(traced.rejected_source.as_slice()));
     set(&object, "rejected_target", &Uint32Array::from(traced.rejected_target.as_slice()));
     set(&object, "rejected_reason", &Uint8Array::from(traced.rejected_reason.as_slice()));
-    Ok(object.unchecked_into())
+    object.unchecked_into()
 }
 
 fn ends_from(object: &BasinEnds) -> Result<Ends, JsValue> {
@@ -284,7 +284,7 @@ fn ends_from(object: &BasinEnds) -> Result<Ends, JsValue> {
     let (iterations, cost) = (Uint16Array::new(&field("iterations")?), Float64Array::new(&field("cost")?));
     let count = reasons.len();
     if poses.len() != 16 * count || iterations.length() as usize != count || cost.length() as usize != count {
-        return Err(thrown(&Error::whole("The ends' arrays do not fit together", "Give 16 numbers a pose")));
+        return Err(Error::whole("The ends' arrays do not fit together", "Give 16 numbers a pose").into());
     }
     Ok(Ends {
         T_target_source: poses.as_chunks::<16>().0.to_vec(),
@@ -301,9 +301,4 @@ fn end_reason(number: u8) -> EndReason {
         2 => EndReason::MaxIterations,
         _ => EndReason::NoStep,
     }
-}
-
-/// Setting a field of a fresh object cannot fail.
-fn set(object: &Object, name: &str, value: &JsValue) {
-    let _ = Reflect::set(object, &JsValue::from_str(name), value);
 }

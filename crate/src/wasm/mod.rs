@@ -10,7 +10,7 @@ use wasm_bindgen::prelude::*;
 
 #[cfg(feature = "full")]
 pub use self::lab::{IcpLab, local_minima};
-use self::objects::{from_object, plain, read_ply, thrown};
+use self::objects::{from_object, plain, read_ply};
 pub use self::planar::{Reconstruction, describe_settings, presets};
 #[cfg(feature = "full")]
 pub use self::point_cloud::PointCloud;

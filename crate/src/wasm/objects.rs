@@ -23,7 +23,7 @@ export interface ScanstitchError extends Error {
 ";
 
 pub(super) fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, JsValue> {
-    ply::read(bytes).map_err(|error| thrown(&error.in_file(name)))
+    Ok(ply::read(bytes).map_err(|error| error.in_file(name))?)
 }
 
 /// Options from a plain object, by way of its JSON: serde then names unknown fields and wrong types.
@@ -33,7 +33,7 @@ pub(super) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>
     };
     let refused = |reason: String| {
         let problem = format!("The options are not valid: {reason}");
-        thrown(&Error::whole(problem, "Give only the options that the documentation names"))
+        JsValue::from(Error::whole(problem, "Give only the options that the documentation names"))
     };
     // Functions and symbols have no JSON.
     let json = JsValue::from(JSON::stringify(&object)?).as_string();
@@ -41,31 +41,37 @@ pub(super) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>
     serde_json::from_str(&json).map_err(|error| refused(error.to_string()))
 }
 
-/// Plain data as a plain object.
-pub(super) fn plain<T: Tsify + Serialize>(data: &T) -> Result<Ts<T>, JsValue> {
-    data.into_ts().map_err(|error| JsValue::from(js_sys::Error::new(&error.to_string())))
+/// Plain data as a plain object. Only maps whose keys are no text have none, and no result holds such a map.
+///
+/// Functions that return it are declared to return a `Result`, whether or not an input can cause an error: Node 20 aborts
+/// ("unreachable code", in V8's deoptimizer) when code that it has compiled calls a function that returns an object alone and takes
+/// long. Seen with `step` on a log of 1,464 scans.
+pub(super) fn plain<T: Tsify + Serialize>(data: &T) -> Ts<T> {
+    data.into_ts().expect_throw("plain data")
 }
 
 /// The JavaScript exception of an error.
-pub(super) fn thrown(error: &Error) -> JsValue {
-    let place = match error.place {
-        Place::Whole => JsValue::NULL,
-        Place::Line(line) => number_field("line", line),
-        Place::Byte(offset) => number_field("byte", offset),
-    };
-    let thrown = js_sys::Error::new(&error.to_string());
-    thrown.set_name("ScanstitchError");
-    let file = error.file.as_deref().map_or(JsValue::NULL, JsValue::from_str);
-    let fields = [
-        ("file", file),
-        ("place", place),
-        ("problem", error.problem.as_str().into()),
-        ("remedy", error.remedy.as_str().into()),
-    ];
-    for (name, value) in fields {
-        set(&thrown, name, &value);
+impl From<Error> for JsValue {
+    fn from(error: Error) -> Self {
+        let place = match error.place {
+            Place::Whole => JsValue::NULL,
+            Place::Line(line) => number_field("line", line),
+            Place::Byte(offset) => number_field("byte", offset),
+        };
+        let thrown = js_sys::Error::new(&error.to_string());
+        thrown.set_name("ScanstitchError");
+        let file = error.file.as_deref().map_or(JsValue::NULL, JsValue::from_str);
+        let fields = [
+            ("file", file),
+            ("place", place),
+            ("problem", error.problem.as_str().into()),
+            ("remedy", error.remedy.as_str().into()),
+        ];
+        for (name, value) in fields {
+            set(&thrown, name, &value);
+        }
+        thrown.into()
     }
-    thrown.into()
 }
 
 fn number_field(name: &str, value: usize) -> JsValue {
@@ -75,6 +81,6 @@ fn number_field(name: &str, value: usize) -> JsValue {
 }
 
 /// Setting a field of a fresh object cannot fail.
-fn set(object: &Object, name: &str, value: &JsValue) {
+pub(super) fn set(object: &Object, name: &str, value: &JsValue) {
     let _ = Reflect::set(object, &JsValue::from_str(name), value);
 }

@@ -12,7 +12,7 @@ use wasm_bindgen::{Clamped, JsCast};
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement, ImageData, OffscreenCanvas};
 
 use super::spatial::SpatialReconstruction;
-use super::{Reconstruction, from_object, thrown};
+use super::{Reconstruction, from_object};
 use crate::error::Error;
 use crate::geometry::Pose3;
 use crate::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
@@ -265,7 +265,7 @@ fn stroke(context: &CanvasRenderingContext2d, color: &str, width: f64) {
 fn context_of(canvas: &AnyCanvas) -> Result<(CanvasRenderingContext2d, [usize; 2]), JsValue> {
     let refused = |problem: &str| {
         let remedy = "Give a canvas element or an OffscreenCanvas whose context is 2d and which has a size";
-        thrown(&Error::whole(problem, remedy))
+        JsValue::from(Error::whole(problem, remedy))
     };
     let (context, width, height) = if let Some(canvas) = canvas.dyn_ref::<HtmlCanvasElement>() {
         (canvas.get_context("2d")?, canvas.width(), canvas.height())

@@ -5,7 +5,7 @@ use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
 use super::occupancy_grid::OccupancyGrid;
-use super::{from_object, plain, read_ply, thrown};
+use super::{from_object, plain, read_ply};
 use crate::io::{ply, trajectory};
 use crate::map::occupancy_grid::RESOLUTION;
 use crate::pipeline::planar::{Reconstruction as Engine, ScanToMap as Pair};
@@ -29,7 +29,7 @@ extern "C" {
 /// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
-    descriptions().iter().map(plain).collect()
+    Ok(descriptions().iter().map(plain).collect())
 }
 
 /// Presets of the settings; the first is the default.
@@ -38,7 +38,7 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
 pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
-    crate::pipeline::settings::presets().iter().map(plain).collect()
+    Ok(crate::pipeline::settings::presets().iter().map(plain).collect())
 }
 
 /// A registration of a run: a scan, and the local map to which it was registered. Call `free()` when it is no longer used.
@@ -85,7 +85,7 @@ impl Reconstruction {
     /// When a setting is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
     pub fn new(settings: Option<PartialSettings>) -> Result<Reconstruction, JsValue> {
-        let engine = Engine::new(from_object(settings.map(JsValue::from))?).map_err(|error| thrown(&error))?;
+        let engine = Engine::new(from_object(settings.map(JsValue::from))?)?;
         Ok(Self { engine })
     }
 
@@ -95,7 +95,7 @@ impl Reconstruction {
     /// When the file is not a valid planar scan; scans added before are kept.
     pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, JsValue> {
         let cloud = read_ply(name, bytes)?;
-        plain(&self.engine.add_scan(name, cloud).map_err(|error| thrown(&error))?)
+        Ok(plain(&self.engine.add_scan(name, cloud)?))
     }
 
     /// Sets the odometry for the initial guesses, rows of `id x y theta` or TUM, and restarts the run.
@@ -103,8 +103,8 @@ impl Reconstruction {
     /// # Errors
     /// When the file is not a trajectory with headings.
     pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let odometry = trajectory::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
-        self.engine.set_odometry(name, odometry).map_err(|error| thrown(&error))
+        let odometry = trajectory::read(bytes).map_err(|error| error.in_file(name))?;
+        Ok(self.engine.set_odometry(name, odometry)?)
     }
 
     /// Removes the odometry and restarts the run.
@@ -117,7 +117,7 @@ impl Reconstruction {
     /// # Errors
     /// When a setting is unknown or out of its limits; the old settings are then kept.
     pub fn set_settings(&mut self, settings: PartialSettings) -> Result<(), JsValue> {
-        self.engine.set_settings(from_object(Some(settings.into()))?).map_err(|error| thrown(&error))
+        Ok(self.engine.set_settings(from_object(Some(settings.into()))?)?)
     }
 
     /// Sets the reference trajectory, in any readable format, which is used for the comparison only.
@@ -125,7 +125,7 @@ impl Reconstruction {
     /// # Errors
     /// When the file is not a trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents);
         Ok(())
     }
@@ -141,7 +141,7 @@ impl Reconstruction {
     /// No input causes an error.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
         grow_ahead();
-        plain(&self.engine.step())
+        Ok(plain(&self.engine.step()))
     }
 
     /// The result so far.
@@ -149,7 +149,7 @@ impl Reconstruction {
     /// # Errors
     /// No input causes an error.
     pub fn result(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
-        plain(&self.engine.result())
+        Ok(plain(&self.engine.result()))
     }
 
     /// The result with an empty `history` of every frame, since the iterations are most of the data of long logs.
@@ -159,7 +159,7 @@ impl Reconstruction {
     pub fn summary(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
         let mut result = self.engine.result();
         result.frames.iter_mut().for_each(|frame| frame.history = Vec::new());
-        plain(&result)
+        Ok(plain(&result))
     }
 
     /// The results of the frames from this one on, with an empty `history` of each.
@@ -169,7 +169,7 @@ impl Reconstruction {
     #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport>[]")]
     pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, JsValue> {
         let frames = self.engine.frames_from(first).into_iter();
-        frames.map(|frame| plain(&PlanarFrame { history: Vec::new(), ..frame })).collect()
+        Ok(frames.map(|frame| plain(&PlanarFrame { history: Vec::new(), ..frame })).collect())
     }
 
     /// Iterations of a frame's registration; none where there was no registration.
@@ -177,7 +177,7 @@ impl Reconstruction {
     /// # Errors
     /// No input causes an error.
     pub fn history(&self, frame: usize) -> Result<Vec<Ts<IterationRecord>>, JsValue> {
-        self.engine.history(frame).iter().map(plain).collect()
+        Ok(self.engine.history(frame).iter().map(plain).collect())
     }
 
     /// The pose of every frame so far: x y theta x y theta ... (m, m, rad).

@@ -4,7 +4,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use super::point_cloud::{MapFormat, map_format};
-use super::{Reconstruction, plain, thrown};
+use super::{Reconstruction, plain};
 use crate::io::laser_log::table::{self, TableFacts};
 use crate::io::{laser_log, point_cloud};
 use crate::pipeline::report::AddedLog;
@@ -22,8 +22,8 @@ impl Reconstruction {
             None => laser_log::read(bytes),
             Some(format) => table::read_given(bytes, &format),
         };
-        let log = log.map_err(|error| thrown(&error.in_file(name)))?;
-        plain(&self.engine.add_log(name, &log))
+        let log = log.map_err(|error| error.in_file(name))?;
+        Ok(plain(&self.engine.add_log(name, &log)))
     }
 
     /// The map as a file of this format.
@@ -48,8 +48,8 @@ pub fn describe_table(
     format: Option<String>,
     scan: usize,
 ) -> Result<Ts<TableFacts>, JsValue> {
-    let facts = table::describe(bytes, format.as_deref(), scan).map_err(|error| thrown(&error.in_file(name)))?;
-    plain(&facts)
+    let facts = table::describe(bytes, format.as_deref(), scan).map_err(|error| error.in_file(name))?;
+    Ok(plain(&facts))
 }
 
 /// Whether a file that begins with these bytes is a laser log.

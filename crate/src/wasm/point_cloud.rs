@@ -3,7 +3,7 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain, read_ply, thrown};
+use super::{from_object, plain, read_ply};
 use crate::error::Error;
 use crate::geometry::PointCloud as Cloud;
 use crate::io::ply;
@@ -27,7 +27,7 @@ extern "C" {
 
 pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
     let name = JsValue::from(format).as_string().unwrap_or_default();
-    CloudFormat::named(&name).map_err(|error| thrown(&error))
+    Ok(CloudFormat::named(&name)?)
 }
 
 /// Points in metres, with normals and colours where the file has them. Call `free()` when it is no longer used.
@@ -53,11 +53,11 @@ impl PointCloud {
     pub fn from_positions(xyz: &[f32], normals: Option<Vec<f32>>) -> Result<PointCloud, JsValue> {
         if !xyz.len().is_multiple_of(3) {
             let problem = format!("{} numbers are not a multiple of three", xyz.len());
-            return Err(thrown(&Error::whole(problem, "Give x, y and z of every point")));
+            return Err(Error::whole(problem, "Give x, y and z of every point").into());
         }
         if let Some(normals) = normals.as_ref().filter(|normals| normals.len() != xyz.len()) {
             let problem = format!("{} numbers of normals for {} of positions", normals.len(), xyz.len());
-            return Err(thrown(&Error::whole(problem, "Give x, y and z of every normal, or none")));
+            return Err(Error::whole(problem, "Give x, y and z of every normal, or none").into());
         }
         let vectors = |xyz: &[f32]| xyz.chunks_exact(3).map(glam::Vec3::from_slice).collect();
         let normals = normals.map(|normals| vectors(&normals));
@@ -106,7 +106,7 @@ impl PointCloud {
             Some("binary_little_endian") => ply::Format::BinaryLittleEndian,
             other => {
                 let problem = format!("{other:?} is not a PLY format");
-                return Err(thrown(&Error::whole(problem, "Use \"ascii\" or \"binary_little_endian\"")));
+                return Err(Error::whole(problem, "Use \"ascii\" or \"binary_little_endian\"").into());
             }
         };
         Ok(ply::write(&self.cloud, format))
@@ -124,5 +124,5 @@ pub fn register(
     options: Option<PartialRegistrationOptions>,
 ) -> Result<Ts<RegistrationResult>, JsValue> {
     let options: RegistrationOptions = from_object(options.map(JsValue::from))?;
-    plain(&register_clouds(&source.cloud, &target.cloud, &options).map_err(|error| thrown(&error))?)
+    Ok(plain(&register_clouds(&source.cloud, &target.cloud, &options)?))
 }

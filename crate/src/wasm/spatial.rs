@@ -8,7 +8,7 @@ use wasm_bindgen::prelude::*;
 
 use super::memory::grow_ahead;
 use super::point_cloud::{MapFormat, map_format};
-use super::{from_object, plain, thrown};
+use super::{from_object, plain};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
@@ -36,7 +36,7 @@ extern "C" {
 /// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
-    spatial_descriptions().iter().map(plain).collect()
+    Ok(spatial_descriptions().iter().map(plain).collect())
 }
 
 /// Presets of the settings in space; the first is the default.
@@ -45,7 +45,7 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
 pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
-    crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect()
+    Ok(crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect())
 }
 
 /// A depth image as it is in its file. Call `free()` when it is no longer used.
@@ -123,7 +123,7 @@ impl DepthPicture {
 /// When the file is not a valid depth image.
 #[wasm_bindgen]
 pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
-    let image = depth_png::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
+    let image = depth_png::read(bytes).map_err(|error| error.in_file(name))?;
     Ok(DepthPixels { image })
 }
 
@@ -200,7 +200,7 @@ fn with_decode_config(
         let known = last.take().filter(|(known, _)| known == json).map_or_else(|| parse_decode_config(json), Ok)?;
         prepare(&last.insert(known).1)
     });
-    Ok(written(&frame.map_err(|error| thrown(&error))?.to_bytes(), into))
+    Ok(written(&frame?.to_bytes(), into))
 }
 
 fn parse_decode_config(json: &str) -> Result<(String, DecodeConfig), Error> {
@@ -224,7 +224,7 @@ impl SpatialReconstruction {
     /// When a setting is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
     pub fn new(settings: Option<PartialSpatialSettings>) -> Result<SpatialReconstruction, JsValue> {
-        let engine = Engine::new(from_object(settings.map(JsValue::from))?).map_err(|error| thrown(&error))?;
+        let engine = Engine::new(from_object(settings.map(JsValue::from))?)?;
         Ok(Self { engine })
     }
 
@@ -233,8 +233,8 @@ impl SpatialReconstruction {
     /// # Errors
     /// When the file has no camera, or after `begin`.
     pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
-        self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
+        let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
+        Ok(self.engine.set_intrinsics(camera)?)
     }
 
     /// Reads the first file and returns the configuration for `prepare_frame`. Later calls ignore the file.
@@ -242,7 +242,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// When it is not a depth image, has no depth, or the settings are not a valid camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
-        let decode_config = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        let decode_config = self.engine.begin(name, first_frame)?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
@@ -258,7 +258,7 @@ impl SpatialReconstruction {
     /// When the bytes are not a prepared frame, or the frame comes before the last one.
     pub fn add_prepared(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
         let frame = PreparedFrame::from_bytes(prepared);
-        frame.and_then(|frame| self.engine.add(frame)).map_err(|error| thrown(&error))
+        Ok(frame.and_then(|frame| self.engine.add(frame))?)
     }
 
     /// Ends the recording: `step()` then also closes a loop that has been detected only once.
@@ -272,7 +272,7 @@ impl SpatialReconstruction {
     /// No input causes an error.
     pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
         grow_ahead();
-        plain(&self.engine.step())
+        Ok(plain(&self.engine.step()))
     }
 
     /// Stitches one more of the registered frames in advance, which does not change the map. To be called after steps that
@@ -287,7 +287,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// When the file is not a trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
-        let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents, num_recorded);
         Ok(())
     }
@@ -302,7 +302,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// No input causes an error.
     pub fn result(&self) -> Result<Ts<SpatialResult>, JsValue> {
-        plain(&self.engine.result())
+        Ok(plain(&self.engine.result()))
     }
 
     /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
@@ -342,9 +342,9 @@ impl SpatialReconstruction {
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Result<Vec<Ts<MapSize>>, JsValue> {
         if let Some(size) = voxel_sizes.iter().find(|&&size| !(size >= 1e-3 && size.is_finite())) {
             let problem = format!("A voxel of {size} m is too small");
-            return Err(thrown(&Error::whole(problem, "Give sizes of a millimetre or more")));
+            return Err(Error::whole(problem, "Give sizes of a millimetre or more").into());
         }
-        self.engine.map_sizes(voxel_sizes).iter().map(plain).collect()
+        Ok(self.engine.map_sizes(voxel_sizes).iter().map(plain).collect())
     }
 
     /// For each frame before this one, the motion x y z qx qy qz qw (m) that maps its points of the map from the world to where

@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 use super::memory::grow_ahead;
 use super::point_cloud::{MapFormat, map_format};
 use super::spatial::PartialSpatialSettings;
-use super::{from_object, plain, thrown};
+use super::{from_object, plain};
 use crate::error::Error;
 use crate::io::{intrinsics, point_cloud, trajectory};
 use crate::odometry::voxel::VoxelOdometrySettings;
@@ -27,7 +27,7 @@ extern "C" {
 /// No input causes an error.
 #[wasm_bindgen]
 pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
-    strategy_descriptions().iter().map(plain).collect()
+    Ok(strategy_descriptions().iter().map(plain).collect())
 }
 
 /// The strategies of the default comparison.
@@ -36,7 +36,7 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
 pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
-    crate::pipeline::strategies::strategy_presets().iter().map(plain).collect()
+    Ok(crate::pipeline::strategies::strategy_presets().iter().map(plain).collect())
 }
 
 /// A comparison of strategies: `begin` with the first file, `offer` each prepared frame, and `step` every strategy that
@@ -60,7 +60,7 @@ impl StrategyComparison {
     ) -> Result<StrategyComparison, JsValue> {
         let strategies: Vec<VoxelOdometrySettings> = from_object(Some(strategies.into()))?;
         let engine = Engine::new(strategies, from_object(settings.map(JsValue::from))?);
-        Ok(Self { engine: engine.map_err(|error| thrown(&error))? })
+        Ok(Self { engine: engine? })
     }
 
     /// Reads the camera from a file beside the images, unless the settings have one. Before `begin`.
@@ -68,8 +68,8 @@ impl StrategyComparison {
     /// # Errors
     /// When the file holds no camera, and after `begin`.
     pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
-        let camera = intrinsics::read(bytes).map_err(|error| thrown(&error.in_file(name)))?;
-        self.engine.set_intrinsics(camera).map_err(|error| thrown(&error))
+        let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
+        Ok(self.engine.set_intrinsics(camera)?)
     }
 
     /// Reads the first file and returns the configuration for `prepare_frame` and `prepare_cloud`.
@@ -77,7 +77,7 @@ impl StrategyComparison {
     /// # Errors
     /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
-        let decode_config = self.engine.begin(name, first_frame).map_err(|error| thrown(&error))?;
+        let decode_config = self.engine.begin(name, first_frame)?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
 
@@ -87,7 +87,7 @@ impl StrategyComparison {
     /// When the bytes are no prepared frame, or the frame comes before the last one.
     pub fn offer(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
         let frame = PreparedFrame::from_bytes(prepared);
-        frame.and_then(|frame| self.engine.offer(frame)).map_err(|error| thrown(&error))
+        Ok(frame.and_then(|frame| self.engine.offer(frame))?)
     }
 
     /// Registers the offered frame by one strategy, counted from 0; this is the step to be timed.
@@ -96,13 +96,11 @@ impl StrategyComparison {
     /// Where there is no such strategy, or it has placed that frame.
     pub fn step(&mut self, strategy: usize) -> Result<Ts<StrategyFrame>, JsValue> {
         grow_ahead();
-        match self.engine.step(strategy) {
-            Some(frame) => plain(frame),
-            None => Err(thrown(&Error::whole(
-                format!("Strategy {strategy} has no frame to place"),
-                "Offer a frame, then step each strategy once",
-            ))),
-        }
+        let frame = self.engine.step(strategy).ok_or_else(|| {
+            let problem = format!("Strategy {strategy} has no frame to place");
+            Error::whole(problem, "Offer a frame, then step each strategy once")
+        })?;
+        Ok(plain(frame))
     }
 
     /// Sets the trajectory to compare with, in any form that is read. It is used for nothing else. `num_recorded` is the
@@ -111,7 +109,7 @@ impl StrategyComparison {
     /// # Errors
     /// When the file is no trajectory.
     pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
-        let contents = trajectory::read_lenient(bytes, None).map_err(|error| thrown(&error.in_file(name)))?;
+        let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents, num_recorded);
         Ok(())
     }
@@ -121,7 +119,7 @@ impl StrategyComparison {
     /// # Errors
     /// Where there is no such strategy.
     pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Result<Ts<StrategyResult>, JsValue> {
-        plain(&self.engine.result(strategy, milliseconds).ok_or_else(|| no_strategy(strategy))?)
+        Ok(plain(&self.engine.result(strategy, milliseconds).ok_or_else(|| no_strategy(strategy))?))
     }
 
     /// The map of a strategy as a file of this format.
@@ -144,5 +142,5 @@ impl StrategyComparison {
 }
 
 fn no_strategy(strategy: usize) -> JsValue {
-    thrown(&Error::whole(format!("There is no strategy {strategy}"), "Strategies are counted from 0"))
+    JsValue::from(Error::whole(format!("There is no strategy {strategy}"), "Strategies are counted from 0"))
 }

@@ -11,7 +11,7 @@ import {
 import { customElement, property, query } from 'lit/decorators.js';
 import { shared } from './theme.js';
 import type { Size } from '../views/figures.js';
-import { CanvasPen, type Pen } from '../views/pen.js';
+import { type Pen, penOn } from '../views/pen.js';
 import { watchSize } from './watch-size.js';
 
 /** Draws on a surface of this size. */
@@ -99,15 +99,8 @@ export class ScanstitchFigure extends LitElement {
 
   private paint(): void {
     const { canvas, size } = this;
-    const context = canvas?.getContext('2d');
-    if (!context || size.width === 0 || size.height === 0) return;
-    const density = devicePixelRatio || 1;
-    const [width, height] = [Math.round(size.width * density), Math.round(size.height * density)];
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, width, height);
-    context.setTransform(density, 0, 0, density, 0, 0);
-    this.painter(new CanvasPen(context), size);
+    if (!canvas || size.width === 0 || size.height === 0) return;
+    this.painter(penOn(canvas, size, devicePixelRatio || 1), size);
   }
 
   private onMove(event: PointerEvent): void {

@@ -9,17 +9,13 @@ const SHAPES = {
   plus: svg`<path d="M8 3v10M3 8h10" />`,
   minus: svg`<path d="M3 8h10" />`,
   fit: svg`<path d="M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10" />`,
-  hand: svg`<path d="M8 1.8v12.4M1.8 8h12.4M6 3.6l2-1.8 2 1.8M6 12.4l2 1.8 2-1.8M3.6 6 1.8 8l1.8 2M12.4 6l1.8 2-1.8 2" />`,
   turn: svg`<path d="M13 7.5A5 5 0 1 0 11 12M13.2 3.6v4H9.3" />`,
-  from_above: svg`<path d="M1.8 6.3C3.5 3.9 5.5 2.7 8 2.7s4.5 1.2 6.2 3.6C12.5 8.7 10.5 9.9 8 9.9S3.5 8.7 1.8 6.3z" /><circle cx="8" cy="6.3" r="1.4" /><path d="M2.5 13.2h11" />`,
-  flat: svg`<path d="M3 4.5h10v7H3zM3 8h10M8 4.5v7" />`,
   layers: svg`<path d="m8 2 6 3.2-6 3.2-6-3.2zM2.2 8.4 8 11.5l5.8-3.1M2.2 11 8 14.1l5.8-3.1" />`,
   open: svg`<path d="M2 12.5v-9h4l1.5 2H14v7z" />`,
   file: svg`<path d="M4 1.8h5l3 3v9.4H4zM9 1.8v3h3" />`,
   download: svg`<path d="M8 2v8M4.8 7 8 10.2 11.2 7M2.5 13.5h11" />`,
   sun: svg`<circle cx="8" cy="8" r="2.8" /><path d="M8 1.5v1.6M8 12.9v1.6M1.5 8h1.6M12.9 8h1.6M3.4 3.4l1.1 1.1M11.5 11.5l1.1 1.1M12.6 3.4l-1.1 1.1M4.5 11.5l-1.1 1.1" />`,
   moon: svg`<path d="M13 9.6A5.6 5.6 0 0 1 6.4 3a5.6 5.6 0 1 0 6.6 6.6z" />`,
-  sliders: svg`<path d="M2 4.5h6M12 4.5h2M2 11.5h2M8 11.5h6" /><circle cx="10" cy="4.5" r="1.8" /><circle cx="6" cy="11.5" r="1.8" />`,
   close: svg`<path d="m4 4 8 8M12 4l-8 8" />`,
   reset: svg`<path d="M3 8a5 5 0 1 0 1.6-3.7M4.6 1.8v2.6h2.6" />`,
   good: svg`<path d="m3.5 8.5 3 3 6-7" stroke-width="2" />`,
@@ -33,7 +29,8 @@ const SHAPES = {
 
 export type IconName = keyof typeof SHAPES;
 
-export function icon(name: IconName, size = 16): TemplateResult {
+/** `shape`: of an icon that only a view loaded later shows, which keeps it out of the first load. */
+export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateResult {
   return html`<svg
     width=${size}
     height=${size}
@@ -45,7 +42,7 @@ export function icon(name: IconName, size = 16): TemplateResult {
     stroke-linejoin="round"
     aria-hidden="true"
   >
-    ${SHAPES[name]}
+    ${typeof shape === 'string' ? SHAPES[shape] : shape}
   </svg>`;
 }
 

@@ -1,10 +1,10 @@
 /** What lies over the flat map and over the map in space alike: the buttons, and the list of what is drawn. */
-import { html, nothing, type TemplateResult } from 'lit';
+import { html, nothing, type SVGTemplateResult, type TemplateResult } from 'lit';
 import { type IconName, icon } from './icons.js';
 
 /** A button that shows a sign alone: `label` is the accessible name, `hint` the tooltip. */
 export function mapButton(
-  sign: IconName,
+  sign: IconName | SVGTemplateResult,
   label: string,
   hint: string,
   press: () => void,

@@ -1,9 +1,9 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { baseName, formatFixed } from '../views/format.js';
-import { Gestures, type GestureTarget } from '../views/gestures.js';
+import { pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
-import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
+import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import type { Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
@@ -16,7 +16,6 @@ import {
   bestTurns,
   fitted,
   panned,
-  type Size,
   type Turns,
   toWorld,
   type Viewport,
@@ -24,9 +23,9 @@ import {
 } from '../views/viewport.js';
 import { map_styles } from './map-styles.js';
 import './map-legend.js';
+import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
 import { layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
-import { watchSize } from './watch-size.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],
@@ -55,7 +54,7 @@ const REST_MS = 90;
  * `occupancy-wanted` with whether the occupancy grid is to be shown.
  */
 @customElement('scanstitch-map')
-export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap {
+export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   @property({ attribute: false }) points: PointSet = NO_POINTS;
   @property({ attribute: false }) marks: MapMarks = NO_MARKS;
   @property({ attribute: false }) names: readonly string[] = [];
@@ -76,46 +75,29 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   @state() private layers_open = false;
   @state() private pointer: { x: number; y: number } | null = null;
   @state() private hovered: number | null = null;
-  /** In a page that scrolls, wheel and finger belong to the page until the map is clicked. */
-  @state() private guarded = false;
 
   @query('canvas') private canvas!: HTMLCanvasElement;
-  @query('.stage') private stage!: HTMLElement;
+  @query('.stage') readonly stage!: HTMLElement;
 
   private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
-  @state() private size: Size = { width: 0, height: 0 };
-  private pixel_ratio = 1;
+  private surface = new DrawingSurface(this);
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
   /** The user has moved the view: auto-fit is off. */
   private is_moved = false;
   private map_canvas: MapCanvas | null = null;
   private last_motion = Number.NEGATIVE_INFINITY;
-  private animation_frame = 0;
   private rest_timer: ReturnType<typeof setTimeout> | undefined;
   private has_new_points = false;
-  private gestures = new Gestures(this, this);
-
-  constructor() {
-    super();
-    watchSize(
-      this,
-      () => this.resize(),
-      () => this.stage,
-    );
-  }
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    cancelAnimationFrame(this.animation_frame);
-    this.animation_frame = 0;
     clearTimeout(this.rest_timer);
   }
 
   protected override firstUpdated(): void {
     this.map_canvas = new MapCanvas(this.canvas);
-    this.gestures.listen(this.stage);
-    this.resize();
+    this.surface.begin();
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
@@ -152,12 +134,13 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   private fitTo(bounds: Bounds | null): void {
-    if (bounds && this.size.width > 0) {
-      const is_small = this.size.width < SMALL_WIDTH;
+    const { size } = this.surface;
+    if (bounds && size.width > 0) {
+      const is_small = size.width < SMALL_WIDTH;
       const margin = is_small
         ? { top: 24, right: 24, bottom: 44, left: 24 }
         : { top: 36, right: 64, bottom: 52, left: this.pieces.length > 0 ? LEGEND_WIDTH : 36 };
-      this.view = fitted(bounds, this.size, margin, this.turns ?? bestTurns(bounds, this.size));
+      this.view = fitted(bounds, size, margin, this.turns ?? bestTurns(bounds, size));
     }
     this.requestPaint();
   }
@@ -171,17 +154,15 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   /** The map as a picture, at twice the resolution of the screen or better. */
   async picture(): Promise<Blob> {
     const print = new MapCanvas();
-    print.resize(this.size, Math.max(2, this.pixel_ratio));
+    print.resize(this.surface.size, Math.max(2, this.surface.pixel_ratio));
     print.paint(this.content(), this.view, false);
-    const { canvas } = print;
-    return new Promise((resolve, reject) => {
-      canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('The browser could not make the picture.'))));
-    });
+    return pngOf(print.canvas);
   }
 
   protected override render(): TemplateResult {
     const { hovered, pointer } = this;
-    const world = pointer && toWorld(this.view, this.size, pointer.x, pointer.y);
+    const { size } = this.surface;
+    const world = pointer && toWorld(this.view, size, pointer.x, pointer.y);
     return html`
       <div
         class="stage"
@@ -189,11 +170,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
         role="group"
         aria-label="Map"
         aria-describedby="map-description map-keys"
-        ?data-guarded=${this.guarded}
         @keydown=${this.onKey}
-        @dblclick=${() => this.fit()}
-        @focus=${this.updateGuard}
-        @blur=${this.updateGuard}
       >
         <canvas aria-hidden="true"></canvas>
         <p id="map-description" class="visually-hidden">${this.description}</p>
@@ -220,7 +197,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
         .pieces=${this.pieces}
         .num_uncertain=${this.marks.uncertain_links.filter(Boolean).length}
         .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
-        ?compact=${this.size.width < SMALL_WIDTH}
+        ?compact=${size.width < SMALL_WIDTH}
         @piece-wanted=${({ detail }: CustomEvent<Piece>) => this.fitPiece(detail)}
       ></scanstitch-map-legend>
       ${mapToolbar({
@@ -256,31 +233,16 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
     return mapBounds(this.points, this.marks.poses, this.marks.reference);
   }
 
-  private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 3);
-    this.size = { width, height };
-    this.map_canvas?.resize(this.size, this.pixel_ratio);
-    this.updateGuard();
+  resized(): void {
+    this.map_canvas?.resize(this.surface.size, this.surface.pixel_ratio);
     if (!this.is_moved) this.fit();
-    // At once: the canvas is empty now, and an animation frame later the eye would see it so.
-    cancelAnimationFrame(this.animation_frame);
-    this.paint();
   }
-
-  private updateGuard(): void {
-    this.guarded = belongsToPage(this.stage);
-  }
-
-  // Painting. One frame at most per refresh of the screen, and none when nothing changed.
 
   private requestPaint(): void {
-    if (this.animation_frame === 0) this.animation_frame = requestAnimationFrame(() => this.paint());
+    this.surface.requestPaint();
   }
 
-  private paint(): void {
-    this.animation_frame = 0;
-    if (this.size.width === 0 || this.size.height === 0) return;
+  paint(): void {
     const is_in_motion = performance.now() - this.last_motion < REST_MS;
     const is_exact = this.map_canvas?.paint(this.content(), this.view, is_in_motion) ?? true;
     clearTimeout(this.rest_timer);
@@ -313,7 +275,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   zoomBy(factor: number): void {
-    this.zoom(this.size.width / 2, this.size.height / 2, factor);
+    this.surface.zoomBy(factor);
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -331,7 +293,7 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
   }
 
   zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.view, this.size, x, y, factor));
+    this.move(zoomedAt(this.view, this.surface.size, x, y, factor));
   }
 
   tap(x: number, y: number, reach: number): void {
@@ -348,15 +310,11 @@ export class ScanstitchMap extends LitElement implements GestureTarget, KeyedMap
     this.hovered = null;
   }
 
-  isGuarded(): boolean {
-    return this.guarded;
-  }
-
   /** The frame whose pose, or else whose point, lies under a place on the screen. */
   private frameAt(x: number, y: number, reach: number): number | null {
-    const pose = this.layers.path ? poseAt(this.marks, this.size, this.view, x, y, reach) : null;
+    const pose = this.layers.path ? poseAt(this.marks, this.surface.size, this.view, x, y, reach) : null;
     if (pose !== null) return pose;
-    const world = toWorld(this.view, this.size, x, y);
+    const world = toWorld(this.view, this.surface.size, x, y);
     return nearestFrame(this.points, this.marks.until, world.x, world.y, (reach - 2) / this.view.scale);
   }
 

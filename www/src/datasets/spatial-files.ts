@@ -55,8 +55,6 @@ export interface SpatialFiles {
   recording?: Recording;
 }
 
-export type Kind = Recording['kind'];
-
 /** How a recording is understood is loaded with the first one that may be in space. */
 export async function understandFiles(files: readonly StoredFile[]): Promise<Recording> {
   const { understand } = await import('../../../npm/recording.js');

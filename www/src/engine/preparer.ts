@@ -131,6 +131,20 @@ export function problemOf(error: unknown, file: string): Problem {
   return { file: (error as Partial<Problem>).file || file, place, problem, remedy };
 }
 
+/** What is wrong with a file beside the frames is reported, and the frames go on without it. */
+export async function tolerate(
+  listener: { problem(problem: Problem): void },
+  file: string,
+  action: () => Promise<unknown>,
+): Promise<void> {
+  try {
+    await action();
+  } catch (error) {
+    if (error instanceof WorkerDied) throw error;
+    listener.problem(problemOf(error, file));
+  }
+}
+
 /** What went wrong with a file, which is named. */
 function textOf(error: unknown, file: string): string {
   return (error as Partial<Problem>).file ? messageOf(error) : `${file}: ${messageOf(error)}`;

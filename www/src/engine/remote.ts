@@ -41,10 +41,6 @@ export class Remote<Api extends object, Event = never> {
     worker.onmessageerror = () => this.kill('a message of the worker could not be read');
   }
 
-  get is_alive(): boolean {
-    return this.#worker !== null;
-  }
-
   /** The buffers of arguments are not moved, but copied: whoever calls may need them again. */
   call<K extends keyof Api & string>(method: K, ...args: Arguments<Api[K]>): Promise<Result<Api[K]>> {
     return this.give(method, [], ...args);

@@ -5,7 +5,15 @@
 import { SpatialRun } from '../../../npm/spatial_run.js';
 import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
-import { dropSpare, keepSpare, problemOf, type Readable, type SpatialJob, ThreadPreparer } from './preparer.js';
+import {
+  dropSpare,
+  keepSpare,
+  problemOf,
+  type Readable,
+  type SpatialJob,
+  ThreadPreparer,
+  tolerate,
+} from './preparer.js';
 import { WorkerDied } from './remote.js';
 import type {
   DepthColors,
@@ -203,7 +211,7 @@ export class SpatialClient {
     this.#run = null;
     await registrar.call('create', this.#settings);
     if (intrinsics) {
-      await this.#tolerate(intrinsics.path, async () =>
+      await tolerate(this.#listener, intrinsics.path, async () =>
         registrar.call('setIntrinsics', intrinsics.path, await intrinsics.read()),
       );
     }
@@ -271,19 +279,9 @@ export class SpatialClient {
     const registrar = this.#registrar;
     await registrar.call('clearReference');
     if (!reference) return;
-    await this.#tolerate(reference.path, async () =>
+    await tolerate(this.#listener, reference.path, async () =>
       registrar.call('setReference', reference.path, await reference.read(), num_recorded),
     );
-  }
-
-  /** What is wrong with a file beside the frames is reported, and the frames go on without it. */
-  async #tolerate(name: string, action: () => Promise<unknown>): Promise<void> {
-    try {
-      await action();
-    } catch (error) {
-      if (error instanceof WorkerDied) throw error;
-      this.#listener.problem(problemOf(error, name));
-    }
   }
 
   async #send(state: SpatialState, order: number): Promise<void> {

@@ -28,7 +28,7 @@ export function makePainter(
   }
 }
 
-export function errorName(unit: string): string {
+function errorName(unit: string): string {
   return unit === '' ? 'error' : `error (${unit})`;
 }
 

@@ -8,7 +8,7 @@ import { unknowns } from './equation.js';
 import { isTurn, offsetsOfNode } from './grids.js';
 import { difference } from './poses.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
-import type { LabRun } from './session.js';
+
 import { type Basin, type BasinSurvey } from './survey.js';
 import { SurveyPanel } from './survey-panel.js';
 import { strideWords } from './thinning.js';
@@ -23,17 +23,11 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
   @state() private depth = 0.5;
   protected override readonly is_basin = true;
   private painterOf = memoizeLast(basinPainter);
-  private marksOf = memoizeLast((_pose: Pose, _trace: unknown, facts: LabFacts, grid: Grid) => this.marks(facts, grid));
 
   /** In the plane all three unknowns. */
   protected override allAxes(facts: LabFacts): readonly number[] {
     const axes = this.axes(facts);
     return facts.is_planar ? [...axes, [0, 1, 2].find((axis) => !axes.includes(axis)) ?? 0] : axes;
-  }
-
-  protected override start({ run, grid, reference }: { run: LabRun; grid: Omit<Grid, 'size'>; reference: Pose }): void {
-    const { client } = this.session;
-    if (client) void this.survey.run({ client, method: run.id, grid, reference });
   }
 
   protected override renderResult(facts: LabFacts): TemplateResult {

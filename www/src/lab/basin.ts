@@ -2,7 +2,7 @@
 import type { Painter } from '../components/figure-view.js';
 import { type Colors, drawAxes } from '../views/axes.js';
 import type { Size } from '../views/figures.js';
-import { DEGREES, formatLength, formatAngle, formatPercent } from '../views/format.js';
+import { DEGREES, formatLength, formatAngle } from '../views/format.js';
 import type { LandscapeMarks } from './landscape.js';
 import { mapAxes } from './landscape.js';
 import type { Basin } from './survey.js';
@@ -86,5 +86,3 @@ function layerPicture({ grid, index, labels }: Basin, layer: number, dark: boole
 /** "0.82 m, 12°": how far a minimum lies from home. */
 export const awayWords = ({ translation, rotation }: { translation: number; rotation: number }): string =>
   `${formatLength(translation)}, ${formatAngle(rotation, 1)}`;
-
-export const shareWords = (count: number, total: number): string => formatPercent(total > 0 ? count / total : 0);

@@ -22,7 +22,7 @@ export const isCloudName = (name: string): boolean => /\.(ply|pcd)$/i.test(name)
 /** Poses of the user's own ICP. */
 export const isPosesName = (name: string): boolean => /\.(csv|txt|json|npy)$/i.test(name);
 
-export function fileCloud({ name, file }: NamedFile): GivenCloud {
+function fileCloud({ name, file }: NamedFile): GivenCloud {
   return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(await file.arrayBuffer()) }) };
 }
 
@@ -51,7 +51,7 @@ export function asLinked(given: GivenClouds, link: LabLink): (LabLink & { given:
   return source && target ? { ...link, given: { ...given, source, target } } : null;
 }
 
-export function givenClouds(
+function givenClouds(
   title: string,
   sample: string,
   clouds: readonly GivenCloud[],

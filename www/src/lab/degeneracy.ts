@@ -33,7 +33,7 @@ export function directionsOf({ degeneracy }: LabIteration): Direction[] {
 export const isTurning = ({ turn }: Direction): boolean => Math.hypot(...turn) > Math.SQRT1_2;
 
 /** "x +0.98, y −0.12", or "a turn about the middle". */
-export function directionName({ turn, shift }: Direction, is_planar: boolean): string {
+function directionName({ turn, shift }: Direction, is_planar: boolean): string {
   const names = ['x', 'y', 'z'].slice(0, is_planar ? 2 : 3);
   const length = Math.hypot(...shift) || 1;
   const along = names.map((name, i) => `${name} ${formatFixed((shift[i] ?? 0) / length, 2)}`).join(', ');

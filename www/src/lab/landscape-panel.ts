@@ -13,8 +13,7 @@ import {
   seenMinima,
 } from './landscape.js';
 import { difference } from './poses.js';
-import type { Grid, LabFacts, Pose } from './protocol.js';
-import type { LabRun } from './session.js';
+import type { LabFacts } from './protocol.js';
 import { SurveyPanel } from './survey-panel.js';
 import { strideWords } from './thinning.js';
 import type { LandscapeSurvey } from './survey.js';
@@ -25,15 +24,9 @@ import { formatNumber } from './words.js';
 export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
   protected override readonly is_basin = false;
   private painterOf = memoizeLast(landscapePainter);
-  private marksOf = memoizeLast((_pose: Pose, _trace: unknown, facts: LabFacts, grid: Grid) => this.marks(facts, grid));
 
   protected override allAxes(facts: LabFacts): readonly number[] {
     return this.axes(facts);
-  }
-
-  protected override start({ run, grid, reference }: { run: LabRun; grid: Omit<Grid, 'size'>; reference: Pose }): void {
-    const { client } = this.session;
-    if (client) void this.survey.run({ client, method: run.id, grid, reference });
   }
 
   protected override renderResult(facts: LabFacts): TemplateResult {

@@ -3,7 +3,7 @@ import { customElement } from 'lit/decorators.js';
 import { map_styles } from '../components/map-styles.js';
 import { shared } from '../components/theme.js';
 import { mapBounds } from '../views/map-bounds.js';
-import { CanvasPen } from '../views/pen.js';
+import { penOn } from '../views/pen.js';
 import { bestTurns, fitted, panned, type Size, toWorld, type Viewport, zoomedAt } from '../views/viewport.js';
 import {
   handleOf,
@@ -56,7 +56,7 @@ export class ScanstitchLabPlane extends LabStage {
     );
     if (bounds) this.view = fitted(bounds, size, MARGIN, bestTurns(bounds, size));
     this.is_moved = false;
-    this.requestPaint();
+    this.surface.requestPaint();
   }
 
   protected override render(): TemplateResult {
@@ -68,13 +68,13 @@ export class ScanstitchLabPlane extends LabStage {
     );
   }
 
-  protected override resized(was_empty: boolean): void {
+  override resized(was_empty: boolean): void {
     if (was_empty || !this.is_moved) this.fit();
   }
 
   protected override draw(scene: PlaneScene): void {
     const { size, view } = this;
-    const ratio = Math.min(devicePixelRatio || 1, 3);
+    const ratio = this.surface.pixel_ratio;
     // The target stays while the source moves: it is drawn once for every view.
     const ground_of = [scene.facts, scene.dark, view, size.width, size.height, ratio];
     if (ground_of.some((part, i) => part !== this.ground_of[i])) {
@@ -137,7 +137,7 @@ export class ScanstitchLabPlane extends LabStage {
   private move(view: Viewport): void {
     this.view = view;
     this.is_moved = true;
-    this.requestPaint();
+    this.surface.requestPaint();
   }
 
   protected override panBy(right: number, down: number): void {
@@ -178,19 +178,6 @@ export class ScanstitchLabPlane extends LabStage {
   }
 
   static override styles = [shared, map_styles];
-}
-
-/** A pen on a canvas of this size, which begins with the pixels of another one, or empty. */
-export function penOn(canvas: HTMLCanvasElement, size: Size, ratio: number, ground?: HTMLCanvasElement): CanvasPen {
-  const [width, height] = [Math.round(size.width * ratio), Math.round(size.height * ratio)];
-  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-  const context = canvas.getContext('2d');
-  if (!context) throw new Error('This browser draws no canvas.');
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  if (ground && ground.width > 0) context.drawImage(ground, 0, 0);
-  else context.clearRect(0, 0, width, height);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return new CanvasPen(context);
 }
 
 declare global {

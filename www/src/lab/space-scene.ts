@@ -2,27 +2,12 @@
  * Two clouds in space and the pairs between them, drawn with three.js: each cloud is one buffer, all pairs are one. The source is
  * moved by a matrix on the card, so that nothing is sent to it while the source moves.
  */
-import {
-  BufferAttribute,
-  BufferGeometry,
-  ColorManagement,
-  Group,
-  LinearSRGBColorSpace,
-  LineSegments,
-  Matrix4,
-  PerspectiveCamera,
-  Points,
-  Scene,
-  ShaderMaterial,
-  WebGLRenderer,
-} from 'three';
-import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from '../views/orbit.js';
+import { BufferAttribute, BufferGeometry, Group, LineSegments, Matrix4, Points, Scene, ShaderMaterial } from 'three';
+import type { Orbit, Size } from '../views/orbit.js';
 import type { Rgb } from '../views/palette.js';
+import { SpaceRenderer } from '../views/space-renderer.js';
 import type { Mat3 } from '../views/vectors.js';
 import type { Pose } from './protocol.js';
-
-// Colours are given as the screen shows them; nothing is lit.
-ColorManagement.enabled = false;
 
 /** Of a vertex that moves with the source, `moves` is 1. */
 const VERTEX = /* glsl */ `
@@ -89,18 +74,15 @@ class Batch {
 export type Layer = 'target' | 'source' | 'pairs' | 'rejected' | 'marks';
 
 export class SpaceScene {
-  readonly #renderer: WebGLRenderer;
+  readonly #renderer: SpaceRenderer;
   readonly #scene = new Scene();
   readonly #world = new Group();
-  readonly #camera = new PerspectiveCamera();
   readonly #pose = new Matrix4();
   readonly #layers: Record<Layer, Batch>;
-  #size: Size = { width: 1, height: 1 };
 
   /** Throws where the browser gives no graphics context. */
   constructor(canvas: HTMLCanvasElement) {
-    this.#renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.#renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.#renderer = new SpaceRenderer(canvas);
     this.#layers = {
       target: new Batch('points', this.#pose, 1),
       source: new Batch('points', this.#pose, 1),
@@ -114,18 +96,17 @@ export class SpaceScene {
   }
 
   resize(size: Size, pixel_ratio: number): void {
-    this.#size = size;
-    this.#renderer.setPixelRatio(pixel_ratio);
-    this.#renderer.setSize(size.width, size.height, false);
-    this.#layers.target.material.uniforms.u_size = { value: 1.6 * pixel_ratio };
-    this.#layers.source.material.uniforms.u_size = { value: 2.2 * pixel_ratio };
+    this.#renderer.resize(size, pixel_ratio);
+    const ratio = this.#renderer.pixel_ratio;
+    this.#layers.target.material.uniforms.u_size = { value: 1.6 * ratio };
+    this.#layers.source.material.uniforms.u_size = { value: 2.2 * ratio };
   }
 
   set(layer: Layer, vertices: Vertices): void {
     this.#layers[layer].set(vertices);
   }
 
-  /** `reach`: how far from the middle there is anything, m. */
+  /** `reach`: twice how far from the middle there is anything, m. */
   render(orbit: Orbit, R_view_cloud: Mat3, pose: Pose, background: Rgb, reach: number): void {
     const rows = (T: Pose, i: number): [number, number, number, number] => [
       T[4 * i] ?? 0,
@@ -137,22 +118,12 @@ export class SpaceScene {
     const [right, up, back] = R_view_cloud;
     this.#world.matrix.set(...right, 0, ...up, 0, ...back, 0, 0, 0, 0, 1);
     this.#world.matrixWorldNeedsUpdate = true;
-    const camera = this.#camera;
-    camera.fov = (2 * Math.atan(TAN_HALF_VIEW) * 180) / Math.PI;
-    camera.aspect = this.#size.width / Math.max(this.#size.height, 1);
-    camera.near = Math.max(0.02, orbit.distance / 200);
-    camera.far = orbit.distance + 2 * reach;
-    camera.up.set(...axes(orbit).up);
-    camera.position.set(...eye(orbit));
-    camera.lookAt(...orbit.target);
-    camera.updateProjectionMatrix();
-    this.#renderer.setClearColor((background[0] << 16) | (background[1] << 8) | background[2]);
-    this.#renderer.render(this.#scene, camera);
+    this.#renderer.render(this.#scene, orbit, background, reach);
   }
 
   /** The canvas with what was rendered last; within the same task. */
   get canvas(): HTMLCanvasElement {
-    return this.#renderer.domElement;
+    return this.#renderer.canvas;
   }
 
   dispose(): void {

@@ -1,9 +1,11 @@
 import { css, html, nothing, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, state } from 'lit/decorators.js';
+import { customElement, property } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
+import { Graphics, type GraphicsUser } from '../components/graphics.js';
 import { map_styles } from '../components/map-styles.js';
 import { mapButton } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
+import { pngOf } from '../views/canvas.js';
 import { axes, fitted, metresPerPixel, type Orbit, orbited, panned, zoomedAt } from '../views/orbit.js';
 import type { Rgb } from '../views/palette.js';
 import { dot, type Mat3, type Vec3 } from '../views/vectors.js';
@@ -32,22 +34,15 @@ const VIEWS: Record<Up, Mat3> = {
 const FIRST_ORBIT: Orbit = { target: [0, 0, 0], azimuth: 0.5, elevation: 0.6, distance: 10, projection: 'perspective' };
 const BACKGROUND: Record<'light' | 'dark', Rgb> = { light: [252, 253, 254], dark: [11, 15, 20] };
 const TURN_PER_PIXEL = 0.008;
-/** A lost graphics context is replaced after so long. */
-const RESTORE_MS = 500;
 
 /**
  * The two clouds in space. A drag orbits; with the source taken hold of, it moves the source in the plane of the screen, and
  * turns it about the line of sight with two fingers or Shift. The camera follows the source until the user moves it.
  */
 @customElement('scanstitch-lab-space')
-export class ScanstitchLabSpace extends LabStage {
+export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceScene> {
   @property() up: Up = 'z';
-  @state() private is_unavailable = false;
-  /** A lost context takes its canvas along. */
-  @state() private canvas_number = 1;
-
-  private graphics: SpaceScene | null = null;
-  private started = 0;
+  private graphics = new Graphics(this, this);
   private orbit = FIRST_ORBIT;
   private reach = 50;
   /** Middle of the source that the camera looks at; null once the user has moved the camera. */
@@ -55,45 +50,19 @@ export class ScanstitchLabSpace extends LabStage {
   private is_twisting = false;
   private drawn: { clouds: unknown; pairs: unknown; marks: unknown } = { clouds: null, pairs: null, marks: null };
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) this.canvas_number++;
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    this.graphics?.dispose();
-    this.graphics = null;
-  }
-
   protected override updated(changed: PropertyValues<this>): void {
-    if (this.started !== this.canvas_number) {
-      this.started = this.canvas_number;
-      void this.start();
-    }
     if (changed.has('up')) this.fit();
     super.updated(changed);
   }
 
-  private async start(): Promise<void> {
-    const { canvas } = this;
-    try {
-      const { SpaceScene } = await import('./space-scene.js');
-      if (!canvas.isConnected) return;
-      this.graphics?.dispose();
-      this.graphics = new SpaceScene(canvas);
-    } catch {
-      this.is_unavailable = true;
-      return;
-    }
-    canvas.addEventListener('webglcontextlost', () => {
-      this.graphics = null;
-      setTimeout(() => {
-        this.canvas_number++;
-      }, RESTORE_MS);
-    });
+  async loadScene(): Promise<typeof SpaceScene> {
+    return (await import('./space-scene.js')).SpaceScene;
+  }
+
+  onScene(scene: SpaceScene): void {
     this.drawn = { clouds: null, pairs: null, marks: null };
-    this.resize();
+    scene.resize(this.size, this.surface.pixel_ratio);
+    this.surface.paintNow();
   }
 
   fit(): void {
@@ -117,7 +86,7 @@ export class ScanstitchLabSpace extends LabStage {
     this.orbit = fitted(this.orbit, points, size, { across: 30, along: 30 });
     this.followed = this.sourceMiddle(scene);
     this.reach = points.reduce((reach, point) => Math.max(reach, Math.hypot(...point)), 1) * 2;
-    this.requestPaint();
+    this.surface.requestPaint();
   }
 
   private inView(point: Vec3): Vec3 {
@@ -137,23 +106,23 @@ export class ScanstitchLabSpace extends LabStage {
 
   protected override render(): TemplateResult {
     return html`${this.renderStage(
-      keyed(this.canvas_number, html`<canvas aria-hidden="true"></canvas>`),
+      keyed(this.graphics.canvas_number, html`<canvas aria-hidden="true"></canvas>`),
       'Arrow keys move the source in the plane of the screen, square brackets turn it about the line of sight, Shift makes both fine, Enter runs from there. Full stop and comma step on and back, the space bar plays. With Control, arrow keys move the view; plus, minus and F zoom.',
       'Drags move the source; with Shift or two fingers they turn it',
       mapButton('turn', 'Another axis is up', this.up === 'z' ? 'z is up' : 'y is down, as for a camera', () => {
         this.up = this.up === 'z' ? 'camera' : 'z';
       }),
     )}
-    ${this.is_unavailable ? html`<p class="no-graphics">This browser shows no 3D graphics (WebGL 2).</p>` : nothing}`;
+    ${this.graphics.state === 'unavailable' ? html`<p class="no-graphics">This browser shows no 3D graphics (WebGL 2).</p>` : nothing}`;
   }
 
-  protected override resized(was_empty: boolean): void {
-    this.graphics?.resize(this.size, Math.min(devicePixelRatio || 1, 2));
+  override resized(was_empty: boolean): void {
+    this.graphics.scene?.resize(this.size, this.surface.pixel_ratio);
     if (was_empty) this.fit();
   }
 
   protected override draw(scene: PlaneScene): void {
-    const { graphics } = this;
+    const graphics = this.graphics.scene;
     if (!graphics) return;
     this.follow(scene);
     this.upload(scene, graphics);
@@ -176,14 +145,12 @@ export class ScanstitchLabSpace extends LabStage {
   }
 
   /** What is seen, or another moment of it, as a PNG. */
-  picture(scene = this.scene): Promise<Blob> {
+  async picture(scene = this.scene): Promise<Blob> {
+    const graphics = this.graphics.scene;
+    if (!graphics) throw new Error('The browser gives no 3D graphics at the moment.');
     this.scene = scene;
-    this.paint();
-    // The drawing is only there until the browser has shown it: it is copied within the same task.
-    return new Promise((resolve, reject) => {
-      const fail = (): void => reject(new Error('the browser could not make the picture'));
-      this.graphics ? this.graphics.canvas.toBlob((blob) => (blob ? resolve(blob) : fail())) : fail();
-    });
+    this.surface.paintNow();
+    return pngOf(graphics.canvas);
   }
 
   /** Sends to the card what has changed. */
@@ -243,7 +210,7 @@ export class ScanstitchLabSpace extends LabStage {
   private move(orbit: Orbit): void {
     this.orbit = orbit;
     this.followed = null;
-    this.requestPaint();
+    this.surface.requestPaint();
   }
 
   protected override panBy(right: number, down: number): void {

@@ -1,76 +1,57 @@
 /** What the stages in the plane and in space share: the element, its keys, its tools, and when it is painted. */
-import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, type PropertyValues, svg, type TemplateResult } from 'lit';
 import { property, query, state } from 'lit/decorators.js';
+import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
 import { mapButton } from '../components/map-toolbar.js';
-import { Gestures, type GestureTarget } from '../views/gestures.js';
-import { belongsToPage, PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
+import { PAN_STEP, ZOOM_STEP } from '../views/map-keys.js';
 import type { PlaneScene } from './plane-painter.js';
 import type { Pose } from './protocol.js';
+import type { Size } from '../views/viewport.js';
 import { pressStageKey } from './stage-keys.js';
-import { watchSize } from '../components/watch-size.js';
 
 /** Translation of the source per press of an arrow key (pixels), and rotation per bracket key (rad); both less with Shift. */
 const KEY_PIXELS = 4;
 const KEY_TURN = Math.PI / 180;
 const FINE = 0.125;
+const HAND = svg`<path d="M8 1.8v12.4M1.8 8h12.4M6 3.6l2-1.8 2 1.8M6 12.4l2 1.8 2-1.8M3.6 6 1.8 8l1.8 2M12.4 6l1.8 2-1.8 2" />`;
 
 /**
  * Shows two clouds; the source can be dragged.
  *
  * Fires `source-dragged` with a pose, `source-released`, and `stage-key` with what a key means for the run.
  */
-export abstract class LabStage extends LitElement implements GestureTarget {
+export abstract class LabStage extends LitElement implements DrawingHost {
   @property({ attribute: false }) scene: PlaneScene | null = null;
   /** Changes with the clouds, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property() description = '';
   /** Whether every drag moves the source: for fingers, which do not hit points. */
   @state() protected holds = false;
-  @state() private guarded = false;
-  @query('canvas') protected canvas!: HTMLCanvasElement;
-  @query('.stage') protected stage!: HTMLElement;
+  @query('canvas') readonly canvas!: HTMLCanvasElement;
+  @query('.stage') readonly stage!: HTMLElement;
 
-  protected size = { width: 0, height: 0 };
-  private frame = 0;
-  private gestures = new Gestures(this, this);
-
-  constructor() {
-    super();
-    watchSize(
-      this,
-      () => this.resize(),
-      () => this.stage,
-    );
-  }
+  protected surface = new DrawingSurface(this);
 
   abstract fit(): void;
   abstract shift(right: number, down: number): void;
   abstract release(): void;
   abstract zoom(x: number, y: number, factor: number): void;
   abstract hover(x: number, y: number): void;
+  abstract resized(was_empty: boolean): void;
   /** Draws the scene; the stage has a size. */
   protected abstract draw(scene: PlaneScene): void;
-  /** `was_empty`: before, the stage had no size. */
-  protected abstract resized(was_empty: boolean): void;
   protected abstract panBy(right: number, down: number): void;
   protected abstract shiftSource(right: number, down: number): void;
   /** Counter-clockwise on the screen, rad. */
   protected abstract turnSource(angle: number): void;
 
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    cancelAnimationFrame(this.frame);
-    this.frame = 0;
-  }
-
   protected override firstUpdated(): void {
-    this.gestures.listen(this.stage);
-    this.resize();
+    this.surface.begin();
   }
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('fit_key')) this.fit();
-    this.requestPaint();
+    this.surface.requestPaint();
   }
 
   /** `keys`: what the keys do, for screen readers; `own`: tools that this stage alone has. */
@@ -82,22 +63,18 @@ export abstract class LabStage extends LitElement implements GestureTarget {
         aria-roledescription="registration"
         aria-label="The two clouds"
         aria-describedby="description keys"
-        ?data-guarded=${this.guarded}
         @keydown=${this.onKey}
-        @dblclick=${() => this.fit()}
-        @focus=${this.updateGuard}
-        @blur=${this.updateGuard}
       >
         ${canvas}
         <p id="description" class="visually-hidden">${this.description}</p>
         <p id="keys" class="visually-hidden">${keys}</p>
       </div>
       <div class="controls" role="toolbar" aria-label="View">
-        ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => this.zoomBy(ZOOM_STEP))}
-        ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => this.zoomBy(1 / ZOOM_STEP))}
+        ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => this.surface.zoomBy(ZOOM_STEP))}
+        ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => this.surface.zoomBy(1 / ZOOM_STEP))}
         ${mapButton('fit', 'Show both clouds', 'Show both clouds (F)', () => this.fit())}
         ${mapButton(
-          'hand',
+          HAND,
           'Drag the source',
           hold_hint,
           () => {
@@ -109,24 +86,12 @@ export abstract class LabStage extends LitElement implements GestureTarget {
       </div>`;
   }
 
-  protected resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    const was_empty = this.size.width === 0;
-    this.size = { width, height };
-    this.updateGuard();
-    this.resized(was_empty);
-    cancelAnimationFrame(this.frame);
-    this.paint();
+  protected get size(): Size {
+    return this.surface.size;
   }
 
-  protected requestPaint(): void {
-    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.paint());
-  }
-
-  protected paint(): void {
-    this.frame = 0;
-    const { scene, size } = this;
-    if (scene && size.width > 0 && size.height > 0) this.draw(scene);
+  paint(): void {
+    if (this.scene) this.draw(this.scene);
   }
 
   tap(): void {
@@ -137,20 +102,8 @@ export abstract class LabStage extends LitElement implements GestureTarget {
     this.stage.style.cursor = '';
   }
 
-  isGuarded(): boolean {
-    return this.guarded;
-  }
-
-  protected zoomBy(factor: number): void {
-    this.zoom(this.size.width / 2, this.size.height / 2, factor);
-  }
-
   protected tell(name: 'source-dragged' | 'source-released' | 'stage-key', detail: Pose | string | null): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
-  }
-
-  private updateGuard(): void {
-    this.guarded = belongsToPage(this.stage);
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -158,7 +111,7 @@ export abstract class LabStage extends LitElement implements GestureTarget {
     pressStageKey(event, {
       shift: (right, down) => this.shiftSource(right * KEY_PIXELS * fine, down * KEY_PIXELS * fine),
       turn: (direction) => this.turnSource(direction * KEY_TURN * fine),
-      zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
+      zoom: (direction) => this.surface.zoomBy(ZOOM_STEP ** direction),
       fit: () => this.fit(),
       pan: (right, down) => this.panBy(-right * PAN_STEP, -down * PAN_STEP),
       tell: (what) => this.tell('stage-key', what),

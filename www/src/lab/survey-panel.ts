@@ -14,6 +14,7 @@ import { side_styles } from './side-styles.js';
 import { type LandscapeMarks, offsetsAt } from './landscape.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
 import { type LabRun, type LabSession, numPoses } from './session.js';
+import type { SurveyOf } from './survey.js';
 import { surveyStride } from './thinning.js';
 
 const RANGES = [0.25, 0.5, 1, 2, 4];
@@ -22,6 +23,7 @@ const LEAST_TURN = Math.PI / 9;
 const LEAST_REACH = 0.5;
 
 export interface Survey {
+  run(of: SurveyOf): Promise<void>;
   stop(): void;
 }
 
@@ -39,12 +41,14 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   @query('scanstitch-figure') protected figure!: ScanstitchFigure;
 
   protected colorsOf = memoizeLast(makeColors);
+  protected marksOf = memoizeLast((_pose: Pose, _trace: unknown, facts: LabFacts, grid: Grid) =>
+    this.marks(facts, grid),
+  );
   private made_of: readonly unknown[] = [];
 
   protected abstract readonly is_basin: boolean;
   /** All unknowns of the grid: those of the figure first. */
   protected abstract allAxes(facts: LabFacts): readonly number[];
-  protected abstract start(of: { run: LabRun; grid: Omit<Grid, 'size'>; reference: Pose }): void;
   protected abstract renderResult(facts: LabFacts): TemplateResult;
 
   override disconnectedCallback(): void {
@@ -69,7 +73,8 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
     const widths = this.halfWidths(facts, reference, run);
     const half_widths = axes.map((axis) => widths[axis] ?? 1);
     const stride = surveyStride(facts);
-    this.start({ run, grid: { T_center: reference, axes, half_widths, stride }, reference });
+    const grid = { T_center: reference, axes, half_widths, stride };
+    void this.survey.run({ client, method: run.id, grid, reference });
   }
 
   /** Of all unknowns. */
@@ -126,7 +131,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   }
 
   /** Path, present place and names, for the figure's painters. */
-  protected marks(facts: LabFacts, { T_center, axes }: Grid): LandscapeMarks {
+  private marks(facts: LabFacts, { T_center, axes }: Grid): LandscapeMarks {
     const { trace, pose } = this.session;
     const { is_planar } = facts;
     const inAxes = (T: Pose): [number, number] => {

@@ -7,7 +7,8 @@ import type { Download } from '../export/exports.js';
 import type { Size } from '../views/figures.js';
 import type { Viewport } from '../views/viewport.js';
 import { paintGround, paintStep, type PlaneScene, stageTheme } from './plane-painter.js';
-import { penOn } from './plane-stage.js';
+import { pngOf } from '../views/canvas.js';
+import { penOn } from '../views/pen.js';
 import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
 import { type LabRun, type LabSession, numPoses, pairName } from './session.js';
@@ -136,9 +137,3 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
 }
 
 const poseAt = ({ trace }: LabRun, at: number): Pose => trace?.poses.subarray(16 * at, 16 * at + 16) ?? [];
-
-async function pngOf(canvas: HTMLCanvasElement): Promise<Blob> {
-  const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve));
-  if (!blob) throw new Error('The browser could not make the picture.');
-  return blob;
-}

@@ -7,7 +7,6 @@ export type FormatParts = ReadonlyMap<string, string>;
 
 /** Who says where the robot was. */
 export const POSE_KINDS = ['odometry', 'poses', 'reference'] as const;
-export type PoseKind = (typeof POSE_KINDS)[number];
 
 export function partsOf(text: string): FormatParts {
   const pairs = text.split(',').map((pair) => pair.split('='));

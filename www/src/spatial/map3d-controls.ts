@@ -1,14 +1,17 @@
 /** What lies over the map in space alone: the section's slider, the readout, its own buttons and what is drawn. */
-import { html, nothing, type TemplateResult } from 'lit';
+import { html, nothing, svg, type TemplateResult } from 'lit';
 import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
 import { roundedDown } from '../views/viewport.js';
-import type { GraphicsState } from './graphics.js';
+import type { GraphicsState } from '../components/graphics.js';
 import type { Heights } from './leveling.js';
 import { COLOR_MODES, chosenMode, type LookChoices, ramp } from './look.js';
 import type { ColorMode } from './point-cloud.js';
 import type { LayerName } from './scene.js';
+
+const FROM_ABOVE = svg`<path d="M1.8 6.3C3.5 3.9 5.5 2.7 8 2.7s4.5 1.2 6.2 3.6C12.5 8.7 10.5 9.9 8 9.9S3.5 8.7 1.8 6.3z" /><circle cx="8" cy="6.3" r="1.4" /><path d="M2.5 13.2h11" />`;
+const FLAT = svg`<path d="M3 4.5h10v7H3zM3 8h10M8 4.5v7" />`;
 
 /** Above the first camera, m: the heights there are, and where the map is cut. */
 export interface Section {
@@ -95,8 +98,8 @@ export function ownButtons({
   fromAbove: () => void;
   toggleProjection: () => void;
 }): TemplateResult {
-  return html`${mapButton('from_above', 'View from above', 'View from above (T)', fromAbove)}
-  ${mapButton('flat', 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: is_flat })}`;
+  return html`${mapButton(FROM_ABOVE, 'View from above', 'View from above (T)', fromAbove)}
+  ${mapButton(FLAT, 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: is_flat })}`;
 }
 
 /** Layers and how, and what is to change. */

@@ -1,13 +1,13 @@
 import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
+import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
+import { Graphics, type GraphicsUser } from '../components/graphics.js';
 import { map_styles } from '../components/map-styles.js';
 import { mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
-import { Gestures, type GestureTarget } from '../views/gestures.js';
-import { belongsToPage, type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
+import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { Viewpoint } from './viewpoint.js';
-import { Graphics, type GraphicsUser } from './graphics.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import { NO_POINTS } from './leveling.js';
 import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, sceneLook } from './look.js';
@@ -21,14 +21,12 @@ import {
   type Orbit,
   orbited,
   panned,
-  type Size,
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
 import type { Camera, Pose } from './poses.js';
 import type { MapScene, SceneLook } from './scene.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
-import { watchSize } from '../components/watch-size.js';
 
 /** Layers over the points. */
 export interface SpatialMarks {
@@ -55,7 +53,7 @@ const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
  * `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
-export class ScanstitchMap3d extends LitElement implements GestureTarget, GraphicsUser, KeyedMap {
+export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
   @property({ attribute: false }) points: MapPoints = NO_POINTS;
   @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
   @property({ attribute: false }) names: readonly string[] = [];
@@ -75,38 +73,19 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   @state() private choices: LookChoices = FIRST_CHOICES;
   @state() private layers_open = false;
   @state() private hovered: number | null = null;
-  @state() private guarded = false;
-  @query('.stage') private stage!: HTMLElement;
-  @query('canvas') private canvas!: HTMLCanvasElement;
+  @query('.stage') readonly stage!: HTMLElement;
+  @query('canvas') readonly canvas!: HTMLCanvasElement;
 
   /** What is written beside the map follows when a flight ends: anew at each of its pictures, it would take more time
    * than they do. */
   private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
-  private gestures = new Gestures(this, this);
-  private size: Size = { width: 0, height: 0 };
+  private surface = new DrawingSurface(this);
   private survey: Survey = NO_SURVEY;
-  private animation_frame = 0;
   private has_new_points = false;
 
-  constructor() {
-    super();
-    watchSize(
-      this,
-      () => this.resize(),
-      () => this.stage,
-    );
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    cancelAnimationFrame(this.animation_frame);
-    this.animation_frame = 0;
-  }
-
   protected override firstUpdated(): void {
-    this.gestures.listen(this.stage);
-    this.resize();
+    this.surface.begin();
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
@@ -152,18 +131,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   protected override render(): TemplateResult {
     return html`
-      <div
-        class="stage"
-        tabindex="0"
-        role="group"
-        aria-label="Map"
-        aria-describedby="map-keys"
-        ?data-guarded=${this.guarded}
-        @keydown=${this.onKey}
-        @dblclick=${() => this.fit()}
-        @focus=${this.updateGuard}
-        @blur=${this.updateGuard}
-      >
+      <div class="stage" tabindex="0" role="group" aria-label="Map" aria-describedby="map-keys" @keydown=${this.onKey}>
         ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
         <p id="map-keys" class="visually-hidden">
           Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
@@ -182,7 +150,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
       hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
       mode: chosenMode(choices, has_colors),
       dark: this.dark,
-      metres_per_pixel: metresPerPixel(viewpoint.orbit, this.size),
+      metres_per_pixel: metresPerPixel(viewpoint.orbit, this.surface.size),
     })}
     ${mapToolbar({
       zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
@@ -218,12 +186,12 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
 
   // Layers.
 
-  graphicsCanvas(): HTMLCanvasElement {
-    return this.canvas;
+  async loadScene(): Promise<typeof MapScene> {
+    return (await import('./scene.js')).MapScene;
   }
 
   onScene(scene: MapScene): void {
-    scene.resize(this.size, pixelRatio());
+    scene.resize(this.surface.size, this.surface.pixel_ratio);
     scene.setPoints(this.points);
     this.passMarks(null);
     this.has_new_points = true;
@@ -252,8 +220,8 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     const { poses, camera } = this.marks;
     const kind = { has_camera: camera !== null, is_rough: this.growing };
     this.survey = leveled(this.survey, this.points, poses, kind);
-    const is_wide = this.size.width >= this.size.height;
-    this.survey = straightened(this.survey, poses, { cut: this.cut(), is_wide });
+    const { width, height } = this.surface.size;
+    this.survey = straightened(this.survey, poses, { cut: this.cut(), is_wide: width >= height });
   }
 
   private cut(): number {
@@ -268,34 +236,24 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     return sceneLook(this.choices, facts);
   }
 
-  // Painting. One picture at most per refresh of the screen, and none when nothing changed.
+  // Painting.
 
-  private resize(): void {
-    const { clientWidth: width, clientHeight: height } = this.stage;
-    this.size = { width, height };
-    this.updateGuard();
-    if (width === 0 || height === 0) return;
-    this.graphics.scene?.resize(this.size, pixelRatio());
+  resized(): void {
+    this.graphics.scene?.resize(this.surface.size, this.surface.pixel_ratio);
     if (!this.viewpoint.is_moved) this.fit(true);
-    // At once: the canvas is empty now, and it would be seen so until the next animation frame.
-    this.paint();
-    this.requestUpdate();
   }
 
   private requestPaint(): void {
-    if (this.animation_frame === 0) this.animation_frame = requestAnimationFrame(() => this.paint());
+    this.surface.requestPaint();
     this.stage.ariaBusy = 'true';
   }
 
-  private paint(): void {
-    cancelAnimationFrame(this.animation_frame);
-    this.animation_frame = 0;
+  paint(): void {
     const { viewpoint, graphics } = this;
     if (viewpoint.is_flying) {
       viewpoint.advance();
       if (!viewpoint.is_flying) this.requestUpdate();
     }
-    if (this.size.width === 0) return;
     graphics.scene?.render(viewpoint.orbit, this.look(), this.survey.R_view_map[1]);
     if (viewpoint.is_flying) this.requestPaint();
     else this.stage.ariaBusy = 'false';
@@ -305,10 +263,6 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
       this.has_new_points = false;
       this.emit('map-painted', null);
     }
-  }
-
-  private updateGuard(): void {
-    this.guarded = belongsToPage(this.stage);
   }
 
   // Moving about.
@@ -328,8 +282,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   /** The orbit that shows all there is from where this one looks. */
   private toAll(orbit: Orbit): Orbit {
     // Beside the map the section's slider and the buttons need room.
-    const margin = this.size.width < 520 ? { across: 30, along: 16 } : { across: 64, along: 30 };
-    return fitted(orbit, openSamples(this.survey, this.marks.poses, this.cut()), this.size, margin);
+    const { size } = this.surface;
+    const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 64, along: 30 };
+    return fitted(orbit, openSamples(this.survey, this.marks.poses, this.cut()), size, margin);
   }
 
   private fly(to: Orbit, at_once: boolean): void {
@@ -354,7 +309,7 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   zoomBy(factor: number): void {
-    this.zoom(this.size.width / 2, this.size.height / 2, factor);
+    this.surface.zoomBy(factor);
   }
 
   turn(right: number, down: number): void {
@@ -362,11 +317,11 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   shift(right: number, down: number): void {
-    this.move(panned(this.viewpoint.orbit, this.size, right, down));
+    this.move(panned(this.viewpoint.orbit, this.surface.size, right, down));
   }
 
   zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.viewpoint.orbit, this.size, x, y, factor));
+    this.move(zoomedAt(this.viewpoint.orbit, this.surface.size, x, y, factor));
   }
 
   twist(angle: number): void {
@@ -385,13 +340,9 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
     this.hovered = null;
   }
 
-  isGuarded(): boolean {
-    return this.guarded;
-  }
-
   private frameAt(x: number, y: number, reach: number): number | null {
     const shown = positions(this.marks.poses.slice(0, this.marks.until), this.survey.R_view_map);
-    return nearest(shown, this.viewpoint.orbit, this.size, x, y, reach);
+    return nearest(shown, this.viewpoint.orbit, this.surface.size, x, y, reach);
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -418,10 +369,6 @@ export class ScanstitchMap3d extends LitElement implements GestureTarget, Graphi
   }
 
   static override styles = [shared, map_styles, map3d_styles];
-}
-
-function pixelRatio(): number {
-  return Math.min(window.devicePixelRatio || 1, 2);
 }
 
 declare global {

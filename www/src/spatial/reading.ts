@@ -9,7 +9,7 @@ export function valueText(value: number): string {
   return `${Number(value.toPrecision(7))}`;
 }
 
-export function angleText({ width }: Camera, fx: number): string {
+function angleText({ width }: Camera, fx: number): string {
   return `${formatFixed(2 * Math.atan(width / 2 / fx) * DEGREES, 0)}°`;
 }
 

@@ -2,26 +2,16 @@
  * The map in space, drawn with three.js: the one module, with those it imports, that the library is loaded for. Plain
  * data in, a picture out; it draws on request and keeps no clock.
  */
-import {
-  ColorManagement,
-  Group,
-  LinearSRGBColorSpace,
-  Matrix4,
-  OrthographicCamera,
-  PerspectiveCamera,
-  Scene,
-  WebGLRenderer,
-} from 'three';
+import { Group, Matrix4, Scene } from 'three';
+import { pngOf } from '../views/canvas.js';
 import type { Rgb } from '../views/palette.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import { FloorGrid, Lines, PictureFrame } from './marks.js';
-import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from '../views/orbit.js';
+import type { Orbit, Size } from '../views/orbit.js';
+import { SpaceRenderer } from '../views/space-renderer.js';
 import { PointCloud, type PointLook } from './point-cloud.js';
 import { type Camera, corners, frustumSegments, type Pose, pathSegments, positionOf } from './poses.js';
 import type { Mat3, Vec3 } from '../views/vectors.js';
-
-// Colours are given as the screen shows them; nothing is lit.
-ColorManagement.enabled = false;
 
 export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up'> {
   point_size: number;
@@ -44,7 +34,7 @@ export interface SceneColors {
 const MAX_CAMERAS = 400;
 
 export class MapScene {
-  #renderer: WebGLRenderer;
+  #renderer: SpaceRenderer;
   #scene = new Scene();
   #world = new Group();
   #points = new PointCloud();
@@ -54,16 +44,11 @@ export class MapScene {
   #cameras = new Lines(1.1, 0, 20);
   #selected = new Lines(2.4, 1.2, 31);
   #picture = new PictureFrame(30);
-  #perspective = new PerspectiveCamera();
-  #orthographic = new OrthographicCamera();
-  #size: Size = { width: 1, height: 1 };
-  #pixel_ratio = 1;
   #reach = 10;
 
   /** Throws where the browser gives no graphics context. */
   constructor(canvas: HTMLCanvasElement) {
-    this.#renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
-    this.#renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.#renderer = new SpaceRenderer(canvas);
     this.#world.matrixAutoUpdate = false;
     this.#world.add(
       this.#points.object,
@@ -78,10 +63,7 @@ export class MapScene {
   }
 
   resize(size: Size, pixel_ratio: number): void {
-    this.#size = size;
-    this.#pixel_ratio = pixel_ratio;
-    this.#renderer.setPixelRatio(pixel_ratio);
-    this.#renderer.setSize(size.width, size.height, false);
+    this.#renderer.resize(size, pixel_ratio);
   }
 
   setPoints(points: MapPoints): void {
@@ -111,12 +93,10 @@ export class MapScene {
   }
 
   render(orbit: Orbit, look: SceneLook, up: Vec3): void {
-    const camera = this.#place(orbit);
     const { colors, shows } = look;
-    const ratio = this.#pixel_ratio;
-    this.#renderer.setClearColor((colors.background[0] << 16) | (colors.background[1] << 8) | colors.background[2]);
+    const { size, pixel_ratio: ratio } = this.#renderer;
     this.#points.object.visible = shows.points;
-    this.#points.look({ ...look, up, size: look.point_size, smallest: 1.2 * ratio }, (this.#size.height / 2) * ratio);
+    this.#points.look({ ...look, up, size: look.point_size, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
     this.#grid.object.visible = shows.grid;
     this.#grid.paint(colors.grid, 0.55);
     this.#reference.group.visible = shows.reference;
@@ -127,21 +107,16 @@ export class MapScene {
     this.#cameras.paint([colors.estimate], 0.5, 1);
     this.#selected.group.visible = shows.cameras;
     this.#selected.paint([colors.halo, colors.selected], 1, 1);
-    this.#renderer.render(this.#scene, camera);
+    this.#renderer.render(this.#scene, orbit, colors.background, this.#reach);
   }
 
   /** What `render` would show, as a PNG of `scale` times the size. */
   async toPng(orbit: Orbit, look: SceneLook, up: Vec3, scale: number): Promise<Blob> {
-    const [size, ratio] = [this.#size, this.#pixel_ratio];
+    const { size, pixel_ratio: ratio } = this.#renderer;
     this.resize(size, Math.max(scale, ratio));
     try {
       this.render(orbit, look, up);
-      // The drawing is only there until the browser has shown it: it is copied within the same task.
-      return await new Promise((resolve, reject) => {
-        this.#renderer.domElement.toBlob((blob) =>
-          blob ? resolve(blob) : reject(new Error('The browser could not make the picture.')),
-        );
-      });
+      return await pngOf(this.#renderer.canvas);
     } finally {
       this.resize(size, ratio);
       this.render(orbit, look, up);
@@ -161,28 +136,5 @@ export class MapScene {
       part.dispose();
     }
     this.#renderer.dispose();
-  }
-
-  #place(orbit: Orbit): PerspectiveCamera | OrthographicCamera {
-    const aspect = this.#size.width / Math.max(this.#size.height, 1);
-    const is_flat = orbit.projection === 'orthographic';
-    const camera = is_flat ? this.#orthographic : this.#perspective;
-    if (is_flat) {
-      const half = orbit.distance * TAN_HALF_VIEW;
-      Object.assign(this.#orthographic, { top: half, bottom: -half, left: -half * aspect, right: half * aspect });
-      // The eye may stand inside the map there: what lies behind it is seen as well.
-      this.#orthographic.near = orbit.distance - 2 * this.#reach;
-      this.#orthographic.far = orbit.distance + 2 * this.#reach;
-    } else {
-      this.#perspective.fov = (2 * Math.atan(TAN_HALF_VIEW) * 180) / Math.PI;
-      this.#perspective.aspect = aspect;
-      this.#perspective.near = Math.max(0.02, Math.min(0.2, orbit.distance / 50));
-      this.#perspective.far = orbit.distance + 2 * this.#reach;
-    }
-    camera.up.set(...axes(orbit).up);
-    camera.position.set(...eye(orbit));
-    camera.lookAt(...orbit.target);
-    camera.updateProjectionMatrix();
-    return camera;
   }
 }

@@ -181,13 +181,6 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     return this.dataset && { title: this.dataset.title, inputs: this.#inputs(), settings: this.settings };
   }
 
-  /** The reference trajectory as one file, with its bytes; null without. */
-  async referenceFile(): Promise<{ name: string; bytes: ArrayBuffer } | null> {
-    const reference = this.#reference();
-    if (!reference) return null;
-    return { name: reference.path, bytes: (await reference.read()).slice().buffer as ArrayBuffer };
-  }
-
   /** The files of a registered frame. */
   filesOf(frame: number): { depth: StoredFile | null; color: StoredFile | null } {
     const index = this.snapshot?.result.frames[frame]?.index;

@@ -1,9 +1,8 @@
 /** The page's side of a comparison: the worker that places frames, those that prepare them, and what is known so far. */
 import { SpatialRun } from '../../../npm/spatial_run.js';
 import { StrategyRace } from '../../../npm/strategy_race.js';
-import { problemOf, type SpatialJob, ThreadPreparer } from '../engine/preparer.js';
+import { problemOf, type SpatialJob, ThreadPreparer, tolerate } from '../engine/preparer.js';
 import type { Problem } from '../engine/protocol.js';
-import { WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
 import type { GivenRecording } from '../components/run-kind.js';
@@ -65,12 +64,12 @@ export class StrategyClient {
       given.settings,
     );
     if (intrinsics) {
-      await this.#tolerate(intrinsics.path, async () =>
+      await tolerate(this.#listener, intrinsics.path, async () =>
         remote.call('setIntrinsics', intrinsics.path, await intrinsics.read()),
       );
     }
     if (reference) {
-      await this.#tolerate(reference.path, async () =>
+      await tolerate(this.#listener, reference.path, async () =>
         remote.call('setReference', reference.path, await reference.read(), num_recorded),
       );
     }
@@ -149,15 +148,5 @@ export class StrategyClient {
       results,
       race.milliseconds.map((times) => [...times]),
     );
-  }
-
-  /** What is wrong with a file beside the frames is reported, and the frames go on without it. */
-  async #tolerate(name: string, action: () => Promise<unknown>): Promise<void> {
-    try {
-      await action();
-    } catch (error) {
-      if (error instanceof WorkerDied) throw error;
-      this.#listener.problem(problemOf(error, name));
-    }
   }
 }

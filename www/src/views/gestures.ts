@@ -16,8 +16,6 @@ export interface GestureTarget {
   tap(x: number, y: number, reach: number): void;
   hover(x: number, y: number): void;
   leave(): void;
-  /** Wheel and single fingers belong to the page around. */
-  isGuarded(): boolean;
 }
 
 interface Place {
@@ -30,12 +28,15 @@ const TAP = { mouse: 4, touch: 10 };
 
 export class Gestures implements ReactiveController {
   #target: GestureTarget;
+  #isGuarded: () => boolean;
   #stage: HTMLElement | null = null;
   #fingers = new Map<number, Place & { shifts: boolean }>();
   #distance = 0;
 
-  constructor(host: ReactiveControllerHost, target: GestureTarget) {
+  /** `isGuarded`: whether wheel and single fingers belong to the page around. */
+  constructor(host: ReactiveControllerHost, target: GestureTarget, isGuarded: () => boolean) {
     this.#target = target;
+    this.#isGuarded = isGuarded;
     host.addController(this);
   }
 
@@ -61,7 +62,7 @@ export class Gestures implements ReactiveController {
   }
 
   #wheel(event: WheelEvent): void {
-    if (this.#target.isGuarded() && !event.ctrlKey) return;
+    if (this.#isGuarded() && !event.ctrlKey) return;
     event.preventDefault();
     const { x, y } = this.#place(event);
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
@@ -73,7 +74,7 @@ export class Gestures implements ReactiveController {
 
   #down(event: PointerEvent): void {
     if (event.button !== 0 && !this.#target.turn) return;
-    if (this.#target.isGuarded() && event.pointerType === 'touch') return;
+    if (this.#isGuarded() && event.pointerType === 'touch') return;
     this.#stage?.setPointerCapture(event.pointerId);
     this.#fingers.set(event.pointerId, { ...this.#place(event), shifts: event.button !== 0 || event.shiftKey });
     if (this.#fingers.size > 1) return;
@@ -115,7 +116,7 @@ export class Gestures implements ReactiveController {
     const is_touch = event.pointerType === 'touch';
     const is_tap = event.type === 'pointerup' && this.#distance <= (is_touch ? TAP.touch : TAP.mouse);
     if (!is_tap || event.button !== 0 || this.#fingers.size > 0) return;
-    if (!was_pressed && !this.#target.isGuarded()) return;
+    if (!was_pressed && !this.#isGuarded()) return;
     const { x, y } = this.#place(event);
     this.#target.tap(x, y, is_touch ? 24 : 12);
   }

@@ -2,6 +2,7 @@
  * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change,
  * and moved instead of painted afresh while the hand moves a map that is dear to paint.
  */
+import { context2d } from './canvas.js';
 import {
   DARK_MAP,
   type Layers,
@@ -141,12 +142,6 @@ export class MapCanvas {
     paintScaleBar(ctx, size, view, theme);
     paintAxes(ctx, size, view, theme);
   }
-}
-
-function context2d(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
-  const context = canvas.getContext('2d');
-  if (!context) throw new Error('This browser draws no canvas.');
-  return context;
 }
 
 function sameView(a: Viewport, b: Viewport): boolean {

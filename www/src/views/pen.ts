@@ -1,5 +1,8 @@
 /** What figures are drawn with: the same strokes on a canvas and in an SVG file. */
 
+import { context2d } from './canvas.js';
+import type { Size } from './viewport.js';
+
 export interface Stroke {
   color: string;
   width: number;
@@ -219,4 +222,17 @@ function short(value: number | undefined): string {
 
 function escape(words: string): string {
   return words.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('>', '&gt;');
+}
+
+/** A pen on a canvas of this size (CSS pixels), which begins with the pixels of another one, or empty. `ratio`: device
+ * pixels per CSS pixel. */
+export function penOn(canvas: HTMLCanvasElement, size: Size, ratio: number, ground?: HTMLCanvasElement): CanvasPen {
+  const [width, height] = [Math.round(size.width * ratio), Math.round(size.height * ratio)];
+  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+  const context = context2d(canvas);
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  if (ground && ground.width > 0) context.drawImage(ground, 0, 0);
+  else context.clearRect(0, 0, width, height);
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return new CanvasPen(context);
 }

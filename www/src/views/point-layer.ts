@@ -21,7 +21,7 @@ export interface Dot {
 }
 
 /** A dot of `diameter` device pixels with smooth edges. */
-export function makeDot(diameter: number): Dot {
+function makeDot(diameter: number): Dot {
   const radius = diameter / 2;
   const reach = Math.ceil(radius);
   const pixels: [number, number, number][] = [];

@@ -8,7 +8,7 @@ use super::super::space::{Color, Light, Material, Shape, Solid};
 /// Index of a material.
 pub type Paint = usize;
 
-/// What is being built.
+/// Solids, materials and lamps of the world under construction.
 pub struct Builder {
     pub solids: Vec<Solid>,
     pub materials: Vec<Material>,

@@ -16,22 +16,22 @@ use super::ways::{Ways, obstacles};
 struct Item {
     /// Width and depth (m).
     size: [f64; 2],
-    /// Whether pictures behind it could not be seen.
+    /// Whether it hides pictures on the wall behind it.
     tall: bool,
     build: fn(&mut Piece, [f64; 2]),
 }
 
-/// One can walk where a disc of this radius passes (m).
+/// Radius of the disc that must fit wherever the camera walks (m).
 const WALKER: f64 = 0.3;
 /// Squares of the floor (m).
 const SQUARE: f64 = 0.08;
-/// Between a piece and its wall (m).
+/// Gap between a piece and its wall (m).
 const GAP: f64 = 0.03;
-/// The floor in front of a door is kept free so deep (m).
+/// Depth of the floor that is kept free in front of a door (m) ...
 const APPROACH: f64 = 0.75;
-/// and in front of a window, for radiators and curtains.
+/// ... and in front of a window, for radiators and curtains.
 const WINDOW_APPROACH: f64 = 0.24;
-/// Between a low piece and the wall with the window that it stands under, over the radiator (m).
+/// Gap between a low piece under a window and the wall, for the radiator (m).
 const WINDOW_GAP: f64 = WINDOW_APPROACH + 0.1;
 /// Places that are tried for a piece.
 const TRIES: usize = 60;
@@ -202,7 +202,7 @@ impl FurniturePlacer<'_> {
             if high < low {
                 continue;
             }
-            // Pieces look settled in corners and in the middle of a wall.
+            // Furniture mostly stands in corners and in the middle of a wall.
             let share = self.builder.random.uniform(-0.3, 1.3).clamp(0.0, 1.0);
             let placed = self.at(&inner, side, low + (high - low) * share, item);
             if placed.is_some() {

@@ -99,7 +99,9 @@ pub struct BevRefinement {
     pub converged: bool,
 }
 
+/// Most Gauss-Newton steps; from clicks a few pixels off it takes fewer than ten.
 const MAX_ITERATIONS: usize = 60;
+/// Most times that a step which does not reduce the error is halved: by then it is below the rounding of a pose.
 const MAX_HALVINGS: i32 = 30;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;

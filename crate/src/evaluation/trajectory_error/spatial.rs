@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 
 use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
-use crate::evaluation::associate::by_time;
+use crate::evaluation::associate::{MAX_TIME_DIFFERENCE, by_time};
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
 use crate::geometry::Pose3;
 use crate::geometry::rotation::angle_of;
@@ -20,9 +20,6 @@ pub(crate) struct EstimatedFrame {
     /// `T_world_sensor` (x right, y down, z forward); none where the frame is lost.
     pub T_world_sensor: Option<Pose3>,
 }
-
-/// Frames and poses further apart in time (s) do not belong together.
-const MAX_TIME_DIFFERENCE: f64 = 0.02;
 
 /// Compares the frames of a recording of `num_recorded` frames with a reference: by time where both have times, by their
 /// place in the recording otherwise.

@@ -7,6 +7,7 @@ use crate::{Error, Result};
 
 /// Smallest share of readings of a log in metres that is nearer than `MAX_INDOOR_RANGE` (m); the others may mean no return. ...
 const LEAST_SHARE: f64 = 0.05;
+/// Ranges in rooms and halls are below this (m).
 const MAX_INDOOR_RANGE: f32 = 60.0;
 /// ... Outdoors nearly all may; but what stands for no return is the limit of a planar laser, which is less than this (m).
 const MAX_LIMIT: f32 = 200.0;

@@ -52,6 +52,7 @@ const MAX_LITERAL: usize = 32;
 const MAX_COPY: usize = 264;
 /// ... and how far back a copy reaches.
 const MAX_BACK: usize = 1 << 13;
+/// Bits of a hash of three bytes: the table takes 64 kB.
 const TABLE_BITS: u32 = 14;
 
 /// Bytes that [`decompress`] turns into `data`: copies are looked for where the same three bytes were last seen.

@@ -178,6 +178,7 @@ impl Column<'_> {
     }
 }
 
+/// Place of the colour in a row.
 const COLOR: usize = 6;
 
 struct Columns<'a> {

@@ -120,39 +120,14 @@ numbers!(i8, u8, i16, u16, i32, u32, f32, f64);
 /// Calls a function that is generic over a [`Number`] with the type that `$scalar` names.
 macro_rules! with_type {
     ($scalar:expr, $T:ident => $call:expr) => {
+        with_type!(@one_of $scalar, $T, $call, Int8 i8, Uint8 u8, Int16 i16, Uint16 u16, Int32 i32, Uint32 u32, Float32 f32, Float64 f64)
+    };
+    (@one_of $scalar:expr, $T:ident, $call:expr, $($name:ident $type:ty),*) => {
         match $scalar {
-            Scalar::Int8 => {
-                type $T = i8;
+            $(Scalar::$name => {
+                type $T = $type;
                 $call
-            }
-            Scalar::Uint8 => {
-                type $T = u8;
-                $call
-            }
-            Scalar::Int16 => {
-                type $T = i16;
-                $call
-            }
-            Scalar::Uint16 => {
-                type $T = u16;
-                $call
-            }
-            Scalar::Int32 => {
-                type $T = i32;
-                $call
-            }
-            Scalar::Uint32 => {
-                type $T = u32;
-                $call
-            }
-            Scalar::Float32 => {
-                type $T = f32;
-                $call
-            }
-            Scalar::Float64 => {
-                type $T = f64;
-                $call
-            }
+            })*
         }
     };
 }

@@ -30,7 +30,7 @@ pub(super) enum Layout {
 }
 
 /// Columns of a table of poses, counted from 0.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Table {
     /// Columns that every line has.
     num_columns: usize,
@@ -55,35 +55,13 @@ impl Table {
     pub(super) fn positions(num_columns: usize) -> Self {
         let words = if num_columns == 2 { "x y" } else { "x y z" };
         let z = (num_columns > 2).then_some(2);
-        Self {
-            num_columns,
-            more: false,
-            stamp: None,
-            number: None,
-            x: 0,
-            y: 1,
-            z,
-            quaternion: None,
-            heading: None,
-            words,
-        }
+        Self { num_columns, x: 0, y: 1, z, words, ..Self::default() }
     }
 
     /// `t x y z` and the quaternion at these columns.
     pub(super) fn stamped(divisor: f64, quaternion_wxyz: [usize; 4], more: bool, words: &'static str) -> Self {
-        let quaternion = Some(quaternion_wxyz);
-        Self {
-            num_columns: 8,
-            more,
-            stamp: Some((0, divisor)),
-            number: None,
-            x: 1,
-            y: 2,
-            z: Some(3),
-            quaternion,
-            heading: None,
-            words,
-        }
+        let (stamp, quaternion) = (Some((0, divisor)), Some(quaternion_wxyz));
+        Self { num_columns: 8, more, stamp, x: 1, y: 2, z: Some(3), quaternion, words, ..Self::default() }
     }
 
     /// The table that these names describe, if they name a position at least.
@@ -107,7 +85,6 @@ impl Table {
         let heading = find(&["theta", "yaw", "heading"]).filter(|_| quaternion.is_none());
         Some(Self {
             num_columns: names.len(),
-            more: false,
             stamp: nanoseconds.or(seconds),
             number: find(&["id", "index", "number", "frame"]),
             x,
@@ -116,6 +93,7 @@ impl Table {
             quaternion,
             heading,
             words: "as its first line names them",
+            ..Self::default()
         })
     }
 
@@ -141,37 +119,13 @@ impl Table {
 
 /// The homework's `x y z qw qx qy qz`.
 pub(super) fn pose_table() -> Table {
-    let quaternion = Some([3, 4, 5, 6]);
-    let words = "x y z qw qx qy qz";
-    Table {
-        num_columns: 7,
-        more: false,
-        stamp: None,
-        number: None,
-        x: 0,
-        y: 1,
-        z: Some(2),
-        quaternion,
-        heading: None,
-        words,
-    }
+    Table { quaternion: Some([3, 4, 5, 6]), num_columns: 7, words: "x y z qw qx qy qz", ..Table::positions(3) }
 }
 
 /// `number x y theta`.
 pub(super) fn planar() -> Table {
     let words = "number x y theta";
-    Table {
-        num_columns: 4,
-        more: false,
-        stamp: None,
-        number: Some(0),
-        x: 1,
-        y: 2,
-        z: None,
-        quaternion: None,
-        heading: Some(3),
-        words,
-    }
+    Table { num_columns: 4, number: Some(0), x: 1, y: 2, heading: Some(3), words, ..Table::default() }
 }
 
 /// Poses with named columns, with their times (s) where there are any.

@@ -8,6 +8,7 @@ use super::tum;
 use crate::geometry::Pose3;
 use crate::{Error, Result};
 
+/// The first bytes of every file.
 const MAGIC: &[u8] = b"\x93NUMPY";
 const SAVE: &str = "Save the poses with numpy.save, as an array (N, 7) of x y z qw qx qy qz or (N, 4, 4) of matrices";
 

@@ -6,7 +6,9 @@ use crate::geometry::Pose3;
 
 /// Voxels along a side of a block.
 pub(super) const BLOCK: i32 = 1 << BLOCK_BITS;
+/// Bits of a voxel's place along a side of its block.
 const BLOCK_BITS: i32 = 3;
+/// Voxels of a block.
 pub(super) const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
 /// Bits of a key for each axis: voxels of a millimetre cover a kilometre from the origin.
 pub(super) const KEY_BITS: u32 = 21;

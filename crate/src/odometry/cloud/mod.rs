@@ -20,6 +20,7 @@ use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstr
 use crate::registration::degeneracy::{DegenerateDirection, is_rotation_constrained};
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::global::register_globally;
+use crate::registration::global::scale::MATCH_DISTANCE;
 use crate::registration::icp::{IcpOptions, Source};
 use crate::registration::spatial::{SpatialRegistration, register_in_space};
 use crate::registration::target::OrientedTarget;
@@ -253,7 +254,7 @@ impl CloudOdometry {
     fn features_guess(&self, task: &Task<'_>) -> Result<Pose3> {
         let voxel_size = self.global_voxel_size;
         let [source, target] = [task.frame, task.last].map(|cloud| cloud.described(&self.options, voxel_size));
-        let max_distance = options::GLOBAL_DISTANCE * voxel_size;
+        let max_distance = MATCH_DISTANCE * voxel_size;
         let (tree, method) = (target.tree(task.last), self.options.global_method);
         let found = register_globally(&source.cloud, &target.cloud, tree, method, max_distance)?;
         Ok(task.T_target_last * self.options.motion.nearest(&found.consensus.T_target_source))

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
+use crate::preprocess::estimate_normals::NORMAL_NEIGHBORS;
 use crate::registration::global::GlobalMethod;
 use crate::registration::global::scale::telling_voxel_size;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
@@ -67,16 +68,14 @@ pub struct CloudOptions {
     pub clear_normals: bool,
 }
 
-/// Radii of the neighbourhoods of normals and features, and correspondence distances (voxels).
+/// Radius of the neighbourhoods of normals in courses (voxels), as in Open3D's tutorial.
 const COURSE_NORMAL_RADIUS: f64 = 2.0;
-const FEATURE_RADIUS: f64 = 5.0;
-pub(super) const GLOBAL_DISTANCE: f64 = 1.5;
+/// Largest distance of corresponding points in courses (voxels), as in Open3D's tutorial, ...
 const COURSE_DISTANCE: f64 = 0.4;
+/// ... and by default (voxels).
 const DEFAULT_DISTANCE: f64 = 3.0;
 /// Constant seed of RANSAC: the same clouds give the same motions.
 const COURSE_SEED: u64 = 1;
-/// Largest number of neighbours of a feature.
-const FEATURE_NEIGHBORS: usize = 100;
 
 impl Default for CloudOptions {
     /// For rooms: voxels of 5 cm.
@@ -97,7 +96,7 @@ impl CloudOptions {
             voxel_size,
             max_correspondence_distance: DEFAULT_DISTANCE * voxel_size,
             viewpoint: DVec3::ZERO,
-            normals: Neighbourhood { max_neighbors: 20, radius: f64::INFINITY },
+            normals: NORMAL_NEIGHBORS,
             robust: true,
             clear_normals: true,
         }
@@ -164,11 +163,6 @@ impl CloudOptions {
         }
         Ok(())
     }
-}
-
-/// What a feature describes of a cloud in voxels of this side (m).
-pub(super) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
-    Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
 }
 
 /// A few iterations with pairs within this distance (m).

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::options::{CloudOptions, feature_neighbourhood};
+use super::options::CloudOptions;
 use crate::error::Result;
 use crate::geometry::PointCloud;
 use crate::preprocess::clean::refuse_map_coordinates;
@@ -13,6 +13,7 @@ use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_norma
 use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from};
 use crate::registration::free_space::sphere::SphericalView;
 use crate::registration::global::DescribedCloud;
+use crate::registration::global::scale::feature_neighbourhood;
 use crate::registration::icp::Source;
 use crate::registration::target::OrientedTarget;
 use crate::search::KdTree;

@@ -1,9 +1,10 @@
 //! The evidence for and against a pose: surfaces that agree, and surfaces in space that was seen to be free.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
+use crate::geometry::rotation::rotation_and_translation;
 use crate::registration::free_space::{DepthNoise, FreeSpaceTally, FreeSpaceTest};
 use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PointBatch, ProjectiveTarget};
@@ -96,8 +97,4 @@ pub(super) fn score_translated(
         tally.add(&view.classify(&(point + translation), tolerance).facing(normal, AGREEING_COSINE));
     }
     (tally.agreeing as f64 - tally.in_free_space as f64) / points.len().max(1) as f64
-}
-
-fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
-    (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
 }

@@ -8,6 +8,7 @@ use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::textured_frame::TexturedFrame;
 use crate::geometry::Pose3;
+use crate::geometry::quantile::quantile;
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::DepthNoise;
@@ -118,9 +119,7 @@ impl<'a> FrameMatcher<'a> {
     fn final_options(&self) -> IcpOptions {
         let mut options = fine_options();
         let mut depths: Vec<f64> = self.middle.points.iter().map(|point| point.z).collect();
-        let middle = depths.len() / 2;
-        if !depths.is_empty() {
-            let depth = *depths.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if let Some(depth) = quantile(&mut depths, 0.5) {
             let noise = self.noise.over_square * depth * depth / INDEPENDENT_POINTS.sqrt();
             let Criteria { rotation_eps, translation_eps, .. } = &mut options.criteria;
             (*rotation_eps, *translation_eps) = (rotation_eps.max(noise / depth), translation_eps.max(noise));

@@ -2,7 +2,7 @@
 
 /// What is left out; nothing by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[allow(clippy::struct_excessive_bools)]
+#[allow(clippy::struct_excessive_bools, reason = "each part is left out alone")]
 pub struct Ablation {
     /// Measured motion bounds the search only: it is not fused with registrations and is no factor where there is one.
     pub odometry: bool,

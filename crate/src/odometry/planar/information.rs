@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
+use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
 
@@ -86,8 +87,8 @@ pub fn openness(motion: &Pose2, covariance: &Matrix3<f64>) -> f64 {
     (heading / CERTAIN.0).max(position / CERTAIN.1).powi(2)
 }
 
-/// Squared Mahalanobis distance beyond which the second of two measurements loses weight: 95 of 100 lie below.
-const FUSED: f64 = 7.8;
+/// Squared Mahalanobis distance beyond which the second of two measurements loses weight.
+const FUSED: f64 = mahalanobis::ONE_IN_TWENTY;
 
 /// The most likely motion by two measurements of it, each with its covariance. The second one may be an outlier: its weight
 /// falls as it contradicts the first (dynamic covariance scaling, as in the pose graph).

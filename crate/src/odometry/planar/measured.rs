@@ -8,14 +8,14 @@ use super::information::{
     fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
 };
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
+use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
-/// A registration further from measured motion than this squared Mahalanobis distance contradicts it: 1 of 10,000 right
-/// ones, by chi squared of three degrees of freedom.
-const GATE: f64 = 21.1;
+/// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
+const GATE: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 /// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
 /// and this share of the way whatever their usual noise.
 const SLIP: (f64, f64) = (0.35, 0.25);

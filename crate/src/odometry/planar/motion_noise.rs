@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 
 /// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
@@ -68,7 +69,8 @@ impl MotionNoise {
             rotations.push(off.rotation_angle() / sq_rotation.sqrt());
         }
         let scale = |values: &mut [f64], median: f64, tail: f64| {
-            let scale = (quantile(values, 0.5) / median).max(quantile(values, 0.9) / tail);
+            let mut of = |share| quantile(values, share).unwrap_or(0.0);
+            let scale = (of(0.5) / median).max(of(0.9) / tail);
             scale.clamp(SCALES.0, SCALES.1)
         };
         Self {
@@ -94,12 +96,6 @@ impl MotionNoise {
         let diagonal = Vector3::new(rotation * rotation, translation * translation, translation * translation);
         at_middle * Matrix3::from_diagonal(&diagonal) * at_middle.transpose()
     }
-}
-
-/// The value below which this share lies.
-pub fn quantile(values: &mut [f64], share: f64) -> f64 {
-    let index = ((values.len().saturating_sub(1)) as f64 * share).round() as usize;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(index, f64::total_cmp).1 }
 }
 
 #[cfg(test)]

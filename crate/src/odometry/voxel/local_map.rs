@@ -8,8 +8,7 @@ use crate::geometry::Pose3;
 use crate::registration::target::{LastSearch, SurfaceTarget, Target};
 use crate::search::{KdTree, Neighbor};
 
-/// A partner is searched for within this times the distance limit: a point that finds none there needs no new search while it
-/// moves by less than the excess.
+/// [`LastSearch::again`]'s `clearance`: cells of a grid cost more the farther away they are.
 const CLEARANCE: f64 = 1.25;
 
 /// Points (m, world frame) with normals where they are known, and an index of them.
@@ -155,26 +154,12 @@ impl Target for LocalMap {
         max_distance: f64,
         last: &mut LastSearch<Vector3<f64>>,
     ) -> Option<Neighbor> {
-        let found = match *last {
-            LastSearch::Nearest(index) => {
-                // A little more than the way to the last partner, so that rounding does not shut it out.
-                let reach = (self.points[index as usize] - query).norm() * (1.0 + 1e-6) + 1e-6;
-                self.nearest(query, reach.min(max_distance))
-            }
-            LastSearch::NoneWithin(place, clearance) if (query - place).norm() + max_distance < clearance => {
-                return None;
-            }
-            LastSearch::None | LastSearch::NoneWithin(..) => {
-                let nearest = self.nearest(query, CLEARANCE * max_distance);
-                let distance = nearest.map_or(CLEARANCE * max_distance, |found| f64::from(found.sq_distance).sqrt());
-                *last = LastSearch::NoneWithin(*query, distance * (1.0 - 1e-4));
-                nearest.filter(|_| distance <= max_distance)
-            }
-        };
-        if let Some(found) = found {
-            *last = LastSearch::Nearest(found.index);
-        }
-        found
+        let nearest = |reach| self.nearest(query, reach);
+        last.again(query, max_distance, CLEARANCE, nearest, |index| {
+            // A little more than the way to the last partner, so that rounding does not shut it out.
+            let reach = (self.points[index as usize] - query).norm() * (1.0 + 1e-6) + 1e-6;
+            self.nearest(query, reach.min(max_distance))
+        })
     }
 
     fn point(&self, index: u32) -> Vector3<f64> {

@@ -33,10 +33,11 @@ struct Cell {
     entries: Vec<Entry>,
 }
 
-/// Up to this many points a voxel, cells are [`WIDE_CELL_VOXELS`] wide: few cells to look into, whose lists are still short.
-/// With more points they are [`NARROW_CELL_VOXELS`] wide.
+/// Largest number of points a voxel with which cells are wide: few cells to look into, whose lists are still short.
 const FEW_POINTS: usize = 2;
+/// Width of such a cell (voxels), ...
 const WIDE_CELL_VOXELS: i32 = 4;
+/// ... and of one with more points.
 const NARROW_CELL_VOXELS: i32 = 2;
 /// Width of a cell in spacings of the points, where these are wider than voxels: most cells would be empty otherwise.
 const CELL_SPACINGS: f64 = 4.0;

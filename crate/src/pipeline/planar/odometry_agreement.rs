@@ -2,20 +2,20 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::geometry::mahalanobis;
+use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
-use crate::odometry::planar::motion_noise::quantile;
 use crate::odometry::planar::{FrameEstimate, MeasuredMotion};
 
 /// Lengths of the stretches that are compared (m). Wheels that slip for a moment contradict a shorter one, and are right again
 /// over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
-/// Squared Mahalanobis distance beyond which a stretch contradicts the odometry: chi squared of three degrees of freedom, 1 of
-/// 10,000. Of the six logs at hand no stretch does (17.3 at most); where the ground ahead seems to move on with the robot, 30
-/// and more.
-const CONTRADICTING: f64 = 21.1;
-/// 90 % quantile of the same distribution. Odometry of which more stretches lie beyond has errors that add up along the path:
-/// its distances are scaled down to it.
-const USUAL: f64 = 6.25;
+/// Squared Mahalanobis distance beyond which a stretch contradicts the odometry. Of the six logs at hand no stretch does (17.3 at
+/// most); where the ground ahead seems to move on with the robot, 30 and more.
+const CONTRADICTING: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
+/// Odometry of which more than a tenth of the stretches lie beyond this has errors that add up along the path: its distances are
+/// scaled down to it.
+const USUAL: f64 = mahalanobis::ONE_IN_TEN;
 /// Fewer stretches than this say nothing of what is usual.
 const MIN_STRETCHES: usize = 50;
 
@@ -27,8 +27,8 @@ pub fn doubt_contradicted(motions: &[Option<MeasuredMotion>], poses: &[Pose2], e
         let stretches: Vec<Stretch> =
             (0..motions.len()).filter_map(|first| path.stretch(first, length, poses)).collect();
         let mut distances: Vec<f64> = stretches.iter().map(|stretch| stretch.sq_distance).collect();
-        let is_known = stretches.len() >= MIN_STRETCHES;
-        let scale = if is_known { (quantile(&mut distances, 0.9) / USUAL).max(1.0) } else { 1.0 };
+        let usual = quantile(&mut distances, 0.9).filter(|_| stretches.len() >= MIN_STRETCHES);
+        let scale = usual.map_or(1.0, |distance| (distance / USUAL).max(1.0));
         for stretch in stretches.iter().filter(|stretch| stretch.sq_distance > scale * CONTRADICTING) {
             let reason = stretch.contradiction();
             for estimate in &mut estimates[stretch.first..=stretch.last] {

@@ -2,9 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::geometry::mahalanobis;
+use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::{chained, seen_from, sigmas, softened_covariance};
-use crate::odometry::planar::motion_noise::{Comparison, MotionNoise, quantile};
+use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA};
 
 /// Fewer registered steps than this say nothing of the size of what is measured.
@@ -19,9 +21,8 @@ const REGISTERED_SCALE: f64 = 0.005;
 const UNREGISTERED: (f64, f64) = (1.0, 1.0);
 /// Chain and measured motion are compared over up to so many steps: each may be likely, and all of them short together.
 const MAX_STEPS: usize = 5;
-/// They part where their squared Mahalanobis distance is larger: 1 of 1,000 right stretches, by chi squared of three degrees of
-/// freedom.
-const PARTED: f64 = 16.3;
+/// They part where their squared Mahalanobis distance is larger.
+const PARTED: f64 = mahalanobis::ONE_IN_THOUSAND;
 
 /// The motions with the scale and the noise that all the registered steps of a chain give them. Wheels are off by a few parts in a
 /// hundred, which adds up over a way that the walls leave open.
@@ -34,10 +35,10 @@ pub fn calibrated(motions: &[Option<MeasuredMotion>], estimates: &[FrameEstimate
         (measured.norm() > CALIBRATING_WAY).then_some(ratio)
     };
     let mut ratios: Vec<f64> = comparisons.iter().filter_map(ratio).collect();
-    if ratios.len() < MIN_CALIBRATING {
+    let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else {
         return motions.to_vec();
-    }
-    let off = quantile(&mut ratios, 0.5) - 1.0;
+    };
+    let off = median - 1.0;
     let scale = 1.0 + off.signum() * (off.abs() - REGISTERED_SCALE).max(0.0);
     let scaled = |motion: &Pose2| Pose2 { translation: (motion.translation.vector * scale).into(), ..*motion };
     for comparison in &mut comparisons {

@@ -109,6 +109,15 @@ pub(crate) fn check_limits<S>(table: &[Setting<S>], settings: &S) -> Result<()> 
     Ok(())
 }
 
+/// Refuses a smallest range that is not below the largest (m).
+pub(crate) fn check_range(min_range: f64, max_range: f64) -> Result<()> {
+    if min_range < max_range {
+        return Ok(());
+    }
+    let problem = format!("min_range = {min_range} is not below max_range = {max_range}");
+    Err(Error::whole(problem, "Give a smaller min_range or a larger max_range"))
+}
+
 /// The table of a struct's settings, as a `Vec<Setting<_>>`. A row has the setting's kind, the name of its field, which is its name
 /// everywhere, its label, one line of explanation, and its values or limits:
 ///

@@ -6,10 +6,10 @@ mod list;
 
 use serde::{Deserialize, Serialize};
 
-use self::description::check_limits;
 pub use self::description::{Choice, Preset, SettingDescription, SettingKind};
+use self::description::{check_limits, check_range};
 pub use self::list::{descriptions, presets};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::map::local::MetricName;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{InitialGuess, PlanarOptions};
@@ -121,13 +121,7 @@ impl Settings {
     /// Names the first setting out of its limits, with the value and the limits.
     pub(crate) fn validate(&self) -> Result<()> {
         check_limits(&list::table(), self)?;
-        if self.min_range >= self.max_range {
-            return Err(Error::whole(
-                format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
-                "Give a smaller min_range or a larger max_range",
-            ));
-        }
-        Ok(())
+        check_range(self.min_range, self.max_range)
     }
 
     /// The range limits of the cleaning.

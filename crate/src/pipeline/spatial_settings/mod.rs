@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
 pub use self::list::{spatial_descriptions, spatial_presets};
 use crate::camera::{DepthSensor, Pinhole};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::odometry::depth::ColorUse;
 use crate::odometry::depth::{DepthOptions, Effort, Verification};
-use crate::pipeline::settings::description::check_limits;
+use crate::pipeline::settings::description::{check_limits, check_range};
 use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
@@ -127,13 +127,7 @@ impl SpatialSettings {
     /// Names the first setting out of its limits, with the value and the limits.
     pub(crate) fn validate(&self) -> Result<()> {
         check_limits(&list::table(), self)?;
-        if self.max_range > 0.0 && self.min_range >= self.max_range {
-            return Err(Error::whole(
-                format!("min_range = {} is not below max_range = {}", self.min_range, self.max_range),
-                "Give a smaller min_range or a larger max_range",
-            ));
-        }
-        Ok(())
+        if self.max_range > 0.0 { check_range(self.min_range, self.max_range) } else { Ok(()) }
     }
 
     /// What is left open, for depth images.

@@ -20,10 +20,6 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::{Motion, Solver};
-use crate::search::Neighbourhood;
-
-/// Neighbourhood from which normals of clouds are estimated.
-const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
 
 /// Registers `source` to `target`: two [`PlanarScan`]s in the plane, two [`PointCloud`]s in space.
 ///

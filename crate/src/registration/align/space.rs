@@ -6,10 +6,10 @@ use glam::{DVec3, Vec3};
 use nalgebra::{Translation3, Vector2, Vector3};
 
 use super::without_guess::without_a_guess;
-use super::{CloudMetric, NORMAL_NEIGHBORS, RegistrationInit, RegistrationOptions};
+use super::{CloudMetric, RegistrationInit, RegistrationOptions};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
-use crate::preprocess::estimate_normals::estimate_normals;
+use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_normals};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::registration::factors::{Factor, PlaneToPlane, PointToPlane, PointToPoint};

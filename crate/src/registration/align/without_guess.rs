@@ -3,14 +3,14 @@
 use glam::DVec3;
 use nalgebra::Translation3;
 
-use super::{NORMAL_NEIGHBORS, RegistrationOptions};
+use super::RegistrationOptions;
 use crate::error::Result;
 use crate::geometry::{PointCloud, Pose3};
-use crate::preprocess::estimate_normals::estimate_normals;
+use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_normals};
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::registration::global::scale::telling_voxel_size;
+use crate::registration::global::scale::{MATCH_DISTANCE, feature_neighbourhood, telling_voxel_size};
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
-use crate::search::{KdTree, Neighbourhood};
+use crate::search::KdTree;
 
 /// The motion from `source` to `target`, relative to the target's origin.
 pub(super) fn without_a_guess(
@@ -24,18 +24,12 @@ pub(super) fn without_a_guess(
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
         // Features need normals of one orientation, which those of files may not have.
         let normals = estimate_normals(&cloud.positions, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
-        let around = Neighbourhood { max_neighbors: 100, radius: FEATURE_RADIUS * voxel_size };
-        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, around), tree))
+        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, feature_neighbourhood(voxel_size)), tree))
     };
     let ((described_source, _), (described_target, tree)) = (describe(source)?, describe(target)?);
-    let max_distance = GLOBAL_DISTANCE * voxel_size;
+    let max_distance = MATCH_DISTANCE * voxel_size;
     let method = GlobalMethod::Consistency;
     let found = register_globally(&described_source, &described_target, &tree, method, max_distance)?;
     let shift = source.origin - target.origin;
     Ok(found.consensus.T_target_source * Translation3::new(shift.x, shift.y, shift.z).inverse())
 }
-
-/// Radius of a feature's neighbourhood (voxel sizes).
-const FEATURE_RADIUS: f64 = 5.0;
-/// Largest distance of a match that agrees with a motion (voxel sizes).
-const GLOBAL_DISTANCE: f64 = 1.5;

@@ -6,6 +6,7 @@
 use nalgebra::Vector2;
 
 use super::{FreeSpaceTally, FreeSpaceTest};
+use crate::geometry::quantile::quantile;
 use crate::search::order::ascending;
 
 /// Ranges by bearing of one scan.
@@ -50,12 +51,7 @@ impl RangeProfile {
             before[later] += before[later - 1];
         }
         let mut gaps: Vec<f64> = beams.windows(2).map(|pair| pair[1].bearing - pair[0].bearing).collect();
-        let max_gap = if gaps.is_empty() {
-            0.0
-        } else {
-            let middle = gaps.len() / 2;
-            2.5 * *gaps.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
+        let max_gap = quantile(&mut gaps, 0.5).map_or(0.0, |median| 2.5 * median);
         Self { beams, before, max_gap }
     }
 

@@ -1,15 +1,27 @@
-//! The voxel size at which the features of a global registration are computed.
+//! The scale of a global registration: the voxels at which features are computed, and distances in them.
 
 use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::voxel_downsample::voxel_downsample;
+use crate::search::Neighbourhood;
 
 /// Number of points of a cloud to which it is downsampled for a global registration.
 const GLOBAL_POINTS: f64 = 6000.0;
 /// Iterations of the search for the voxel size that leaves about this number of points.
 const SIZE_TRIES: usize = 4;
+
+/// Radius of a feature's neighbourhood (voxels), and most neighbours in it, as in Open3D's tutorial.
+const FEATURE_RADIUS: f64 = 5.0;
+const FEATURE_NEIGHBORS: usize = 100;
+/// Largest distance of a match that agrees with a motion (voxels), as in Open3D's tutorial.
+pub(crate) const MATCH_DISTANCE: f64 = 1.5;
+
+/// What a feature describes of a cloud in voxels of this side (m).
+pub(crate) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
+    Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
+}
 
 /// A voxel size (m) that leaves about 6,000 points, so that features describe rooms, not the roughness of a wall.
 ///

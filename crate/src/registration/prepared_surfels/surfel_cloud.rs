@@ -64,6 +64,7 @@ impl SurfelCloud {
 
 /// Threshold on the components of a normal that separates the bins of directions.
 const DIRECTION_COMPONENT: f64 = 0.4;
+/// Bins of directions: each component of a normal is low, about zero or high.
 const NUM_DIRECTIONS: usize = 27;
 
 /// The direction bin of each normal, one of [`NUM_DIRECTIONS`], and the number of normals in each bin.

@@ -18,13 +18,14 @@ pub use rasterizer::SurfelRasterizer;
 use nalgebra::Vector3;
 
 use cell_points::CellPoints;
-use view_transform::{ViewTransform, between, dot, double, single};
+use view_transform::{ViewTransform, between, dot, double};
 
 use super::free_space::FreeSpaceTest;
 use super::target::{SurfaceTarget, Target};
 use crate::camera::surfel_image::cell_camera;
 use crate::camera::{Pinhole, Surfel, SurfelImage};
 use crate::geometry::Pose3;
+use crate::geometry::algebra::single;
 use crate::search::Neighbor;
 
 /// Surfels by the cell that they project to in a view.

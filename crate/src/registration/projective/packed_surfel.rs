@@ -1,7 +1,8 @@
 //! Surfels in single precision, as they are stored in large numbers.
 
-use super::view_transform::{double, single};
+use super::view_transform::double;
 use crate::camera::Surfel;
+use crate::geometry::algebra::single;
 
 /// A surfel in single precision, which resolves micrometres, side by side in memory.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use super::ProjectiveTarget;
-use super::view_transform::{LANES, Transform, dot, single};
+use super::view_transform::{LANES, Transform, dot};
 use crate::geometry::Pose3;
+use crate::geometry::algebra::single;
 use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
 
 /// Points with normals in the memory layout of vector units.

@@ -2,10 +2,11 @@
 
 use super::cell_points::CellPoints;
 use super::packed_surfel::PackedSurfel;
-use super::view_transform::{MIN_DEPTH, Transform, ViewTransform, between, dot, single};
+use super::view_transform::{MIN_DEPTH, Transform, ViewTransform, between, dot};
 use super::{NO_SURFEL, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
+use crate::geometry::algebra::single;
 
 /// A depth buffer that surfels are added to.
 ///

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
+use crate::geometry::algebra::single;
 
 /// Smallest depth of a visible point (m): a nearer surfel would cover the whole view.
 pub(super) const MIN_DEPTH: f32 = 0.05;
@@ -106,11 +107,6 @@ pub(super) fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
 #[inline]
 pub(super) fn between(a: &[f32; 3], b: &[f32; 3]) -> [f32; 3] {
     [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
-}
-
-#[inline]
-pub(super) fn single(p: &Vector3<f64>) -> [f32; 3] {
-    [p.x as f32, p.y as f32, p.z as f32]
 }
 
 #[inline]

@@ -5,6 +5,7 @@ use nalgebra::Matrix3;
 
 use super::matching::SubmapMatch;
 use super::uncertainty::RelativeCovariances;
+use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::{chained, inverted};
 use crate::search::order::ascending;
@@ -31,10 +32,10 @@ pub enum Relation {
     Contradicts,
 }
 
-/// Largest squared Mahalanobis distance of two consistent matches: chi squared of three degrees of freedom, 99 %.
-const MAX_CONSISTENT_DISTANCE: f64 = 11.3;
-/// Two matches contradict each other beyond this squared Mahalanobis distance: chi squared, 1 of 100,000.
-const MIN_CONTRADICTING_DISTANCE: f64 = 25.9;
+/// Largest squared Mahalanobis distance of two consistent matches.
+const MAX_CONSISTENT_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED;
+/// Two matches contradict each other beyond this squared Mahalanobis distance.
+const MIN_CONTRADICTING_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 /// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
 const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 

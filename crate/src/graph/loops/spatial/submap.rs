@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix6, Vector3};
 
 use crate::geometry::Pose3;
+use crate::geometry::rotation::rotation_and_translation;
 use crate::odometry::depth::{
     AGREEING_COSINE, FINE_TOLERANCE, best_distinct, fine_options, grid_around, middle_options, score,
 };
@@ -166,8 +167,4 @@ impl<'a> Submap<'a> {
 fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
     let solver = Solver { subspace: None, damping: None };
     register_with(frame.source.source(), view, guess, &PointToPlane, options, &solver)
-}
-
-fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
-    (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
 }

@@ -1,22 +1,28 @@
-/** Keeps the scene and its graphics context alive: where the card drops it, a fresh canvas gets a fresh one. */
+/** Keeps a scene in space and its graphics context alive: where the card drops it, a fresh canvas gets a fresh one. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { MapScene } from './scene.js';
 
 export type GraphicsState = 'starting' | 'there' | 'lost' | 'unavailable';
 
-export interface GraphicsUser {
-  graphicsCanvas(): HTMLCanvasElement;
-  /** A new scene wants all there is to draw. */
-  onScene(scene: MapScene): void;
-  onGraphics(change: 'lost' | 'restored' | 'unavailable'): void;
+/** What is drawn with a graphics context of its own. */
+interface GraphicsScene {
+  dispose(): void;
+}
+
+export interface GraphicsUser<S extends GraphicsScene> {
+  readonly canvas: HTMLCanvasElement;
+  /** The scene's class, loaded when it is first needed; it throws where the browser gives no graphics context. */
+  loadScene(): Promise<new (canvas: HTMLCanvasElement) => S>;
+  /** A new scene wants its size and all there is to draw. */
+  onScene(scene: S): void;
+  onGraphics?(change: 'lost' | 'restored' | 'unavailable'): void;
 }
 
 /** A lost context is replaced after so long; again and again, ever later, where that fails. */
 const RESTORE_MS = [250, 1000, 2000, 4000];
 
-export class Graphics implements ReactiveController {
+export class Graphics<S extends GraphicsScene> implements ReactiveController {
   /** Null while there is none. */
-  scene: MapScene | null = null;
+  scene: S | null = null;
   state: GraphicsState = 'starting';
   /** The canvas belongs to its context: the host makes another one for every number. */
   canvas_number = 1;
@@ -24,9 +30,9 @@ export class Graphics implements ReactiveController {
   #num_failures = 0;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #host: ReactiveControllerHost;
-  #user: GraphicsUser;
+  #user: GraphicsUser<S>;
 
-  constructor(host: ReactiveControllerHost, user: GraphicsUser) {
+  constructor(host: ReactiveControllerHost, user: GraphicsUser<S>) {
     this.#host = host;
     this.#user = user;
     host.addController(this);
@@ -55,14 +61,14 @@ export class Graphics implements ReactiveController {
   }
 
   async #start(): Promise<void> {
-    const canvas = this.#user.graphicsCanvas();
-    let scene: MapScene;
+    const canvas = this.#user.canvas;
+    let scene: S;
     try {
-      const { MapScene } = await import('./scene.js');
+      const Scene = await this.#user.loadScene();
       if (!canvas.isConnected) return;
       this.scene?.dispose();
       this.scene = null;
-      scene = new MapScene(canvas);
+      scene = new Scene(canvas);
     } catch {
       this.#onFailed();
       return;
@@ -75,13 +81,13 @@ export class Graphics implements ReactiveController {
     this.#num_failures = 0;
     this.#enter('there');
     this.#user.onScene(scene);
-    if (was_lost) this.#user.onGraphics('restored');
+    if (was_lost) this.#user.onGraphics?.('restored');
   }
 
   #onLost(): void {
     this.scene = null;
     this.#enter('lost');
-    this.#user.onGraphics('lost');
+    this.#user.onGraphics?.('lost');
     this.#timer = setTimeout(() => this.restart(), RESTORE_MS[0]);
   }
 
@@ -92,7 +98,7 @@ export class Graphics implements ReactiveController {
       return;
     }
     this.#enter('unavailable');
-    this.#user.onGraphics('unavailable');
+    this.#user.onGraphics?.('unavailable');
   }
 
   #enter(state: GraphicsState): void {

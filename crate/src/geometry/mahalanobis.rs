@@ -1,0 +1,33 @@
+//! Squared Mahalanobis distances of poses in the plane: quantiles of chi squared of three degrees of freedom, named by the share of
+//! right poses that lies beyond.
+
+pub(crate) const ONE_IN_TEN: f64 = 6.25;
+pub(crate) const ONE_IN_TWENTY: f64 = 7.8;
+pub(crate) const ONE_IN_HUNDRED: f64 = 11.3;
+pub(crate) const ONE_IN_THOUSAND: f64 = 16.3;
+pub(crate) const ONE_IN_TEN_THOUSAND: f64 = 21.1;
+pub(crate) const ONE_IN_HUNDRED_THOUSAND: f64 = 25.9;
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn beyond_each_lies_the_share_that_its_name_says() {
+        let density = |x: f64| (x / TAU).sqrt() * (-x / 2.0).exp();
+        let beyond = |x: f64| (0..60_000).map(|i| 1e-3 * density(x + 1e-3 * (f64::from(i) + 0.5))).sum::<f64>();
+        let shares = [
+            (ONE_IN_TEN, 0.1),
+            (ONE_IN_TWENTY, 0.05),
+            (ONE_IN_HUNDRED, 0.01),
+            (ONE_IN_THOUSAND, 1e-3),
+            (ONE_IN_TEN_THOUSAND, 1e-4),
+            (ONE_IN_HUNDRED_THOUSAND, 1e-5),
+        ];
+        for (distance, share) in shares {
+            assert!((beyond(distance) / share - 1.0).abs() < 0.03, "{distance}: {}", beyond(distance));
+        }
+    }
+}
