@@ -45,7 +45,7 @@ export function assumedMark(assumptions, wanted) {
 export function statusWords({ frames, assumptions }, remedy = '') {
   const count = (/** @type {string} */ status) => frames.filter((frame) => frame.status === status).length;
   const [good, doubtful, lost] = ['good', 'doubtful', 'lost'].map(count);
-  const words = condition(assumptions);
+  const words = good === 0 ? '' : condition(assumptions);
   const conditional = words === '' ? `${good} good,` : `${good} good ${words}${remedy};`;
   return `${conditional} ${doubtful} doubtful, ${lost} lost`;
 }

@@ -48,7 +48,7 @@ export class ScanstitchFigure extends LitElement {
   /** Whether places on it mean instants. */
   @property({ type: Boolean }) steppable = false;
   @query('canvas') private canvas!: HTMLCanvasElement;
-  /** As last observed, since a query at every pointer move would force a layout. */
+  /** As last observed, since a query at every pointer move would force a layout; null while it is hidden. */
   private known_size: Size | null = null;
   private dragged_from: { x: number; y: number } | null = null;
 
@@ -92,7 +92,8 @@ export class ScanstitchFigure extends LitElement {
   }
 
   private resize(): void {
-    this.known_size = { width: this.clientWidth, height: this.clientHeight };
+    const { clientWidth: width, clientHeight: height } = this;
+    this.known_size = width > 0 ? { width, height } : null;
     this.paint();
     this.requestUpdate();
   }
