@@ -50,7 +50,7 @@ export const map_styles = css`
     display: flex;
     flex-flow: column wrap-reverse; /* a low map has two columns of them */
     gap: 4px;
-    max-height: calc(100% - 20px);
+    max-height: calc(100% - 46px); /* below them is the scale bar */
   }
   .controls > button {
     background: var(--surface);
