@@ -6,6 +6,11 @@
 //!
 //! Without the feature `full` only planar scans have bindings, and the linker drops the rest of the engine. Read `planar` first.
 
+#![allow(
+    clippy::unnecessary_wraps,
+    reason = "what returns an object is declared to return a `Result`: see `objects::plain`"
+)]
+
 use wasm_bindgen::prelude::*;
 
 #[cfg(feature = "full")]
