@@ -138,17 +138,25 @@ fn along_tiles_no_frame_is_falsely_good() {
     }
 }
 
+/// The first frames of a stereo camera that is carried through an apartment: the camera, its poses and its depth images.
+fn hand_held_stereo(seed: u64, count: usize) -> (Pinhole, Vec<Pose3>, Vec<Vec<u8>>) {
+    let apartment = Apartment::generate(seed);
+    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.04, 4f64.to_radians(), seed);
+    truth.truncate(count);
+    let camera = Pinhole::new(640, 480, [384.0, 384.0, 320.0, 240.0]).unwrap();
+    let image = |(index, pose): (usize, &Pose3)| {
+        let (last, seed) = (&truth[index.saturating_sub(1)], 1000 * seed + index as u64);
+        pgm(&StereoCamera::default().measure(&apartment.space, pose, last, &camera, seed))
+    };
+    let images = truth.iter().enumerate().map(image).collect();
+    (camera, truth, images)
+}
+
 /// Before a near wall that fills the picture, the pieces that a stereo camera makes of it face anywhere: they constrain no position.
 #[test]
 fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
-    let apartment = Apartment::generate(2);
-    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.04, 4f64.to_radians(), 2);
-    truth.truncate(6);
-    let camera = Pinhole::new(640, 480, [384.0, 384.0, 320.0, 240.0]).unwrap();
-    let frame = |index: usize, pose: &Pose3| {
-        let (last, seed) = (&truth[index.saturating_sub(1)], 2000 + index as u64);
-        (pgm(&StereoCamera::default().measure(&apartment.space, pose, last, &camera, seed)), None)
-    };
+    let (camera, truth, images) = hand_held_stereo(2, 6);
+    let frame = |index: usize, _: &Pose3| (images[index].clone(), None);
     let frames = reconstruct(&camera, &truth, frame);
     let is_off = |frame: &&(Status, f64, f64)| frame.1 > MAX_GOOD_ERROR_AT_WALL;
     let wrong = frames.iter().filter(|frame| frame.0 == Status::Good).filter(is_off).count();
@@ -159,14 +167,8 @@ fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
 /// The second frame sees a bare wall and leaves its position open; those after it fit it, and share its error.
 #[test]
 fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {
-    let apartment = Apartment::generate(1);
-    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.04, 4f64.to_radians(), 1);
-    truth.truncate(4);
-    let camera = Pinhole::new(640, 480, [384.0, 384.0, 320.0, 240.0]).unwrap();
-    let frame = |index: usize, pose: &Pose3| {
-        let (last, seed) = (&truth[index.saturating_sub(1)], 1000 + index as u64);
-        (pgm(&StereoCamera::default().measure(&apartment.space, pose, last, &camera, seed)), None)
-    };
+    let (camera, truth, images) = hand_held_stereo(1, 4);
+    let frame = |index: usize, _: &Pose3| (images[index].clone(), None);
     let result = finished_run(&camera, &truth, frame).result();
     let statuses: Vec<Status> = result.frames.iter().map(|frame| frame.status).collect();
     assert_eq!(statuses, [Status::Good, Status::Doubtful, Status::Good, Status::Good]);

@@ -100,7 +100,7 @@ fn main() {
     );
 }
 
-/// What makes another camera's recording of this one; none where nothing is asked for.
+/// The changes that the options name; `None` where they name none.
 fn changes() -> Option<Changes> {
     let argument = |name: &str| std::env::args().skip_while(|argument| argument != name).nth(1);
     let number = |name: &str| argument(name).map(|text| text.parse::<f64>().expect("a number"));
