@@ -366,6 +366,11 @@ export const layout_styles = css`
   .middle {
     container-type: size;
   }
+  /* In a panel of its own that scrolls, as on a phone, every figure stands whole. */
+  .run [role='tabpanel'] scanstitch-headline {
+    --value-wrap: normal;
+    --meaning-lines: none;
+  }
   .run [role='tabpanel'] scanstitch-frame-table {
     max-height: 100%;
     border-top: 0;

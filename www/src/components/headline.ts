@@ -71,24 +71,22 @@ export class ScanstitchHeadline extends LitElement {
         font-weight: 620;
         letter-spacing: -0.015em;
         line-height: 1.25;
-      }
-      .value {
         overflow: hidden;
         text-overflow: ellipsis;
-        white-space: nowrap;
+        white-space: var(--value-wrap, nowrap);
       }
       .meaning {
         display: -webkit-box;
         overflow: hidden;
         -webkit-box-orient: vertical;
-        -webkit-line-clamp: 2;
+        -webkit-line-clamp: var(--meaning-lines, 2);
         color: var(--muted);
         font-size: 12px;
         line-height: 1.35;
       }
       .doubtful .meaning,
       .lost .meaning {
-        -webkit-line-clamp: 4;
+        -webkit-line-clamp: var(--meaning-lines, 4);
       }
       .doubtful .meaning {
         color: var(--doubtful);
