@@ -15,7 +15,9 @@ mod clock;
 mod format;
 mod guess;
 mod names;
+mod numbers;
 mod odometry;
+mod other_columns;
 mod preview;
 mod rows;
 
@@ -142,8 +144,8 @@ fn guess_of(table: &Table) -> Result<Guess> {
 /// Whether the beginning of a file is a table of ranges.
 pub(super) fn looks_like_table(head: &[u8]) -> bool {
     let is_cut = !head.ends_with(b"\n");
-    let Table { mut rows, names, .. } = Table::read(head, guess::GUESS_LINES);
-    if is_cut && rows.len() > 1 && rows.len() < guess::GUESS_LINES {
+    let Table { mut rows, names, .. } = Table::read(head, numbers::GUESS_LINES);
+    if is_cut && rows.len() > 1 && rows.len() < numbers::GUESS_LINES {
         rows.pop();
     }
     let is_scan = |row: &Row| row.values.len() - row.words.len() >= names::MIN_SCAN_NUMBERS;
@@ -167,7 +169,7 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     log.notes.extend(note_on_direction(&table, &format));
     let is_told = table.format.is_some() && !table.has_unknown_direction;
     log.may_be_mirrored = !is_told && is_direction_open(&table, &format);
-    log.losses.extend(guess::loss_of_positions(&table.names));
+    log.losses.extend(other_columns::loss_of_positions(&table.names));
     Ok(log)
 }
 

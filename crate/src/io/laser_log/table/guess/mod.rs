@@ -1,0 +1,211 @@
+//! What the columns of a table of ranges most probably are: from the names above them, the numbers in them, and from what
+//! lasers there are.
+
+use std::f64::consts::TAU;
+
+use super::format::{SAY_COLUMNS, UNITS};
+use super::names::{BEAMS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
+use super::rows::{Row, Table};
+use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use crate::{Error, Result};
+
+mod ranges;
+mod view;
+
+use super::numbers::{GUESS_LINES, is_counter, is_growing, time_unit, unit_of};
+use super::other_columns::OtherColumns;
+use ranges::{block_of_ranges, counted_block};
+use view::{seam_rank, view_of};
+
+/// A format, and why it may be wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guess {
+    /// Complete: a table can be read by it.
+    pub format: TableFormat,
+    /// What had to be assumed, in a whole sentence; `None` where the numbers tell all.
+    pub doubt: Option<String>,
+}
+
+/// Two columns, the first of which counts, perhaps again and again: a step and its range.
+pub(super) fn is_counted(rows: &[Row]) -> bool {
+    let Some(begin) = rows.first().map(|row| row.values[0]) else { return false };
+    let follows = |pair: &[Row]| {
+        let [before, now] = [pair[0].values[0], pair[1].values[0]];
+        now == before + 1.0 || now == begin
+    };
+    let is_pair = |row: &Row| row.values.len() == 2 && row.words.is_empty();
+    rows.len() >= GUESS_LINES
+        && (begin == 0.0 || begin == 1.0)
+        && rows.iter().all(is_pair)
+        && rows.windows(2).all(follows)
+}
+
+/// The columns of a reading a line, by their names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NamedReading {
+    /// An angle, and a range.
+    Angle(usize, usize),
+    /// The number of a beam in its scan, and a range.
+    Beam(usize, usize),
+}
+
+pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
+    let find = |words: &[&str]| names.iter().position(|name| words.iter().any(|word| name.starts_with(word)));
+    let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
+    let range = find(&RANGES).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
+    let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
+    // OtherColumns a position, an angle is a heading where the beams are counted.
+    let is_heading = beam.is_some() && is_there("x") && is_there("y");
+    let angle = bearings(names).find(|&column| !is_heading && column != range);
+    angle.map(|angle| NamedReading::Angle(angle, range)).or(beam)
+}
+
+/// The columns that may be a reading's bearing by their names; a heading may be among them.
+fn bearings(names: &[String]) -> impl Iterator<Item = usize> + '_ {
+    (0..names.len()).filter(|&column| may_be_bearing(&names[column]))
+}
+
+/// Of several columns that may be the bearing, the one that changes most often from line to line: a heading stays as it is while
+/// the laser turns.
+fn most_changing(table: &Table, angle: usize, range: usize) -> usize {
+    let num_changes = |column: usize| {
+        let value = |row: &Row| row.values.get(column).copied();
+        table.rows.windows(2).filter(|pair| value(&pair[0]) != value(&pair[1])).count()
+    };
+    let others = bearings(&table.names).filter(|&column| column != range && column < table.width());
+    others.fold(angle, |best, next| if num_changes(next) > num_changes(best) { next } else { best })
+}
+
+pub(super) fn guess(table: &Table) -> Result<Guess> {
+    let rows = &table.rows[..];
+    let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
+    match named_reading(&table.names) {
+        Some(NamedReading::Angle(angle, range)) if angle.max(range) < table.width() => {
+            return Ok(guess_readings(table, most_changing(table, angle, range), range));
+        }
+        Some(NamedReading::Beam(beam, range)) if beam.max(range) < table.width() => {
+            return Ok(guess_counted(table, beam, range));
+        }
+        _ => {}
+    }
+    if is_counted(&rows[..rows.len().min(GUESS_LINES)]) {
+        return Ok(guess_counted(table, 0, 1));
+    }
+    let rows = &rows[..rows.len().min(GUESS_LINES)];
+    if is_breezy(rows) {
+        return Ok(Guess { format: breezy(), doubt: None });
+    }
+    if first.values.len() < MIN_SCAN_NUMBERS {
+        let problem = format!("The lines of this table have {} numbers, which do not make scans", first.values.len());
+        return Err(Error::whole(problem, SAY_COLUMNS));
+    }
+    Ok(guess_scans(table, rows))
+}
+
+/// An angle and a range a line.
+fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
+    let rows = &table.rows;
+    let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
+    let unit = if most > MAX_RADIANS { 1f64.to_radians() } else { 1.0 };
+    // What the SDK of RPLIDARs prints, and what its frame grabber writes, with its spelling: they turn clockwise.
+    let is_rplidar = table.names == ["theta", "dist", "q"] || table.names == ["angule", "distance", "quality"];
+    let unit = if is_rplidar { -unit } else { unit };
+    let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
+    let format = TableFormat::of(layout, 0.0, 0.0);
+    Guess { format: with_columns_beside(table, &format, [angle, range], range), doubt: None }
+}
+
+/// The number of a beam and a range a line, of one scan or of several.
+fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
+    let rows = &table.rows;
+    let begin = rows[0].values[beam];
+    let is_begin = |row: &Row| row.values.get(beam) == Some(&begin);
+    let count = rows.iter().skip(1).position(is_begin).map_or(rows.len(), |index| index + 1);
+    let (start, step, doubt) = view_of(count, || Some(0.0));
+    let angle = (count < rows.len()).then_some(AngleColumn { column: beam, unit: step });
+    let start = if angle.is_some() { start - begin * step } else { start };
+    let format = TableFormat::of(Layout::ReadingPerLine { range, angle }, start, step);
+    Guess { format: with_columns_beside(table, &format, [beam, range], range), doubt }
+}
+
+/// A reading's format with its unit, and what the columns beside it are.
+fn with_columns_beside(table: &Table, format: &TableFormat, taken: [usize; 2], range: usize) -> TableFormat {
+    let rows = &table.rows;
+    let named = unit_named(table.names.get(range..=range).unwrap_or_default());
+    let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
+    let others = OtherColumns::of(table, rows, (0..table.width()).filter(|column| !taken.contains(column)));
+    TableFormat { unit, time: others.time(), odometry: others.poses(unit), ..format.clone() }
+}
+
+/// A scan a line: where the ranges begin and end, and what stands beside them.
+fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
+    let width = table.width();
+    if let Some(format) = message_columns(&rows[0].values) {
+        return Guess { format, doubt: None };
+    }
+    let named = series(&table.names).filter(|named| named.end <= width);
+    let counted = if named.is_some() { None } else { counted_block(rows, width) };
+    let (first, end, doubted) = match (&named, &counted) {
+        (Some(named), _) => (named.first, named.end, None),
+        (_, Some(counted)) => (counted.first, counted.end, None),
+        _ => block_of_ranges(table, rows),
+    };
+    let told = named.and_then(|named| named.bearings).or(counted.and_then(|counted| counted.bearings));
+    let known = told.map(|(start, step)| (start, step, None));
+    let (start, step, doubt) = known.unwrap_or_else(|| view_of(end - first, || seam_rank(&table.rows, first, end)));
+    let others = OtherColumns::of(table, rows, (0..first).chain(end..width));
+    // A robot that drives ahead has an x that grows, too.
+    let is_of_pose =
+        |column: usize| [&["x"][..], &["y"], &HEADINGS].iter().any(|words| others.is_called(column, words));
+    let may_be_time = |&column: &usize| is_growing(rows, column) && !is_counter(rows, column) && !is_of_pose(column);
+    let growing = || others.columns.iter().copied().find(may_be_time);
+    let time = others.time().or_else(|| growing().map(|column| (column, time_unit(rows, column))));
+    let readings =
+        rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
+    let named = unit_named(table.names.get(first..end).unwrap_or_default());
+    let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
+    let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
+    let format = TableFormat { unit, time, odometry: others.poses(unit), has_wheels: false, ..format };
+    Guess { format, doubt: doubt.or(doubted) }
+}
+
+/// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,
+/// scan_time, range_min, range_max, then the ranges that these angles make.
+fn message_columns(values: &[f64]) -> Option<TableFormat> {
+    let is_even = |at: &usize| {
+        let [low, high, step, _, _, nearest, farthest] = values[*at..*at + 7] else { return false };
+        let steps = (high - low) / step;
+        let is_angle = low < high && high - low < 1.01 * TAU && step > 0.0 && (steps - steps.round()).abs() < 0.1;
+        is_angle && nearest >= 0.0 && farthest > nearest && *at + 8 + steps.round() as usize <= values.len()
+    };
+    let at = (0..values.len().saturating_sub(7).min(MIN_SCAN_NUMBERS)).find(is_even)?;
+    let (first, step) = (at + 7, values[at + 2]);
+    let count = 1 + ((values[at + 1] - values[at]) / step).round() as usize;
+    let layout = Layout::ScanPerLine { first, end: first + count };
+    (count >= MIN_SCAN_NUMBERS).then(|| TableFormat::of(layout, values[at], step))
+}
+
+fn is_breezy(rows: &[Row]) -> bool {
+    let is_row = |row: &Row| matches!(row.values.len(), 706 | 707);
+    rows.iter().all(is_row) && is_growing(rows, 0) && rows[0].values[0] > 1e3
+}
+
+/// The `.dat` of BreezySLAM's example: a URG-04LX on the robot of the Paris School of Mines. 24 numbers (the time in us
+/// first, the ticks of the wheels third and fourth), 682 ranges in mm, one more number.
+fn breezy() -> TableFormat {
+    let layout = Layout::ScanPerLine { first: 24, end: 24 + 682 };
+    TableFormat {
+        unit: 1e-3,
+        time: Some((0, 1e-6)),
+        // Wheels of 77 mm radius, 330 mm apart, 2000 ticks a turn.
+        odometry: Some(OdometryColumns::Wheels { columns: [2, 3], metres_per_tick: TAU * 0.077 / 2000.0, track: 0.33 }),
+        has_wheels: true,
+        ahead: 0.145,
+        ..TableFormat::of(layout, -120f64.to_radians(), TAU / 1024.0)
+    }
+}
+
+/// Metres of the unit that a column's name says: `distance_mm`, `range (cm)`.
+fn unit_named(names: &[String]) -> Option<f64> {
+    names.iter().find_map(|name| unit_in(name, &UNITS))
+}

@@ -1,0 +1,75 @@
+//! What a column's numbers tell: times, counters, and units of length and time.
+
+use super::rows::Row;
+
+/// Lines that a guess is made from.
+pub(super) const GUESS_LINES: usize = 20;
+/// Of fewer lines, numbers that grow from line to line, or stay the same, may be ranges.
+pub(super) const MIN_GROWING_LINES: usize = 3;
+/// The ranges of neighbouring beams differ by less than this share of their size in at least one line.
+const UNLIKE: f64 = 0.1;
+
+/// Times stand among the outermost columns.
+const MAX_TIME_COLUMN: usize = 3;
+
+/// A median range from here on can be no metres (m) ...
+pub(super) const MAX_METRES: f64 = 60.0;
+
+/// ... and from here on no centimetres.
+const MAX_CENTIMETRES: f64 = 1500.0;
+
+/// Times since 1970 of at least so much have this unit (s); smaller ones are told by their steps.
+const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
+
+/// Units of time (s), by the steps between scans in them.
+const STEP_UNITS: [(f64, f64); 4] = [(5e6, 1e-9), (5e3, 1e-6), (5.0, 1e-3), (0.0, 1.0)];
+
+/// Whether the numbers of one of the outermost columns grow from line to line, and are not those of the next beam.
+pub(super) fn is_time(rows: &[Row], column: usize) -> bool {
+    let width = rows[0].values.len();
+    let inner = if column < MAX_TIME_COLUMN { column + 1 } else { column - 1 };
+    let is_unlike = |row: &Row| {
+        let [Some(value), Some(next)] = [row.values.get(column), row.values.get(inner)] else { return false };
+        (value - next).abs() > UNLIKE * value.abs().max(next.abs())
+    };
+    let is_outer = column < MAX_TIME_COLUMN || column + MAX_TIME_COLUMN >= width;
+    is_outer && rows.len() >= MIN_GROWING_LINES && is_growing(rows, column) && rows.iter().all(is_unlike)
+}
+
+/// Whether a column's values grow from line to line.
+pub(super) fn is_growing(rows: &[Row], column: usize) -> bool {
+    let values: Vec<f64> = rows.iter().filter_map(|row| row.values.get(column).copied()).collect();
+    values.len() > 1 && values.len() == rows.len() && values.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// Whether a column counts the lines.
+pub(super) fn is_counter(rows: &[Row], column: usize) -> bool {
+    let values = || rows.iter().map(|row| row.values[column]);
+    let begin = rows[0].values[column];
+    (begin == 0.0 || begin == 1.0) && values().enumerate().all(|(index, value)| value == begin + index as f64)
+}
+
+/// Seconds of the unit of times.
+pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
+    let times: Vec<f64> = rows.iter().filter_map(|row| row.values.get(column).copied()).collect();
+    let first = times.first().copied().unwrap_or(0.0);
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let unit_from =
+        |units: &[(f64, f64)], value: f64| units.iter().find(|(least, _)| value >= *least).map(|unit| unit.1);
+    unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
+}
+
+/// Metres of a unit of these readings.
+pub(super) fn unit_of(mut readings: Vec<f64>) -> f64 {
+    readings.retain(|&reading| reading.is_finite() && (reading > 1.0 || reading.fract() != 0.0 && reading > 0.0));
+    readings.sort_by(f64::total_cmp);
+    let median = readings.get(readings.len() / 2).copied().unwrap_or(0.0);
+    let is_whole = readings.iter().all(|reading| reading.fract() == 0.0);
+    match median {
+        median if median < MAX_METRES && !(is_whole && median > 20.0) => 1.0,
+        median if median < MAX_CENTIMETRES && !(is_whole && readings.last() > Some(&5000.0)) => 0.01,
+        _ => 1e-3,
+    }
+}
