@@ -7,7 +7,7 @@
  * Source: LDROBOT, "LD19 Development Manual", communication protocol (CRC-8, polynomial 4D).
  */
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 
 const DEGREE = Math.PI / 180;
 const [HEADER, LENGTH_CODE] = [0x54, 0x2c];

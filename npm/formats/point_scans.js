@@ -10,7 +10,7 @@
  * | lists of points in JSON | `{"scans": [{"points": [[x, y], ...]}]}`, `[{"x": ..., "y": ...}, ...]` |
  */
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 
 const DEGREE = Math.PI / 180;
 /** Fewer returns are no scan. */

@@ -1,8 +1,9 @@
 // @ts-check
 /** Scans that programs print, against what a laser can be: their units, and limits and angles that contradict each other. */
 import { fileError } from '../errors.js';
+import { given } from './scan.js';
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {(reason: string, isLoss?: boolean) => void} Tell completes "FILE: ..."; isLoss: something could not be used */
 
 const DEGREE = Math.PI / 180;
@@ -18,11 +19,6 @@ const MOST_LIMIT = 500;
 /** The last angle may be off by so many steps, or by this share of the whole: some count the last reading, some do not. */
 const MOST_STEPS_OFF = 2;
 const MOST_SHARE_OFF = 0.1;
-
-/** A field that is there only where it has a value. @param {string} name @param {number | undefined} value */
-export function given(name, value) {
-  return value === undefined ? {} : { [name]: value };
-}
 
 /**
  * The scans with ranges in metres, angles in radians, and no limits that no reading can meet; without those that are cut off.

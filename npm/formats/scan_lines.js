@@ -8,7 +8,7 @@
 
 import { scanOfPoints } from './point_scans.js';
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 
 const DEGREE = Math.PI / 180;
 /** What all lines of Player begin with: time, host, robot, interface, index, type, subtype. */

@@ -8,7 +8,7 @@
  * sum, held alike. The parameters (PP) name the steps of a turn (ARES) and the one that looks ahead (AFRT).
  */
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 
 /** Command, first and last step, steps of a group. */
 const ECHO = /^(M[DSE]|G[DSE])(\d{4})(\d{4})(\d{2})/;

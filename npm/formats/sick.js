@@ -6,7 +6,7 @@
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
 
-/** @typedef {import('./scan_messages.js').Scan} Scan */
+/** @typedef {import('./scan.js').Scan} Scan */
 
 const DEGREE = Math.PI / 180;
 const START = 0x02020202;

@@ -10,7 +10,7 @@ import { isLdrobot, readLdrobot } from '../../npm/formats/ldrobot.js';
 import { readScip } from '../../npm/formats/scip.js';
 import { readSickBinary } from '../../npm/formats/sick.js';
 
-/** @typedef {import('../../npm/formats/scan_messages.js').Scan} Scan */
+/** @typedef {import('../../npm/formats/scan.js').Scan} Scan */
 /** @typedef {{ start: number, step: number, ranges: (number | null)[], time: number | null, odometry?: number[] }} Expected */
 const EXPECTED = JSON.parse(readFileSync(join(import.meta.dirname, 'laser_expectations.json'), 'utf8'));
 const DEGREE = Math.PI / 180;

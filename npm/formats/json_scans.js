@@ -1,0 +1,158 @@
+// @ts-check
+/**
+ * Scans as JSON: a message, a list of them, one a line, within others (rosbridge); objects with an angle and a distance each; lists
+ * of numbers alone, as Python writes them, too.
+ */
+import { fileError } from '../errors.js';
+import { lookUp } from '../look_up.js';
+import { isPointJson, pointsOfList, scanOfPoints } from './point_scans.js';
+import { numberOf, scanOf } from './scan.js';
+
+/** @typedef {import('./scan.js').Scan} Scan */
+/** @typedef {import('./scan_checks.js').Tell} Tell */
+
+const DEGREE = Math.PI / 180;
+/** Nesting of JSON that is looked into. */
+const MAX_DEPTH = 8;
+/** Readings of a scan, at least, where nothing names them. */
+const MIN_BEAMS = 24;
+/** Lists of so many numbers, as JSON or as Python prints them. */
+const LISTS = /\[(\s*(-?[\d.]+([eE][-+]?\d+)?|nan|inf|NaN|Infinity|null)\s*,){23}/;
+
+/** Whether it begins with lists of numbers that nothing names. @param {string} head */
+export function isNumberLists(head) {
+  return /^\s*[[{]/.test(head) && LISTS.test(head);
+}
+
+/** @param {string} head */
+export function isJson(head) {
+  if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
+  const has = (/** @type {string} */ names) => new RegExp(`["'](${names})["']\\s*:\\s*-?[\\d.[]`, 'i').test(head);
+  return (
+    isPointJson(head) ||
+    has('ranges') ||
+    has('angle_min') ||
+    (has('angle|theta|bearing') && has('range|dist|distance|r'))
+  );
+}
+
+/** @param {string} text @param {string} name @param {Tell} tell */
+export function readJson(text, name, tell) {
+  /** @type {Scan[]} */
+  const scans = [];
+  // Python's words for what is no number are none of JSON's.
+  const documents = documentsOf(inJson(text), name, tell);
+  for (const document of documents) collect(document, {}, 0, scans);
+  if (scans.length === 0) for (const document of documents) collectLists(document, {}, 0, scans);
+  return scans;
+}
+
+/** Python's quotes and words, and what is no number, as JSON has them. @param {string} text */
+function inJson(text) {
+  const numbers = text.replaceAll(/([[,]\s*)-?(?:nan|inf|NaN|Infinity)(?=\s*[,\]])/g, '$1null');
+  if (numbers.includes('"')) return numbers;
+  const words = { True: 'true', False: 'false', None: 'null' };
+  return numbers.replaceAll("'", '"').replaceAll(/\b(True|False|None)\b/g, (word) => lookUp(words, word) ?? word);
+}
+
+/** One document, or one a line. @param {string} text @param {string} name @param {Tell} tell @returns {unknown[]} */
+function documentsOf(text, name, tell) {
+  try {
+    return [JSON.parse(text)];
+  } catch {
+    const lines = text.split(/\r?\n/).filter((line) => line.trim() !== '');
+    const known = lines.flatMap((line) => {
+      try {
+        return [JSON.parse(line.replace(/,\s*$/, ''))];
+      } catch {
+        return [];
+      }
+    });
+    // A recorder that was stopped leaves half a line behind.
+    if (known.length > 0 && known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
+    if (known.length > 0 && known.length >= lines.length - 1) return known;
+    throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+  }
+}
+
+/**
+ * The scans within a document; fields of what holds them (a time, for one) belong to them.
+ * @param {unknown} value @param {Readonly<Record<string, unknown>>} around @param {number} depth @param {Scan[]} scans
+ */
+function collect(value, around, depth, scans) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  if (Array.isArray(value)) {
+    const points = pointsOfList(value);
+    const readings = points ? scanOfPoints(points) : readingsOf(value);
+    if (readings) scans.push({ ...scanOf((key) => around[key], []), ...readings });
+    else value.forEach((item) => collect(item, around, depth + 1, scans));
+    return;
+  }
+  const own = /** @type {Record<string, unknown>} */ (value);
+  const known = { ...around, ...flat(own) };
+  const ranges = Object.entries(own).find(([key]) => /^ranges$/i.test(key))?.[1];
+  if (Array.isArray(ranges) && ranges.every((range) => typeof range !== 'object' || range === null)) {
+    const angles = own['angles'];
+    const listed =
+      Array.isArray(angles) && angles.length === ranges.length ? { angles: radians(angles.map(Number)) } : {};
+    scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
+    return;
+  }
+  Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+}
+
+/**
+ * The lists of numbers within a document, where nothing in it is called ranges.
+ * @param {unknown} value @param {Readonly<Record<string, unknown>>} around @param {number} depth @param {Scan[]} scans
+ */
+function collectLists(value, around, depth, scans) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  const isNumber = (/** @type {unknown} */ item) => typeof item === 'number' || item === null;
+  if (Array.isArray(value) && value.length >= MIN_BEAMS && value.every(isNumber)) {
+    scans.push(scanOf((key) => around[key], value));
+    return;
+  }
+  const known = Array.isArray(value) ? around : { ...around, ...flat(/** @type {Record<string, unknown>} */ (value)) };
+  for (const item of Object.values(value)) collectLists(item, known, depth + 1, scans);
+}
+
+/** Numbers and texts of an object, and those of its header and stamp. @param {Record<string, unknown>} object @returns {Record<string, unknown>} */
+function flat(object) {
+  const nested = ['header', 'stamp'].map((key) => object[key]);
+  const below = nested.flatMap((item) =>
+    typeof item === 'object' && item !== null && !Array.isArray(item)
+      ? [flat(/** @type {Record<string, unknown>} */ (item))]
+      : [],
+  );
+  const plain = Object.entries(object).filter(([, value]) => typeof value !== 'object');
+  return Object.assign(Object.fromEntries(plain), ...below);
+}
+
+/** A list of objects with an angle and a distance each. @param {readonly unknown[]} list @returns {Pick<Scan, 'ranges' | 'angles' | 'mayBeMirrored'> | null} */
+function readingsOf(list) {
+  const [first] = list;
+  if (list.length < 2 || typeof first !== 'object' || first === null || Array.isArray(first)) return null;
+  const keys = Object.keys(first);
+  const angle = keys.find((key) => /^(angle|theta|bearing|azimuth)(_?(deg|rad|degrees|radians))?$/i.test(key));
+  const distance = keys.find((key) => /^(range|dist|distance|r)(_?(m|cm|mm))?$/i.test(key));
+  if (angle === undefined || distance === undefined) return null;
+  const values = (/** @type {string} */ key) =>
+    list.map((item) => numberOf(/** @type {Record<string, unknown>} */ (item ?? {})[key]));
+  const angles = radians(values(angle));
+  // From 0 to beyond half a turn, as both lasers count that turn clockwise and others.
+  const isOpen = angles.every((value) => !(value < 0)) && angles.some((value) => value > Math.PI);
+  return { angles, ranges: metres(values(distance)), ...(isOpen && { mayBeMirrored: true }) };
+}
+
+/** Angles beyond a turn of radians are degrees. @param {readonly number[]} angles */
+function radians(angles) {
+  const largest = angles.reduce((most, angle) => Math.max(most, Math.abs(angle) || 0), 0);
+  return angles.map((angle) => (largest > 7 ? DEGREE * angle : angle));
+}
+
+/** Distances whose median is beyond 60 are millimetres: no laser for the plane sees that far. @param {readonly number[]} distances */
+function metres(distances) {
+  const sorted = distances.filter((distance) => distance > 0).sort((a, b) => a - b);
+  const unit = (sorted[Math.floor(sorted.length / 2)] ?? 0) > 60 ? 1e-3 : 1;
+  return distances.map((distance) => (distance > 0 ? unit * distance : null));
+}

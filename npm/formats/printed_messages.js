@@ -1,0 +1,126 @@
+// @ts-check
+/**
+ * Scans as ROS, Gazebo and Python print them: `name: value` lines, a message after the other; `LaserScan(header=..., ranges=[...])`;
+ * arrays alone; lists of (quality, angle, distance).
+ */
+import { fileError } from '../errors.js';
+import { scanOf } from './scan.js';
+
+/** @typedef {import('./scan.js').Scan} Scan */
+/** @typedef {import('./scan_checks.js').Tell} Tell */
+
+const DEGREE = Math.PI / 180;
+/** A scan's message has these from its beginning on. */
+const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
+/** Arrays alone, as Python prints them: `array('f', [1.25, ...])`. */
+const ARRAYS = /^\s*(---\s*)*array\('[fd]', \[/;
+
+/** @param {string} head */
+export function isArrays(head) {
+  return ARRAYS.test(head);
+}
+
+/** The field of a message alone: `ros2 topic echo --field ranges`. @param {string} text */
+export function readArrays(text) {
+  const lists = [...text.matchAll(/array\('[fd]', \[([^\]]*)\]\)/g)];
+  return lists.map(([, list = '']) =>
+    scanOf(
+      () => undefined,
+      list.split(',').map((word) => word.trim()),
+    ),
+  );
+}
+
+/** @param {string} head */
+export function isEcho(head) {
+  return /^\s*angle_min:/m.test(head) && /^\s*angle_(increment|step):/m.test(head);
+}
+
+/** Messages as ROS and Gazebo print them: only the fields that are needed are looked at. @param {string} text @param {string} name @param {Tell} tell */
+export function readEcho(text, name, tell) {
+  /** @type {Scan[]} */
+  const scans = [];
+  /** @type {Map<string, string[]>} */
+  let fields = new Map();
+  let numBroken = 0;
+  const finish = () => {
+    if (!fields.has('ranges')) numBroken += OF_A_MESSAGE.some((key) => fields.has(key)) ? 1 : 0;
+    else scans.push(scanOf((key) => fields.get(key)?.[0], fields.get('ranges') ?? []));
+    fields = new Map();
+  };
+  let list = '';
+  for (const line of text.split(/\r?\n/)) {
+    const [, key = '', value = ''] = /^\s*(\w+):\s*(.*)$/.exec(line) ?? [];
+    const item = /^\s*-\s*(\S.*)$/.exec(line)?.[1];
+    if (item !== undefined) fields.get(list)?.push(item);
+    // Gazebo's messages have nothing between them but the next header.
+    else if (/^(---|header\b)/.test(line)) finish();
+    else if (key !== '') {
+      list = key;
+      const values = value
+        .replaceAll(/[[\]'"]/g, ' ')
+        .split(/[\s,]+/)
+        .filter(Boolean);
+      // Gazebo has a line for each range.
+      fields.set(key, key === 'ranges' ? [...(fields.get(key) ?? []), ...values] : values);
+    } else if (/^[\s\d.,\]einfa+-]+$/i.test(line) && fields.has(list)) {
+      // A list goes on in the next line.
+      fields.get(list)?.push(
+        ...line
+          .replaceAll(/[\]]/g, ' ')
+          .split(/[\s,]+/)
+          .filter(Boolean),
+      );
+    }
+  }
+  finish();
+  if (scans.length > 0 && /^\s*(- )?'?\.\.\.'?\s*$/m.test(text)) {
+    throw fileError(
+      name,
+      'The ranges are shortened (...): so does ros2 topic echo with long lists',
+      'Record them whole: ros2 topic echo --full-length /scan > FILE, or a bag: ros2 bag record /scan',
+    );
+  }
+  if (numBroken > 0) tell(`${numBroken} of its messages have no ranges, as where it is cut off`, true);
+  return scans;
+}
+
+/** @param {string} head */
+export function isRepr(head) {
+  return /LaserScan\(header=.*angle_min=/.test(head);
+}
+
+/** Messages as Python prints them: `LaserScan(header=..., angle_min=-1.57, ..., ranges=[...], ...)`. @param {string} text @returns {Scan[]} */
+export function readRepr(text) {
+  return text
+    .split(/LaserScan\((?=header=)/)
+    .slice(1)
+    .flatMap((message) => {
+      const start = /\branges=(?:array\('f', )?\[/.exec(message);
+      const end = start ? message.indexOf(']', start.index) : -1;
+      const list = start && end > 0 ? message.slice(start.index + start[0].length, end) : null;
+      const field = (/** @type {string} */ key) => new RegExp(`\\b${key}=(-?[\\d.e+-]+|-?inf|nan)`).exec(message)?.[1];
+      return list === null
+        ? []
+        : [
+            scanOf(
+              field,
+              list.split(',').map((word) => word.trim()),
+            ),
+          ];
+    });
+}
+
+/** @param {string} head */
+export function isTuples(head) {
+  return /^\s*\[?\s*\(\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*,\s*\d+(\.\d+)?\s*\)\s*,\s*\(/.test(head);
+}
+
+/** (quality, angle, distance) of RPLIDARs, which turn clockwise; degrees and mm. @param {string} text @returns {Scan[]} */
+export function readTuples(text) {
+  return text.split(/\r?\n/).flatMap((line) => {
+    const tuples = [...line.matchAll(/\(\s*([\d.]+)\s*,\s*([\d.]+)\s*,\s*([\d.]+)\s*\)/g)];
+    const ranges = tuples.map(([, , , distance]) => (Number(distance) > 0 ? 1e-3 * Number(distance) : null));
+    return tuples.length > 1 ? [{ ranges, angles: tuples.map(([, , angle]) => -DEGREE * Number(angle)) }] : [];
+  });
+}

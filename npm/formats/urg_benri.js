@@ -1,0 +1,39 @@
+// @ts-check
+/** UrgBenri's log (`.ubh`): sections in square brackets, their values below them. */
+import { given } from './scan.js';
+
+/** @typedef {import('./scan.js').Scan} Scan */
+
+/** Hokuyo's readings below this are codes of errors (mm). */
+const FIRST_RANGE_OF_URG = 20;
+
+/** @param {string} head */
+export function isUrgBenri(head) {
+  return /^\[startStep\]/m.test(head) && /^\[(scan|endStep)\]/m.test(head);
+}
+
+/** Sections in square brackets, their values below them. @param {string} text */
+export function readUrgBenri(text) {
+  /** @type {Map<string, number>} */
+  const known = new Map();
+  /** @type {Scan[]} */
+  const scans = [];
+  let section = '';
+  for (const line of text.split(/\r?\n/).map((line) => line.trim())) {
+    const title = /^\[(\w+)\]$/.exec(line)?.[1];
+    if (title !== undefined) section = title.toLowerCase();
+    else if (section === 'scan' && line.includes(';')) {
+      const ranges = line.split(/[;|]/).filter(Boolean).map(Number);
+      const [turn, front] = [known.get('areatotal') ?? 1440, known.get('frontstep') ?? (ranges.length - 1) / 2];
+      const step = (2 * Math.PI) / turn;
+      const time = known.get('timestamp');
+      scans.push({
+        ranges: ranges.map((range) => (range >= FIRST_RANGE_OF_URG ? 1e-3 * range : null)),
+        start: ((known.get('startstep') ?? 0) - front) * step,
+        step,
+        ...given('time', time === undefined ? undefined : 1e-3 * time),
+      });
+    } else if (line !== '' && Number.isFinite(Number(line))) known.set(section, Number(line));
+  }
+  return scans;
+}

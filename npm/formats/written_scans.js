@@ -1,0 +1,50 @@
+// @ts-check
+/** Scans as text that the engine reads: JSON objects with `readings` (CSM), or a table of ranges where nothing tells the angles. */
+import { fileError } from '../errors.js';
+import { given } from './scan.js';
+import { checkedScans } from './scan_checks.js';
+
+/** @typedef {import('./scan.js').Scan} Scan */
+/** @typedef {import('./scan_checks.js').Tell} Tell */
+
+/** @param {readonly Scan[]} found @param {string} name @param {Tell} tell */
+export function written(found, name, tell) {
+  if (found.length === 0) {
+    throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
+  }
+  const scans = checkedScans(found, name, tell);
+  if (scans.some(({ mayBeMirrored }) => mayBeMirrored)) {
+    tell(
+      'its angles are taken to grow counter-clockwise; of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT do, the map is mirrored: write the angles from -180 to 180 degrees, counter-clockwise',
+    );
+  }
+  const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
+  if (!hasAngles && scans.some(({ start }) => start !== undefined)) {
+    throw fileError(name, 'Its readings have all the same angle', 'Give angle_min, angle_max and angle_increment');
+  }
+  return hasAngles ? scans.map(asCsm).join('') : asTable(scans);
+}
+
+/** @param {Scan} scan */
+function asCsm({ ranges, angles, start = 0, step = 0, time, nearest, farthest, odometry, mayBeMirrored }) {
+  const whole = {
+    readings: ranges.map((range) => (range !== null && farthest !== undefined && range > farthest ? null : range)),
+    ...(angles ? { theta: angles } : { min_theta: start, max_theta: start + step * (ranges.length - 1) }),
+    ...given('min_range', nearest),
+    ...given('timestamp', time),
+    ...(odometry ? { odometry } : {}),
+    ...(mayBeMirrored && { may_be_mirrored: true }),
+  };
+  return `${JSON.stringify(whole)}\n`;
+}
+
+/** A table without angles: the import dialog asks for them. @param {readonly Scan[]} scans */
+function asTable(scans) {
+  const hasTimes = scans.every(({ time }) => time !== undefined);
+  const [{ ranges: first } = { ranges: [] }] = scans;
+  const head = [...(hasTimes ? ['time'] : []), ...first.map((_, at) => `range_${at}`)].join(',');
+  const rows = scans.map(({ ranges, time }) =>
+    [...(hasTimes ? [time] : []), ...ranges.map((r) => r ?? 'nan')].join(','),
+  );
+  return `${[head, ...rows].join('\n')}\n`;
+}
