@@ -60,17 +60,6 @@ export const bev_styles = css`
   .end {
     margin-left: auto;
   }
-  select,
-  input[type='number'] {
-    min-height: 32px;
-    max-width: 240px;
-    padding: 0 8px;
-    border: 1px solid var(--line-strong);
-    border-radius: 7px;
-    background: var(--surface);
-    color: var(--text);
-    font-size: 13px;
-  }
   input[type='number'] {
     width: 62px;
   }

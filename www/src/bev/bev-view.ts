@@ -3,7 +3,7 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
-import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
+import { drop_styles, field_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/exports.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -458,7 +458,7 @@ export class ScanstitchBev extends LitElement {
     this.session.announce(announcement);
   }
 
-  static override styles = [tokens, shared, page_styles, drop_styles, bev_styles];
+  static override styles = [tokens, shared, page_styles, drop_styles, field_styles, bev_styles];
 }
 
 declare global {

@@ -1,16 +1,11 @@
 /** What the view and its worker say to each other. Plain data: views know neither the worker nor the engine. */
 import type {
   BevAxes,
-  BevCamera,
-  BevIntrinsics,
   BevLayout,
-  BevLayoutCamera,
   BevPair,
   BevParameter,
-  BevPlane,
   BevPoint,
   BevPolygon,
-  BevPose,
   BevPoseKind,
   BevPreset,
   BevRefinement,
@@ -41,7 +36,7 @@ export type {
   BevSegment,
   EulerOrder,
   WholePixels,
-};
+} from '../engine/package.js';
 
 export type Pixel = readonly [number, number];
 

@@ -404,19 +404,5 @@ export const layout_styles = css`
     gap: 12px;
     max-width: 460px;
     margin: auto 0;
-    padding: 32px 28px;
-    border: 1.5px dashed var(--line-strong);
-    border-radius: 14px;
-    background: var(--surface);
-    text-align: center;
-  }
-  .empty h2 {
-    font-size: 18px;
-  }
-  .empty .actions {
-    display: flex;
-    flex-wrap: wrap;
-    justify-content: center;
-    gap: 8px;
   }
 `;

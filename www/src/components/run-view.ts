@@ -26,7 +26,7 @@ import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type 
 import { RunEvents } from './run-events.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
 import { type RunSession, wordsOf } from './session.js';
-import { shared } from './theme.js';
+import { empty_styles, shared } from './theme.js';
 
 /** What all results have in common. */
 interface RunSnapshot {
@@ -441,7 +441,7 @@ export abstract class RunView<
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, layout_styles, activity_styles, bar_styles];
+  static override styles = [shared, empty_styles, layout_styles, activity_styles, bar_styles];
 }
 
 // The same empty list every time: a new one would be a change.

@@ -334,3 +334,39 @@ export const dialog_styles = css`
     font-weight: 600;
   }
 `;
+
+/** Of lists to choose from and of numbers, in a bar of choices. */
+export const field_styles = css`
+  select,
+  input[type='number'] {
+    min-height: 32px;
+    max-width: 240px;
+    padding: 0 8px;
+    border: 1px solid var(--line-strong);
+    border-radius: 7px;
+    background: var(--surface);
+    color: var(--text);
+    font-size: 13px;
+  }
+`;
+
+/** Of the card that a view without files shows. */
+export const empty_styles = css`
+  section.empty,
+  .empty section {
+    padding: 32px 28px;
+    border: 1.5px dashed var(--line-strong);
+    border-radius: 14px;
+    background: var(--surface);
+    text-align: center;
+  }
+  .empty h2 {
+    font-size: 18px;
+  }
+  .empty .actions {
+    display: flex;
+    flex-wrap: wrap;
+    justify-content: center;
+    gap: 8px;
+  }
+`;

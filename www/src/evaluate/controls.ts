@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { field_styles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
 import { controls_styles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
@@ -228,7 +228,7 @@ export class ScanstitchEvaluationControls extends LitElement {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
-  static override styles = [shared, controls_styles];
+  static override styles = [shared, field_styles, controls_styles];
 }
 
 declare global {

@@ -39,20 +39,6 @@ export const evaluate_styles = css`
     gap: 14px;
     max-width: 560px;
     margin: auto;
-    padding: 32px 28px;
-    border: 1.5px dashed var(--line-strong);
-    border-radius: 14px;
-    background: var(--surface);
-    text-align: center;
-  }
-  .empty h2 {
-    font-size: 18px;
-  }
-  .empty .actions {
-    display: flex;
-    flex-wrap: wrap;
-    justify-content: center;
-    gap: 8px;
   }
   .empty .problem {
     padding: 6px 12px;
@@ -88,17 +74,6 @@ export const controls_styles = css`
     align-items: center;
     gap: 6px;
     min-height: 32px;
-  }
-  select,
-  input[type='number'] {
-    min-height: 32px;
-    max-width: 200px;
-    padding: 0 8px;
-    border: 1px solid var(--line-strong);
-    border-radius: 7px;
-    background: var(--surface);
-    color: var(--text);
-    font-size: 13px;
   }
   input[type='number'] {
     width: 90px;

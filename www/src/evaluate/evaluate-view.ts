@@ -6,7 +6,7 @@ import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
 import { wordsOf } from '../components/session.js';
-import { drop_styles, page_styles, shared, tokens } from '../components/theme.js';
+import { drop_styles, empty_styles, page_styles, shared, tokens } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { plural } from '../views/format.js';
@@ -238,7 +238,7 @@ export class ScanstitchEvaluate extends LitElement {
     this.input.value = '';
   }
 
-  static override styles = [tokens, shared, page_styles, drop_styles, evaluate_styles];
+  static override styles = [tokens, shared, page_styles, drop_styles, empty_styles, evaluate_styles];
 }
 
 declare global {

@@ -6,7 +6,7 @@ import { announcements } from '../components/announcer.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { Phase } from '../components/session.js';
-import { page_styles, shared, table_styles } from '../components/theme.js';
+import { empty_styles, page_styles, shared, table_styles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
 import { ranking_styles, section_styles } from '../components/section-styles.js';
 import { download } from '../export/exports.js';
@@ -344,7 +344,15 @@ export class ScanstitchStrategies extends LitElement {
     }
   }
 
-  static override styles = [shared, section_styles, table_styles, ranking_styles, page_styles, strategy_styles];
+  static override styles = [
+    shared,
+    section_styles,
+    table_styles,
+    ranking_styles,
+    page_styles,
+    empty_styles,
+    strategy_styles,
+  ];
 }
 
 declare global {

@@ -26,20 +26,6 @@ export const strategy_styles = css`
     display: grid;
     justify-items: center;
     gap: 10px;
-    padding: 24px;
-    border: 1.5px dashed var(--line-strong);
-    border-radius: 14px;
-    background: var(--surface);
-    text-align: center;
-  }
-  .empty h2 {
-    font-size: 17px;
-  }
-  .actions {
-    display: flex;
-    flex-wrap: wrap;
-    justify-content: center;
-    gap: 8px;
   }
   .problems li {
     padding: 6px 10px;
