@@ -71,24 +71,16 @@ export class ScanstitchHeadline extends LitElement {
         font-weight: 620;
         letter-spacing: -0.015em;
         line-height: 1.25;
-      }
-      .value {
         overflow: hidden;
         text-overflow: ellipsis;
         white-space: nowrap;
       }
+      /* Never cut: what a figure rests on often stands at its end. */
       .meaning {
-        display: -webkit-box;
-        overflow: hidden;
-        -webkit-box-orient: vertical;
-        -webkit-line-clamp: 2;
+        overflow-wrap: anywhere;
         color: var(--muted);
         font-size: 12px;
         line-height: 1.35;
-      }
-      .doubtful .meaning,
-      .lost .meaning {
-        -webkit-line-clamp: 4;
       }
       .doubtful .meaning {
         color: var(--doubtful);
