@@ -48,6 +48,18 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
   await expect(spatial.figures).toContainText(
     'all good if 1000 depth values are a metre and the focal length is 131.3 pixels, which nothing in the recording confirms',
   );
+  // No figure's explanation is cut: a condition stands at the end of it.
+  const cut = await spatial.figures
+    .locator('.meaning')
+    .evaluateAll((meanings) =>
+      meanings
+        .filter((meaning) => meaning.scrollHeight > meaning.clientHeight || meaning.scrollWidth > meaning.clientWidth)
+        .map((meaning) => meaning.textContent),
+    );
+  expect(cut).toEqual([]);
+  await expect(spatial.figures).toContainText(
+    'depth: 1000 values per metre (assumed), focal length (assumed), rounded',
+  );
   await spatial.figures.getByRole('button', { name: 'Change what the good frames assume' }).click();
   const dialog = page.getByRole('dialog', { name: 'What is assumed of the depth images' });
   await expect(dialog.getByRole('radio', { name: /^1000 values per metre/ })).toBeChecked();

@@ -366,10 +366,9 @@ export const layout_styles = css`
   .middle {
     container-type: size;
   }
-  /* In a panel of its own that scrolls, as on a phone, every figure stands whole. */
+  /* In a panel of its own that scrolls, as on a phone, a figure may take two lines. */
   .run [role='tabpanel'] scanstitch-headline {
     --value-wrap: normal;
-    --meaning-lines: none;
   }
   .run [role='tabpanel'] scanstitch-frame-table {
     max-height: 100%;

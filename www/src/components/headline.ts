@@ -75,18 +75,12 @@ export class ScanstitchHeadline extends LitElement {
         text-overflow: ellipsis;
         white-space: var(--value-wrap, nowrap);
       }
+      /* Never cut: what a figure rests on often stands at its end. */
       .meaning {
-        display: -webkit-box;
-        overflow: hidden;
-        -webkit-box-orient: vertical;
-        -webkit-line-clamp: var(--meaning-lines, 2);
+        overflow-wrap: anywhere;
         color: var(--muted);
         font-size: 12px;
         line-height: 1.35;
-      }
-      .doubtful .meaning,
-      .lost .meaning {
-        -webkit-line-clamp: var(--meaning-lines, 4);
       }
       .doubtful .meaning {
         color: var(--doubtful);
