@@ -7,6 +7,7 @@
  * `--list` names them.
  */
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { believe, countCargo, countNode, countPlaywright } from './counts.mjs';
 import { runStages, sumOf } from './stages.mjs';
@@ -56,6 +57,12 @@ const CLIPPY = ['cargo', 'clippy', '--all-targets'];
 const CARGO_TEST = ['test', '--no-fail-fast'];
 const STRICTLY = ['--', '-D', 'warnings'];
 const WASM_PACK_VERSION = '0.15.1';
+const PRETTIER_CACHE = ['--cache-location', join(TARGET_DIR, 'prettier')];
+
+/** Node 20 before 20.10 knows no such option, and runs one file less at a time than there are processors. */
+const NODE_TESTS_AT_A_TIME = answers(process.execPath, ['--test-concurrency=2', '--version'])
+  ? [`--test-concurrency=${Math.max(2, availableParallelism() - 1)}`]
+  : [];
 
 /** @typedef {import('./stages.mjs').Counts} Counts */
 /** @typedef {import('./stages.mjs').Stage} Stage */
@@ -91,7 +98,7 @@ const STAGES = [
   },
   {
     name: 'wasm-pack',
-    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
+    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome -- --test browser',
     needs: [ensureWasmTarget, browser, wasmPack],
     run: wasmPackTests,
   },
@@ -99,7 +106,19 @@ const STAGES = [
     ...lint(
       'prettier',
       'JavaScript, TypeScript, HTML and CSS are formatted',
-      ['npx', 'prettier', '--check', '--log-level', 'warn', '.'],
+      // What it found in a file holds for as long as the file's bytes and its own version and options do.
+      [
+        'npx',
+        'prettier',
+        '--check',
+        '--log-level',
+        'warn',
+        '--cache',
+        '--cache-strategy',
+        'content',
+        ...PRETTIER_CACHE,
+        '.',
+      ],
       [ensureNodeModules],
     ),
     beside: true,
@@ -314,7 +333,8 @@ async function rustTests() {
 }
 
 async function wasmPackTests() {
-  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome'], {
+  // Where they all are (tests/architecture.rs sees to it): the runner takes a second to see that another binary has none.
+  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome', '--', '--test', 'browser'], {
     env: WASM_TEST_ENV,
     echo: true,
   });
@@ -322,7 +342,8 @@ async function wasmPackTests() {
 }
 
 async function nodeTests() {
-  const args = ['--test', '--test-reporter=spec', 'tests/cli/'];
+  // Both processors: what compiles Rust beside it is soon over, and one file at a time leaves a processor idle then.
+  const args = ['--test', ...NODE_TESTS_AT_A_TIME, '--test-reporter=spec', 'tests/cli/'];
   const { code, output } = await capture(process.execPath, args, { echo: true });
   return believe(countNode(output), code);
 }

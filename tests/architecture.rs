@@ -146,6 +146,20 @@ fn bindings_clocks_and_printing_stay_in_wasm() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
+/// `npm test` runs those of the binary `browser` alone: one anywhere else would never run.
+#[test]
+fn tests_of_the_webassembly_build_are_in_tests_browser() {
+    let attribute = concat!("#[wasm_", "bindgen_test");
+    let with_such = |folder: &str| -> Vec<String> {
+        let sources = sources_in(folder).into_iter().filter(|source| source.text.contains(attribute));
+        sources.map(|source| source.file).collect()
+    };
+    let in_tests = with_such("tests");
+    assert!(in_tests.iter().any(|file| file == "browser/api.rs"), "{in_tests:?}");
+    assert!(in_tests.iter().all(|file| file.starts_with("browser/")), "{in_tests:?}");
+    assert_eq!([with_such(ENGINE), with_such(SCENE)].concat(), [""; 0]);
+}
+
 #[test]
 fn the_reader_of_sources_reads_them_rightly() {
     let source = Source {
