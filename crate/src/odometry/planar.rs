@@ -314,8 +314,7 @@ impl Odometry {
     /// Whether a pose continues the motion of the frames before, which are sure.
     fn is_expected(&self, prediction: &Pose2, found: &Pose2) -> bool {
         let off = prediction.inverse() * found;
-        let most = EXPECTED.1 + EXPECTED_SHARE * self.last_motion.translation_norm();
-        self.num_registered >= SURE_MOTION && off.rotation_angle() < EXPECTED.0 && off.translation_norm() < most
+        self.num_registered >= SURE_MOTION && is_continuation(&off, self.last_motion.translation_norm())
     }
 
     fn register_from(&self, scan: &QueryScan, guess: Pose2) -> Hypothesis {
@@ -323,6 +322,25 @@ impl Odometry {
         let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
         (registration, assessment)
     }
+}
+
+/// Whether a motion continues the one before.
+pub fn continues(before: &Pose2, motion: &Pose2) -> bool {
+    is_continuation(&(before.inverse() * motion), before.translation_norm())
+}
+
+/// Whether a step of this length (m) may follow one of `before` (m), whatever its direction.
+pub fn may_follow(length: f64, before: f64) -> bool {
+    length < before + largest_change(before)
+}
+
+fn is_continuation(off: &Pose2, before: f64) -> bool {
+    off.rotation_angle() < EXPECTED.0 && off.translation_norm() < largest_change(before)
+}
+
+/// How much (m) the next motion may differ from one of this length (m).
+fn largest_change(before: f64) -> f64 {
+    EXPECTED.1 + EXPECTED_SHARE * before
 }
 
 /// Whether a registration has not led to the best place.

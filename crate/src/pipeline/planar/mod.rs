@@ -6,6 +6,7 @@ mod measured_motion;
 mod odometry_agreement;
 mod run;
 mod scan_to_map;
+mod sure_motion;
 mod wheel_calibration;
 
 use nalgebra::Vector2;

@@ -8,7 +8,7 @@ use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::measured_motion;
 use super::scan_to_map::ScanToMap;
-use super::{odometry_agreement, wheel_calibration};
+use super::{odometry_agreement, sure_motion, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::{LoopTrials, Uncertainty};
@@ -197,6 +197,7 @@ impl Run {
         self.motions = wheel_calibration::calibrated(&self.motions, &self.estimates);
         let mut motions = self.motions.clone();
         wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
+        sure_motion::doubt_beyond_sure(&motions, &mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
