@@ -11,8 +11,7 @@ import { account, duration, StepError, say } from './steps.mjs';
  * @property {string} name
  * @property {string} about
  * @property {boolean} [lint] it runs no test
- * @property {boolean} [beside] it may go on beside the stages that compile Rust: it uses nothing that
- *   they write
+ * @property {boolean} [beside] it may go on beside the stages that compile Rust: it uses nothing that they write
  * @property {boolean} [last] it needs both processors to itself
  * @property {(() => Promise<void>)[]} [needs] each is done once, by the first stage that needs it
  * @property {() => Promise<Counts>} run

@@ -146,7 +146,7 @@ fn bindings_clocks_and_printing_stay_in_wasm() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
-/// `npm test` runs those of the binary `browser` alone: one anywhere else would never run.
+/// Outside of continuous integration `npm test` runs those of the binary `browser` alone.
 #[test]
 fn tests_of_the_webassembly_build_are_in_tests_browser() {
     let attribute = concat!("#[wasm_", "bindgen_test");

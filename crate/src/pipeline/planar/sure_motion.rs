@@ -11,9 +11,11 @@ const MIN_SURE_MOTIONS: usize = 20;
 /// the right place cannot be compared with it where the scan, after a turn, sees next to nothing of the map.
 pub fn doubt_beyond_sure(motions: &[Option<MeasuredMotion>], estimates: &mut [FrameEstimate]) {
     let sure = (1..estimates.len()).filter(|&frame| is_sure(frame, estimates));
-    let mut distances: Vec<f64> = sure.map(|frame| motion(frame, estimates).translation_norm()).collect();
-    distances.sort_by(f64::total_cmp);
-    let Some(&longest) = distances.last().filter(|_| distances.len() >= MIN_SURE_MOTIONS) else { return };
+    let distances: Vec<f64> = sure.map(|frame| motion(frame, estimates).translation_norm()).collect();
+    if distances.len() < MIN_SURE_MOTIONS {
+        return;
+    }
+    let longest = distances.into_iter().fold(0.0, f64::max);
     for frame in 1..estimates.len() {
         let moved = motion(frame, estimates).translation_norm();
         let is_registered = motions[frame].is_none() && estimates[frame].link == Link::Registered;
