@@ -1,6 +1,7 @@
 // @ts-check
 /** Arguments of any kind: every command either works or says in words what is wrong with them. */
 import { existsSync } from 'node:fs';
+import { resolve } from 'node:path';
 import { convert } from '../../npm/cli/convert.js';
 import { evaluate } from '../../npm/cli/evaluate.js';
 import { CommandError } from '../../npm/cli/command.js';
@@ -76,8 +77,8 @@ export async function commandLine(random) {
     random.below(6) === 0 ? random.text(WORDS, 3) : random.one(WORDS),
   )
     .flatMap((word) => (['-', '--out', '--to'].includes(word) ? [] : [word.replaceAll('\0', '')]))
-    // The root of the disk and what else is there have nothing to do with what is tried.
-    .filter((word) => word.trim() === '' || !existsSync(word));
+    // The root of the disk and what else is there have nothing to do with what is tried, by `none/..`, too.
+    .filter((word) => word.trim() === '' || !existsSync(resolve(word)));
   const { stdout, stderr } = process;
   const [out, err] = [stdout.write, stderr.write];
   stdout.write = stderr.write = () => true;
