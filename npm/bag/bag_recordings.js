@@ -13,10 +13,11 @@ import { chooseAsWished, describeTopics } from './topics.js';
 /**
  * Opens the bags and looks at what their topics hold.
  * @param {readonly import('./open.js').BagFile[]} files
+ * @param {import('./open.js').OnWalk} [onWalk]
  * @returns {Promise<{ bags: ListedBag[], notes: import('../recording.js').Note[] }>}
  */
-export async function listBags(files) {
-  const { bags, notes } = await openBags(files);
+export async function listBags(files, onWalk) {
+  const { bags, notes } = await openBags(files, onWalk);
   return { bags: await Promise.all(bags.map(async (bag) => ({ bag, topics: await describeTopics(bag) }))), notes };
 }
 

@@ -48,12 +48,13 @@ const BYTES_A_MESSAGE = 1;
 /**
  * @param {string} name for messages
  * @param {ByteSource} source
+ * @param {import('./open.js').OnWalk} onWalk
  * @returns {Promise<import('./open.js').Container>} rejects with a ScanstitchError
  */
-export async function openMcap(name, source) {
+export async function openMcap(name, source, onWalk) {
   const file = new McapFile(name, source);
   if (!isMcap(await source.read(0, MAGIC.length))) throw fileError(name, 'This is not an MCAP file', CUT_OFF);
-  if (!(await file.readIndexes())) await file.walk();
+  if (!(await file.readIndexes())) await file.walk(onWalk);
   return {
     topics: file.topics(),
     notes: file.notes,
@@ -147,10 +148,10 @@ class McapFile {
     );
   }
 
-  /** Reads record after record from the beginning. */
-  async walk() {
+  /** Reads record after record from the beginning. @param {import('./open.js').OnWalk} onWalk */
+  async walk(onWalk) {
     const { size } = this.#source;
-    const end = await this.#walkRecords(MAGIC.length, size, OUTSIDE, 0);
+    const end = await this.#walkRecords(MAGIC.length, size, OUTSIDE, 0, (place) => onWalk(place, size));
     if (end < size) {
       this.notes.push(
         lost(this.#name, `cut off or damaged at byte ${end} of ${size}; the messages before that are used`),
@@ -172,9 +173,10 @@ class McapFile {
    * @param {number} end
    * @param {number} chunk that they belong to
    * @param {number} origin from where the places of its messages count
+   * @param {(place: number) => void} [onRecord]
    * @returns {Promise<number>} where the last one ends, or `end`
    */
-  async #walkRecords(start, end, chunk, origin) {
+  async #walkRecords(start, end, chunk, origin, onRecord = () => {}) {
     const window = new Window(this.#source, end);
     for (let place = start; ;) {
       const head = await window.read(place, RECORD_HEADER_BYTES);
@@ -192,6 +194,7 @@ class McapFile {
         this.#takeDefinition(opcode, (await window.read(place, length)).subarray(RECORD_HEADER_BYTES));
       }
       place += length;
+      onRecord(place);
     }
   }
 

@@ -20,6 +20,7 @@ import { isSqlite } from './sqlite.js';
 /** @typedef {import('./message_index.js').MessageIndex} MessageIndex */
 /** @typedef {{ path: string, source: () => Promise<ByteSource> }} BagFile */
 /** @typedef {{ name: string, type: string, format: string, messages: MessageIndex }} StoredTopic */
+/** Told how far a bag that has no index has been gone through, in bytes. @typedef {(done: number, total: number) => void} OnWalk */
 /**
  * One file of a bag. Places of messages are those of its topics' indexes.
  * @typedef {object} Container
@@ -122,9 +123,10 @@ function withHeader({ format }, bytes) {
 /**
  * Opens the bags among these files. What cannot be opened is told, and the rest is opened.
  * @param {readonly BagFile[]} files bags and their metadata.yaml
+ * @param {OnWalk} [onWalk]
  * @returns {Promise<{ bags: Bag[], notes: Note[] }>}
  */
-export async function openBags(files) {
+export async function openBags(files, onWalk = () => {}) {
   /** @type {Bag[]} */
   const bags = [];
   /** @type {Note[]} */
@@ -134,7 +136,7 @@ export async function openBags(files) {
     const containers = [];
     for (const file of parts) {
       try {
-        containers.push(await openContainer(file.path, await sourceOf(file, files)));
+        containers.push(await openContainer(file.path, await sourceOf(file, files), onWalk));
       } catch (error) {
         const { problem, remedy = '', message } = /** @type {Error & { problem?: string, remedy?: string }} */ (error);
         const reason = problem === undefined ? `not used: ${message}` : `not used: ${problem}. ${remedy}`;
@@ -163,17 +165,17 @@ async function sourceOf({ path, source }, files) {
   return withLog(log.path, await source(), await log.source());
 }
 
-/** @param {string} name @param {ByteSource} source @returns {Promise<Container>} */
-async function openContainer(name, source) {
+/** @param {string} name @param {ByteSource} source @param {OnWalk} onWalk @returns {Promise<Container>} */
+async function openContainer(name, source, onWalk) {
   const head = await source.read(0, Math.min(source.size, 64));
   if (head.length === 0) throw fileError(name, 'The file is empty', 'Copy the bag again');
   if (isPointer(head)) throw fileError(name, 'This is a Git LFS pointer, not the bag itself', 'Fetch it: git lfs pull');
-  if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source);
+  if (isMcap(head)) return (await import('./mcap.js')).openMcap(name, source, onWalk);
   if (isSqlite(head)) return (await import('./db3.js')).openDb3(name, source);
-  if (isRos1(head)) return (await import('./ros1.js')).openRos1(name, source);
+  if (isRos1(head)) return (await import('./ros1.js')).openRos1(name, source, onWalk);
   if (unpackedName(name) !== null) {
     const { bytes, fault } = await unpackWhole(name, source);
-    const container = await openContainer(name.slice(0, name.lastIndexOf('.')), bytesInMemory(bytes));
+    const container = await openContainer(name.slice(0, name.lastIndexOf('.')), bytesInMemory(bytes), onWalk);
     if (fault !== null) container.notes.push(lost(name, `${fault}; what was packed before that is used`));
     return container;
   }

@@ -1,5 +1,6 @@
 // @ts-check
 /** The path that a topic tells, as that of the sensor: as text, to compare with or to begin from. */
+import { append } from '../append.js';
 import { lost } from '../errors.js';
 import { decodePoses } from './messages.js';
 import { plural } from './stamps.js';
@@ -15,16 +16,23 @@ import { compose, IDENTITY, TransformTree, tumText, usable } from './transforms.
 const TF = 'tf2_msgs/msg/TFMessage';
 /** Where nothing is called static, as in ROS 1, the first so many messages tell what does not move. */
 const MAX_TF_MESSAGES = 200;
+/** A pose with its velocity and covariances takes less; a path and the transforms of a robot may take more (bytes). */
+const POSE_BYTES = 2048;
+/** So many messages are read at a time: those of a packed bag bring a chunk into memory each. */
+const READ_AT_ONCE = 8;
 
 /**
  * @param {Bag} bag
  * @param {readonly TopicFacts[]} topics
  * @param {Topic} topic
  * @param {string} sensor the frame of the sensor
+ * @param {{ isCompared?: boolean, onProgress?: (done: number) => void }} [options] isCompared: nothing is computed from it.
+ *    Then its messages are read without the chunks around them, where that is possible; these are checked with the frames.
+ *    onProgress: messages read
  * @returns {Promise<{ text: string | null, notes: Note[] }>} lines of `time x y z qx qy qz qw`; null where it has no path
  *    of this sensor
  */
-export async function pathText(bag, topics, topic, sensor) {
+export async function pathText(bag, topics, topic, sensor, options = {}) {
   /** @type {Note[]} */
   const notes = [];
   const tree = new TransformTree();
@@ -37,7 +45,7 @@ export async function pathText(bag, topics, topic, sensor) {
       for (const pose of await posesOf(bag, other, [], MAX_TF_MESSAGES)) tree.add(pose, false);
     }
   }
-  const poses = await posesOf(bag, topic, notes);
+  const poses = await posesOf(bag, topic, notes, Infinity, options);
   const samples =
     topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
   if (samples.length === 0) {
@@ -48,22 +56,42 @@ export async function pathText(bag, topics, topic, sensor) {
   return { text: tumText(samples), notes };
 }
 
-/** @param {Bag} bag @param {Topic} topic @param {Note[]} notes @param {number} [limit] messages that are read */
-async function posesOf(bag, topic, notes, limit = Infinity) {
+/** @param {Bag} bag @param {Topic} topic @param {number} index */
+function readWithChunk(bag, topic, index) {
+  return bag.read(topic, index);
+}
+
+/** Without the chunk around it, where the bag is not packed. @param {Bag} bag @param {Topic} topic @param {number} index */
+async function readAlone(bag, topic, index) {
+  const head = await bag.readHead(topic, index, POSE_BYTES);
+  return head.length < POSE_BYTES ? head : bag.read(topic, index);
+}
+
+/**
+ * @param {Bag} bag @param {Topic} topic @param {Note[]} notes @param {number} [limit] messages that are read
+ * @param {{ isCompared?: boolean, onProgress?: (done: number) => void }} [options]
+ */
+async function posesOf(bag, topic, notes, limit = Infinity, { isCompared = false, onProgress = () => {} } = {}) {
   /** @type {PoseMessage[]} */
-  let poses = [];
+  const poses = [];
   let faults = 0;
   let fault = '';
+  const read = isCompared ? readAlone : readWithChunk;
   // A path is sent again and again, each time longer: the last one is it.
-  const first = topic.type === 'nav_msgs/msg/Path' ? topic.count - 1 : 0;
-  for (let index = first; index < Math.min(topic.count, limit); index += 1) {
-    try {
-      for (const pose of decodePoses(topic.type, await bag.read(topic, index))) poses.push(pose);
-    } catch (error) {
-      const { problem, message } = /** @type {Error & { problem?: string }} */ (error);
-      fault ||= problem ?? message;
-      faults += 1;
+  const end = Math.min(topic.count, limit);
+  for (let first = topic.type === 'nav_msgs/msg/Path' ? topic.count - 1 : 0; first < end; first += READ_AT_ONCE) {
+    const indexes = Array.from({ length: Math.min(READ_AT_ONCE, end - first) }, (_, i) => first + i);
+    const decoded = await Promise.allSettled(
+      indexes.map(async (index) => decodePoses(topic.type, await read(bag, topic, index))),
+    );
+    for (const one of decoded) {
+      if (one.status === 'fulfilled') append(poses, one.value);
+      else {
+        fault ||= one.reason.problem ?? one.reason.message;
+        faults += 1;
+      }
     }
+    onProgress(first + indexes.length);
   }
   if (faults > 0) notes.push(lost(topic.name, `${plural(faults, 'message')} of ${topic.count} left out: ${fault}`));
   return poses;

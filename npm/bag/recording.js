@@ -165,18 +165,23 @@ class Maker {
 
   /** @param {TopicFacts} reference @param {TopicFacts} source */
   async takeReference(reference, source) {
-    this.#recording.reference = await this.#pathFile(reference, source);
+    this.#recording.reference = await this.#pathFile(reference, source, true);
   }
 
   /** @param {TopicFacts} odometry @param {TopicFacts} scans */
   async takeOdometry(odometry, scans) {
-    const [path = null] = await this.#pathFile(odometry, scans);
+    const [path = null] = await this.#pathFile(odometry, scans, false);
     this.#recording.odometry = path;
   }
 
-  /** The path of the source's frame that a topic tells, as one file; none where it tells none. @param {TopicFacts} facts @param {TopicFacts} source */
-  async #pathFile({ topic }, source) {
-    const { text, notes } = await pathText(this.#bag, this.#topics, topic, source.frame);
+  /**
+   * The path of the source's frame that a topic tells, as one file; none where it tells none.
+   * @param {TopicFacts} facts @param {TopicFacts} source @param {boolean} isCompared whether nothing is computed from it
+   */
+  async #pathFile({ topic }, source, isCompared) {
+    const onProgress = (/** @type {number} */ done) => this.#onProgress(done, topic.count);
+    const options = { isCompared, onProgress };
+    const { text, notes } = await pathText(this.#bag, this.#topics, topic, source.frame, options);
     append(this.#recording.notes, notes);
     if (text === null) return [];
     const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;

@@ -38,16 +38,17 @@ const REMEDY = 'Copy the bag again, or repair it (rosbag reindex)';
 /**
  * @param {string} name for messages
  * @param {ByteSource} source
+ * @param {import('./open.js').OnWalk} onWalk
  * @returns {Promise<import('./open.js').Container>} rejects with a ScanstitchError
  */
-export async function openRos1(name, source) {
+export async function openRos1(name, source, onWalk) {
   const magic = new TextDecoder('latin1').decode(await source.read(0, Math.min(source.size, MAGIC_2_0.length)));
   if (magic !== MAGIC_2_0) {
     const remedy = 'Convert it with ROS 1: rosbag fix OLD.bag NEW.bag';
     throw fileError(name, `This bag is of the version ${magic.slice(8).trim()}, and 2.0 is read`, remedy);
   }
   const file = new Ros1File(name, source);
-  if (!(await file.readIndexes())) await file.walk();
+  if (!(await file.readIndexes())) await file.walk(onWalk);
   return {
     topics: file.topics(),
     notes: file.notes,
@@ -133,8 +134,8 @@ class Ros1File {
     return { chunk: chunkOf(head, place), indexes: indexes.map(({ fields, data }) => readIndex(fields, data)) };
   }
 
-  /** Reads record after record from the beginning. */
-  async walk() {
+  /** Reads record after record from the beginning. @param {import('./open.js').OnWalk} onWalk */
+  async walk(onWalk) {
     const { size } = this.#source;
     let place = MAGIC_2_0.length;
     try {
@@ -146,6 +147,7 @@ class Ros1File {
         }
         if (head.op === OP.chunk) await this.#walkChunk(head, place);
         place += head.end;
+        onWalk(place, size);
       }
     } catch (error) {
       if (!isDamage(error)) throw error;

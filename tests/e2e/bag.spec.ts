@@ -1,6 +1,7 @@
 /** Bags of ROS 2 in the page: dropped, listed, and with other topics. */
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
+import type { Page } from '@playwright/test';
 import { db3Bytes, mcapBytes } from '../cli/bag_files.mjs';
 import { cameraInfo, image, laserScan, poseStamped, type stampAt } from '../cli/bag_messages.mjs';
 import { expectNamedControls, findWeakContrast } from './access.js';
@@ -66,6 +67,44 @@ for (const [name, bytes] of [
     await expect(panel.getByRole('row', { name: /\/cam\/depth\/image_raw/ })).toContainText('160 x 120, 32FC1');
     // The picture in the panel is the bag's colour image.
     await expect(spatial.panel.getByRole('img').first()).toBeVisible();
+  });
+}
+
+/** From when the panel of the topics is there, files of the disk do not answer; returns what lets them. */
+async function holdReading(page: Page): Promise<() => Promise<void>> {
+  await page.evaluate(() => {
+    const read = Blob.prototype.arrayBuffer;
+    const gate = new Promise<void>((resolve) => Object.assign(window, { let_read: resolve }));
+    Blob.prototype.arrayBuffer = async function (this: Blob) {
+      const app = document.querySelector('scanstitch-app');
+      if (app?.shadowRoot?.querySelector('scanstitch-topics')) await gate;
+      return read.call(this);
+    };
+  });
+  return () => page.evaluate(() => (window as unknown as { let_read: () => void }).let_read());
+}
+
+for (const [what, is_cut, words] of [
+  ['whose messages are inspected', false, /^Inspecting /],
+  ['that was cut off', true, /^The bag has no index: reading all of it, \d+ %/],
+] as const) {
+  test(`a bag ${what} can be cancelled, and what was open stays`, async ({ spatial, page }) => {
+    const bag = Buffer.from(mcapBytes(TOPICS, messages(6), { chunkBytes: 2 ** 17 }));
+    const content = is_cut ? bag.subarray(0, Math.floor(0.9 * bag.length)) : bag;
+    const panel = page.getByRole('region', { name: 'Topics of the bag' });
+    const let_read = await holdReading(page);
+    await spatial.drop([{ name: 'room.mcap', content }]);
+    await expect(panel.getByRole('status')).toHaveText(words);
+    await panel.getByRole('button', { name: 'Cancel' }).click();
+    await expect(panel).toBeHidden();
+    await let_read();
+    // The bag is opened from its beginning where it is wanted again; the cancelled one brings nothing, not even a message.
+    await spatial.drop([{ name: 'room.mcap', content }]);
+    const { result } = await spatial.stitched();
+    expect(result.frames.length).toBeGreaterThanOrEqual(5);
+    await expect(panel).toContainText('depth images /cam/depth/image_raw');
+    await expect(panel.getByRole('button', { name: 'Cancel' })).toBeHidden();
+    await expect(spatial.messages.filter({ hasText: 'no longer wanted' })).toBeHidden();
   });
 }
 

@@ -251,6 +251,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
                 @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.parts.attend(() => this.intake.choose(detail))}
+                @topics-cancelled=${() => this.intake.cancel()}
               ></scanstitch-topics>`
             : nothing
         }

@@ -6,6 +6,7 @@ import type { ReactiveControllerHost } from 'lit';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
+import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
@@ -50,9 +51,9 @@ const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/
 const PROGRESS_INTERVAL_MS = 100;
 
 export class FileIntake {
-  /** The bag that is open; null where the files are none. */
+  /** The bag that is open, or being opened; null where the files are none. */
   bag: BagState | null = null;
-  #opened: OpenedFiles | null = null;
+  #open: Open = { bag: null, opened: null };
   /** The bag of the recording that stepped aside. */
   #other: Open = { bag: null, opened: null };
   /** Counts what was asked for: the last one wins. */
@@ -68,18 +69,22 @@ export class FileIntake {
   /** Shows the recording that was replaced by the current one. */
   exchange(): void {
     this.#num_taken++;
-    const { bag, opened } = this.#other;
-    this.#other = this.#open;
-    this.#opened = opened;
-    this.#setBag(bag);
+    [this.#open, this.#other] = [this.#other, this.#open];
+    this.#setBag(this.#open.bag);
+  }
+
+  /** What is being opened is no longer wanted; what is open stays. */
+  cancel(): void {
+    this.#num_taken++;
+    this.#setBag(this.#open.bag);
   }
 
   /** Something else was opened: what is being opened is no longer wanted, and the bag is closed. */
   forget(): void {
     this.#num_taken++;
     this.#other = this.#open;
+    this.#open = { bag: null, opened: null };
     this.#setBag(null);
-    this.#opened = null;
   }
 
   /** Opens files that were requested at clock time `requested_at`; `notes` are about other files of the same drop. */
@@ -100,7 +105,7 @@ export class FileIntake {
 
   /** Opens other topics of the bag. */
   async choose(wishes: Wishes): Promise<void> {
-    const opened = this.#opened;
+    const { opened } = this.#open;
     if (!opened) return;
     const own = ++this.#num_taken;
     const { chooseTopics } = await this.#hooks.loaded(reader());
@@ -117,44 +122,54 @@ export class FileIntake {
 
   async #show(opening: Promise<OpenedFiles>, asked: Asked): Promise<void> {
     const { own, wishes, requested_at, before, is_choice, given } = asked;
-    const opened = await opening;
-    if (own !== this.#num_taken) return;
+    const opened = await opening.catch((error: unknown) => {
+      if (own === this.#num_taken) throw error;
+    });
+    if (!opened || own !== this.#num_taken) return;
     const recognised = await (await reader()).tellApart(opened, this.#hooks.present());
     if (own !== this.#num_taken) return;
     const is_new = recognised.is_recording && !is_choice;
     if (is_new) this.#other = before;
     if (recognised.bag) {
       const { listed, choice } = recognised.bag;
-      this.#opened = opened;
-      this.#setBag({ listed, choice, wishes, activity: '' });
-    } else if (this.#opened && opened.files.every(({ path }) => isBeside(path))) {
-      this.#opened = { ...this.#opened, files: [...this.#opened.files, ...opened.files] };
+      this.#open = { bag: { listed, choice, wishes, activity: '' }, opened };
+    } else if (this.#open.opened && opened.files.every(({ path }) => isBeside(path))) {
+      this.#open.opened.files.push(...opened.files);
     } else {
-      this.#opened = null;
-      this.#setBag(null);
+      this.#open = { bag: null, opened: null };
     }
+    this.#setBag(this.#open.bag);
     await this.#hooks.show(recognised, requested_at, is_new, given);
   }
 
   /** A bag's topics are shown as soon as they are known, before its messages are inspected. */
   #listener(own: number, wishes: Wishes): BagListener {
     let next_at = 0;
+    const report = (change: () => BagState): void => {
+      if (own !== this.#num_taken) throw new Error('The bag is no longer wanted.');
+      if (performance.now() < next_at) return;
+      next_at = performance.now() + PROGRESS_INTERVAL_MS;
+      this.#setBag(change());
+    };
+    let listed: ListedBag | null = null;
     return {
-      listed: async ([listed]) => {
+      walking: (done, total) => {
+        const activity = `The bag has no index: reading all of it, ${Math.floor((100 * done) / total)} %`;
+        report(() => {
+          void import('./topics-panel.js');
+          return { listed, choice: null, wishes, activity };
+        });
+      },
+      listed: async ([first]) => {
         await import('./topics-panel.js');
-        if (own !== this.#num_taken || !listed) return;
+        if (own !== this.#num_taken || !first) return;
+        listed = first;
         this.#setBag({ listed, choice: null, wishes, activity: 'Inspecting the messages' });
       },
       looking: (done, total) => {
-        if (own !== this.#num_taken || !this.bag || performance.now() < next_at) return;
-        next_at = performance.now() + PROGRESS_INTERVAL_MS;
-        this.#setBag({ ...this.bag, activity: `Inspecting message ${done} of ${total}` });
+        report(() => ({ listed, choice: null, wishes, activity: `Inspecting message ${done} of ${total}` }));
       },
     };
-  }
-
-  get #open(): Open {
-    return { bag: this.bag, opened: this.#opened };
   }
 
   #setBag(bag: BagState | null): void {

@@ -9,7 +9,8 @@ import { plural } from '../views/format.js';
 export type { Wishes };
 
 export interface BagState {
-  listed: ListedBag;
+  /** Null before its topics are known. */
+  listed: ListedBag | null;
   /** Null before the messages have been looked into. */
   choice: Choice | null;
   /** What somebody has chosen. */
@@ -31,7 +32,7 @@ const WORDS: Readonly<Record<Role, string>> = {
 /**
  * One line that says what is used of a bag; unfolded, all its topics, with what each may be used as.
  *
- * Fires `topics-chosen`; `detail` holds the wishes.
+ * Fires `topics-chosen`, whose `detail` holds the wishes, and `topics-cancelled`, where a bag is not to be opened after all.
  */
 @customElement('scanstitch-topics')
 export class ScanstitchTopics extends LitElement {
@@ -41,29 +42,38 @@ export class ScanstitchTopics extends LitElement {
   protected override render(): TemplateResult {
     const { listed, activity } = this.bag;
     return html`<section aria-label="Topics of the bag">
-      <button
-        class="quiet"
-        aria-expanded=${this.is_open}
-        aria-controls="list"
-        @click=${() => {
-          this.is_open = !this.is_open;
-        }}
-      >
-        <svg width="10" height="10" viewBox="0 0 10 10" aria-hidden="true">
-          <path
-            d=${this.is_open ? 'M1 3l4 4 4-4' : 'M3 1l4 4-4 4'}
-            fill="none"
-            stroke="currentColor"
-            stroke-width="1.6"
-          />
-        </svg>
-        ${plural(listed.topics.length, 'topic')}
-      </button>
+      ${listed ? this.renderUnfold(listed) : nothing}
       <p class="summary">${activity === '' ? this.renderUsed() : html`<span role="status">${activity} …</span>`}</p>
+      ${activity === '' ? nothing : html`<button class="quiet" @click=${this.cancel}>Cancel</button>`}
       <div id="list" class="list" role="group" aria-label="List of topics" ?hidden=${!this.is_open} tabindex="0">
-        ${this.is_open ? this.renderTable() : nothing}
+        ${this.is_open && listed ? this.renderTable(listed) : nothing}
       </div>
     </section>`;
+  }
+
+  private renderUnfold({ topics }: ListedBag): TemplateResult {
+    return html`<button
+      class="quiet"
+      aria-expanded=${this.is_open}
+      aria-controls="list"
+      @click=${() => {
+        this.is_open = !this.is_open;
+      }}
+    >
+      <svg width="10" height="10" viewBox="0 0 10 10" aria-hidden="true">
+        <path
+          d=${this.is_open ? 'M1 3l4 4 4-4' : 'M3 1l4 4-4 4'}
+          fill="none"
+          stroke="currentColor"
+          stroke-width="1.6"
+        />
+      </svg>
+      ${plural(topics.length, 'topic')}
+    </button>`;
+  }
+
+  private cancel(): void {
+    this.dispatchEvent(new CustomEvent('topics-cancelled', { bubbles: true }));
   }
 
   /** What is used, in a line. */
@@ -74,7 +84,7 @@ export class ScanstitchTopics extends LitElement {
     return html`${used.map((role) => html`<span class="used"><span class="muted">${WORDS[role]}</span> ${choice?.[role]}</span>`)}`;
   }
 
-  private renderTable(): TemplateResult {
+  private renderTable({ topics }: ListedBag): TemplateResult {
     return html`<table>
       <thead>
         <tr>
@@ -86,7 +96,7 @@ export class ScanstitchTopics extends LitElement {
         </tr>
       </thead>
       <tbody>
-        ${this.bag.listed.topics.map((facts) => this.renderTopic(facts))}
+        ${topics.map((facts) => this.renderTopic(facts))}
       </tbody>
     </table>`;
   }

@@ -38,8 +38,12 @@ export interface OpenedBag {
   choice: Choice;
 }
 
-/** News of bags that are being opened: their topics, then how many messages of how many have been looked into. */
+/**
+ * News of bags that are being opened: how many bytes of one without an index have been gone through, the topics, then how many
+ * messages of how many have been looked into. What a listener throws ends the opening.
+ */
 export interface BagListener {
+  walking(done: number, total: number): void;
   listed(bags: readonly ListedBag[]): Promise<void>;
   looking(done: number, total: number): void;
 }
@@ -119,7 +123,7 @@ export async function tellApart(
 /** Zips and bags are opened; what lies in them is unpacked when it is read. */
 export async function openFiles(
   given: readonly NamedFile[],
-  listener: BagListener = { listed: async () => undefined, looking: () => undefined },
+  listener: BagListener = { walking: () => undefined, listed: async () => undefined, looking: () => undefined },
   wishes: Wishes = {},
 ): Promise<OpenedFiles> {
   const opened_archives = await openArchives(given);
@@ -131,7 +135,8 @@ export async function openFiles(
   );
   if (!of_bags.some(({ path }) => isBagName(path))) return { given, files: [...rest, ...of_bags], notes, bags: [] };
   const { listBags } = await import('../../../npm/bag/bag_recordings.js');
-  const listed = await listBags(of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) })));
+  const sources = of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) }));
+  const listed = await listBags(sources, (done, total) => listener.walking(done, total));
   await listener.listed(listed.bags);
   const opened = await openBags(listed.bags, wishes, listener);
   return { given, files: [...rest, ...opened.files], notes: [...notes, ...listed.notes], bags: opened.bags };
