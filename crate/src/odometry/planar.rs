@@ -74,6 +74,8 @@ pub enum Link {
     Registered,
     /// By a registration that something speaks against.
     Doubted,
+    /// By a registration further off than the robot is known to move: nothing is known of the motion.
+    Implausible,
     /// By measured motion alone.
     Carried,
     /// By nothing, or by measured motion without any returns: no frame is connected to it.
@@ -189,7 +191,7 @@ impl Odometry {
                     self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
                 }
             }
-            Link::Start | Link::Registered | Link::Doubted | Link::Carried => {
+            Link::Start | Link::Registered | Link::Doubted | Link::Implausible | Link::Carried => {
                 self.stray = None;
                 self.map.insert(Rc::clone(scan), estimate.T_world_sensor);
             }

@@ -29,7 +29,7 @@ const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
 const OPEN_DIRECTION_SHARE: f64 = 0.3;
 /// Without odometry: standard deviation of a doubted registration (rad, m) ...
 const DOUBTED_SIGMA: (f64, f64) = (0.3, 0.5);
-/// ... and of the pose across a break of the chain (rad, m).
+/// ... and of the pose across a break of the chain, or of an implausible one (rad, m).
 const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
 /// Smallest agreement with which a doubted registration is still a relation.
 const MIN_PLAUSIBLE_AGREEMENT: f64 = 0.8;

@@ -197,7 +197,7 @@ impl Run {
         self.motions = wheel_calibration::calibrated(&self.motions, &self.estimates);
         let mut motions = self.motions.clone();
         wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
-        sure_motion::doubt_beyond_sure(&motions, &mut self.estimates);
+        sure_motion::mark_beyond_sure(&motions, &mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {

@@ -6,10 +6,11 @@ use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, SURE_MOTION, 
 /// Of fewer sure motions the longest bounds the next one little: one in so many is longer still.
 const MIN_SURE_MOTIONS: usize = 20;
 
-/// Doubts registrations without measured motion that lie further from the scan before than what would continue the log's longest
-/// sure motion. Such a place was found by a search over metres and all headings, where one that looks alike is found as well; and
-/// the right place cannot be compared with it where the scan, after a turn, sees next to nothing of the map.
-pub fn doubt_beyond_sure(motions: &[Option<MeasuredMotion>], estimates: &mut [FrameEstimate]) {
+/// Takes registrations without measured motion for implausible that lie further from the scan before than what would continue the
+/// log's longest sure motion. Such a place was found by a search over metres and all headings, where one that looks alike is found
+/// as well; and the right place cannot be compared with it where the scan, after a turn, sees next to nothing of the map. Those that
+/// were doubtful before count as well: the place tells nothing of where loops are to be looked for.
+pub fn mark_beyond_sure(motions: &[Option<MeasuredMotion>], estimates: &mut [FrameEstimate]) {
     let sure = (1..estimates.len()).filter(|&frame| is_sure(frame, estimates));
     let distances: Vec<f64> = sure.map(|frame| motion(frame, estimates).translation_norm()).collect();
     if distances.len() < MIN_SURE_MOTIONS {
@@ -18,10 +19,10 @@ pub fn doubt_beyond_sure(motions: &[Option<MeasuredMotion>], estimates: &mut [Fr
     let longest = distances.into_iter().fold(0.0, f64::max);
     for frame in 1..estimates.len() {
         let moved = motion(frame, estimates).translation_norm();
-        let is_registered = motions[frame].is_none() && estimates[frame].link == Link::Registered;
-        if is_registered && !may_follow(moved, longest) {
+        let is_registered = matches!(estimates[frame].link, Link::Registered | Link::Doubted);
+        if motions[frame].is_none() && is_registered && !may_follow(moved, longest) {
             let estimate = &mut estimates[frame];
-            estimate.link = Link::Doubted;
+            estimate.link = Link::Implausible;
             estimate.assessment.doubt(&format!(
                 "it lies {moved:.1} m from the scan before, and the longest step that is sure is {longest:.1} m: the place may only look alike"
             ));
@@ -65,8 +66,8 @@ mod tests {
         motions.iter().map(estimate).collect()
     }
 
-    fn doubted(estimates: &[FrameEstimate]) -> Vec<usize> {
-        (0..estimates.len()).filter(|&frame| estimates[frame].link == Link::Doubted).collect()
+    fn implausible(estimates: &[FrameEstimate]) -> Vec<usize> {
+        (0..estimates.len()).filter(|&frame| estimates[frame].link == Link::Implausible).collect()
     }
 
     /// Steps of a metre, a turn on the spot, and two steps elsewhere under another heading (m): the second is 30 scans later.
@@ -78,11 +79,11 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_would_continue_no_sure_motion_is_doubted() {
+    fn a_step_that_would_continue_no_sure_motion_is_implausible() {
         let mut estimates = chain(&drive(30, [1.75, 2.9]));
         let unmeasured = vec![None; estimates.len()];
-        doubt_beyond_sure(&unmeasured, &mut estimates);
-        assert_eq!(doubted(&estimates), [64], "0.3 m and half of the metre more than a metre may follow one");
+        mark_beyond_sure(&unmeasured, &mut estimates);
+        assert_eq!(implausible(&estimates), [64], "0.3 m and half of the metre more than a metre may follow one");
         let Assessment { status, reason, .. } = &estimates[64].assessment;
         assert_eq!(*status, Status::Doubtful);
         assert!(reason.contains("2.9 m from the scan before") && reason.contains("sure is 1.0 m"), "{reason}");
@@ -92,22 +93,23 @@ mod tests {
     fn motions_later_in_the_log_count_and_doubted_ones_do_not() {
         let mut estimates = chain(&drive(3, [2.9, 2.9]));
         estimates[37].link = Link::Doubted;
+        estimates[37].assessment.doubt("people stand in the way");
         let unmeasured = vec![None; estimates.len()];
-        doubt_beyond_sure(&unmeasured, &mut estimates);
-        assert_eq!(doubted(&estimates), [6, 37]);
-        assert_eq!(estimates[37].assessment.status, Status::Good, "was doubted before");
+        mark_beyond_sure(&unmeasured, &mut estimates);
+        assert_eq!(implausible(&estimates), [6, 37]);
+        assert_eq!(estimates[37].assessment.reason, "people stand in the way");
     }
 
     #[test]
     fn a_few_sure_motions_bound_nothing_and_measured_motion_is_not_bounded() {
         let mut few = chain(&[vec![Pose2::translation(1.0, 0.0); 20], drive(0, [2.9, 0.0])[..4].to_vec()].concat());
         let unmeasured = vec![None; few.len()];
-        doubt_beyond_sure(&unmeasured, &mut few);
-        assert!(doubted(&few).is_empty(), "17 sure steps, 2 sure turns");
+        mark_beyond_sure(&unmeasured, &mut few);
+        assert!(implausible(&few).is_empty(), "17 sure steps, 2 sure turns");
 
         let mut measured = chain(&drive(30, [2.9, 2.9]));
         let motion = MeasuredMotion { T_before_sensor: Pose2::identity(), covariance: Matrix3::identity() };
-        doubt_beyond_sure(&vec![Some(motion); measured.len()], &mut measured);
-        assert!(doubted(&measured).is_empty());
+        mark_beyond_sure(&vec![Some(motion); measured.len()], &mut measured);
+        assert!(implausible(&measured).is_empty());
     }
 }
