@@ -3,12 +3,13 @@
 import assert from 'node:assert/strict';
 import { deflateSync } from 'node:zlib';
 import { test } from 'node:test';
-import { recordingsOf } from '../../npm/bag/bag_recordings.js';
+import { listBags, recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { cloudFile } from '../../npm/bag/clouds.js';
 import { colorFile, depthFile } from '../../npm/bag/images.js';
 import { scanLine } from '../../npm/bag/laser_scans.js';
 import { decodeCloud, decodeCompressed, decodeImage, decodeScan } from '../../npm/bag/messages.js';
 import { packedFile } from '../../npm/bag/packed_images.js';
+import { pathText } from '../../npm/bag/path.js';
 import { chooseTopics } from '../../npm/bag/topics.js';
 import { crc32 } from '../../npm/crc32.js';
 import { listOne, mcapBytes } from './bag_files.mjs';
@@ -436,6 +437,41 @@ function rows(tum) {
     .split('\n')
     .map((line) => line.split(' ').map(Number));
 }
+
+test('a path that is only compared with is read without the images between its poses; one to begin from with its chunks', async () => {
+  const stamps = Array.from({ length: 40 }, (_, i) => ({ sec: 5 + i, nsec: 0 }));
+  const time = (/** @type {{ sec: number }} */ { sec }) => BigInt(sec) * 1_000_000_000n;
+  const [width, height] = [64, 64];
+  const pixels = new Uint8Array(2 * width * height).fill(3);
+  const messages = stamps.flatMap((stamp, i) => [
+    { topic: '/depth', time: time(stamp), data: image({ stamp, width, height, encoding: '16UC1', data: pixels }) },
+    { topic: '/ground_truth', time: time(stamp), data: poseStamped(stamp, 'world', [i, 0, 0, 0, 0, 0, 1]) },
+  ]);
+  const topics = [
+    { name: '/depth', type: 'sensor_msgs/msg/Image' },
+    { name: '/ground_truth', type: 'geometry_msgs/msg/PoseStamped' },
+  ];
+  const bytes = mcapBytes(topics, messages, { chunkBytes: 2 ** 13 });
+  let numRead = 0;
+  const read = async (/** @type {number} */ start, /** @type {number} */ end) => {
+    numRead += end - start;
+    return bytes.subarray(start, end);
+  };
+  const { bags } = await listBags([{ path: 'walk.mcap', source: async () => ({ size: bytes.length, read }) }]);
+  numRead = 0;
+  const [made] = await recordingsOf(bags, {});
+  const [path = ''] = made?.recording.reference ?? [];
+  const poses = rows(text((await made?.files.find((file) => file.path === path)?.read()) ?? new Uint8Array()));
+  assert.deepEqual(
+    poses.map((pose) => pose.slice(0, 2)),
+    stamps.map(({ sec }, i) => [sec, i]),
+  );
+  assert.ok(numRead < bytes.length / 2, `${numRead} of ${bytes.length} bytes`);
+  const reads = numRead;
+  const { bag, topics: facts } = /** @type {import('../../npm/bag/bag_recordings.js').ListedBag} */ (bags[0]);
+  await pathText(bag, facts, /** @type {import('../../npm/bag/open.js').Topic} */ (bag.topic('/ground_truth')), '');
+  assert.ok(numRead - reads > 0.9 * bytes.length, `${numRead - reads} of ${bytes.length} bytes`);
+});
 
 test('the truth of /tf is that of the sensor: chained over all frames', async () => {
   const bag = await made([DEPTH, CAMERA, TF, TF_STATIC]);
