@@ -46,7 +46,8 @@ impl Step {
     }
 }
 
-/// Error of the good frames after uncertain ones, as a multiple of the standard deviation that these leave, below which 95 of 100 lie.
+/// Error of the good frames after uncertain ones, as a multiple of the standard deviation that these leave, below which 95 of 100 lie
+/// (`docs/depth_ablations.md`): those errors are no normal distribution.
 const ERROR_RATIO: f64 = 4.1;
 
 /// What is said where neither the surfaces nor the sensor's other steps tell how far it moved.
@@ -97,7 +98,7 @@ pub(super) fn unresolved_note(open: &UnresolvedFrames, name: &str, assessments: 
     };
     let distance = last.sigma.map_or_else(
         || "by an unknown distance".to_owned(),
-        |sigma| format!("by up to {:.0} mm (95 of 100 such recordings)", 1000.0 * ERROR_RATIO * sigma),
+        |sigma| format!("by up to {:.0} mm (95 % bound)", 1000.0 * ERROR_RATIO * sigma),
     );
     Some(format!(
         "The position of {name} {others}: the {num_good} good frames after it fit each other, but may all be off from the frames \

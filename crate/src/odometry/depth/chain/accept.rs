@@ -1,5 +1,7 @@
 //! Accept: a frame with a certain pose is added to the map, and resolves the tentative branches whose map it sees.
 
+use nalgebra::Matrix3;
+
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::tentative_branch::{BranchCorrection, BranchOutcome, TentativeBranch};
@@ -17,13 +19,10 @@ impl Chain {
     ) -> Outcome {
         let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-        while let Some(mut branch) = self.tentative_branches.pop() {
+        while let Some(branch) = self.tentative_branches.pop() {
             match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
                 BranchOutcome::Bounded(covariance) if is_next => {
-                    branch.bound_error(covariance);
-                    let bounded = branch.bounded();
-                    self.tentative_branches.push(branch);
-                    confirmed.extend(self.confirm(|number| bounded.contains(&number)));
+                    confirmed.extend(self.bound_error(branch, covariance));
                     break;
                 }
                 BranchOutcome::Unresolved | BranchOutcome::Bounded(_) => {
@@ -40,10 +39,7 @@ impl Chain {
                     uncertain.append(&mut outcome.uncertain);
                     return Outcome { confirmed, dropped, uncertain, ..outcome };
                 }
-                BranchOutcome::Confirmed(_) => {
-                    self.mark_resolved(&branch);
-                    confirmed.extend(self.confirm(|number| branch.confirms(number)));
-                }
+                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm_branch(&branch)),
                 BranchOutcome::Refuted(anchored) => {
                     uncertain.extend(branch.uncertain());
                     let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
@@ -55,6 +51,14 @@ impl Chain {
             }
         }
         Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed, dropped, uncertain }
+    }
+
+    /// Keeps a branch with a bound of its error. Returns the members whose poses are certain by it.
+    fn bound_error(&mut self, mut branch: TentativeBranch, covariance: Matrix3<f64>) -> Vec<Member> {
+        branch.bound_error(covariance);
+        let bounded = branch.bounded();
+        self.tentative_branches.push(branch);
+        self.confirm(|number| bounded.contains(&number))
     }
 
     /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
@@ -99,6 +103,12 @@ impl Chain {
         for outer in &mut self.tentative_branches {
             outer.mark_resolved(branch);
         }
+    }
+
+    /// The members of a confirmed branch whose poses are certain now.
+    fn confirm_branch(&mut self, branch: &TentativeBranch) -> Vec<Member> {
+        self.mark_resolved(branch);
+        self.confirm(|number| branch.confirms(number))
     }
 
     /// The members whose poses are certain now, as a branch tells; none while a branch that is left is uncertain.
