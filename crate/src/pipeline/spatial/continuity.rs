@@ -90,7 +90,7 @@ pub(super) fn unresolved_note(open: &UnresolvedFrames, name: &str, assessments: 
     let last_good = (0..assessments.len()).rfind(is_good)?;
     let before: Vec<_> = open.frames.iter().take_while(|frame| (frame.number as usize) < last_good).collect();
     let (first, last) = (before.first()?.number as usize, before.last()?);
-    let num_good = (first..assessments.len()).filter(is_good).count();
+    let num_good = (first + 1..assessments.len()).filter(is_good).count();
     let others = match before.len() - 1 {
         0 => "is uncertain, and no later frame settles it".to_owned(),
         1 => "and one more frame are uncertain, and no later frame settles them".to_owned(),
