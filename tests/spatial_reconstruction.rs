@@ -168,6 +168,27 @@ fn a_noisy_stereo_camera_is_tracked_and_good() {
     assert!(count(&backwards, Status::Good) >= 29, "a small overlap is much of what this camera's frames can have");
 }
 
+/// Every fifth frame of its drive backwards: the seventh is rejected, though it lies near the sixth, and begins a chain that becomes
+/// the longer one. The first six keep their rough places, within a decimetre of where the whole drive has them.
+#[test]
+fn frames_of_a_replaced_chain_are_doubtful_where_its_successor_began_near_them() {
+    let Some(folder) = shared_data("rgbd/d435_robot") else { return };
+    let camera = Some([384.0, 384.0, 320.0, 237.0]);
+    let all = files(&folder.join("depth"), ".png");
+    let backwards: Vec<Vec<u8>> = every(5, &all).into_iter().rev().take(14).collect();
+    let result = run(&backwards, camera);
+    let statuses: Vec<Status> = result.assessments().iter().map(|assessment| assessment.status).collect();
+    assert_eq!(statuses[..6], [Status::Doubtful; 6], "{statuses:?}");
+    assert_eq!(statuses[6..], [Status::Good; 8], "{statuses:?}");
+    let whole = run(&all[all.len() - 35..], camera);
+    let (poses, whole) = (result.poses(), whole.poses());
+    for index in 0..6 {
+        // Frames 115 - 5 n of 120; the whole run begins with frame 85, which is the seventh.
+        let error = (poses[6].inverse() * poses[index]).inverse() * (whole[0].inverse() * whole[30 - 5 * index]);
+        assert!(error.translation.vector.norm() < 0.1, "{index}: {error}");
+    }
+}
+
 /// Steps of 39 mm made steps of 78 mm in both ways: which one it was is told from the frames alone.
 #[test]
 fn truncated_and_rounded_depth_are_distinguished() {

@@ -42,7 +42,7 @@ fn main() {
     let holes = argument("--holes").and_then(|text| text.parse().ok()).unwrap_or(0.0);
     let depth = order.iter().map(|&index| damaged(&whole.depth[index], index, scale, noise, holes)).collect();
     let color = order.iter().filter_map(|&index| whole.color.get(index).cloned()).collect();
-    let recording = Recording { depth, color, ..whole };
+    let recording = Recording { depth, color, truth: Vec::new(), ..whole };
     let is_depth_only = flag("--depth-only");
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
@@ -51,7 +51,8 @@ fn main() {
     let recording = match changes {
         Some(changes) => {
             let (reconstruction, _) = scores::reconstruct(&recording, &settings);
-            stand_ins::changed(&recording, &reconstruction.poses(), &changes)
+            let poses = reconstruction.poses();
+            Recording { truth: poses.clone(), ..stand_ins::changed(&recording, &poses, &changes) }
         }
         None => recording,
     };

@@ -47,7 +47,7 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
     let [fx, fy, cx, cy] = recording.intrinsics.unwrap_or_default();
     let settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
     let mut reconstruction = SpatialReconstruction::new(settings).expect("sound settings");
-    let mut seconds = Vec::new();
+    let (mut seconds, mut uncertain) = (Vec::new(), UncertainErrors::default());
     for (index, bytes) in recording.depth.iter().enumerate() {
         let name = format!("{index}.png");
         let decode_config = reconstruction.begin(&name, bytes).expect("a depth image");
@@ -59,10 +59,43 @@ pub fn reconstruct(recording: &Recording, settings: &SpatialSettings) -> (Spatia
         let start = seconds_used();
         while reconstruction.step().stage != Stage::Done {}
         seconds.push(seconds_used() - start);
+        uncertain.record(&reconstruction, &recording.truth);
+    }
+    if std::env::args().any(|argument| argument == "--uncertain") {
+        uncertain
+            .errors
+            .iter()
+            .for_each(|[sigma, error]| println!("{}: uncertain by {sigma:.4} m, off by {error:.4} m", recording.name));
     }
     reconstruction.finish();
     while reconstruction.step().stage != Stage::Done {}
     (reconstruction, seconds)
+}
+
+/// The standard deviation (m) that uncertain frames leave to a good one after them, and its actual error (m) from the last frame
+/// before them: the first good frame counts whenever others are uncertain.
+#[derive(Default)]
+struct UncertainErrors {
+    errors: Vec<[f64; 2]>,
+    frames: Vec<u32>,
+}
+
+impl UncertainErrors {
+    fn record(&mut self, reconstruction: &SpatialReconstruction, truth: &[Pose3]) {
+        let frames = reconstruction.unresolved().map_or_else(Vec::new, |open| open.frames);
+        let numbers: Vec<u32> = frames.iter().map(|frame| frame.number).collect();
+        let (poses, assessments) = (reconstruction.poses(), reconstruction.assessments());
+        let is_good = assessments.last().is_some_and(|assessment| assessment.status == Status::Good);
+        let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return };
+        if !is_good || numbers == self.frames || truth.len() < poses.len() {
+            return;
+        }
+        self.frames = numbers;
+        let (before, now) = (first.number.saturating_sub(1) as usize, poses.len() - 1);
+        let moved = |poses: &[Pose3]| poses[before].inverse() * poses[now];
+        let error = moved(truth).inverse() * moved(&poses);
+        self.errors.extend(last.sigma.map(|sigma| [sigma, error.translation.vector.norm()]));
+    }
 }
 
 /// One line per frame, with all digits of its pose and assessment, to compare runs before and after a change.

@@ -201,8 +201,13 @@ impl Assessment {
 
     /// Makes a frame lost because a larger set of frames agrees without it.
     pub fn mark_outnumbered(&mut self) {
-        self.status = Status::Lost;
+        (self.status, self.agreement) = (Status::Lost, 0.0);
         "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
+    }
+
+    /// Makes a good frame doubtful because another chain of frames has replaced its own, which began near it.
+    pub fn mark_replaced(&mut self) {
+        self.doubt("more frames fit each other than it and those beside it: these lie near it, but its own position is known only roughly");
     }
 
     /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.

@@ -27,6 +27,8 @@ pub struct PoseUpdate {
     pub T_world_sensor: Pose3,
     /// Its new assessment.
     pub assessment: Assessment,
+    /// Whether its chain has been replaced by another one.
+    pub is_replaced: bool,
     /// The new registration and overlap, where the frame has been registered again.
     pub registration: Option<(SpatialRegistration, f64)>,
 }
@@ -36,6 +38,6 @@ impl PoseUpdate {
     pub(super) fn relocalized(frame: u32, estimate: SpatialEstimate) -> Self {
         let SpatialEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
         let registration = registration.map(|registration| (registration, overlap));
-        Self { frame, T_world_sensor, assessment, registration }
+        Self { frame, T_world_sensor, assessment, is_replaced: false, registration }
     }
 }

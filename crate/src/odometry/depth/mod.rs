@@ -39,7 +39,7 @@ pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort, Verification};
 pub use self::pair_registration::{PairRegistration, Search};
-pub use self::tentative_branch::UnresolvedFrames;
+pub use self::tentative_branch::{UnresolvedFrame, UnresolvedFrames};
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;
 pub use crate::registration::spatial::SpatialRegistration;

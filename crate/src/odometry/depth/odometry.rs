@@ -4,6 +4,7 @@ mod relocalize;
 mod rival_chain;
 
 use self::relocalize::{BackwardRelocalization, RelocalizationRounds};
+use self::rival_chain::RivalChain;
 use super::chain::{Chain, Decision, Proposal};
 use super::estimate::{PoseUpdate, SpatialEstimate};
 use super::tentative_branch::UnresolvedFrames;
@@ -29,7 +30,7 @@ pub struct DepthOdometry {
     /// The frames that are in the map, and their map; `None` before the first frame with enough surfaces.
     chain: Option<Chain>,
     /// Frames that fit each other but not the chain; fewer than in the chain, for as the majority they replace it.
-    rival_chain: Option<Chain>,
+    rival_chain: Option<RivalChain>,
     /// The latest frames that are not in the map, or may be removed from it.
     unregistered_frames: UnregisteredFrames,
     /// Changes of earlier frames that have not been taken yet, in the order in which they arose.
@@ -89,8 +90,8 @@ impl DepthOdometry {
 
         self.pose_updates.extend(outcome.pose_updates());
         if !outcome.estimate.is_in_map {
-            self.unregistered_frames.push(number, frame, outcome.estimate.T_world_sensor);
-            return self.extend_rival_chain(number, frame).unwrap_or(outcome.estimate);
+            self.unregistered_frames.push(number, frame, &outcome.estimate);
+            return self.extend_rival_chain(number, frame, &outcome.estimate).unwrap_or(outcome.estimate);
         }
         self.relocalize_earlier(number, frame, &outcome, is_after_gap);
         outcome.estimate
@@ -122,6 +123,9 @@ impl DepthOdometry {
         if let Some(chain) = &mut self.chain {
             chain.apply_corrections(&motion);
         }
+        if let Some(rival_chain) = &mut self.rival_chain {
+            rival_chain.apply_corrections(&motion);
+        }
         self.unregistered_frames.apply_corrections(&motion);
     }
 
@@ -130,7 +134,8 @@ impl DepthOdometry {
         self.outline_contrast += frame.outline_contrast;
         if self.has_misaligned_colors() {
             self.options.color = ColorUse::NotUsed;
-            for chain in self.chain.iter_mut().chain(&mut self.rival_chain) {
+            let rival_chain = self.rival_chain.as_mut().map(|rival| &mut rival.chain);
+            for chain in self.chain.iter_mut().chain(rival_chain) {
                 chain.disregard_colors();
             }
         }

@@ -138,14 +138,14 @@ impl PoseHypothesis {
         self.has_constraining_surfaces() || self.weakest_sigma() < WELL_CONSTRAINED_SIGMA
     }
 
-    /// Whether pieces of surface that may be noise alone hold the position to this standard deviation (m).
-    pub(super) fn is_held_within(&self, sigma: f64) -> bool {
-        self.weakest.apparent_share > WELL_CONSTRAINED_SHARE && self.open_error_ratio() * self.weakest_sigma() < sigma
+    /// Whether pieces of surface that may be noise alone hold the position along the weakest direction.
+    pub(super) fn is_held_by_noise(&self) -> bool {
+        self.weakest.apparent_share > WELL_CONSTRAINED_SHARE
     }
 
     /// Error of the position along the weakest direction, were it degenerate, as a multiple of that standard deviation.
     pub(super) fn open_error_ratio(&self) -> f64 {
-        if self.weakest.apparent_share > WELL_CONSTRAINED_SHARE { NOISY_ERROR_RATIO } else { OPEN_ERROR_RATIO }
+        if self.is_held_by_noise() { NOISY_ERROR_RATIO } else { OPEN_ERROR_RATIO }
     }
 
     /// The pose.

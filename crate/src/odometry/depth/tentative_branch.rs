@@ -26,6 +26,17 @@ pub(super) struct TentativeBranch {
     /// The map before the branch.
     map_before: ReferenceMap,
     frames: Vec<BranchFrame>,
+    /// What later frames tell of its error; `None` as long as they tell nothing.
+    bound: Option<ErrorBound>,
+}
+
+/// A bound of the error of a branch, by a frame that was registered to the map from before it.
+#[derive(Clone)]
+struct ErrorBound {
+    /// Frames that were in the branch by then.
+    num_frames: usize,
+    /// Covariance (m^2) of the position at its end.
+    covariance: Matrix3<f64>,
 }
 
 #[derive(Clone)]
@@ -40,10 +51,17 @@ struct BranchFrame {
 /// The frames of a branch with uncertain positions that no later frame has resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnresolvedFrames {
-    /// Their numbers in the order of registration, ascending, from 0.
-    pub frames: Vec<u32>,
-    /// Standard deviation (m) that they leave to the frames after them, along the direction where it is largest; none where
-    /// nothing bounds it.
+    /// In the order of registration.
+    pub frames: Vec<UnresolvedFrame>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnresolvedFrame {
+    /// Its number in the order of registration, from 0.
+    pub number: u32,
+    /// Standard deviation (m) that it and those before it leave to the frames after it, along the direction where it is largest;
+    /// none where nothing bounds it.
     pub sigma: Option<f64>,
 }
 
@@ -60,6 +78,9 @@ pub(super) struct BranchCorrection {
 pub(super) enum BranchOutcome {
     /// It overlaps that map too little.
     Unresolved,
+    /// The registration agrees with the branch, but leaves the position along one direction open: the branch is off by no more
+    /// than that registration, with this covariance (m^2).
+    Bounded(Matrix3<f64>),
     /// The registration agrees with the branch.
     Confirmed(Box<PoseHypothesis>),
     /// The registration differs: the branch is wrong by the difference.
@@ -69,7 +90,7 @@ pub(super) enum BranchOutcome {
 impl TentativeBranch {
     /// A branch without frames, with the map from before it.
     pub(super) fn new(map_before: ReferenceMap) -> Self {
-        Self { map_before, frames: Vec::new() }
+        Self { map_before, ..Self::default() }
     }
 
     pub(super) fn into_map_before(self) -> ReferenceMap {
@@ -84,19 +105,53 @@ impl TentativeBranch {
     /// Whether what is uncertain about its frames, and no later frame has resolved, may add up to a wrong position: the errors
     /// of frames are independent, so their covariances add up.
     pub(super) fn is_uncertain(&self) -> bool {
-        self.unresolved().sigma.is_none_or(|sigma| sigma > MAX_SIGMA)
+        !is_small(self.covariance_after(self.frames.len()))
     }
 
     /// Its uncertain frames that no later frame has resolved.
     pub(super) fn unresolved(&self) -> UnresolvedFrames {
-        let open = || self.frames.iter().filter(|frame| !frame.is_resolved);
-        let uncertain = open().filter(|frame| frame.uncertainty.is_some());
-        let uncertainties = open().filter_map(|frame| frame.uncertainty);
-        let covariance: Option<Matrix3<f64>> = uncertainties.map(|uncertainty| uncertainty.covariance()).sum();
-        UnresolvedFrames {
-            frames: uncertain.map(|frame| frame.number).collect(),
-            sigma: covariance.map(|covariance| covariance.symmetric_eigenvalues().max().sqrt()),
+        let open = self.frames.iter().enumerate().filter(|(_, frame)| frame.open_covariance().is_some());
+        let unresolved = |(index, frame): (usize, &BranchFrame)| {
+            // The frames after those that a bound covers have no other error than that.
+            let num_frames = self.bound.as_ref().map_or(index + 1, |bound| bound.num_frames.max(index + 1));
+            UnresolvedFrame {
+                number: frame.number,
+                sigma: self.covariance_after(num_frames).map(|sum| largest_sigma(&sum)),
+            }
+        };
+        UnresolvedFrames { frames: open.map(unresolved).collect() }
+    }
+
+    /// Covariance (m^2) of the position after so many of its frames; `None` where nothing bounds it.
+    fn covariance_after(&self, num_frames: usize) -> Option<Matrix3<f64>> {
+        let bound = self.bound.as_ref().filter(|bound| bound.num_frames <= num_frames);
+        let (start, covariance) = bound.map_or((0, Matrix3::zeros()), |bound| (bound.num_frames, bound.covariance));
+        let since: Option<Matrix3<f64>> =
+            self.frames[start..num_frames].iter().filter_map(BranchFrame::open_covariance).sum();
+        since.map(|since| covariance + since)
+    }
+
+    /// Takes a bound of the error at its end.
+    pub(super) fn bound_error(&mut self, covariance: Matrix3<f64>) {
+        self.bound = Some(ErrorBound { num_frames: self.frames.len(), covariance });
+    }
+
+    /// Numbers of the frames whose poses are certain by a bound of the error after them: their own registrations are certain, and
+    /// the frames between add too little.
+    pub(super) fn bounded(&self) -> Vec<u32> {
+        let Some(ErrorBound { num_frames, covariance }) = &self.bound else { return Vec::new() };
+        let mut until = Some(*covariance);
+        let mut bounded = Vec::new();
+        for frame in self.frames[..*num_frames].iter().rev() {
+            if let Some(open) = frame.open_covariance() {
+                until = until.zip(open).map(|(until, open)| until + open);
+            }
+            if !is_small(until) {
+                break;
+            }
+            bounded.extend(frame.uncertainty.is_none().then_some(frame.number));
         }
+        bounded
     }
 
     /// Whether surfaces repeat where a frame of it is.
@@ -134,20 +189,46 @@ impl TentativeBranch {
         options: DepthOptions,
     ) -> BranchOutcome {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
-        let mut anchored = matcher.register_at(*T_world_sensor);
-        // A branch that leads to the same pose is off by no more than this one may be.
-        anchored.is_degenerate &= !anchored.is_held_within(MAX_SIGMA);
+        let anchored = matcher.register_at(*T_world_sensor);
+        let leads_here = apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE;
+        if anchored.is_degenerate && leads_here {
+            return self.bounded_by(&matcher, anchored, T_world_sensor);
+        }
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
         if !is_accepted || matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_some() {
             return BranchOutcome::Unresolved;
         }
-        if apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE {
+        if leads_here {
             return BranchOutcome::Confirmed(Box::new(anchored));
         }
         // A pose that corrects others must be well constrained itself: along a bare wall, free space at the borders of
         // objects tells positions apart, but not reliably.
         let is_reliable = anchored.photometric_ncc.is_some() || anchored.is_well_constrained();
         if is_reliable { BranchOutcome::Refuted(Box::new(anchored)) } else { BranchOutcome::Unresolved }
+    }
+
+    /// What a frame says by a registration to the map from before the branch (`anchored`) that leads to about the same pose, but
+    /// is degenerate: the branch is off by no more than that one may be, and by the difference between the two. It started from
+    /// the branch, so where nothing holds it along the open direction, it does not tell an error that nothing else bounds.
+    fn bounded_by(
+        &self,
+        matcher: &FrameMatcher<'_>,
+        mut anchored: PoseHypothesis,
+        T_world_sensor: &Pose3,
+    ) -> BranchOutcome {
+        let Some(covariance) = anchored.uncertainty().covariance() else { return BranchOutcome::Unresolved };
+        let difference = anchored.T_world_sensor().translation.vector - T_world_sensor.translation.vector;
+        let covariance = covariance + difference * difference.transpose();
+        let known = self.covariance_after(self.frames.len());
+        let tells_more =
+            known.map_or(anchored.is_held_by_noise(), |known| largest_sigma(&covariance) < largest_sigma(&known));
+        anchored.is_degenerate = false;
+        let is_accepted = || {
+            anchored.is_constrained_by_map()
+                && anchored.is_accepted(PredictionGate::InsideAfterGap)
+                && matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_none()
+        };
+        if tells_more && is_accepted() { BranchOutcome::Bounded(covariance) } else { BranchOutcome::Unresolved }
     }
 
     /// The corrections of all frames where the end of the branch is off by `motion` (of the world), whose translation at the
@@ -190,6 +271,24 @@ impl TentativeBranch {
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.map_before.apply_corrections(motion);
     }
+}
+
+impl BranchFrame {
+    /// Covariance (m^2) that it adds, `Some(None)` where nothing bounds it; `None` if it is certain or resolved.
+    fn open_covariance(&self) -> Option<Option<Matrix3<f64>>> {
+        let open = self.uncertainty.filter(|_| !self.is_resolved);
+        open.map(|uncertainty| uncertainty.covariance())
+    }
+}
+
+/// The standard deviation (m) along the direction where it is largest.
+fn largest_sigma(covariance: &Matrix3<f64>) -> f64 {
+    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
+/// Whether an error of this covariance (m^2; `None` is not bounded) is no wrong position.
+fn is_small(covariance: Option<Matrix3<f64>>) -> bool {
+    covariance.is_some_and(|covariance| largest_sigma(&covariance) <= MAX_SIGMA)
 }
 
 #[cfg(test)]
@@ -237,6 +336,26 @@ mod tests {
         let along = |x, y| Some(PoseUncertainty::Along(Vector3::new(x, y, 0.0), 0.2));
         assert!(!branch(&[along(1.0, 0.0), along(0.0, 1.0), None]).is_uncertain());
         assert!(branch(&[along(1.0, 0.0), None, along(1.0, 0.0)]).is_uncertain());
+    }
+
+    #[test]
+    fn a_bound_replaces_what_its_frames_add_up_to_and_later_ones_add_to_it() {
+        let along_x = |sigma| Matrix3::from_diagonal(&Vector3::new(sigma * sigma, 0.0, 0.0));
+        let sigmas = |branch: &TentativeBranch| -> Vec<Option<f64>> {
+            branch.unresolved().frames.iter().map(|frame| frame.sigma.map(|sigma| (100.0 * sigma).round())).collect()
+        };
+        let mut branch = branch(&[ALONG_X, None, UNBOUNDED, None, ALONG_X, None]);
+        assert!(branch.is_uncertain() && branch.bounded().is_empty());
+        assert_eq!(sigmas(&branch), [Some(30.0), None, None]);
+        branch.bound_error(along_x(0.1));
+        assert!(!branch.is_uncertain());
+        assert_eq!(branch.bounded(), [5], "the frame before it is off by more than the bound");
+        assert_eq!(sigmas(&branch), [Some(10.0); 3]);
+        branch.push(6, ALONG_X);
+        assert!(branch.is_uncertain());
+        assert_eq!(sigmas(&branch)[3], Some(32.0));
+        branch.bound_error(along_x(0.3));
+        assert!(branch.is_uncertain() && branch.bounded().is_empty(), "too large a bound");
     }
 
     #[test]

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
+use super::SpatialEstimate;
 use crate::geometry::Pose3;
+use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// The latest frames that are stored; each takes about a megabyte.
@@ -16,6 +18,8 @@ pub(super) struct UnregisteredFrame {
     pub(super) frame: PreparedSurfels,
     /// The best pose so far, which was not accepted.
     pub(super) T_world_sensor: Pose3,
+    /// Why it was not.
+    pub(super) assessment: Assessment,
 }
 
 /// The stored frames in the order of their numbers.
@@ -25,11 +29,12 @@ pub(super) struct UnregisteredFrames {
 }
 
 impl UnregisteredFrames {
-    pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, T_world_sensor: Pose3) {
+    pub(super) fn push(&mut self, number: u32, frame: &PreparedSurfels, estimate: &SpatialEstimate) {
         if self.frames.len() == MAX_FRAMES {
             self.frames.pop_front();
         }
-        self.frames.push_back(UnregisteredFrame { number, frame: frame.clone(), T_world_sensor });
+        let (T_world_sensor, assessment) = (estimate.T_world_sensor, estimate.assessment.clone());
+        self.frames.push_back(UnregisteredFrame { number, frame: frame.clone(), T_world_sensor, assessment });
     }
 
     pub(super) fn numbers(&self) -> Vec<u32> {
@@ -38,6 +43,10 @@ impl UnregisteredFrames {
 
     pub(super) fn get(&self, number: u32) -> Option<&UnregisteredFrame> {
         self.frames.iter().find(|stored| stored.number == number)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &UnregisteredFrame> {
+        self.frames.iter()
     }
 
     pub(super) fn remove(&mut self, number: u32) {

@@ -46,6 +46,10 @@ impl Step {
     }
 }
 
+/// Error of the good frames after uncertain ones, as a multiple of the standard deviation that these leave, below which 95 of 100 lie
+/// (`docs/depth_ablations.md`): those errors are no normal distribution.
+const ERROR_RATIO: f64 = 4.1;
+
 /// What is said where neither the surfaces nor the sensor's other steps tell how far it moved.
 const REPETITIVE: &str = "surfaces repeat here, and too few certain frames tell how far the sensor moves from one to the next: \
                           it may be off by a period";
@@ -82,29 +86,30 @@ pub(super) fn assessments(estimates: &[SpatialEstimate], surfaces_repeat: bool) 
 /// What is said of the good frames after the first of the frames that are `open`, whose name this is; none where there are none.
 /// They fit each other and the map, which goes on from an uncertain frame.
 pub(super) fn unresolved_note(open: &UnresolvedFrames, name: &str, assessments: &[Assessment]) -> Option<String> {
-    let first = *open.frames.first()? as usize;
-    let is_good = |assessment: &&Assessment| assessment.status == Status::Good;
-    let num_good = assessments.iter().skip(first + 1).filter(is_good).count();
-    let others = match open.frames.len() - 1 {
+    let is_good = |frame: &usize| assessments[*frame].status == Status::Good;
+    let last_good = (0..assessments.len()).rfind(is_good)?;
+    let before: Vec<_> = open.frames.iter().take_while(|frame| (frame.number as usize) < last_good).collect();
+    let (first, last) = (before.first()?.number as usize, before.last()?);
+    let num_good = (first + 1..assessments.len()).filter(is_good).count();
+    let others = match before.len() - 1 {
         0 => "is uncertain, and no later frame settles it".to_owned(),
         1 => "and one more frame are uncertain, and no later frame settles them".to_owned(),
         count => format!("and {count} more frames are uncertain, and no later frame settles them"),
     };
-    let distance = open.sigma.map_or_else(
+    let distance = last.sigma.map_or_else(
         || "by an unknown distance".to_owned(),
-        |sigma| format!("by about {:.0} mm (one standard deviation)", 1000.0 * sigma),
+        |sigma| format!("by up to {:.0} mm (95 % bound)", 1000.0 * ERROR_RATIO * sigma),
     );
-    (num_good > 0).then(|| {
-        format!(
-            "The position of {name} {others}: the {num_good} good frames after it fit each other, but may all be off from the frames \
-             before it {distance}"
-        )
-    })
+    Some(format!(
+        "The position of {name} {others}: the {num_good} good frames after it fit each other, but may all be off from the frames \
+         before it {distance}"
+    ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::odometry::depth::UnresolvedFrame;
 
     /// Frames at these positions along x (m); `None` is lost.
     fn estimates(positions: &[Option<f64>]) -> Vec<SpatialEstimate> {
@@ -131,12 +136,13 @@ mod tests {
     #[test]
     fn good_frames_after_uncertain_ones_say_by_how_much_they_may_be_off() {
         let assessments = assessments(&estimates(&walk(0.0, 6)), false);
-        let note = |frames: &[u32], sigma| {
-            unresolved_note(&UnresolvedFrames { frames: frames.to_vec(), sigma }, "b.png", &assessments)
+        let note = |numbers: &[u32], sigma| {
+            let frames = numbers.iter().map(|&number| UnresolvedFrame { number, sigma }).collect();
+            unresolved_note(&UnresolvedFrames { frames }, "b.png", &assessments)
         };
         let two = note(&[1, 2], Some(0.18)).unwrap();
         assert!(two.contains("b.png and one more frame") && two.contains("the 4 good frames"), "{two}");
-        assert!(two.contains("180 mm"), "{two}");
+        assert!(two.contains(&format!("{:.0} mm", 180.0 * ERROR_RATIO)), "{two}");
         assert!(note(&[1], None).unwrap().contains("unknown distance"));
         assert_eq!(
             (note(&[5], Some(0.1)), note(&[], Some(0.0))),

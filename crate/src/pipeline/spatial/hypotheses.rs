@@ -216,8 +216,8 @@ fn apply_pose_updates_of(
     if pose_updates.is_empty() {
         return;
     }
-    let is_another_chain = pose_updates.iter().any(|update| update.assessment.status == Status::Lost);
-    for PoseUpdate { frame, T_world_sensor, assessment, registration } in pose_updates {
+    let is_another_chain = pose_updates.iter().any(|update| update.is_replaced);
+    for PoseUpdate { frame, T_world_sensor, assessment, registration, .. } in pose_updates {
         let Some(estimate) = estimates.get_mut(frame as usize) else { continue };
         (estimate.T_world_sensor, estimate.assessment) = (T_world_sensor, assessment);
         if let Some((mut registration, overlap)) = registration {

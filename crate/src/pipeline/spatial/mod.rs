@@ -22,7 +22,7 @@ use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
-use crate::odometry::depth::SpatialEstimate;
+use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
 use crate::pipeline::assumptions::{confirmed_by_reference, own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{
     DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, merged, set_intrinsics,
@@ -299,11 +299,16 @@ impl SpatialReconstruction {
         }
     }
 
+    /// The frames with uncertain positions, which neither a later frame nor a loop has settled.
+    pub fn unresolved(&self) -> Option<UnresolvedFrames> {
+        self.hypotheses.unresolved().filter(|_| self.loop_report().num_closed == 0)
+    }
+
     /// What the good frames rest on that come after frames with uncertain positions, which neither a later frame nor a loop has
     /// settled.
     fn unresolved_note(&self) -> Option<String> {
-        let open = self.hypotheses.unresolved().filter(|_| self.loop_report().num_closed == 0)?;
-        let first = *open.frames.first()? as usize;
+        let open = self.unresolved()?;
+        let first = open.frames.first()?.number as usize;
         continuity::unresolved_note(&open, &self.frames.get(first)?.label.name, &self.assessments())
     }
 

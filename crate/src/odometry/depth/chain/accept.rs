@@ -1,5 +1,7 @@
 //! Accept: a frame with a certain pose is added to the map, and resolves the tentative branches whose map it sees.
 
+use nalgebra::Matrix3;
+
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::tentative_branch::{BranchCorrection, BranchOutcome, TentativeBranch};
@@ -19,7 +21,11 @@ impl Chain {
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
         while let Some(branch) = self.tentative_branches.pop() {
             match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
-                BranchOutcome::Unresolved => {
+                BranchOutcome::Bounded(covariance) if is_next => {
+                    confirmed.extend(self.bound_error(branch, covariance));
+                    break;
+                }
+                BranchOutcome::Unresolved | BranchOutcome::Bounded(_) => {
                     self.tentative_branches.push(branch);
                     break;
                 }
@@ -33,7 +39,7 @@ impl Chain {
                     uncertain.append(&mut outcome.uncertain);
                     return Outcome { confirmed, dropped, uncertain, ..outcome };
                 }
-                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm(&branch)),
+                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm_branch(&branch)),
                 BranchOutcome::Refuted(anchored) => {
                     uncertain.extend(branch.uncertain());
                     let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
@@ -47,6 +53,14 @@ impl Chain {
         Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed, dropped, uncertain }
     }
 
+    /// Keeps a branch with a bound of its error. Returns the members whose poses are certain by it.
+    fn bound_error(&mut self, mut branch: TentativeBranch, covariance: Matrix3<f64>) -> Vec<Member> {
+        branch.bound_error(covariance);
+        let bounded = branch.bounded();
+        self.tentative_branches.push(branch);
+        self.confirm(|number| bounded.contains(&number))
+    }
+
     /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
     fn accept_before(
         &mut self,
@@ -57,9 +71,7 @@ impl Chain {
     ) -> Outcome {
         let branch = self.tentative_branches.drain(level..).next().unwrap_or_default();
         let (dropped, uncertain) = (self.drop_members(&branch.unknown_corrections()), branch.uncertain());
-        for outer in &mut self.tentative_branches {
-            outer.mark_resolved(&branch);
-        }
+        self.mark_resolved(&branch);
         self.reference = branch.into_map_before();
         Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed: Vec::new(), dropped, uncertain }
     }
@@ -76,9 +88,7 @@ impl Chain {
         let error = T_world_anchored.translation.vector - T_world_sensor.translation.vector;
         let corrections = branch.corrections(&(T_world_anchored * T_world_sensor.inverse()), &error);
         let (certain, dropped) = (self.move_members(&corrections), self.drop_members(&corrections));
-        for outer in &mut self.tentative_branches {
-            outer.mark_resolved(&branch);
-        }
+        self.mark_resolved(&branch);
         let mut reference = branch.into_map_before();
         let certain_corrections = || corrections.iter().filter(|correction| correction.is_certain);
         reference.merge(&self.reference, &|number| {
@@ -88,16 +98,26 @@ impl Chain {
         (certain, dropped)
     }
 
-    /// The members of a confirmed branch whose poses are certain now; none while an earlier branch is uncertain.
-    fn confirm(&mut self, branch: &TentativeBranch) -> Vec<Member> {
+    /// Marks the frames of a resolved branch in those that it began within.
+    fn mark_resolved(&mut self, branch: &TentativeBranch) {
         for outer in &mut self.tentative_branches {
             outer.mark_resolved(branch);
         }
+    }
+
+    /// The members of a confirmed branch whose poses are certain now.
+    fn confirm_branch(&mut self, branch: &TentativeBranch) -> Vec<Member> {
+        self.mark_resolved(branch);
+        self.confirm(|number| branch.confirms(number))
+    }
+
+    /// The members whose poses are certain now, as a branch tells; none while a branch that is left is uncertain.
+    fn confirm(&mut self, is_certain: impl Fn(u32) -> bool) -> Vec<Member> {
         if self.has_uncertain_member() {
             return Vec::new();
         }
         let mut confirmed = Vec::new();
-        for member in self.members.iter_mut().filter(|member| branch.confirms(member.number)) {
+        for member in self.members.iter_mut().filter(|member| is_certain(member.number)) {
             (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
             confirmed.push(member.clone());
         }

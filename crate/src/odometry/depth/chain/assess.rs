@@ -107,6 +107,13 @@ impl Chain {
         hypothesis.assessment_at(self.gate_of(hypothesis), self.is_photometrically_consistent(hypothesis))
     }
 
+    /// Whether a pose that was rejected lies inside the gate around the last frame of the map.
+    pub(in super::super) fn is_near_last(&self, T_world_sensor: &Pose3) -> bool {
+        let gate =
+            PredictionGate::between(&self.last.T_world_sensor, T_world_sensor, self.num_rejected.saturating_sub(1));
+        matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
+    }
+
     pub(super) fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
         PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
     }

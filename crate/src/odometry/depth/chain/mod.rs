@@ -88,7 +88,7 @@ impl Member {
     /// Its pose and assessment, told again.
     pub(super) fn pose_update(&self) -> PoseUpdate {
         let Self { number, T_world_sensor, assessment } = self.clone();
-        PoseUpdate { frame: number, T_world_sensor, assessment, registration: None }
+        PoseUpdate { frame: number, T_world_sensor, assessment, is_replaced: false, registration: None }
     }
 }
 

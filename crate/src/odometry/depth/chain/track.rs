@@ -14,6 +14,7 @@ use super::Chain;
 use super::assess::Proposal;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
+use crate::odometry::assessment::Status;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Overlap (0..=1) of a frame with the one before it above which it may be tracked. Of a noisy camera's surfaces hardly more
@@ -58,6 +59,14 @@ impl Chain {
         }
         let view = matcher.view_from(tracked.T_world_sensor());
         Some(Proposal::Tracked(matcher.with_evidence(tracked.registration, tracked.weakest, view)))
+    }
+
+    /// Pose of the world of a chain that this one replaces, by its last frame, from a guess; `None` where the evidence contradicts it.
+    pub(in super::super) fn join_last_of(&self, replaced: &Self, T_world_replaced: &Pose3) -> Option<Pose3> {
+        let PosedFrame { frame, T_world_sensor: T_replaced_last, .. } = &replaced.last;
+        let found = self.matcher(frame).register_at(T_world_replaced * T_replaced_last);
+        let is_contradicted = found.assessment().status == Status::Lost;
+        (!is_contradicted).then(|| found.T_world_sensor() * T_replaced_last.inverse())
     }
 
     /// The pose of a frame by one before it alone, if the two determine it.

@@ -49,7 +49,7 @@ impl DepthOdometry {
         }
         if estimate.assessment.status != Status::Good || has_tentative_branches {
             // It may be dropped later.
-            self.unregistered_frames.push(number, frame, estimate.T_world_sensor);
+            self.unregistered_frames.push(number, frame, estimate);
         }
         self.drop_small_rival_chain();
         if is_after_gap || !dropped.is_empty() {
