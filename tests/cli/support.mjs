@@ -21,10 +21,14 @@ export const skipWithoutZju10 = zju10 ? false : '../shared/data is absent';
  * @param {string} [cwd]
  */
 export function scanstitch(args, cwd = ROOT) {
-  const { status, stdout, stderr } = spawnSync(process.execPath, ['--wasm-tiering-budget=100000000', join(ROOT, 'npm', 'cli.js'), ...args], {
-    cwd,
-    encoding: 'utf8',
-  });
+  const { status, stdout, stderr } = spawnSync(
+    process.execPath,
+    ['--wasm-tiering-budget=100000000', join(ROOT, 'npm', 'cli.js'), ...args],
+    {
+      cwd,
+      encoding: 'utf8',
+    },
+  );
   return { status, stdout, stderr };
 }
 

@@ -110,7 +110,7 @@ impl TentativeBranch {
 
     /// Its uncertain frames that no later frame has resolved.
     pub(super) fn unresolved(&self) -> UnresolvedFrames {
-        let open = self.frames.iter().enumerate().filter(|(_, frame)| frame.open_covariance().is_some());
+        let open = self.frames.iter().enumerate().filter(|(_, frame)| frame.open().is_some());
         let unresolved = |(index, frame): (usize, &BranchFrame)| {
             // The frames after those that a bound covers have no other error than that.
             let num_frames = self.bound.as_ref().map_or(index + 1, |bound| bound.num_frames.max(index + 1));
@@ -127,7 +127,7 @@ impl TentativeBranch {
         let bound = self.bound.as_ref().filter(|bound| bound.num_frames <= num_frames);
         let (start, covariance) = bound.map_or((0, Matrix3::zeros()), |bound| (bound.num_frames, bound.covariance));
         let since: Option<Matrix3<f64>> =
-            self.frames[start..num_frames].iter().filter_map(BranchFrame::open_covariance).sum();
+            self.frames[start..num_frames].iter().filter_map(BranchFrame::open).map(|open| open.covariance()).sum();
         since.map(|since| covariance + since)
     }
 
@@ -143,8 +143,8 @@ impl TentativeBranch {
         let mut until = Some(*covariance);
         let mut bounded = Vec::new();
         for frame in self.frames[..*num_frames].iter().rev() {
-            if let Some(open) = frame.open_covariance() {
-                until = until.zip(open).map(|(until, open)| until + open);
+            if let Some(open) = frame.open() {
+                until = until.zip(open.covariance()).map(|(until, open)| until + open);
             }
             if !is_small(until) {
                 break;
@@ -274,10 +274,9 @@ impl TentativeBranch {
 }
 
 impl BranchFrame {
-    /// Covariance (m^2) that it adds, `Some(None)` where nothing bounds it; `None` if it is certain or resolved.
-    fn open_covariance(&self) -> Option<Option<Matrix3<f64>>> {
-        let open = self.uncertainty.filter(|_| !self.is_resolved);
-        open.map(|uncertainty| uncertainty.covariance())
+    /// What it leaves open; `None` if it is certain or resolved.
+    fn open(&self) -> Option<PoseUncertainty> {
+        self.uncertainty.filter(|_| !self.is_resolved)
     }
 }
 
