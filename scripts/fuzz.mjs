@@ -83,6 +83,8 @@ function native(target, seconds) {
   if (!existsSync(join(folder, 'corpus'))) spawnSync(process.execPath, ['seeds.mjs'], { cwd: folder });
   const most = target === 'images' ? MOST_AT_ONCE.images : MOST_AT_ONCE.others;
   const limits = ['-max_len=4096', `-malloc_limit_mb=${most}`, '-rss_limit_mb=1024', `-max_total_time=${seconds}`];
+  // The decoder of JPEG pictures does not wait for its threads; what these still hold would count as leaked.
+  if (target === 'images') limits.push('-detect_leaks=0');
   const dictionary = existsSync(join(folder, `${target}.dict`)) ? [`-dict=${target}.dict`] : [];
   const { status } = spawnSync(
     'cargo',
