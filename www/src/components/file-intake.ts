@@ -134,7 +134,8 @@ export class FileIntake {
       const { listed, choice } = recognised.bag;
       this.#open = { bag: { listed, choice, wishes, activity: '' }, opened };
     } else if (this.#open.opened && opened.files.every(({ path }) => isBeside(path))) {
-      this.#open.opened.files.push(...opened.files);
+      const files = [...this.#open.opened.files, ...opened.files];
+      this.#open = { ...this.#open, opened: { ...this.#open.opened, files } };
     } else {
       this.#open = { bag: null, opened: null };
     }
@@ -154,9 +155,9 @@ export class FileIntake {
     let listed: ListedBag | null = null;
     return {
       walking: (done, total) => {
-        const activity = `The bag has no index: reading all of it, ${Math.floor((100 * done) / total)} %`;
         report(() => {
           void import('./topics-panel.js');
+          const activity = `The bag has no index: reading all of it, ${Math.floor((100 * done) / total)} %`;
           return { listed, choice: null, wishes, activity };
         });
       },
