@@ -49,7 +49,7 @@ export interface ScanstitchFault {
 export interface ScanstitchEvents {
   /** While files are fetched and read and frames are registered. */
   'scanstitch-progress': ScanstitchProgress;
-  /** A computation is over and its map is on the screen. `elapsed_ms`: since the files were given or a setting was changed. */
+  /** A computation is over and, where the element is shown, its map is on the screen. `elapsed_ms`: since the files were given or a setting was changed. */
   'scanstitch-done': ScanstitchResult & { elapsed_ms: number };
   'scanstitch-error': ScanstitchFault;
 }

@@ -42,6 +42,14 @@ test('a bag by its address, then other addresses, by a method that waits', async
   await expect(page.getByRole('region', { name: 'Topics of the bag' })).toHaveCount(0);
 });
 
+test('an element that is not shown tells when it is done', async ({ course, page }) => {
+  await course.open('<scanstitch-app src="0.ply 1.ply" style="display: none"></scanstitch-app>', scans(2));
+  const { detail } = await course.heard('scanstitch-done');
+  expect(detail.result.frames).toHaveLength(2);
+  await course.element.evaluate((element) => element.removeAttribute('style'));
+  await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
+});
+
 test('files of the page, a run that is cancelled and goes on', async ({ course }) => {
   const files = depthImages(6);
   await course.open('<scanstitch-app src="none"></scanstitch-app>', files);

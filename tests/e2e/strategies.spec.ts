@@ -50,6 +50,23 @@ test('what is dropped on the strategies is compared there', async ({ spatial, pa
   await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
 });
 
+test('who went to the map while it loads stays there', async ({ spatial, page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  let release = (): void => undefined;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route('**/apartment/depth/*', async (route) => {
+    await released;
+    await route.continue();
+  });
+  await tools.getByRole('button', { name: 'Strategies' }).click();
+  await page.getByRole('button', { name: 'Open the apartment (sample)' }).click();
+  await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
+  await tools.getByRole('button', { name: 'Map', exact: true }).click();
+  release();
+  await spatial.stitched();
+  await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
+});
+
 async function load(spatial: SpatialPage): Promise<void> {
   await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
   await spatial.stitched();

@@ -86,13 +86,13 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         this.crossing.cross(this.run_kind, kind, before?.is_own ? before.facts.title : null);
       }
       if ('spatial' in files) {
-        const is_to_compare = this.view === 'strategies';
+        const is_to_compare = this.comparing();
         const spatial = await this.showSpatial();
         const set = given && (await fromHost()).givenSpatial(given, files.spatial);
         const adding = set
           ? spatial?.openGiven(Promise.resolve(set), requested_at)
           : spatial?.add(files.spatial, requested_at, is_new);
-        this.is_to_compare = is_to_compare;
+        this.is_to_compare = is_to_compare();
         await adding;
         return;
       }
@@ -136,7 +136,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     is_own_page: () => this.owns_address,
     show: (view) => {
       const named = (view || ownerOf(location.hash)) as View;
-      this.num_asked++;
+      this.askForView();
       this.bring(this.opened.has(named) ? named : 'planar');
     },
   });
@@ -221,7 +221,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   /** Shows the view of the attribute `view`. */
   private openView(): void {
     const view = VIEWS[this.first_view];
-    this.num_asked++;
+    this.askForView();
     if (view === null) this.show(this.run_kind);
     else if (view !== this.view) this.parts.attend(() => this.go(view));
   }
@@ -390,7 +390,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private async go(tool: Tool): Promise<void> {
     if (tool === 'icp') return this.lookInside(null);
-    const own = ++this.num_asked;
+    const own = this.askForView();
     switch (tool) {
       case 'map':
         return this.goToRun();
@@ -433,6 +433,18 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     return [this.planar, this.spatial].filter((run) => run !== null);
   }
 
+  /** Someone asks for a view: its number. What was dropped on the strategies does not bring them back any more. */
+  private askForView(): number {
+    this.is_to_compare = false;
+    return ++this.num_asked;
+  }
+
+  /** Tells later whether the strategies, if they are shown now, were left for what is opened only. */
+  private comparing(): () => boolean {
+    const [is_shown, own] = [this.view === 'strategies', this.num_asked];
+    return () => is_shown && own === this.num_asked;
+  }
+
   private show(view: View): void {
     if (view !== this.view) this.view_history.push(view);
     this.bring(view);
@@ -457,7 +469,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The registration of a scan or frame; null: of the selected one to the one before. */
   private async lookInside(frame: number | null): Promise<void> {
-    const own = ++this.num_asked;
+    const own = this.askForView();
     await this.parts.loaded(import('./lab/lab-view.js'));
     if (this.hasUpdated) await this.handover.openLab(frame);
     if (own === this.num_asked) this.show('icp');
@@ -517,10 +529,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private async openApartment(): Promise<void> {
     const requested_at = performance.now();
-    const is_to_compare = this.view === 'strategies';
+    const is_to_compare = this.comparing();
     const spatial = await this.showSpatial();
     const opening = spatial?.openGiven(fetchApartment(), requested_at);
-    this.is_to_compare = is_to_compare;
+    this.is_to_compare = is_to_compare();
     await opening;
   }
 

@@ -235,6 +235,8 @@ export abstract class RunView<
     this.events.tellProgress(this.session);
     if (!this.is_busy) this.events.settle(this.session, () => this.outcome);
     const { snapshot, phase } = this.session;
+    // A map that nobody sees is not painted.
+    if (phase === 'done' && (document.hidden || this.clientHeight === 0)) this.onPainted();
     const { title, count, reference } = this.loaded();
     const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
     const facts: ViewFacts = { title, count, reference, can_export, result: snapshot };
