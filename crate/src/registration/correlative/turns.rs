@@ -41,12 +41,7 @@ pub(super) struct Segment<'a> {
 
 impl RotatedSource {
     /// From all cells of the source, which are shifted from the first to the last of `shifts` on a grid of this size.
-    fn new(
-        size: (i32, i32),
-        cells: &[(i32, i32)],
-        shifts: (i32, i32),
-        entries: &mut Entries,
-    ) -> Self {
+    fn new(size: (i32, i32), cells: &[(i32, i32)], shifts: (i32, i32), entries: &mut Entries) -> Self {
         let first = |cell: i32| cell.saturating_add(shifts.0);
         let last = |cell: i32| cell.saturating_add(shifts.1);
         let is_on = |cell: i32, size: i32| last(cell) >= 0 && first(cell) < size;
