@@ -4,22 +4,27 @@
  * The `scanstitch` command. Each subcommand is a module of `cli/` with a name, a line about it, its help and what it
  * does; this file only chooses.
  */
-import { bev } from './cli/bev.js';
 import { CommandError, EXIT } from './cli/command.js';
-import { consistency } from './cli/consistency.js';
-import { convert } from './cli/convert.js';
 import { fileProblem, written } from './cli/disk.js';
-import { evaluate } from './cli/evaluate.js';
-import { icp } from './cli/icp.js';
-import { mapQuality } from './cli/map_quality.js';
-import { reconstruct } from './cli/reconstruct.js';
-import { settings } from './cli/settings.js';
-import { strategies } from './cli/strategies.js';
 import { tell } from './cli/terminal.js';
-import { topics } from './cli/topics.js';
+import { lookUp } from './look_up.js';
 
-/** @type {import('./cli/command.js').Command[]} */
-const COMMANDS = [reconstruct, evaluate, convert, mapQuality, consistency, strategies, bev, icp, topics, settings];
+/**
+ * Where each command is. One that is not asked for is not loaded: reading all of them takes as long as a dozen scans.
+ * @type {Record<string, () => Promise<import('./cli/command.js').Command>>}
+ */
+const COMMANDS = {
+  reconstruct: async () => (await import('./cli/reconstruct.js')).reconstruct,
+  evaluate: async () => (await import('./cli/evaluate.js')).evaluate,
+  convert: async () => (await import('./cli/convert.js')).convert,
+  'map-quality': async () => (await import('./cli/map_quality.js')).mapQuality,
+  consistency: async () => (await import('./cli/consistency.js')).consistency,
+  strategies: async () => (await import('./cli/strategies.js')).strategies,
+  bev: async () => (await import('./cli/bev.js')).bev,
+  icp: async () => (await import('./cli/icp.js')).icp,
+  topics: async () => (await import('./cli/topics.js')).topics,
+  settings: async () => (await import('./cli/settings.js')).settings,
+};
 
 const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map; errors of trajectories against a reference.
 
@@ -35,9 +40,10 @@ const EXIT_CODES = `Exit codes:
 `;
 
 /** @param {typeof import('./index.js')} engine */
-function fullHelp(engine) {
-  const list = COMMANDS.map(({ name, about }) => `  ${name.padEnd(14)} ${about}\n`).join('');
-  const each = COMMANDS.map((command) => `\n${command.help(engine)}`).join('');
+async function fullHelp(engine) {
+  const commands = await Promise.all(Object.values(COMMANDS).map((load) => load()));
+  const list = commands.map(({ name, about }) => `  ${name.padEnd(14)} ${about}\n`).join('');
+  const each = commands.map((command) => `\n${command.help(engine)}`).join('');
   return `${INTRODUCTION}\nCommands:\n${list}\n${EXIT_CODES}${each}`;
 }
 
@@ -62,15 +68,16 @@ async function main([name, ...args]) {
     return EXIT.done;
   }
   if (name === '--help' || name === '-h' || name === 'help') {
-    process.stdout.write(fullHelp(engine));
+    process.stdout.write(await fullHelp(engine));
     return EXIT.done;
   }
-  const command = COMMANDS.find((command) => command.name === name);
-  if (!command) {
+  const load = name === undefined ? undefined : lookUp(COMMANDS, name);
+  if (!load) {
     const problem = name === undefined ? 'No command was given' : `There is no command ${JSON.stringify(name)}`;
-    const known = COMMANDS.map(({ name }) => name).join(', ');
+    const known = Object.keys(COMMANDS).join(', ');
     throw new CommandError(`${problem}. There are: ${known}. For all about them: scanstitch --help`);
   }
+  const command = await load();
   if (args.includes('--help') || args.includes('-h')) {
     process.stdout.write(command.help(engine));
     return EXIT.done;

@@ -1,7 +1,9 @@
 // @ts-check
 
 /** One language for everybody, so that the same files come in the same order on every machine. */
-const collator = new Intl.Collator('en', { numeric: true, sensitivity: 'base' });
+const makeCollator = () => new Intl.Collator('en', { numeric: true, sensitivity: 'base' });
+/** Made when it is first needed: that takes as long as a scan or two. @type {Intl.Collator | undefined} */
+let collator;
 
 /**
  * Orders file names as people number them, folder by folder: `2.ply` before `10.ply`, `scan2/1.ply` before
@@ -13,6 +15,7 @@ const collator = new Intl.Collator('en', { numeric: true, sensitivity: 'base' })
  */
 export function compareNaturally(a, b) {
   const [partsA, partsB] = [a.split(/[/\\]/), b.split(/[/\\]/)];
+  collator ??= makeCollator();
   for (const [index, part] of partsA.entries()) {
     const order = collator.compare(part, partsB[index] ?? '');
     if (order !== 0) return order;

@@ -13,10 +13,11 @@ import {
 } from './messages.js';
 import { lookUp } from '../look_up.js';
 import { useOfPacked } from './packed_images.js';
+import { ROLES } from './roles.js';
 
 /** @typedef {import('./open.js').Bag} Bag */
 /** @typedef {import('./open.js').Topic} Topic */
-/** @typedef {'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'odometry' | 'reference'} Role */
+/** @typedef {import('./roles.js').Role} Role */
 /**
  * @typedef {object} TopicFacts
  * @property {Topic} topic
@@ -29,8 +30,7 @@ import { useOfPacked } from './packed_images.js';
  */
 /** The topic used as each; what is missing is not used. @typedef {Partial<Record<Role, string>>} Choice */
 
-/** @type {readonly Role[]} */
-export const ROLES = Object.freeze(['depth', 'color', 'camera', 'clouds', 'scans', 'odometry', 'reference']);
+export { ROLES };
 /** Of these one is used at a time: what the map is made of. @type {readonly Role[]} */
 export const SOURCES = Object.freeze(['depth', 'clouds', 'scans']);
 

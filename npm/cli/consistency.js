@@ -7,7 +7,7 @@ import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { understandInputs } from './reconstruct.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, progressLine } from './terminal.js';
-import { readWishes } from './topics.js';
+import { readWishes } from './wishes.js';
 import { readTrajectory } from './trajectories.js';
 
 /** @typedef {import('../index.js').ConsistencyReport} ConsistencyReport */

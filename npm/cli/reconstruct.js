@@ -7,12 +7,10 @@ import { isListName } from '../recording/lists.js';
 import { contains, folderOf } from '../recording/names.js';
 import { CommandError, readArguments } from './command.js';
 import { gather } from './inputs.js';
-import { reconstructPlanar } from './reconstruct_planar.js';
-import { reconstructSpatial } from './reconstruct_spatial.js';
 import { readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { Complaints, tellNotes } from './terminal.js';
-import { readWishes } from './topics.js';
+import { readWishes } from './wishes.js';
 
 const OPTIONS = /** @type {const} */ ({
   reference: { type: 'string' },
@@ -112,8 +110,8 @@ async function run(engine, args) {
       tellNotes(withoutNamed(inputs, recording, complain), complain);
       complainOfOptions(recording, options, complain);
     }
-    if (recording.kind === 'planar_scans') await reconstructPlanar(task);
-    else if (recording.kind !== 'nothing') await reconstructSpatial(task);
+    if (recording.kind === 'planar_scans') await (await import('./reconstruct_planar.js')).reconstructPlanar(task);
+    else if (recording.kind !== 'nothing') await (await import('./reconstruct_spatial.js')).reconstructSpatial(task);
     else {
       for (const { file, reason } of recording.notes) complain(`${file}: ${reason}.`);
       throw new CommandError('Neither scans nor depth images nor clouds were found, so nothing was computed.');

@@ -14,7 +14,7 @@ import { writeWhole } from './disk.js';
 import { accepted, create } from './results.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, progressLine, tellNotes } from './terminal.js';
-import { readWishes } from './topics.js';
+import { readWishes } from './wishes.js';
 
 const OPTIONS = /** @type {const} */ ({
   strategies: { type: 'string' },

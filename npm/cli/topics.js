@@ -5,6 +5,7 @@ import { printable } from '../printable.js';
 import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import { gatherBags } from './inputs.js';
 import { Complaints } from './terminal.js';
+import { readWishes } from './wishes.js';
 
 /** @typedef {import('../bag/topics.js').Role} Role */
 /** @typedef {import('../bag/topics.js').Wishes} Wishes */
@@ -69,23 +70,4 @@ function list(bag, topics, wishes) {
     return [topic.name, topic.type, String(topic.count), rate, role ?? '-', problem ? `not used: ${problem}` : about];
   });
   return table(['topic', 'type', 'messages', 'a second', 'used as', ''], rows, new Set([0, 1, 4, 5]));
-}
-
-/**
- * What `--topic ROLE=NAME` asks for.
- * @param {string[]} [texts]
- * @returns {Wishes}
- */
-export function readWishes(texts = []) {
-  /** @type {Wishes} */
-  const wishes = {};
-  for (const text of texts) {
-    const [, role, name = ''] = text.match(/^(\w+)=(\S+)$/) ?? [];
-    const known = ROLES.find((candidate) => candidate === role);
-    if (!known) {
-      throw new CommandError(`--topic ${text}: this is ROLE=NAME, with ${ROLES.join(', ')} for ROLE`);
-    }
-    wishes[known] = name === 'none' ? null : name;
-  }
-  return wishes;
 }

@@ -54,7 +54,7 @@ function thinned(points) {
   const stride = Math.ceil(points.length / 2 / MOST_POINTS);
   if (stride <= 1) return points;
   const kept = new Float32Array(2 * Math.ceil(points.length / 2 / stride));
-  for (let i = 0; 2 * i < kept.length; i++) kept.set(points.subarray(2 * i * stride, 2 * i * stride + 2), 2 * i);
+  for (let i = 0; i < kept.length; i++) kept[i] = points[(i >> 1) * 2 * stride + (i & 1)] ?? 0;
   return kept;
 }
 
@@ -64,10 +64,10 @@ function nearPath(points, path) {
   const places = path.filter((_, i) => i % stride === 0);
   if (places.length === 0) return points;
   const distances = Float32Array.from({ length: points.length / 2 }, (_, i) => {
-    let least = Infinity;
-    for (const [x, y] of places)
-      least = Math.min(least, Math.hypot((points[2 * i] ?? 0) - x, (points[2 * i + 1] ?? 0) - y));
-    return least;
+    const [x = 0, y = 0] = [points[2 * i], points[2 * i + 1]];
+    let least = Infinity; // of the squares, several times faster than Math.hypot
+    for (const place of places) least = Math.min(least, (place[0] - x) ** 2 + (place[1] - y) ** 2);
+    return Math.sqrt(least);
   });
   const sorted = distances.slice().sort();
   const at = (/** @type {number} */ share) => sorted[Math.round(share * (sorted.length - 1))] ?? 0;

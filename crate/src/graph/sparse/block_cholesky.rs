@@ -137,6 +137,36 @@ impl<B: SquareMatrix> Factor<'_, B> {
         }
     }
 
+    /// The columns of the inverse of `H` that belong to `variable`, as one block a variable: what [`solve`](Self::solve) makes
+    /// of the same columns of the identity, with the factor read once for all of them.
+    ///
+    /// # Panics
+    /// Where `variable` is not one of the matrix.
+    pub fn inverse_columns(&self, variable: usize) -> Vec<B> {
+        let pattern = self.pattern;
+        let mut X = vec![B::zeros(); pattern.num_variables()];
+        let first = pattern.positions[variable] as usize;
+        X[first] = B::identity();
+        // L^-1 of a unit column is zero but at its own position and at what the elimination from there on has changed.
+        let mut next = Some(first);
+        while let Some(j) = next {
+            let X_j = self.inverse_diagonal[j] * X[j];
+            X[j] = X_j;
+            for (&i, L_ij) in self.column(j) {
+                X[i as usize] -= *L_ij * X_j;
+            }
+            next = pattern.rows[pattern.column(j)].first().map(|&parent| parent as usize);
+        }
+        for j in (0..X.len()).rev() {
+            let mut X_j = X[j];
+            for (&i, L_ij) in self.column(j) {
+                X_j -= L_ij.tr_mul(&X[i as usize]);
+            }
+            X[j] = self.inverse_diagonal[j].tr_mul(&X_j);
+        }
+        pattern.positions.iter().map(|&position| X[position as usize]).collect()
+    }
+
     /// The block of the inverse of `H` on the diagonal at `variable`: its covariance, where `H` is an information
     /// matrix.
     ///

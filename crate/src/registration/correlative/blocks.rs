@@ -13,11 +13,17 @@ const POINTS_AT_ONCE: usize = 256;
 /// Number of neighbouring turns that are bounded together.
 const TURNS_TOGETHER: usize = 8;
 
+/// Bounds that are kept for later searches, which have less to beat, are made closer by this part of it: it saves 2 % of the
+/// search for three rivals.
+const MARGIN: u32 = 16;
+
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     pub bound: u32,
     pub level: usize,
+    /// Its place among the blocks that searches have needed.
+    pub index: usize,
     pub rotated: usize,
     pub turn: i32,
     pub x: i32,
@@ -31,7 +37,7 @@ type Column = Vec<[u32; LANES]>;
 /// blocks of one cell or two. (Coarser ones bound too loosely; finer ones are too many.)
 pub(super) struct Blocks<'a> {
     pub turns: Turns<'a>,
-    level: usize,
+    pub level: usize,
     /// Shifts of the blocks' corners, in x and in y.
     shifts: Vec<i32>,
     /// Turns that are bounded together, ...
@@ -49,6 +55,8 @@ pub(super) struct Blocks<'a> {
 struct Known {
     least: u32,
     candidates: Vec<Candidate>,
+    /// For each the bounds of its quarters, as close as searches have needed them.
+    quarters: Vec<[u32; 4]>,
 }
 
 impl<'a> Blocks<'a> {
@@ -61,7 +69,7 @@ impl<'a> Blocks<'a> {
         let groups: Vec<Range<usize>> = starts.map(|start| start..(start + TURNS_TOGETHER).min(turns.len())).collect();
         let num_columns = shifts.len().div_ceil(LANES);
         let of_turns = (0..turns.len() * num_columns).map(|_| OnceCell::new()).collect();
-        let known = RefCell::new(Known { least: u32::MAX, candidates: Vec::new() });
+        let known = RefCell::new(Known { least: u32::MAX, candidates: Vec::new(), quarters: Vec::new() });
         let (bounds, largest) = (Vec::new(), Vec::new());
         let mut blocks = Self { turns, level, shifts, groups, bounds, largest, of_turns, known };
         blocks.bounds = blocks.together();
@@ -99,12 +107,28 @@ impl<'a> Blocks<'a> {
             let end = std::mem::replace(&mut known.least, least);
             self.visit(least, |candidate| {
                 if candidate.bound < end {
-                    known.candidates.push(candidate);
+                    known.candidates.push(Candidate { index: known.candidates.len(), ..candidate });
+                    known.quarters.push([u32::MAX; 4]);
                 }
             });
         }
         let is_between = |candidate: &&Candidate| (least..end).contains(&candidate.bound);
         known.candidates.iter().filter(is_between).copied().collect()
+    }
+
+    /// The bound of a quarter of a block, where it may be at least `to_beat`.
+    pub(super) fn quarter(&self, block: usize, number: usize, child: &Candidate, to_beat: u32) -> u32 {
+        let known = &mut self.known.borrow_mut().quarters[block][number];
+        if *known >= to_beat {
+            *known = self.bound(child, to_beat - to_beat / MARGIN);
+        }
+        *known
+    }
+
+    /// The bound of a candidate; no closer than it takes to see that it is less than `to_beat`.
+    pub(super) fn bound(&self, candidate: &Candidate, to_beat: u32) -> u32 {
+        let Turns { grid, .. } = self.turns;
+        self.turns.get(candidate.rotated).bound(grid, candidate.level, (candidate.x, candidate.y), to_beat)
     }
 
     /// Shows all blocks whose bound is at least `least`.
@@ -161,7 +185,7 @@ impl<'a> Blocks<'a> {
                 );
                 if bound >= least {
                     let of_turn = self.turns.turn(turn);
-                    visit(Candidate { bound, level: self.level, rotated: turn, turn: of_turn, x, y });
+                    visit(Candidate { bound, level: self.level, index: 0, rotated: turn, turn: of_turn, x, y });
                 }
             }
         }

@@ -93,19 +93,23 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
         }
     }
 
-    /// The quarters of a candidate that lie in the window.
+    /// The quarters of a candidate that lie in the window, but for those that are passed over.
     fn children(&self, candidate: &Candidate) -> ([Candidate; 4], usize) {
         let level = candidate.level - 1;
         let half = 1 << level;
-        let turns = &self.blocks.turns;
-        let to_beat = self.best.map_or(self.floor, |best| best.bound);
+        let half_cells = self.blocks.turns.half_cells;
+        let to_beat = self.best.map_or(self.floor, |best| best.bound + 1);
         let mut children = [*candidate; 4];
         let mut count = 0;
-        for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
-            let (x, y) = (candidate.x + dx, candidate.y + dy);
-            if x <= turns.half_cells && y <= turns.half_cells {
-                let bound = turns.get(candidate.rotated).bound(turns.grid, level, (x, y), to_beat);
-                children[count] = Candidate { bound, level, x, y, ..*candidate };
+        for (number, (dx, dy)) in [(0, 0), (half, 0), (0, half), (half, half)].into_iter().enumerate() {
+            let child = Candidate { level, x: candidate.x + dx, y: candidate.y + dy, ..*candidate };
+            if child.x <= half_cells && child.y <= half_cells && !self.is_excluded(&child) {
+                let bound = if candidate.level == self.blocks.level {
+                    self.blocks.quarter(candidate.index, number, &child, to_beat)
+                } else {
+                    self.blocks.bound(&child, to_beat)
+                };
+                children[count] = Candidate { bound, ..child };
                 count += 1;
             }
         }

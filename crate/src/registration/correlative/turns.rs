@@ -1,6 +1,6 @@
 //! The source of a window under its turns, each made when a search first needs it.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::ops::Range;
 
 use nalgebra::{UnitComplex, Vector2};
@@ -27,6 +27,9 @@ pub(super) struct RotatedSource {
     num_points: u32,
 }
 
+/// Entries before they are sorted, each with its segment.
+type Entries = Vec<((i32, i32), usize)>;
+
 /// Entries of a [`RotatedSource`] that count alike.
 pub(super) struct Segment<'a> {
     pub cells: &'a [(i32, i32)],
@@ -38,12 +41,12 @@ pub(super) struct Segment<'a> {
 
 impl RotatedSource {
     /// From all cells of the source, which are shifted from the first to the last of `shifts` on a grid of this size.
-    fn new(size: (i32, i32), cells: &[(i32, i32)], shifts: (i32, i32)) -> Self {
+    fn new(size: (i32, i32), cells: &[(i32, i32)], shifts: (i32, i32), entries: &mut Entries) -> Self {
         let first = |cell: i32| cell.saturating_add(shifts.0);
         let last = |cell: i32| cell.saturating_add(shifts.1);
         let is_on = |cell: i32, size: i32| last(cell) >= 0 && first(cell) < size;
         let stays_on = |cell: i32, size: i32| first(cell) >= 0 && last(cell) < size;
-        let mut entries: Vec<((i32, i32), usize)> = Vec::with_capacity(cells.len());
+        entries.clear();
         for &cell in cells {
             match entries.last_mut() {
                 Some((last, segment)) if *last == cell && *segment < 2 * (MAX_COUNT - 1) => *segment += 2,
@@ -55,14 +58,14 @@ impl RotatedSource {
             }
         }
         let mut starts = [0; 2 * MAX_COUNT + 1];
-        for (_, segment) in &entries {
+        for (_, segment) in entries.iter() {
             starts[segment + 1] += 1;
         }
         for later in 1..starts.len() {
             starts[later] += starts[later - 1];
         }
         let mut cells = vec![(0, 0); entries.len()];
-        for (cell, segment) in &entries {
+        for (cell, segment) in entries.iter() {
             cells[starts[*segment]] = *cell;
             starts[*segment] += 1;
         }
@@ -92,7 +95,7 @@ impl RotatedSource {
         self.segments().map(of_segment).sum()
     }
 
-    /// Bounds the sums of all shifts from (x, y) to (x, y) + 2^level - 1; no further than it takes to see that they are less
+    /// Bounds the sums of all shifts from (x, y) to (x, y) + 2^level - 1; no closer than it takes to see that they are less
     /// than `to_beat`.
     pub(super) fn bound(&self, grid: &LikelihoodGrid, level: usize, (x, y): (i32, i32), to_beat: u32) -> u32 {
         let (cells, width) = (grid.level(level), grid.width);
@@ -113,7 +116,7 @@ impl RotatedSource {
                 bound += count * points.iter().map(at).sum::<u32>();
                 left -= 255 * count * points.len() as u32;
                 if bound + left < to_beat {
-                    return bound;
+                    return bound + left;
                 }
             }
         }
@@ -134,6 +137,8 @@ pub(super) struct Turns<'a> {
     pub half_cells: i32,
     /// The steps of each turn from the centre, and the source under it.
     made: Vec<(i32, OnceCell<RotatedSource>)>,
+    /// Cells and entries of the turn that is made; the memory is used again.
+    buffers: RefCell<(Vec<(i32, i32)>, Entries)>,
 }
 
 /// The source under several turns, for blocks of one side: for each number of blocks across those whose square covers all cells
@@ -153,7 +158,7 @@ impl<'a> Turns<'a> {
         half_cells: i32,
     ) -> Self {
         let made = (-half..=half).map(|turn| (turn, OnceCell::new())).collect();
-        Self { grid, source, center: *center, step, half, half_cells, made }
+        Self { grid, source, center: *center, step, half, half_cells, made, buffers: RefCell::default() }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -178,9 +183,11 @@ impl<'a> Turns<'a> {
     pub(super) fn get(&self, index: usize) -> &RotatedSource {
         self.made[index].1.get_or_init(|| {
             let (rotation, shift) = (self.rotation(index), self.center.translation.vector);
-            let cells: Vec<_> = self.source.iter().map(|p| self.grid.cell(&(rotation * p + shift))).collect();
+            let (cells, entries) = &mut *self.buffers.borrow_mut();
+            cells.clear();
+            cells.extend(self.source.iter().map(|p| self.grid.cell(&(rotation * p + shift))));
             let size = (self.grid.width, self.grid.height);
-            RotatedSource::new(size, &cells, (-self.half_cells, self.half_cells))
+            RotatedSource::new(size, cells, (-self.half_cells, self.half_cells), entries)
         })
     }
 
@@ -208,7 +215,9 @@ impl<'a> Turns<'a> {
         }
         let (size, shifts) = (self.grid.size_in_blocks(level), (0, (2 * self.half_cells) >> level));
         let corners = (1..).zip(&corners).filter(|(_, corners)| !corners.is_empty());
-        let by_width = corners.map(|(width, corners)| (width, RotatedSource::new(size, corners, shifts)));
+        let (_, entries) = &mut *self.buffers.borrow_mut();
+        let mut of_width = |corners: &Vec<(i32, i32)>| RotatedSource::new(size, corners, shifts, entries);
+        let by_width = corners.map(|(width, corners)| (width, of_width(corners)));
         TurnedSource { by_width: by_width.collect(), num_uncovered }
     }
 }

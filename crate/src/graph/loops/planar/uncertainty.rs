@@ -1,6 +1,6 @@
 //! How far two nodes of a pose graph may be from where they seem to be: their relative covariance.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::pose_graph::PlanarFactor;
@@ -15,6 +15,7 @@ pub struct RelativeCovariances {
 
 impl RelativeCovariances {
     /// Of all pairs. `None` where the relations leave a pose open altogether.
+    #[inline(never)]
     pub fn new(poses: &[Pose2], relations: &[PlanarFactor]) -> Option<Self> {
         let num_variables = poses.len().checked_sub(1)?;
         let mut H = BlockMatrix::<Matrix3<f64>>::new(num_variables);
@@ -36,13 +37,9 @@ impl RelativeCovariances {
         let factor = solver.factor(&H).ok()?;
         let mut rows: Vec<Vec<Matrix3<f64>>> = (1..=poses.len()).map(|length| vec![Matrix3::zeros(); length]).collect();
         for variable in 0..num_variables {
-            for axis in 0..3 {
-                let mut column = vec![Vector3::zeros(); num_variables];
-                column[variable][axis] = 1.0;
-                factor.solve(&mut column);
-                for (other, block) in column[..=variable].iter().enumerate() {
-                    rows[variable + 1][other + 1].set_row(axis, &block.transpose());
-                }
+            let columns = factor.inverse_columns(variable);
+            for (block, column) in rows[variable + 1][1..].iter_mut().zip(&columns) {
+                *block = column.transpose();
             }
         }
         Some(Self { poses: poses.to_vec(), rows })

@@ -60,6 +60,10 @@ fn check_against_dense<const B: usize>(
     let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * inverse.amax();
     for i in 0..n {
         let covariance = factor.covariance(i);
+        for (j, block) in factor.inverse_columns(i).iter().enumerate() {
+            let expected = inverse.fixed_view::<B, B>(j * B, i * B);
+            assert!((block - expected).amax() < 1e-9 * inverse.amax(), "{name}, B = {B}: columns of {i} at {j}");
+        }
         for row in 0..B {
             assert!(close(x[i][row], expected[i * B + row]), "{name}, B = {B}: x at {i}");
             for column in 0..B {

@@ -1,0 +1,25 @@
+// @ts-check
+/** The option `--topic`, apart from what reads bags: that is loaded where there is one. */
+import { ROLES } from '../bag/roles.js';
+import { CommandError } from './command.js';
+
+/** @typedef {import('../bag/topics.js').Wishes} Wishes */
+
+/**
+ * What `--topic ROLE=NAME` asks for.
+ * @param {string[]} [texts]
+ * @returns {Wishes}
+ */
+export function readWishes(texts = []) {
+  /** @type {Wishes} */
+  const wishes = {};
+  for (const text of texts) {
+    const [, role, name = ''] = text.match(/^(\w+)=(\S+)$/) ?? [];
+    const known = ROLES.find((candidate) => candidate === role);
+    if (!known) {
+      throw new CommandError(`--topic ${text}: this is ROLE=NAME, with ${ROLES.join(', ')} for ROLE`);
+    }
+    wishes[known] = name === 'none' ? null : name;
+  }
+  return wishes;
+}
