@@ -60,7 +60,6 @@ impl SharpnessMeter {
     }
 
     /// Evaluates this many more points.
-    #[inline(never)]
     pub fn advance(&mut self, num_points: usize) {
         let end = self.scans.len().min(self.next.saturating_add(num_points));
         for point in self.next..end {

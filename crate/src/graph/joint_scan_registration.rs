@@ -197,7 +197,6 @@ impl<M: RigidMotion> JointScanRegistration<M> {
     }
 
     /// Adds the normal equations of an edge at the current poses. Returns the number of points that were searched.
-    #[inline(never)]
     fn add_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
@@ -228,7 +227,6 @@ impl<M: RigidMotion> JointScanRegistration<M> {
     }
 
     /// Finds the correspondences of an edge.
-    #[inline(never)]
     fn match_edge<T: Target<Point = M::Point>, F: Factor<M, T>>(
         &mut self,
         factor: &F,
@@ -263,7 +261,6 @@ impl<M: RigidMotion> JointScanRegistration<M> {
 
     /// Solves the normal equations and moves every pose but the first. Returns the root mean square of the rotations (rad)
     /// and translations (m).
-    #[inline(never)]
     fn take_step(&mut self) -> (f64, f64) {
         self.sums.damp();
         let solver = self.solver.get_or_insert_with(|| BlockCholesky::new(&self.sums.H));

@@ -87,7 +87,6 @@ impl LocalMap {
     }
 
     /// Adds a scan, unless it is too near to the last one; removes the oldest when the map is full.
-    #[inline(never)]
     pub(crate) fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
         if let Some(last) = self.scans.back().filter(|_| self.capacity > 1) {
             let motion = last.T_world_sensor.inverse() * T_world_sensor;

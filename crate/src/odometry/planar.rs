@@ -246,7 +246,6 @@ impl Odometry {
         registered(T_world_sensor, registration, information, assessment, link)
     }
 
-    #[inline(never)]
     fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
         let grid = LikelihoodGrid::new(&self.map.points());
@@ -287,7 +286,6 @@ impl Odometry {
 
     /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
     /// what it does at the best.
-    #[inline(never)]
     fn rival_of(&self, best: &Hypothesis, scan: &QueryScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
         let found = best.0.T_target_source;
         let score = search.score(&found);

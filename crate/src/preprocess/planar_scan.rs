@@ -21,14 +21,12 @@ pub struct PlanarScan {
 
 impl PlanarScan {
     /// Finds the normals of finite returns (m, sensor frame).
-    #[inline(never)]
     pub fn new(points: Vec<Vector2<f64>>) -> Self {
         Self { normals: beam_normals(&points), points }
     }
 
     /// The returns with their normals, and points interpolated between adjacent beams on one surface such that they are at most
     /// `spacing` (m) apart (Censi, "An ICP variant using a point-to-line metric", ICRA 2008, matches with such segments).
-    #[inline(never)]
     pub fn surface(&self, spacing: f64) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
         let by_bearing = ascending(self.points.iter().map(bearing));
         let mut surface: Vec<_> = self.points.iter().copied().zip(self.normals.iter().copied()).collect();

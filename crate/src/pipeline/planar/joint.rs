@@ -30,7 +30,6 @@ enum JointTargets {
 
 impl Joint {
     /// Of the keyframes of a graph; `poses` are those of all frames.
-    #[inline(never)]
     pub fn new(graph: &KeyframeGraph, scans: &[Rc<PlanarScan>], poses: &[Pose2], settings: &Settings) -> Self {
         let frames = graph.nodes.clone();
         let keyframes = frames.iter().map(|&frame| &scans[frame]);

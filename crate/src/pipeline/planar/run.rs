@@ -166,7 +166,6 @@ impl Run {
         Progress { stage: self.stage, done, total, frame }
     }
 
-    #[inline(never)]
     fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
         let (scan, report) = prepare(recorded, self.detected_limit, settings);
@@ -188,7 +187,6 @@ impl Run {
     }
 
     /// Joins the frames to a graph, whose loops are looked for where it is long.
-    #[inline(never)]
     fn begin_graph(&mut self, settings: &Settings) {
         let num_placed = self.placed().count();
         if settings.strategy != Strategy::Joint || num_placed == 0 {
@@ -207,7 +205,6 @@ impl Run {
         }
     }
 
-    #[inline(never)]
     fn advance_loops(&mut self, settings: &Settings) {
         let Some(graph) = &mut self.graph else { return };
         graph.closure.advance(&settings.icp_options());
@@ -217,7 +214,6 @@ impl Run {
     }
 
     /// Places the frames by the graph and tells its certain pieces apart.
-    #[inline(never)]
     fn end_loops(&mut self) {
         let Some(graph) = &self.graph else { return };
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
@@ -235,7 +231,6 @@ impl Run {
         }
     }
 
-    #[inline(never)]
     fn advance_joint(&mut self, settings: &Settings) {
         let Some(graph) = &mut self.graph else { return };
         let joint = self.joint.get_or_insert_with(|| {
@@ -259,7 +254,6 @@ impl Run {
         }
     }
 
-    #[inline(never)]
     fn evaluate(&mut self) {
         let mut meter = self.meter.take().unwrap_or_else(|| {
             let placed = self.placed().map(|frame| (Rc::clone(&self.scans[frame]), self.poses[frame]));
@@ -354,7 +348,6 @@ impl Run {
 }
 
 /// A scan without what is no measurement, and what that left out.
-#[inline(never)]
 fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
     let limits = settings.range_limits();
     let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);

@@ -16,7 +16,6 @@ const MIN_FITTING_WEIGHT: f64 = 0.25;
 
 impl LoopClosure {
     /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
-    #[inline(never)]
     pub(super) fn accept(&mut self) -> bool {
         let Some(covariances) = &self.covariances else { return false };
         let poses = self.anchor_poses();
@@ -59,7 +58,6 @@ impl LoopClosure {
     /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
     /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
     /// Yang et al., RA-L 2020, in two steps).
-    #[inline(never)]
     fn solve(&mut self, num_old: usize) {
         let mut relations = self.relations();
         for relation in &mut relations[self.chain.len() + num_old..] {

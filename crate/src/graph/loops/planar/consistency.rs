@@ -41,7 +41,6 @@ const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
 /// Compares two matches by the way round: target to source by the first, along the graph to the source of the second,
 /// back by the second, along the graph to the target of the first.
-#[inline(never)]
 pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &RelativeCovariances) -> Relation {
     let along = |from: usize, to: usize| (poses[from].inverse() * poses[to], covariances.between(from, to));
     let (sources, sources_covariance) = along(a.source, b.source);

@@ -108,7 +108,6 @@ impl SourceStretch {
 }
 
 /// Registers `source` to `target` from a guess that may be off by `window`.
-#[inline(never)]
 pub fn match_stretches(
     target: &TargetStretch,
     source: &SourceStretch,

@@ -176,7 +176,6 @@ impl LoopClosure {
     }
 
     /// A submap with those next to it.
-    #[inline(never)]
     fn target(&self, target: usize) -> TargetStretch {
         let mut range = self.submaps[target].keyframes.clone();
         if target > 0 && !self.links[range.start].is_weak {

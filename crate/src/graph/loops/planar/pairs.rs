@@ -32,7 +32,6 @@ const ROUND_SHARE: f64 = 0.4;
 
 impl LoopClosure {
     /// The pairs of submaps that may show the same place, those of one target together.
-    #[inline(never)]
     pub(super) fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
         let (mut pairs, mut num_possible): (Vec<(f64, Pair)>, usize) = (Vec::new(), 0);
