@@ -20,9 +20,6 @@ export default defineConfig({
     // A trace of every test is a third of all work: `npx playwright test --trace on NAME` records one.
     trace: 'off',
     screenshot: 'only-on-failure',
-    // One context for all tests of a worker, emptied between them: scripts and the engine stay compiled, which is a quarter of
-    // what a page costs to open. Permissions are not taken back by it; the fixtures do that.
-    reuseContext: true,
     launchOptions: {
       executablePath: findHeadlessChromium() ?? 'chromium',
       // As root, as in most containers, Chromium's sandbox cannot start; the pages opened are our own.

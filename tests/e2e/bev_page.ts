@@ -156,7 +156,6 @@ export const test = base.extend<{ bev: BevPage }>({
     await bev.open();
     await bev.choose('Open', /the worked numbers/);
     await use(bev);
-    await page.context().clearPermissions();
     expect(bev.faults).toEqual([]);
   },
 });

@@ -162,7 +162,6 @@ export const test = base.extend<{ app: ScanstitchPage }>({
     const app = new ScanstitchPage(page);
     await app.open();
     await use(app);
-    await page.context().clearPermissions();
     expect(app.faults).toEqual([]);
   },
 });

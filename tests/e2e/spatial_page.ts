@@ -99,7 +99,6 @@ export const test = base.extend<{ spatial: SpatialPage }>({
     const spatial = new SpatialPage(page);
     await spatial.open();
     await use(spatial);
-    await page.context().clearPermissions();
     expect(spatial.app.faults).toEqual([]);
   },
 });
