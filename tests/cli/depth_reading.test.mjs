@@ -57,6 +57,19 @@ test('the depth scale of a camera file is used, and nothing but what it leaves o
   );
 });
 
+test('a focal length that is set leaves the principal point of the camera file, or takes the middle of the image', (t) => {
+  const camera = (/** @type {Record<string, string>} */ file, /** @type {string[]} */ options) => {
+    const { result } = reconstruct(t, { ...imagesOf(depthFiles((depth) => greyPng(depth))), ...file }, options);
+    return [result?.camera?.fx, result?.camera?.fy, result?.camera?.cx, result?.camera?.cy];
+  };
+  const file = { 'camera.txt': '97 98 96 94' };
+  assert.deepEqual(camera({}, ['--set', 'fx=96']), [96, 96, 95.5, 95.5]);
+  assert.deepEqual(camera({}, ['--set', 'fx=96', '--set', 'fy=95', '--set', 'cx=94', '--set', 'cy=93']), [96, 95, 94, 93]);
+  assert.deepEqual(camera(file, []), [97, 98, 96, 94]);
+  assert.deepEqual(camera(file, ['--set', 'fx=96']), [96, 96, 96, 94]);
+  assert.deepEqual(camera(file, ['--set', 'cy=95']), [97, 98, 96, 95]);
+});
+
 /** The frames with steps of depth like a Kinect's, which tell its scale. @param {Uint16Array} depth */
 const inKinectSteps = (depth) =>
   greyPng(depth.map((value) => (value > 0 ? Math.round((348 * 1000) / Math.round((348 * 1000) / value)) : 0)));

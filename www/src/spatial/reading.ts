@@ -18,15 +18,9 @@ export function valueWords({ setting }: Assumption, value: number, camera: Camer
   return `${valueText(Math.round(value))} pixels, ${angleText(camera, value)}`;
 }
 
-/** The settings with this value. A focal length comes with the principal point in the middle of the image. */
-export function withReading(
-  settings: SpatialSettings,
-  setting: Assumption['setting'],
-  value: number,
-  camera: Camera,
-): SpatialSettings {
-  if (setting === 'depth_scale') return { ...settings, depth_scale: value };
-  return { ...settings, fx: value, fy: value, cx: (camera.width - 1) / 2, cy: (camera.height - 1) / 2 };
+/** The settings with this value. */
+export function withReading(settings: SpatialSettings, setting: Assumption['setting'], value: number): SpatialSettings {
+  return { ...settings, [setting]: value };
 }
 
 /** The assumption that the data leave open: the page asks. */

@@ -19,7 +19,7 @@ import type {
   Suggestion,
   TopView,
 } from '../engine/spatial-protocol.js';
-import type { Download } from '../export/exports.js';
+import type { Download } from '../export/download.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { clouds } from './clouds.js';
@@ -256,10 +256,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   private useReadings(values: Readings['values']): void {
-    const { settings, snapshot } = this.session;
-    const camera = snapshot?.result.camera;
-    if (!settings || !camera) return;
-    this.applySettings(values.reduce((all, { setting, value }) => withReading(all, setting, value, camera), settings));
+    const { settings } = this.session;
+    if (!settings) return;
+    this.applySettings(values.reduce((all, { setting, value }) => withReading(all, setting, value), settings));
   }
 
   /** Fetches the picture for a question, once for a recording. */

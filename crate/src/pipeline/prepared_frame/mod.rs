@@ -15,7 +15,7 @@ use crate::io::intrinsics::Intrinsics;
 use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
 use crate::pipeline::assumptions::{Assumption, assumptions, contradictions};
-use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings};
+use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings, set_or};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
 use crate::preprocess::depth_noise::estimate_depth_noise;
@@ -194,8 +194,11 @@ pub(crate) fn set_intrinsics(
         return Err(Error::whole("The camera is set after the first frame", "Set it before all frames"));
     }
     if settings.fx == 0.0 && settings.field_of_view == 0.0 {
-        *settings = SpatialSettings { fx, fy, cx, cy, ..settings.clone() };
+        settings.fx = fx;
+        settings.fy = set_or(settings.fy, fy);
     }
+    settings.cx = set_or(settings.cx, cx);
+    settings.cy = set_or(settings.cy, cy);
     if settings.depth_scale == 0.0 {
         settings.depth_scale = depth_scale.unwrap_or_default();
     }

@@ -41,9 +41,9 @@ pub struct SpatialSettings {
     pub fx: f64,
     /// Focal length along the columns (pixels); 0: that along the rows.
     pub fy: f64,
-    /// Column of the optical axis (pixels), where fx is given.
+    /// Column of the optical axis (pixels), where fx is given; 0: the middle of the image.
     pub cx: f64,
-    /// Row of the optical axis (pixels), where fx is given.
+    /// Row of the optical axis (pixels), where fx is given; 0: the middle of the image.
     pub cy: f64,
     /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
     pub field_of_view: f64,
@@ -133,11 +133,10 @@ impl SpatialSettings {
     /// What is left open, for depth images.
     #[must_use]
     pub(crate) fn for_depth(&self) -> Self {
-        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
         Self {
-            max_range: or(self.max_range, DEPTH_REACH),
-            voxel_size: or(self.voxel_size, DEPTH_VOXEL),
-            map_voxel_size: or(self.map_voxel_size, DEPTH_MAP_VOXEL),
+            max_range: set_or(self.max_range, DEPTH_REACH),
+            voxel_size: set_or(self.voxel_size, DEPTH_VOXEL),
+            map_voxel_size: set_or(self.map_voxel_size, DEPTH_MAP_VOXEL),
             ..self.clone()
         }
     }
@@ -145,15 +144,14 @@ impl SpatialSettings {
     /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
     #[must_use]
     pub fn for_clouds(&self, median_range: f64) -> Self {
-        let or = |value: f64, default: f64| if value > 0.0 { value } else { default };
-        let voxel_size = or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
+        let voxel_size = set_or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
         let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
-        let max_range = or(self.max_range, f64::MAX);
+        let max_range = set_or(self.max_range, f64::MAX);
         Self {
             method,
             max_range,
             voxel_size,
-            map_voxel_size: or(self.map_voxel_size, voxel_size / 2.0),
+            map_voxel_size: set_or(self.map_voxel_size, voxel_size / 2.0),
             ..self.clone()
         }
     }
@@ -192,18 +190,13 @@ impl SpatialSettings {
             Method::Course => CloudOptions::course(self.voxel_size),
             _ => CloudOptions::new(self.voxel_size),
         };
-        let max_correspondence_distance = if self.max_correspondence_distance > 0.0 {
-            self.max_correspondence_distance
-        } else {
-            base.max_correspondence_distance
-        };
         let is_map = matches!(self.method, Method::SurfelMap | Method::CloudMap);
         CloudOptions {
             method: if is_map { CloudMethod::CloudMap } else { CloudMethod::CloudToCloud },
             metric: self.metric,
             motion: self.motion,
             global_registration: self.global_registration,
-            max_correspondence_distance,
+            max_correspondence_distance: set_or(self.max_correspondence_distance, base.max_correspondence_distance),
             ..base
         }
     }
@@ -213,21 +206,27 @@ impl SpatialSettings {
     /// # Errors
     /// When what is set makes no camera.
     pub fn camera(&self, width: usize, height: usize, bits: u8, sensor: DepthSensor) -> Result<Pinhole> {
+        let [middle_x, middle_y] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);
         if self.fx > 0.0 {
-            let fy = if self.fy > 0.0 { self.fy } else { self.fx };
-            return Pinhole::new(width, height, [self.fx, fy, self.cx, self.cy]);
+            let [fy, cx, cy] = [set_or(self.fy, self.fx), set_or(self.cx, middle_x), set_or(self.cy, middle_y)];
+            return Pinhole::new(width, height, [self.fx, fy, cx, cy]);
         }
         if let (DepthSensor::RealSense { focal_length: f }, true) = (sensor, self.field_of_view == 0.0) {
-            return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
+            return Pinhole::new(width, height, [f, f, middle_x, middle_y]);
         }
         let of_sensor = SIZES_OF_ONE_SENSOR.iter().find(|(w, h, _)| (*w, *h) == (width, height)).map(|(_, _, f)| *f);
         let usual = of_sensor.or((3 * width == 4 * height).then_some(KINECT_FOCAL_LENGTH * width as f64));
         if let (0.0, true, Some(f)) = (self.field_of_view, bits > 8, usual) {
-            return Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
+            return Pinhole::new(width, height, [f, f, middle_x, middle_y]);
         }
         let field_of_view = if self.field_of_view == 0.0 { FRAC_PI_2 } else { self.field_of_view };
         Pinhole::from_field_of_view(width, height, field_of_view)
     }
+}
+
+/// The value as set; where it is left open, which is 0, the default.
+pub(crate) fn set_or(value: f64, default: f64) -> f64 {
+    if value > 0.0 { value } else { default }
 }
 
 #[cfg(test)]
@@ -264,7 +263,9 @@ mod tests {
         assert_eq!(of(&default, 512, 512, 8), [256.0, 256.0, 256.0, 256.0]);
         assert_eq!(of(&default, 640, 480, 16), [525.0, 525.0, 319.5, 239.5]);
         assert_eq!(of(&SpatialSettings { field_of_view: PI / 2.0, ..default.clone() }, 640, 480, 16)[0], 320.0);
-        let set = SpatialSettings { fx: 585.0, cx: 320.0, cy: 240.0, ..default };
-        assert_eq!(of(&set, 640, 480, 16), [585.0, 585.0, 320.0, 240.0]);
+        let focal_length = SpatialSettings { fx: 585.0, ..default };
+        assert_eq!(of(&focal_length, 640, 480, 16), [585.0, 585.0, 319.5, 239.5]);
+        let all = SpatialSettings { fy: 580.0, cx: 320.0, cy: 240.0, ..focal_length };
+        assert_eq!(of(&all, 640, 480, 16), [585.0, 580.0, 320.0, 240.0]);
     }
 }
