@@ -5,7 +5,7 @@ import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import { drop_styles, field_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
-import { download } from '../export/exports.js';
+import { download } from '../export/download.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bev_styles } from './bev-styles.js';

@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
 import { shared } from '../components/theme.js';
-import { download } from '../export/exports.js';
+import { download } from '../export/download.js';
 import { orbited } from '../views/orbit.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { makeColors } from '../views/figure-colors.js';

@@ -1,26 +1,11 @@
-/** Exports: files that leave the page as downloads. */
+/** Makes the files to download of a run of planar scans. */
 import type { Answers, Grid } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
 import type { reportHtml } from '../../../npm/report/report.js';
 import type { ZipApi } from './zip-worker.js';
+import type { Download, ExportItem } from './download.js';
 import zip_url from './zip-worker.ts?worker&url';
-
-export interface ExportItem {
-  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'report' | 'everything';
-  label: string;
-  detail: string;
-}
-
-export const EXPORTS: readonly ExportItem[] = [
-  { id: 'everything', label: 'Everything', detail: 'all of these and report.json, as a zip' },
-  { id: 'report', label: 'Report to print', detail: 'figures, map, path, frames and notes, as one HTML file' },
-  { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
-  { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
-  { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
-  { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, as a zip' },
-  { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
-];
 
 /** Where the contents come from: the engine, and the canvas. */
 export interface Sources {
@@ -34,11 +19,6 @@ export interface Sources {
 export interface ReportSource {
   result: Parameters<typeof reportHtml>[0];
   context: Omit<Parameters<typeof reportHtml>[1], 'picture'>;
-}
-
-export interface Download {
-  name: string;
-  blob: Blob;
 }
 
 export async function makeExport(id: ExportItem['id'], sources: Sources): Promise<Download> {
@@ -58,16 +38,6 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
     case 'everything':
       return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
   }
-}
-
-export function download({ name, blob }: Download): void {
-  const url = URL.createObjectURL(blob);
-  const link = document.createElement('a');
-  link.href = url;
-  link.download = name;
-  link.click();
-  // The browser has taken the address by then; a minute later nobody needs it.
-  setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
 type Files = Record<string, Uint8Array>;

@@ -14,7 +14,7 @@ import { wordsOf } from '../components/session.js';
 import { drop_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
-import { download } from '../export/exports.js';
+import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';

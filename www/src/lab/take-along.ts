@@ -3,7 +3,7 @@ import { pngFile, svgFile } from '../components/figure-files.js';
 import type { Painter, ScanstitchFigure } from '../components/figure-view.js';
 import type { MenuItem } from '../components/menu.js';
 import { animatedPng } from '../export/apng.js';
-import type { Download } from '../export/exports.js';
+import type { Download } from '../export/download.js';
 import type { Size } from '../views/figures.js';
 import type { Viewport } from '../views/viewport.js';
 import { paintGround, paintStep, type PlaneScene, stageTheme } from './plane-painter.js';

@@ -15,7 +15,7 @@ import type { Note } from '../datasets/note.js';
 import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
-import { type Download, EXPORTS, type ExportItem, makeExport } from '../export/exports.js';
+import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, plural } from '../views/format.js';
 import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
@@ -25,7 +25,6 @@ import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
-import { clouds, cloudsAsRun } from './clouds.js';
 import { PlanarSession } from './session.js';
 
 const PLANAR: RunKind = {
@@ -104,7 +103,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     requested_at: number,
     joins: boolean,
   ): Promise<void> {
-    session.tables.has_link = this.remember_settings; // before the next update, which comes too late for a new session
+    session.has_link = this.remember_settings; // before the next update, which comes too late for a new session
     return session.add(files, requested_at, joins);
   }
 
@@ -125,6 +124,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
     const sample = this.isSample() ? 'sample' : '';
+    const { clouds, cloudsAsRun } = await import('./clouds.js');
     const given = clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
     const pair = frame === null ? null : await this.session.ask('scan_to_map', frame);
     return given && pair ? cloudsAsRun(given, pair) : given;
@@ -149,7 +149,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return { kind: 'planar', result, timing };
   }
 
-  protected override makeExport(id: string, { result }: Snapshot): Promise<Download> {
+  protected override async makeExport(id: string, { result }: Snapshot): Promise<Download> {
+    const { makeExport } = await import('../export/exports.js');
     return makeExport(id as ExportItem['id'], {
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
@@ -176,7 +177,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
-    this.session.tables.has_link = this.remember_settings;
+    this.session.has_link = this.remember_settings;
     void this.fetchPairs();
     this.fetchHistory();
     this.fetchOccupancy();
@@ -250,7 +251,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** The dialog about the columns of a table; its code is loaded with the first one. */
   private renderTableImport(): TemplateResult | typeof nothing {
     const { tables } = this.session;
-    if (!tables.request) return nothing;
+    if (!tables?.request) return nothing;
     void import('./table-import.js');
     return html`<scanstitch-table-import
       .request=${tables.request}
@@ -319,8 +320,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** Above the sample that the page opens first; not shown for scans that a host page gives. */
   protected override renderIntroduction(): TemplateResult | typeof nothing {
-    const table = this.session.tables.shown(this.session.dataset);
-    const change = (): void => void this.session.tables.change(this.session.dataset);
+    const { tables, dataset } = this.session;
+    const table = tables?.shown(dataset);
+    const change = (): void => void tables?.change(dataset);
     return html`${this.renderTableImport()}${table ? tableLine(table.format, change) : this.renderWelcome()}`;
   }
 

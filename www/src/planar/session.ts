@@ -8,7 +8,7 @@ import { formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
-import { TableImports } from './table-imports.js';
+import type { TableImports } from './table-imports.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -20,12 +20,10 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   num_scans = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
-  /** Tables of ranges, and what their columns are. */
-  readonly tables = new TableImports({
-    describe: async (file, format, scan) => (await this.client?.describeTable(file, format, scan)) ?? null,
-    reload: (format) => this.#readTablesAs(format),
-    changed: () => this.changed(),
-  });
+  /** Tables of ranges, and what their columns are; null before files are taken in. */
+  tables: TableImports | null = null;
+  /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
+  has_link = false;
   #candidate: Dataset | null = null;
   #is_new_dataset = false;
   #next_reading = 0;
@@ -87,7 +85,18 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.requested_at = requested_at;
     this.messages = [...notes, ...intake.notes].map(({ file, reason }) => noteMessage(file, reason));
     const may_be_scans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
+    this.tables ??= await this.#newTables();
     await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
+  }
+
+  async #newTables(): Promise<TableImports> {
+    const { TableImports } = await import('./table-imports.js');
+    return new TableImports({
+      has_link: () => this.has_link,
+      describe: async (file, format, scan) => (await this.client?.describeTable(file, format, scan)) ?? null,
+      reload: (format) => this.#readTablesAs(format),
+      changed: () => this.changed(),
+    });
   }
 
   /** Shows the recording, or reports why there is nothing to show. */
@@ -112,11 +121,12 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   /** Reads the tables that are loaded by another format. */
   #readTablesAs(format: string): void {
-    if (!this.dataset) return;
+    const { dataset, tables } = this;
+    if (!dataset || !tables) return;
     this.messages = [];
     this.requested_at = performance.now();
-    const scans = this.dataset.scans.map((file) => (this.tables.isTable(file) ? { ...file, table: format } : file));
-    this.#load({ ...this.dataset, scans });
+    const scans = dataset.scans.map((file) => (tables.isTable(file) ? { ...file, table: format } : file));
+    this.#load({ ...dataset, scans });
   }
 
   /** Leaves one scan out, or the reference. */

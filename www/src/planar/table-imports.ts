@@ -13,6 +13,8 @@ const TRAJECTORY_NAME = /traj|pose|position|odom|path|truth|gt|ref|tum|wheel/i;
 const READING_COLUMNS = [2, 3, 4, 5, 6];
 
 export interface TableHooks {
+  /** Whether the page's address is the page's own, to read formats from and to write them into. */
+  has_link(): boolean;
   /** Null where a file is no table, or there is no engine to tell. */
   describe(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null>;
   /** Reads the tables that are loaded once more. */
@@ -23,8 +25,6 @@ export interface TableHooks {
 export class TableImports {
   /** What somebody is being asked; null where nothing. */
   request: TableRequest | null = null;
-  /** Whether the page's address is the page's own, to read formats from and to write them into. */
-  has_link = false;
   readonly #hooks: TableHooks;
   /** Formats of tables that nobody had to be asked about, by their names. */
   readonly #guessed = new Map<string, string>();
@@ -54,7 +54,7 @@ export class TableImports {
     const alone = may_be_scans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
     if (!file) return load(intake);
-    const linked = this.has_link ? tableOfLink(location.hash) : '';
+    const linked = this.#hooks.has_link() ? tableOfLink(location.hash) : '';
     const facts = await this.#hooks.describe(file, linked || null, 0).catch(() => null);
     if (!facts) return load(intake);
     const asFormat = (format: string): Intake => withFormat(intake, file === alone ? [file] : tables, format);
@@ -87,7 +87,7 @@ export class TableImports {
   answer(format: string | null): void {
     this.request = null;
     this.#hooks.changed();
-    if (format !== null && this.has_link) rememberTable(format);
+    if (format !== null && this.#hooks.has_link()) rememberTable(format);
     this.#answer(format);
   }
 

@@ -1,7 +1,8 @@
 /** Exports of a run in space. */
 import type { MenuItem } from '../components/menu.js';
 import type { SpatialAnswers } from '../engine/spatial-protocol.js';
-import { type Download, matrixFiles, reportOf, type ReportSource, textBlob, utf8, zip } from '../export/exports.js';
+import type { Download } from '../export/download.js';
+import { matrixFiles, reportOf, type ReportSource, textBlob, utf8, zip } from '../export/exports.js';
 
 export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },

@@ -9,7 +9,7 @@ import type { Phase } from '../components/session.js';
 import { empty_styles, page_styles, shared, table_styles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
 import { ranking_styles, section_styles } from '../components/section-styles.js';
-import { download } from '../export/exports.js';
+import { download } from '../export/download.js';
 import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';

@@ -1,0 +1,32 @@
+/** What can be downloaded of a run of planar scans, and how a file leaves the page. */
+
+export interface ExportItem {
+  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'report' | 'everything';
+  label: string;
+  detail: string;
+}
+
+export const EXPORTS: readonly ExportItem[] = [
+  { id: 'everything', label: 'Everything', detail: 'all of these and report.json, as a zip' },
+  { id: 'report', label: 'Report to print', detail: 'figures, map, path, frames and notes, as one HTML file' },
+  { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
+  { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
+  { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
+  { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, as a zip' },
+  { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
+];
+
+export interface Download {
+  name: string;
+  blob: Blob;
+}
+
+export function download({ name, blob }: Download): void {
+  const url = URL.createObjectURL(blob);
+  const link = document.createElement('a');
+  link.href = url;
+  link.download = name;
+  link.click();
+  // The browser has taken the address by then; a minute later nobody needs it.
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
