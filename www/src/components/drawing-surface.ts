@@ -51,7 +51,6 @@ export class DrawingSurface implements ReactiveController {
     this.#gestures.listen(stage);
     stage.addEventListener('dblclick', () => this.#host.fit());
     for (const event of ['focus', 'blur']) stage.addEventListener(event, () => this.#updateGuard());
-    this.#resize();
   }
 
   hostDisconnected(): void {

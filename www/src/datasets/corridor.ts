@@ -3,8 +3,8 @@
  * Imported only when the sample is shown.
  */
 import type { InputFile } from '../engine/protocol.js';
-import { compareNaturally } from '../../../npm/natural_order.js';
 
+/** In the order of their names: the scans are numbered by one digit. */
 const texts = import.meta.glob<string>('../../samples/corridor/*.{ply,tum}', {
   query: '?raw',
   import: 'default',
@@ -18,6 +18,5 @@ export function corridorFiles(): { scans: InputFile[]; reference: InputFile | nu
     return { name, bytes: new TextEncoder().encode(text).buffer };
   });
   const scans = files.filter(({ name }) => name.endsWith('.ply'));
-  scans.sort((a, b) => compareNaturally(a.name, b.name));
   return { scans, reference: files.find(({ name }) => name.endsWith('.tum')) ?? null };
 }
