@@ -64,7 +64,10 @@ test('a focal length that is set leaves the principal point of the camera file, 
   };
   const file = { 'camera.txt': '97 98 96 94' };
   assert.deepEqual(camera({}, ['--set', 'fx=96']), [96, 96, 95.5, 95.5]);
-  assert.deepEqual(camera({}, ['--set', 'fx=96', '--set', 'fy=95', '--set', 'cx=94', '--set', 'cy=93']), [96, 95, 94, 93]);
+  assert.deepEqual(
+    camera({}, ['--set', 'fx=96', '--set', 'fy=95', '--set', 'cx=94', '--set', 'cy=93']),
+    [96, 95, 94, 93],
+  );
   assert.deepEqual(camera(file, []), [97, 98, 96, 94]);
   assert.deepEqual(camera(file, ['--set', 'fx=96']), [96, 96, 96, 94]);
   assert.deepEqual(camera(file, ['--set', 'cy=95']), [97, 98, 96, 95]);
