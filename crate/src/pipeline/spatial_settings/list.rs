@@ -82,9 +82,9 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
                 "", [0.0, 1e5], step 1.0;
             number fy: "Focal length fy", "Vertical focal length in pixels. 0: the same as fx.",
                 "", [0.0, 1e5], step 1.0;
-            number cx: "Principal point cx", "Column of the principal point in pixels, used where a focal length is given. 0: the middle of the image.",
+            number cx: "Principal point cx", "Column of the principal point in pixels. 0: the middle of the image.",
                 "", [0.0, 1e5], step 1.0;
-            number cy: "Principal point cy", "Row of the principal point in pixels, used where a focal length is given. 0: the middle of the image.",
+            number cy: "Principal point cy", "Row of the principal point in pixels. 0: the middle of the image.",
                 "", [0.0, 1e5], step 1.0;
             number field_of_view: "Field of view", "Horizontal field of view. 0: a RealSense's where the depth shows its steps, a Kinect's for other 16-bit images of 4 : 3, 90 degrees otherwise.",
                 "rad", [0.0, 0.99 * PI], step 0.05;

@@ -41,9 +41,9 @@ pub struct SpatialSettings {
     pub fx: f64,
     /// Focal length along the columns (pixels); 0: that along the rows.
     pub fy: f64,
-    /// Column of the optical axis (pixels), where fx is given; 0: the middle of the image.
+    /// Column of the optical axis (pixels); 0: the middle of the image.
     pub cx: f64,
-    /// Row of the optical axis (pixels), where fx is given; 0: the middle of the image.
+    /// Row of the optical axis (pixels); 0: the middle of the image.
     pub cy: f64,
     /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
     pub field_of_view: f64,
@@ -206,21 +206,29 @@ impl SpatialSettings {
     /// # Errors
     /// When what is set makes no camera.
     pub fn camera(&self, width: usize, height: usize, bits: u8, sensor: DepthSensor) -> Result<Pinhole> {
-        let [middle_x, middle_y] = [width, height].map(|side| (side as f64 - 1.0) / 2.0);
+        let Pinhole { fx, cx, cy, .. } = self.symmetric_camera(width, height, bits, sensor)?;
+        Pinhole::new(width, height, [fx, set_or(self.fy, fx), set_or(self.cx, cx), set_or(self.cy, cy)])
+    }
+
+    /// With square pixels, and the optical axis in the middle of the image.
+    fn symmetric_camera(&self, width: usize, height: usize, bits: u8, sensor: DepthSensor) -> Result<Pinhole> {
+        let of_focal_length =
+            |f| Pinhole::new(width, height, [f, f, (width as f64 - 1.0) / 2.0, (height as f64 - 1.0) / 2.0]);
         if self.fx > 0.0 {
-            let [fy, cx, cy] = [set_or(self.fy, self.fx), set_or(self.cx, middle_x), set_or(self.cy, middle_y)];
-            return Pinhole::new(width, height, [self.fx, fy, cx, cy]);
+            return of_focal_length(self.fx);
         }
-        if let (DepthSensor::RealSense { focal_length: f }, true) = (sensor, self.field_of_view == 0.0) {
-            return Pinhole::new(width, height, [f, f, middle_x, middle_y]);
+        if self.field_of_view > 0.0 {
+            return Pinhole::from_field_of_view(width, height, self.field_of_view);
+        }
+        if let DepthSensor::RealSense { focal_length } = sensor {
+            return of_focal_length(focal_length);
         }
         let of_sensor = SIZES_OF_ONE_SENSOR.iter().find(|(w, h, _)| (*w, *h) == (width, height)).map(|(_, _, f)| *f);
         let usual = of_sensor.or((3 * width == 4 * height).then_some(KINECT_FOCAL_LENGTH * width as f64));
-        if let (0.0, true, Some(f)) = (self.field_of_view, bits > 8, usual) {
-            return Pinhole::new(width, height, [f, f, middle_x, middle_y]);
+        match usual {
+            Some(focal_length) if bits > 8 => of_focal_length(focal_length),
+            _ => Pinhole::from_field_of_view(width, height, FRAC_PI_2),
         }
-        let field_of_view = if self.field_of_view == 0.0 { FRAC_PI_2 } else { self.field_of_view };
-        Pinhole::from_field_of_view(width, height, field_of_view)
     }
 }
 
@@ -263,8 +271,11 @@ mod tests {
         assert_eq!(of(&default, 512, 512, 8), [256.0, 256.0, 256.0, 256.0]);
         assert_eq!(of(&default, 640, 480, 16), [525.0, 525.0, 319.5, 239.5]);
         assert_eq!(of(&SpatialSettings { field_of_view: PI / 2.0, ..default.clone() }, 640, 480, 16)[0], 320.0);
-        let focal_length = SpatialSettings { fx: 585.0, ..default };
+        let focal_length = SpatialSettings { fx: 585.0, ..default.clone() };
         assert_eq!(of(&focal_length, 640, 480, 16), [585.0, 585.0, 319.5, 239.5]);
+        let principal_point = SpatialSettings { cx: 320.0, cy: 237.0, ..default };
+        assert_eq!(of(&principal_point, 640, 480, 16), [525.0, 525.0, 320.0, 237.0]);
+        assert_eq!(of(&principal_point, 512, 512, 8), [256.0, 256.0, 320.0, 237.0]);
         let all = SpatialSettings { fy: 580.0, cx: 320.0, cy: 240.0, ..focal_length };
         assert_eq!(of(&all, 640, 480, 16), [585.0, 580.0, 320.0, 240.0]);
     }
