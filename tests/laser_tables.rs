@@ -103,7 +103,7 @@ fn a_step_and_its_range_a_line_is_one_scan() {
     assert_eq!(scan.ranges.iter().filter(|range| range.is_nan()).count(), 384, "1 mm is none");
     assert!((sum(scan) - 8_572.002).abs() < 0.1, "{}", sum(scan));
     let [note] = &log.notes[..] else { panic!("{:?}", log.notes) };
-    assert!(note.contains("range=2,unit=mm,start=-135.0000deg,step=0.2500deg"), "{note}");
+    assert!(note.contains("range=2,unit=mm,start=-135deg,step=0.25deg"), "{note}");
     let format = "range=2,unit=cm,start=-1,step=0.01".parse().unwrap();
     let scan = &read_as(&bytes, &format).unwrap().scans[0];
     assert_eq!(scan.bearings, Bearings::Even { start: -1.0, step: 0.01 });
@@ -156,9 +156,9 @@ fn guesses_follow_the_numbers() {
         (0..5).map(line).collect::<Vec<_>>().join("\n") + "\n"
     };
     for (beams, scale, with_time, expected) in [
-        (541, 1000.0, true, "ranges=2:542,unit=mm,start=-135.0000deg,step=0.5000deg,time=1:s"),
-        (360, 1000.0, false, "ranges=1:360,unit=mm,start=0.0000deg,step=1.0000deg"),
-        (181, 100.0, false, "ranges=1:181,unit=cm,start=-90.0000deg,step=1.0000deg"),
+        (541, 1000.0, true, "ranges=2:542,unit=mm,start=-135deg,step=0.5deg,time=1:s"),
+        (360, 1000.0, false, "ranges=1:360,unit=mm,start=0deg,step=1deg"),
+        (181, 100.0, false, "ranges=1:181,unit=cm,start=-90deg,step=1deg"),
     ] {
         let text = table(beams, scale, with_time);
         assert_eq!(TableFormat::guess(text.as_bytes()).unwrap().format.to_string(), expected);
@@ -190,12 +190,9 @@ fn readings_that_do_not_meet_go_round_no_full_turn() {
         TableFormat::guess((0..20).map(line).collect::<String>().as_bytes()).unwrap()
     };
     let round = guess(0.0, TAU / 360.0);
-    assert_eq!(
-        (round.format.to_string(), round.doubt),
-        ("ranges=1:360,unit=m,start=0.0000deg,step=1.0000deg".into(), None)
-    );
+    assert_eq!((round.format.to_string(), round.doubt), ("ranges=1:360,unit=m,start=0deg,step=1deg".into(), None));
     let half = guess(-TAU / 4.0, TAU / 720.0);
-    assert_eq!(half.format.to_string(), "ranges=1:360,unit=m,start=-90.0000deg,step=0.5000deg");
+    assert_eq!(half.format.to_string(), "ranges=1:360,unit=m,start=-90deg,step=0.5deg");
     assert!(half.doubt.is_some_and(|doubt| doubt.contains("does not meet the first")));
 }
 
@@ -211,7 +208,7 @@ fn recordings_over_a_half_turn_are_asked_about() {
         let text: String = log.scans.iter().filter(|scan| scan.ranges.len() == 360).map(line).collect();
         let guess = TableFormat::guess(text.as_bytes()).unwrap();
         assert!(guess.doubt.is_some(), "{name}: {}", guess.format);
-        assert!(guess.format.to_string().contains("start=-90.0000deg,step=0.5000deg"), "{name}: {}", guess.format);
+        assert!(guess.format.to_string().contains("start=-90deg,step=0.5deg"), "{name}: {}", guess.format);
     }
 }
 
@@ -228,7 +225,7 @@ fn what_stands_beside_the_ranges_is_told_from_them() {
     let guess = |text: &str| TableFormat::guess(text.as_bytes()).unwrap().format.to_string();
     assert_eq!(
         guess(&table(&|scan| timed(scan).collect(), "")),
-        "ranges=2:181,unit=m,start=-90.0000deg,step=1.0000deg,time=1:ms"
+        "ranges=2:181,unit=m,start=-90deg,step=1deg,time=1:ms"
     );
     // Names tell the pose; words stay in their columns.
     let named = |scan: usize| {
@@ -238,7 +235,7 @@ fn what_stands_beside_the_ranges_is_told_from_them() {
     let names: Vec<String> = (0..360).map(|beam| format!("range_{beam}")).collect();
     let head = format!("time,frame,{},x,y,theta\n", names.join(","));
     let text = table(&named, &head);
-    assert_eq!(guess(&text), "ranges=3:362,unit=m,start=0.0000deg,step=1.0000deg,time=1:s,poses=363:364:365");
+    assert_eq!(guess(&text), "ranges=3:362,unit=m,start=0deg,step=1deg,time=1:s,poses=363:364:365");
     let log = read(text.as_bytes()).unwrap();
     assert!(log.odometry_origin == OdometryOrigin::Unknown && (log.scans[7].time.unwrap() - 0.7).abs() < 1e-9);
     assert!((log.scans[0].odometry.unwrap().translation.x + 1.5).abs() < 1e-12);
@@ -320,7 +317,7 @@ fn a_format_in_part_changes_the_guess_and_a_whole_one_replaces_it() {
     let said = format!("# table: unit=cm,step=0.25deg\n{text}");
     let log = read(said.as_bytes()).unwrap();
     assert_eq!(log.scans[0].ranges[0], 15.0);
-    assert!(log.notes[0].contains("step=0.2500deg"), "{:?}", log.notes);
+    assert!(log.notes[0].contains("step=0.25deg"), "{:?}", log.notes);
     assert_eq!(read_given(said.as_bytes(), "unit=mm").unwrap().scans[0].ranges[0], 1.5);
 }
 
@@ -456,7 +453,7 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     };
     let text = (0..8).fold(head, |text, scan| text + &row(scan));
     let guess = TableFormat::guess(text.as_bytes()).unwrap();
-    assert_eq!(guess.format.to_string(), "ranges=3:183,unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s");
+    assert_eq!(guess.format.to_string(), "ranges=3:183,unit=mm,start=-90deg,step=1deg,time=1:s");
     assert_eq!(guess.doubt, None);
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans[3].time, Some(1_709_287_203.0), "seconds since 1970 of the date");
@@ -472,7 +469,7 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     };
     let text = (0..8).fold(head, |text, scan| text + &row(scan));
     let format = TableFormat::guess(text.as_bytes()).unwrap().format;
-    let expected = "ranges=5:185,unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4:m:deg";
+    let expected = "ranges=5:185,unit=mm,start=-90deg,step=1deg,time=1:s,poses=2:3:4:m:deg";
     assert_eq!(format.to_string(), expected);
     assert_eq!(format.to_string().parse::<TableFormat>().unwrap().to_string(), expected);
     let third = &read(text.as_bytes()).unwrap().scans[2];
@@ -489,10 +486,7 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     let names: Vec<String> = (0..181).map(|beam| format!("r{beam}")).collect();
     let head = joined([["t", "x", "y", "theta"].map(str::to_owned).to_vec(), names].concat(), ",");
     let format = TableFormat::guess((0..8).fold(head, |text, scan| text + &row(scan)).as_bytes()).unwrap().format;
-    assert!(
-        format.to_string().ends_with("unit=mm,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4:m"),
-        "{format}"
-    );
+    assert!(format.to_string().ends_with("unit=mm,start=-90deg,step=1deg,time=1:s,poses=2:3:4:m"), "{format}");
 
     // Without names, one more column before the ranges may be one of them.
     let text = (0..8).map(|scan| joined([vec!["7.5".into()], ranges(scan, 3, 1.0)].concat(), ",")).collect::<String>();
@@ -510,10 +504,10 @@ fn a_reading_a_line_has_times_and_odometry() {
     let head = "ms,scan_no,bearing_deg,dist_cm,odo_x,odo_y,odo_heading_deg\n".to_owned();
     let text = lines.fold(head, |text, (scan, beam)| text + &line(scan, beam));
     let format = TableFormat::guess(text.as_bytes()).unwrap().format.to_string();
-    assert_eq!(format, "range=4,angle=3:1.0000deg,unit=cm,start=0.0000deg,time=1:ms,poses=5:6:7:deg");
+    assert_eq!(format, "range=4,angle=3:1deg,unit=cm,start=0deg,time=1:ms,poses=5:6:7:deg");
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans.len(), 5);
-    assert!(log.notes[1].contains("give angle=3:-1.0000deg"), "{:?}", log.notes);
+    assert!(log.notes[1].contains("give angle=3:-1deg"), "{:?}", log.notes);
     let LaserScan { time, odometry, .. } = &log.scans[4];
     let pose = odometry.unwrap();
     assert!((time.unwrap() - 0.4).abs() < 1e-12 && (pose.translation.x - 1.0).abs() < 1e-12);
@@ -563,13 +557,13 @@ fn what_stands_before_the_ranges_is_none_of_them() {
     let time = |scan: usize| 1_227_796_083.0 + 0.013 * scan as f64;
     // A count, and the angle of the first reading, or of the first and the last.
     let counted = guess(&table(&|scan| format!("{:.3},181,-1.570796", time(scan)), 181));
-    assert_eq!(counted.format.to_string(), "ranges=4:184,unit=m,start=-90.0000deg,step=1.0000deg,time=1:s");
+    assert_eq!(counted.format.to_string(), "ranges=4:184,unit=m,start=-90deg,step=1deg,time=1:s");
     let spanned = guess(&table(&|scan| format!("{:.3},181,-45,135", time(scan)), 181));
-    assert_eq!(spanned.format.to_string(), "ranges=5:185,unit=m,start=-45.0000deg,step=1.0000deg,time=1:s");
+    assert_eq!(spanned.format.to_string(), "ranges=5:185,unit=m,start=-45deg,step=1deg,time=1:s");
     assert!(counted.doubt.is_none() && spanned.doubt.is_none());
     // A pose and a speed before 1,080 readings, which could be 1,081: asked about.
     let moving = guess(&table(&|scan| format!("0.{scan},0.0,-0.1,1.{scan}"), 1080));
-    assert!(moving.format.to_string().starts_with("ranges=5:1084,unit=m,start=-135.0000deg,step=0.2500deg"));
+    assert!(moving.format.to_string().starts_with("ranges=5:1084,unit=m,start=-135deg,step=0.25deg"));
     assert!(
         moving.doubt.unwrap().contains("The 1080 ranges may begin at column 5, as is assumed, or one column before")
     );
@@ -598,12 +592,12 @@ fn a_sensor_that_sweeps_to_and_fro_makes_a_scan_of_each_sweep() {
 #[test]
 fn the_bearing_is_the_angle_that_changes_with_every_reading() {
     for (head, expected) in [
-        ("t,x,y,theta,angle_deg,range_m", "range=6,angle=5:1.0000deg,unit=m,start=0.0000deg,time=1:s,poses=2:3:4"),
+        ("t,x,y,theta,angle_deg,range_m", "range=6,angle=5:1deg,unit=m,start=0deg,time=1:s,poses=2:3:4"),
         (
             "stop,x_cm,y_cm,heading_deg,sensor_deg,distance_cm",
-            "range=6,angle=5:1.0000deg,unit=cm,start=0.0000deg,poses=2:3:4:cm:deg",
+            "range=6,angle=5:1deg,unit=cm,start=0deg,poses=2:3:4:cm:deg",
         ),
-        ("t,x,y,theta,servo,distance (in)", "range=6,angle=5:1.0000deg,unit=in,start=0.0000deg,time=1:s,poses=2:3:4:m"),
+        ("t,x,y,theta,servo,distance (in)", "range=6,angle=5:1deg,unit=in,start=0deg,time=1:s,poses=2:3:4:m"),
     ] {
         let line = |scan: usize, beam: usize| format!("{scan},0.{scan},1,0.0{scan},{},{}.5\n", 2 * beam, 3 + scan);
         let lines = (0..4).flat_map(|scan| (0..90).map(move |beam| (scan, beam)));
@@ -622,8 +616,8 @@ fn positions_in_different_units_are_not_used_and_a_growing_x_is_no_time() {
         format!("x (m),y ({y}),heading_deg,{}\n{}{}{}{}", beams.join(","), row(1), row(2), row(3), row(4))
     };
     let format = |y: &str| TableFormat::guess(table(y).as_bytes()).unwrap().format.to_string();
-    assert_eq!(format("m"), "ranges=4:94,unit=mm,start=-45.0000deg,step=1.0000deg,poses=1:2:3:m:deg");
-    assert_eq!(format("cm"), "ranges=4:94,unit=mm,start=-45.0000deg,step=1.0000deg");
+    assert_eq!(format("m"), "ranges=4:94,unit=mm,start=-45deg,step=1deg,poses=1:2:3:m:deg");
+    assert_eq!(format("cm"), "ranges=4:94,unit=mm,start=-45deg,step=1deg");
     assert_eq!(read(table("m").as_bytes()).unwrap().losses, Vec::<String>::new());
     let losses = read(table("cm").as_bytes()).unwrap().losses;
     assert!(losses[0].contains("different units (x (m), y (cm))"), "{losses:?}");
@@ -642,7 +636,7 @@ fn names_may_stand_in_a_comment() {
     let saved = format!("# t x y theta {}\n{}{}{}", names.join(" "), row(1), row(2), row(3));
     assert_eq!(
         TableFormat::guess(saved.as_bytes()).unwrap().format.to_string(),
-        "ranges=5:185,unit=m,start=-90.0000deg,step=1.0000deg,time=1:s,poses=2:3:4"
+        "ranges=5:185,unit=m,start=-90deg,step=1deg,time=1:s,poses=2:3:4"
     );
 }
 
@@ -655,7 +649,7 @@ fn ranges_in_inches_and_feet_are_read_as_such() {
         let row = |scan: usize| vec![format!("{}.5", 20 + scan); 181].join(",");
         let text = format!("{}\n{}\n{}\n", names.join(","), row(0), row(1));
         let format = TableFormat::guess(text.as_bytes()).unwrap().format;
-        assert_eq!(format.to_string(), format!("ranges=1:181,unit={told},start=-90.0000deg,step=1.0000deg"));
+        assert_eq!(format.to_string(), format!("ranges=1:181,unit={told},start=-90deg,step=1deg"));
         assert!((f64::from(read(text.as_bytes()).unwrap().scans[1].ranges[0]) - 21.5 * metres).abs() < 1e-6);
     }
 }
@@ -700,13 +694,13 @@ fn tables_of_other_habits_are_read() {
     let japanese = readings("時刻,角度,距離", &|scan, beam| {
         format!("2024-05-03T10:00:0{scan}.25,{},{:.3}", beam as f64 - 90.0, range(scan, beam))
     });
-    let half = "start=-90.0000deg,step=1.0000deg";
+    let half = "start=-90deg,step=1deg";
     for (text, expected) in [
         (&german, format!("ranges=5:185,unit=m,{half},time=1:s,poses=2:3:4:cm:deg")),
         (&spanish, format!("ranges=5:185,unit=m,{half},time=1:ms,poses=2:3:4:mm:deg")),
         (&pandas, format!("ranges=3:183,unit=m,{half},time=2:s,poses=184:185:186")),
-        (&beams, "range=3,angle=2:1.0000deg,unit=m,start=-90.0000deg,poses=4:5:6".to_owned()),
-        (&japanese, "range=3,angle=2:1.0000deg,unit=m,start=0.0000deg,time=1:s".to_owned()),
+        (&beams, "range=3,angle=2:1deg,unit=m,start=-90deg,poses=4:5:6".to_owned()),
+        (&japanese, "range=3,angle=2:1deg,unit=m,start=0deg,time=1:s".to_owned()),
     ] {
         assert!(is_laser_log(&text.as_bytes()[..text.len().min(8192)]), "{expected}");
         let guess = TableFormat::guess(text.as_bytes()).unwrap();

@@ -17,6 +17,11 @@ const FORM: &str = "Write e.g. ranges=2:541,unit=m,start=-135deg,step=0.5deg,tim
 pub(super) const SAY_COLUMNS: &str =
     "Say what its columns are, e.g. --table ranges=2:541,unit=m,start=-135deg,step=0.5deg,time=1";
 
+/// An angle (rad) in degrees, to four decimals; -0 becomes 0.
+pub(super) fn degrees(angle: f64) -> f64 {
+    (angle.to_degrees() * 1e4).round() / 1e4 + 0.0
+}
+
 impl fmt::Display for TableFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name_of =
@@ -25,12 +30,12 @@ impl fmt::Display for TableFormat {
             Layout::ScanPerLine { first, end } => write!(f, "ranges={}:{end}", first + 1)?,
             Layout::ReadingPerLine { range, angle: None } => write!(f, "range={}", range + 1)?,
             Layout::ReadingPerLine { range, angle: Some(AngleColumn { column, unit }) } => {
-                write!(f, "range={},angle={}:{:.4}deg", range + 1, column + 1, unit.to_degrees())?;
+                write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees(unit))?;
             }
         }
-        write!(f, ",unit={},start={:.4}deg", name_of(&UNITS, self.unit).unwrap_or("m"), self.start.to_degrees())?;
+        write!(f, ",unit={},start={}deg", name_of(&UNITS, self.unit).unwrap_or("m"), degrees(self.start))?;
         if !matches!(self.layout, Layout::ReadingPerLine { angle: Some(_), .. }) {
-            write!(f, ",step={:.4}deg", self.step.to_degrees())?;
+            write!(f, ",step={}deg", degrees(self.step))?;
         }
         if let Some((column, seconds)) = self.time {
             write!(f, ",time={}:{}", column + 1, name_of(&TIMES, seconds).unwrap_or("s"))?;

@@ -178,10 +178,10 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
 fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
     let remedy = match format.layout {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
-            format!("angle={}:-{:.4}deg", column + 1, unit.to_degrees())
+            format!("angle={}:-{}deg", column + 1, format::degrees(unit))
         }
         Layout::ScanPerLine { .. } if is_direction_open(table, format) => {
-            format!("step=-{:.4}deg", format.step.to_degrees())
+            format!("step=-{}deg", format::degrees(format.step))
         }
         _ => return None,
     };
