@@ -97,7 +97,7 @@ test('inches and gon, as a surveyor has them', async ({ app, page }) => {
   await dialog.getByLabel('Angle column').fill('1');
   await dialog.getByLabel('Angles are').selectOption('gon');
   await dialog.getByLabel('Unit').selectOption('inches');
-  await expect(dialog.getByLabel('On the command line')).toHaveValue(/angle=1:0\.9000deg,unit=in/);
+  await expect(dialog.getByLabel('On the command line')).toHaveValue(/angle=1:0\.9deg,unit=in/);
   // What the engine understood is shown as what was chosen.
   await expect(dialog.getByLabel('Angles are')).toHaveValue('0.9deg');
   await dialog.getByRole('button', { name: 'Read 5 scans' }).click();
