@@ -77,12 +77,20 @@ test('a log that is wrong is told with its line', async ({ app }) => {
   await expect(app.messages).toContainText('line 2');
 });
 
-test('1464 scans of a building, stopped and resumed', async ({ app, page }, info) => {
+test('1464 scans of a building, stopped before all are placed and again in the search for loops, and resumed', async ({
+  app,
+  page,
+}, info) => {
   test.skip(!existsSync(FREIBURG), '../shared/data is absent');
   test.setTimeout(180_000);
   const file = (name: string) => ({ name, content: readFileSync(join(FREIBURG, name)) });
   await app.drop([file('fr079.log'), file('fr079.odometry.txt')]);
   await stopAfter(page, 'scanstitch-planar', 20);
+  const stopped = page.locator('scanstitch-planar .activity');
+  await expect(stopped).toContainText('Stopped: partial map');
+  await page.getByRole('button', { name: 'Continue' }).click();
+  await stopAfter(page, 'scanstitch-planar', 20, 'Searching for loop closures');
+  await expect(stopped).toContainText('Stopped: all placed, not optimised to the end');
   await page.getByRole('button', { name: 'Continue' }).click();
   await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
   const { result, timing } = await app.stitched();

@@ -2,17 +2,18 @@
 import type { Page } from '@playwright/test';
 
 /**
- * Clicks Stop as soon as the table has more than so many rows of frames, and waits until the run has stopped. `before` and
+ * Clicks Stop as soon as the table has more than so many rows of frames and the view says `activity`, and waits until the run has stopped. `before` and
  * `at_once`: what the view says at the click, and when it has been drawn anew after it.
  */
 export async function stopAfter(
   page: Page,
   element: string,
   num_rows: number,
+  activity = '',
 ): Promise<{ ms: number; before: string; at_once: string }> {
   await page.locator(element).waitFor({ state: 'attached' });
   return page.evaluate(
-    async ([element, num_rows]) => {
+    async ([element, num_rows, activity]) => {
       type View = HTMLElement & { updateComplete: Promise<boolean> };
       const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector<View>(element);
       const words = (): string => view?.shadowRoot?.textContent ?? '';
@@ -34,7 +35,7 @@ export async function stopAfter(
           if (view?.shadowRoot) observer.observe(view.shadowRoot, changes);
           void look();
         });
-      await until(() => rows() > num_rows);
+      await until(() => rows() > num_rows && words().includes(activity));
       const stop = [...(view?.shadowRoot?.querySelectorAll('button') ?? [])].find(
         (button) => button.textContent === 'Stop',
       );
@@ -44,9 +45,9 @@ export async function stopAfter(
       stop.click();
       await view?.updateComplete;
       const at_once = words();
-      await until(() => words().includes('Stopped: partial map'));
+      await until(() => words().includes('Stopped: '));
       return { ms: performance.now() - start, before, at_once };
     },
-    [element, num_rows] as const,
+    [element, num_rows, activity] as const,
   );
 }

@@ -54,14 +54,19 @@ export interface ActiveSession {
   dismissMessages(): void;
 }
 
-/** The current activity, over the map, with its actions. */
-export function activity(session: ActiveSession): TemplateResult | typeof nothing {
+/** The current activity, over the map, with its actions; `is_partial`: frames are missing from the map. */
+export function activity(session: ActiveSession, is_partial: boolean): TemplateResult | typeof nothing {
   switch (session.phase) {
     case 'reading':
     case 'running':
       return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
     case 'stopped':
-      return activityBox('Stopped: partial map', null, 'Continue', () => session.resume());
+      return activityBox(
+        is_partial ? 'Stopped: partial map' : 'Stopped: all placed, not optimised to the end',
+        null,
+        'Continue',
+        () => session.resume(),
+      );
     case 'crashed':
       return activityBox('Not computed after the crash', null, 'Compute again', () => session.resume());
     default:

@@ -265,7 +265,8 @@ export abstract class RunView<
           ${layout === 'wide' ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session)} ${messages(session)} ${this.renderQuestion()}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${messages(session)}
+              ${this.renderQuestion()}
             </div>
             <scanstitch-timeline
               .count=${num_frames}
