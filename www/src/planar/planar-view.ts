@@ -2,7 +2,6 @@ import { html, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/map-view.js';
 import '../components/overview.js';
-import '../components/why-panel.js';
 import type { ScanstitchMap } from '../components/map-view.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
@@ -285,6 +284,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     ></scanstitch-frame-table>`;
   }
 
+  /** Of the selected scan, whose panel is loaded with the first one that is selected; of all scans while there is none. */
   protected override renderDetails(): TemplateResult {
     const { snapshot, dataset } = this.session;
     const result = snapshot?.result;
@@ -301,6 +301,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         .colors=${this.colors()}
       ></scanstitch-overview>`;
     }
+    void import('../components/why-panel.js');
     return html`<scanstitch-why
       .frames=${frames}
       .index=${this.selected}
