@@ -110,6 +110,9 @@ test('arrays of MATLAB, scans packed by gzip: read at once, and changed afterwar
   const mat = readFileSync(join(import.meta.dirname, '../data/mat/columns.mat'));
   await app.drop([{ name: 'columns.mat', content: mat }]);
   expect((await app.stitched()).result.frames).toHaveLength(4);
+  // The line with the button says how it was read, and no message says it again.
+  await expect(page.getByRole('region', { name: 'Table' })).toContainText('odometry=2:3:4');
+  await expect(page.getByText('A table of ranges')).toHaveCount(0);
   await page.getByRole('button', { name: 'Change the columns' }).click();
   const dialog = page.getByRole('dialog');
   await expect(dialog.getByLabel('Columns of')).toHaveValue('odometry');

@@ -12,6 +12,8 @@ import type { TableImports } from './table-imports.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
+/** How the engine's note on a table begins. The page has a line of its own for it, with a button. */
+const NOTE_ON_TABLE = 'A table of ranges, read as ';
 
 /** A run of laser scans in the plane: inputs, settings, result, messages. */
 export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, Snapshot> {
@@ -237,7 +239,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
-    const messages = [...problems.map(errorMessage), ...notes.map(({ file, text }) => noteMessage(file, text))];
+    const told = notes.filter(({ text }) => !text.startsWith(NOTE_ON_TABLE));
+    const messages = [...problems.map(errorMessage), ...told.map(({ file, text }) => noteMessage(file, text))];
     if (accepted.length === 0) {
       this.keepResult();
       if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
