@@ -60,10 +60,7 @@ test('a file of MATLAB is reconstructed, and --table changes how', (t) => {
   const out = join(temporaryFolder(t), 'out');
   const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
   const { stderr } = run(join(MATS, 'columns.mat'));
-  assert.match(
-    stderr,
-    /read as --table ranges=5:40,unit=mm,start=-90deg,step=5deg,time=1:s,odometry=2:3:4/,
-  );
+  assert.match(stderr, /read as --table ranges=5:40,unit=mm,start=-90deg,step=5deg,time=1:s,odometry=2:3:4/);
   assert.equal(readReport(out).frames.length, 4);
   const changed = run(join(MATS, 'columns.mat'), '--table', 'unit=cm,odometry=none');
   assert.ok(!changed.stderr.includes('read as'), changed.stderr);
