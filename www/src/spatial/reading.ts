@@ -1,5 +1,5 @@
-/** What was assumed of depth images, in words and as settings. */
-import type { Assumption, SpatialResult, SpatialSettings } from '../engine/spatial-protocol.js';
+/** What was assumed of depth images, in words. */
+import type { Assumption, SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatFixed } from '../views/format.js';
 
 export type Camera = NonNullable<SpatialResult['camera']>;
@@ -16,11 +16,6 @@ function angleText({ width }: Camera, fx: number): string {
 export function valueWords({ setting }: Assumption, value: number, camera: Camera): string {
   if (setting === 'depth_scale') return `${valueText(value)} values per metre`;
   return `${valueText(Math.round(value))} pixels, ${angleText(camera, value)}`;
-}
-
-/** The settings with this value. */
-export function withReading(settings: SpatialSettings, setting: Assumption['setting'], value: number): SpatialSettings {
-  return { ...settings, [setting]: value };
 }
 
 /** The assumption that the data leave open: the page asks. */

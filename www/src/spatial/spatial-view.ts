@@ -27,7 +27,7 @@ import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
 import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
-import { openAssumption, withReading } from './reading.js';
+import { openAssumption } from './reading.js';
 import type { ReadingChoice } from './reading-card.js';
 import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
@@ -258,7 +258,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   private useReadings(values: Readings['values']): void {
     const { settings } = this.session;
     if (!settings) return;
-    this.applySettings(values.reduce((all, { setting, value }) => withReading(all, setting, value), settings));
+    const chosen = Object.fromEntries(values.map(({ setting, value }) => [setting, value]));
+    this.applySettings({ ...settings, ...chosen });
   }
 
   /** Fetches the picture for a question, once for a recording. */
