@@ -35,6 +35,7 @@ for (const { what, file, says } of BAD_FILES) {
     expect(result.frames).toHaveLength(3);
     await expect(app.messages.getByRole('listitem')).toHaveCount(1);
     for (const words of says) await expect(app.messages).toContainText(words);
+    await expect(app.page.getByLabel('Result in figures')).toContainText('1 file not read');
   });
 }
 

@@ -261,10 +261,11 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
-    const { snapshot } = this.session;
+    const { snapshot, phase, num_unread } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
-    const is_growing = this.session.phase === 'running';
-    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, this.loaded().num_frames);
+    const is_growing = phase === 'running';
+    const { num_frames } = this.loaded();
+    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, num_frames, num_unread);
     return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
   }
 

@@ -20,6 +20,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   points: PointSet = NO_POINTS;
   /** Number of scans of the run, registered or not; that of a log is known when the run begins. */
   num_scans = 0;
+  /** Number of files opened with them that could not be read. */
+  num_unread = 0;
   /** Which way the scanner looks in its own frame, rad. */
   look_direction = 0;
   /** Tables of ranges, and what their columns are; null before files are taken in. */
@@ -154,6 +156,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.snapshot = null;
     this.points = NO_POINTS;
     this.num_scans = 0;
+    this.num_unread = 0;
     this.messages = [];
     this.phase = 'empty';
     if (had_scans) this.announce('All scans removed.');
@@ -248,6 +251,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       this.phase = 'running';
       this.#is_new_dataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
       this.dataset = { ...candidate, ...inputs };
+      this.num_unread = candidate.scans.length - inputs.scans.length;
       this.num_scans = accepted.length;
     }
     this.tell(messages);

@@ -46,9 +46,15 @@ export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'fram
 
 /**
  * `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. `num_scans`: scans of the
- * run, registered or not.
+ * run, registered or not. `num_unread`: files beside them that could not be read.
  */
-export function headlineFigures(result: Result, total_ms: number, is_growing: boolean, num_scans: number): Figure[] {
+export function headlineFigures(
+  result: Result,
+  total_ms: number,
+  is_growing: boolean,
+  num_scans: number,
+  num_unread: number,
+): Figure[] {
   const { frames, sharpness, comparison } = result;
   const num_lost = frames.filter(({ status }) => status === 'lost').length;
   const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
@@ -59,6 +65,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
     num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
     num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
     num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
+    num_unread > 0 ? `${plural(num_unread, 'file')} not read` : '',
   ].filter((words) => words !== '');
 
   const figures: Figure[] = [
@@ -74,7 +81,7 @@ export function headlineFigures(result: Result, total_ms: number, is_growing: bo
           : frames.length === 1
             ? 'nothing to register it against'
             : 'all registered',
-      tone: num_lost > 0 ? 'lost' : num_doubtful > 0 ? 'doubtful' : 'plain',
+      tone: num_lost > 0 ? 'lost' : num_doubtful + num_unread > 0 ? 'doubtful' : 'plain',
     },
   ];
   if (sharpness || is_growing) {
