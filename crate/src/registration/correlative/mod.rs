@@ -62,7 +62,7 @@ const MAX_LEVER: f64 = 10.0;
 pub struct WindowSearch<'a> {
     grid: &'a LikelihoodGrid,
     center: Pose2,
-    /// The turn (rad) that moves the source's furthest point, or one [`MAX_LEVER`] away, by one cell.
+    /// The turn (rad) that moves a point by one cell: one at most [`MAX_LEVER`] away.
     turn_step: f64,
     source: &'a [Vector2<f64>],
     blocks: Blocks<'a>,
@@ -72,8 +72,30 @@ impl LikelihoodGrid {
     /// Prepares the search for a source within `window` around `center`, on a grid of the map's cells and of rotations that
     /// move a point 10 m away by one cell.
     pub fn window<'a>(&'a self, source: &'a [Vector2<f64>], center: &Pose2, window: SearchWindow) -> WindowSearch<'a> {
-        let lever = source.iter().map(Vector2::norm).fold(self.resolution, f64::max).min(MAX_LEVER);
-        let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
+        let furthest = source.iter().map(Vector2::norm).fold(0.0, f64::max);
+        self.window_by(furthest, source, center, window)
+    }
+
+    /// The same on rotations that move the source by one cell in the root mean square: fewer, and enough for a first guess.
+    pub fn coarse_window<'a>(
+        &'a self,
+        source: &'a [Vector2<f64>],
+        center: &Pose2,
+        window: SearchWindow,
+    ) -> WindowSearch<'a> {
+        let sum = source.iter().map(Vector2::norm_squared).sum::<f64>();
+        self.window_by((sum / source.len().max(1) as f64).sqrt(), source, center, window)
+    }
+
+    /// The same on rotations that move a point at distance `lever` (m) by one cell.
+    fn window_by<'a>(
+        &'a self,
+        lever: f64,
+        source: &'a [Vector2<f64>],
+        center: &Pose2,
+        window: SearchWindow,
+    ) -> WindowSearch<'a> {
+        let turn_step = 2.0 * (self.resolution / (2.0 * lever.clamp(self.resolution, MAX_LEVER))).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
         let blocks = Blocks::new(Turns::new(self, source, center, (turn_step, turns), half_cells));
