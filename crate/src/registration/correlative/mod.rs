@@ -95,7 +95,9 @@ impl LikelihoodGrid {
         center: &Pose2,
         window: SearchWindow,
     ) -> WindowSearch<'a> {
-        let turn_step = 2.0 * (self.resolution / (2.0 * lever.clamp(self.resolution, MAX_LEVER))).asin();
+        // The cells of a target of many kilometres are larger than that.
+        let lever = lever.min(MAX_LEVER).max(self.resolution);
+        let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
         let blocks = Blocks::new(Turns::new(self, source, center, (turn_step, turns), half_cells));
@@ -281,6 +283,12 @@ mod tests {
         assert!(LikelihoodGrid::new(&room()).search(&[], &Pose2::identity(), window).is_none());
         let nowhere = LikelihoodGrid::new(&[]).search(&room(), &Pose2::identity(), window).unwrap();
         assert_eq!(nowhere.score, 0.0);
+        let wide = [Vector2::zeros(), Vector2::repeat(1e6)];
+        let grid = LikelihoodGrid::new(&wide);
+        for search in [LikelihoodGrid::window, LikelihoodGrid::coarse_window] {
+            let found = search(&grid, &wide, &Pose2::identity(), window).best().unwrap();
+            assert_eq!((found.score, found.T_target_source), (1.0, Pose2::identity()));
+        }
         let one = LikelihoodGrid::new(&[Vector2::new(1e3, -1e3)]);
         assert_eq!(one.search(&[Vector2::zeros()], &Pose2::translation(1e3, -1e3), window).unwrap().score, 1.0);
     }
