@@ -106,7 +106,8 @@ const throwInside = (worker: Worker): Promise<unknown> =>
 
 test('a preparing worker that dies in the middle is replaced, and no frame is missing', async ({ spatial }) => {
   await spatial.drop([...recording(40), truth(40)]);
-  await expect(spatial.table.getByRole('row').nth(3)).toBeVisible({ timeout: 20_000 });
+  // Soon: on a busy machine all frames may be prepared before the third one is shown.
+  await expect(spatial.table.getByRole('row').nth(1)).toBeVisible({ timeout: 20_000 });
   for (const worker of await preparers(spatial)) await throwInside(worker);
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(40);

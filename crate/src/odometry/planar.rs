@@ -274,8 +274,7 @@ impl Odometry {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
                     let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
                     let searched = thinned(scan.points(), SEARCHED / 2);
-                    let anywhere = grid.coarse_window(&searched, &self.T_world_last, anywhere);
-                    self.rival_of(&best, scan, &anywhere, UNEXPECTED_SHARE)
+                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
                 };
                 if let Some(rival) = rival {
                     doubt_by_rival(&mut best, &rival);

@@ -62,7 +62,7 @@ const MAX_LEVER: f64 = 10.0;
 pub struct WindowSearch<'a> {
     grid: &'a LikelihoodGrid,
     center: Pose2,
-    /// The turn (rad) that moves a point by one cell: one at most [`MAX_LEVER`] away.
+    /// The turn (rad) that moves the source's furthest point, or one [`MAX_LEVER`] away, by one cell.
     turn_step: f64,
     source: &'a [Vector2<f64>],
     blocks: Blocks<'a>,
@@ -73,30 +73,8 @@ impl LikelihoodGrid {
     /// move a point 10 m away by one cell.
     pub fn window<'a>(&'a self, source: &'a [Vector2<f64>], center: &Pose2, window: SearchWindow) -> WindowSearch<'a> {
         let furthest = source.iter().map(Vector2::norm).fold(0.0, f64::max);
-        self.window_by(furthest, source, center, window)
-    }
-
-    /// The same on rotations that move the source by one cell in the root mean square: fewer, and enough for a first guess.
-    pub fn coarse_window<'a>(
-        &'a self,
-        source: &'a [Vector2<f64>],
-        center: &Pose2,
-        window: SearchWindow,
-    ) -> WindowSearch<'a> {
-        let sum = source.iter().map(Vector2::norm_squared).sum::<f64>();
-        self.window_by((sum / source.len().max(1) as f64).sqrt(), source, center, window)
-    }
-
-    /// The same on rotations that move a point at distance `lever` (m) by one cell.
-    fn window_by<'a>(
-        &'a self,
-        lever: f64,
-        source: &'a [Vector2<f64>],
-        center: &Pose2,
-        window: SearchWindow,
-    ) -> WindowSearch<'a> {
-        // The cells of a target of many kilometres are larger than that.
-        let lever = lever.min(MAX_LEVER).max(self.resolution);
+        // The cells of a target of many kilometres are larger than 10 m.
+        let lever = furthest.min(MAX_LEVER).max(self.resolution);
         let turn_step = 2.0 * (self.resolution / (2.0 * lever)).asin();
         let turns = (window.rotation / turn_step).ceil() as i32;
         let half_cells = (window.translation / self.resolution).ceil() as i32;
@@ -284,11 +262,8 @@ mod tests {
         let nowhere = LikelihoodGrid::new(&[]).search(&room(), &Pose2::identity(), window).unwrap();
         assert_eq!(nowhere.score, 0.0);
         let wide = [Vector2::zeros(), Vector2::repeat(1e6)];
-        let grid = LikelihoodGrid::new(&wide);
-        for search in [LikelihoodGrid::window, LikelihoodGrid::coarse_window] {
-            let found = search(&grid, &wide, &Pose2::identity(), window).best().unwrap();
-            assert_eq!((found.score, found.T_target_source), (1.0, Pose2::identity()));
-        }
+        let found = LikelihoodGrid::new(&wide).search(&wide, &Pose2::identity(), window).unwrap();
+        assert_eq!((found.score, found.T_target_source), (1.0, Pose2::identity()));
         let one = LikelihoodGrid::new(&[Vector2::new(1e3, -1e3)]);
         assert_eq!(one.search(&[Vector2::zeros()], &Pose2::translation(1e3, -1e3), window).unwrap().score, 1.0);
     }
