@@ -178,6 +178,26 @@ fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {
     assert!(certain.notes.iter().all(|note| !note.contains("is uncertain")), "{:?}", certain.notes);
 }
 
+/// Upside down, a bare room looks much the same from where it is seen next: the frame before a lost one does not keep it there.
+#[test]
+fn a_turn_before_bare_walls_is_not_tracked_upside_down() {
+    let apartment = Apartment::generate(2);
+    let options = WalkOptions { step: 0.5, turn: 20f64.to_radians(), num_frames: Some(100), ..WalkOptions::default() };
+    let truth = apartment.walk(&options);
+    let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).unwrap();
+    let frame = |index: usize, pose: &Pose3| {
+        let depth = apartment.space.depth(pose, &camera);
+        let sensor = DepthSensor::Millimetres { square_noise: 0.0 };
+        (pgm(&sensor.measure(&depth, camera.width, &mut Random::new(index as u64))), None)
+    };
+    let frames = reconstruct(&camera, &truth, frame);
+    let last = &frames[frames.len() - 6..];
+    assert!(
+        last.iter().all(|frame| frame.0 == Status::Good && frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR),
+        "{frames:?}"
+    );
+}
+
 /// Patches of noise, ragged outlines, holes, flying pixels and errors that are the same in every image: none of them loses a frame
 /// of a camera that is carried through a flat in a hand.
 #[test]

@@ -77,10 +77,9 @@ impl Chain {
         reference.insert(&before.frame, 0, &T_world_before, &view);
         let matcher = FrameMatcher::new(&reference, frame, self.options);
         let predictions = [T_world_before, T_world_before * before.motion];
-        // Near the last pose or the constant-velocity prediction. Surfaces repeat by translations; the overlap bounds the rotation.
+        // Near the last pose or the constant-velocity prediction, in rotation too: upside down a bare room looks much the same.
         let is_tracked = |found: &PoseHypothesis| {
-            let position = found.T_world_sensor().translation.vector;
-            let is_near = predictions.iter().any(|T| (T.translation.vector - position).norm() < CONVERGING_DISTANCE);
+            let is_near = predictions.iter().any(|T| apart(T, found.T_world_sensor()) < CONVERGING_DISTANCE);
             is_near && found.overlap > MIN_TRACKED_OVERLAP && found.is_accepted(PredictionGate::Inside)
         };
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
