@@ -134,6 +134,7 @@ fn covariance<const D: usize>(offsets: impl Iterator<Item = SVector<f64, D>>) ->
 /// The smallest eigenvalue and the determinant of a covariance, by Jacobi rotations. Eigenvalues within the rounding error of
 /// zero are set to zero.
 fn spread<const D: usize>(covariance: &SMatrix<f64, D, D>) -> (f64, f64) {
+    /// Twice what 3 x 3 matrices need: the rotations converge quadratically.
     const SWEEPS: usize = 12;
     let mut A = *covariance;
     for _ in 0..SWEEPS {

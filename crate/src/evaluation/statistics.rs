@@ -46,6 +46,7 @@ impl Statistics {
 /// Pairwise summation, whose rounding error grows with the logarithm of the count only: Higham, "The accuracy of floating
 /// point summation", SIAM J. Sci. Comput. 14 (1993).
 fn sum(errors: &[f64], term: impl Fn(f64) -> f64 + Copy) -> f64 {
+    /// As many are summed one by one, as in NumPy, with whose sums evo's are made.
     const BLOCK: usize = 128;
     if errors.len() <= BLOCK {
         return errors.iter().map(|&e| term(e)).sum();

@@ -100,6 +100,7 @@ struct Svd {
 /// One-sided Jacobi rotations, which compute small singular values to the same relative accuracy as large ones: Demmel and
 /// Veselic, "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13 (1992).
 fn svd(matrix: &Matrix3<f64>) -> Svd {
+    /// Only rounding errors can take as many: the rotations converge quadratically.
     const MAX_SWEEPS: usize = 40;
     let (mut A, mut V) = (*matrix, Matrix3::identity());
     for _ in 0..MAX_SWEEPS {

@@ -123,6 +123,7 @@ impl Element<'_> {
 
     /// The names of its properties, as a message lists them.
     pub(super) fn property_names(&self) -> String {
+        /// Their first letters fill the message.
         const SHOWN: usize = 12;
         let names: Vec<&str> = self.properties.iter().take(SHOWN).map(|property| property.name).collect();
         shorten(names.join(", ").as_bytes())
