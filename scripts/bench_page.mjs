@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * Chooses a folder on the built page, in a fresh tab of Chromium and in the time that a person takes, and prints, as JSON,
- * the number of registered frames, the time from the choice to the last one, and their mean error against the ground truth.
+ * the number of registered frames, the time from the choice to the last one, their mean error against the ground truth, and
+ * the time that frames took to register: the mean, the first and the worst.
  * `node bench_page.mjs FOLDER`
  */
 import { chromium } from '@playwright/test';
@@ -26,7 +27,17 @@ try {
   /** @typedef {{ result: { frames: unknown[], comparison?: { mean: number } | null }, elapsed_ms: number }} Stitched */
   await page.addInitScript(() => {
     const stitched = /** @type {Stitched[]} */ ([]);
-    Object.assign(window, { stitched });
+    const registering = /** @type {number[]} */ ([]);
+    Object.assign(window, { stitched, registering });
+    window.Worker = class extends Worker {
+      /** @param {ConstructorParameters<typeof Worker>} args */
+      constructor(...args) {
+        super(...args);
+        this.addEventListener('message', ({ data }) => {
+          if (data?.value && typeof data.value === 'object' && 'ms' in data.value) registering.push(data.value.ms);
+        });
+      }
+    };
     addEventListener('scanstitch-done', (event) => stitched.push(/** @type {CustomEvent} */ (event).detail));
   });
   // The page notifies: polling sixty times a second would cost it a seventh of its time.
@@ -51,14 +62,27 @@ try {
   await page.getByRole('menuitem', { name: 'Folder' }).click();
   const dialogue = await asked;
   await page.waitForTimeout(CHOOSING_MS);
+  const num_before = await page.evaluate(() => {
+    const { registering } = /** @type {{ registering: number[] }} */ (/** @type {unknown} */ (window));
+    return registering.length; // of frames of the sample
+  });
   await dialogue.setFiles(folder);
   await count(2);
-  const found = await page.evaluate(() => {
-    const { stitched } = /** @type {{ stitched: Stitched[] }} */ (/** @type {unknown} */ (window));
+  const found = await page.evaluate((num_before) => {
+    const { stitched, registering } = /** @type {{ stitched: Stitched[], registering: number[] }} */ (
+      /** @type {unknown} */ (window)
+    );
+    const times = registering.slice(num_before);
+    const mean = times.reduce((sum, ms) => sum + ms, 0) / times.length;
     const last = /** @type {Stitched} */ (stitched.at(-1));
     const { frames, comparison } = last.result;
-    return { frames: frames.length, milliseconds: last.elapsed_ms, mean_error: comparison?.mean ?? null };
-  });
+    return {
+      frames: frames.length,
+      milliseconds: last.elapsed_ms,
+      mean_error: comparison?.mean ?? null,
+      registering_ms: { mean, first: times[0] ?? NaN, worst: Math.max(...times) },
+    };
+  }, num_before);
   console.log(JSON.stringify(found));
 } finally {
   await browser.close();

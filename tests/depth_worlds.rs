@@ -19,6 +19,9 @@ use scanstitch_scene::space::{DepthSensor, Space};
 const WIDTH: usize = 320;
 /// Range of the camera (m).
 const MAX_DEPTH: f64 = 7.0;
+/// Depth values a metre of most cameras, and of 8-bit images over 10 m.
+const MILLIMETRES: f64 = 1000.0;
+const HOMEWORK: f64 = 25.5;
 /// Noise of the camera over the square of the depth (1/m).
 const SQUARE_NOISE: f64 = 1.5e-3;
 /// A good frame further off than this (m) is falsely good.
@@ -29,8 +32,10 @@ const MAX_GOOD_ERROR_AT_WALL: f64 = 0.03;
 const MAX_ROTATION_ERROR: f64 = 0.17;
 
 fn pgm(image: &DepthImage) -> Vec<u8> {
-    let mut bytes = format!("P5 {} {} 65535\n", image.width, image.height).into_bytes();
-    bytes.extend(image.values.iter().flat_map(|value| value.to_be_bytes()));
+    let max_value = if image.bits == 8 { 255 } else { 65_535 };
+    let mut bytes = format!("P5 {} {} {max_value}\n", image.width, image.height).into_bytes();
+    let value = |value: &u16| value.to_be_bytes()[if image.bits == 8 { 1 } else { 0 }..].to_vec();
+    bytes.extend(image.values.iter().flat_map(value));
     bytes
 }
 
@@ -63,13 +68,18 @@ fn run(repetition: Repetition, step: f64, num_frames: usize, with_colors: bool) 
     reconstruct(&camera, &truth, frame)
 }
 
-/// The same of frames of depth and perhaps colours.
+/// The same of frames of depth (mm) and perhaps colours.
 fn reconstruct(
     camera: &Pinhole,
     truth: &[Pose3],
     frame: impl Fn(usize, &Pose3) -> (Vec<u8>, Option<Vec<u8>>),
 ) -> Vec<(Status, f64, f64)> {
-    let reconstruction = finished_run(camera, truth, frame);
+    let reconstruction = finished_run(camera, MILLIMETRES, truth, frame);
+    errors(&reconstruction, truth)
+}
+
+/// Status and error (m, rad) of each frame, relative to the first.
+fn errors(reconstruction: &SpatialReconstruction, truth: &[Pose3]) -> Vec<(Status, f64, f64)> {
     let estimates = reconstruction.poses().into_iter().zip(reconstruction.assessments()).zip(truth);
     estimates
         .map(|((estimate, assessment), pose)| {
@@ -79,9 +89,10 @@ fn reconstruct(
         .collect()
 }
 
-/// The finished run on such frames.
+/// The finished run on such frames, with so many depth values a metre.
 fn finished_run(
     camera: &Pinhole,
+    depth_scale: f64,
     truth: &[Pose3],
     frame: impl Fn(usize, &Pose3) -> (Vec<u8>, Option<Vec<u8>>),
 ) -> SpatialReconstruction {
@@ -90,7 +101,7 @@ fn finished_run(
         fy: camera.fy,
         cx: camera.cx,
         cy: camera.cy,
-        depth_scale: 1000.0,
+        depth_scale,
         ..SpatialSettings::default()
     };
     let mut reconstruction = SpatialReconstruction::new(settings).unwrap();
@@ -169,12 +180,12 @@ fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
 fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {
     let (camera, truth, images) = hand_held_stereo(1, 4);
     let frame = |index: usize, _: &Pose3| (images[index].clone(), None);
-    let result = finished_run(&camera, &truth, frame).result();
+    let result = finished_run(&camera, MILLIMETRES, &truth, frame).result();
     let statuses: Vec<Status> = result.frames.iter().map(|frame| frame.status).collect();
     assert_eq!(statuses, [Status::Good, Status::Doubtful, Status::Good, Status::Good]);
     let note = result.notes.iter().find(|note| note.starts_with("The position of 1.pgm is uncertain"));
     assert!(note.is_some_and(|note| note.contains("the 2 good frames after it")), "{:?}", result.notes);
-    let certain = finished_run(&camera, &truth[..1], frame).result();
+    let certain = finished_run(&camera, MILLIMETRES, &truth[..1], frame).result();
     assert!(certain.notes.iter().all(|note| !note.contains("is uncertain")), "{:?}", certain.notes);
 }
 
@@ -196,6 +207,23 @@ fn a_turn_before_bare_walls_is_not_tracked_upside_down() {
         last.iter().all(|frame| frame.0 == Status::Good && frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR),
         "{frames:?}"
     );
+}
+
+/// Before a bare wall whose brightness hardly changes, where the camera was going tells more than its colours do.
+#[test]
+fn colours_of_a_bare_wall_do_not_place_a_frame() {
+    let apartment = Apartment::generate(3);
+    let options = WalkOptions { num_frames: Some(22), ..WalkOptions::default() };
+    let truth = apartment.walk(&options);
+    let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).unwrap();
+    let frame = |index: usize, pose: &Pose3| {
+        let depth = apartment.space.depth(pose, &camera);
+        let depth = DepthSensor::HOMEWORK.measure(&depth, camera.width, &mut Random::new(index as u64));
+        (pgm(&depth), Some(ppm(&apartment.space, pose, &camera)))
+    };
+    let frames = errors(&finished_run(&camera, HOMEWORK, &truth, frame), &truth);
+    assert!(frames.iter().all(|frame| frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR), "{frames:?}");
+    assert_eq!(frames[frames.len() - 1].0, Status::Good);
 }
 
 /// Patches of noise, ragged outlines, holes, flying pixels and errors that are the same in every image: none of them loses a frame

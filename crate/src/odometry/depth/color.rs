@@ -127,6 +127,7 @@ impl FrameMatcher<'_> {
         let result = self.register_along_by_brightness(textured, along, &self.surface_information(&again))?;
         let mut moved = self.moved_to(again, &result);
         moved.photometric_ncc = self.photometric_ncc(textured, moved.T_world_sensor());
+        moved.is_placed_by_brightness = true;
         let is_confirmed = *moved.T_world_sensor() == result.T_world_camera
             && moved.photometric_ncc.is_some_and(|ncc| is_distinct(ncc, offset.runner_up_ncc));
         (is_confirmed && moved.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE).then_some(moved)

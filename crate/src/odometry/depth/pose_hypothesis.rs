@@ -58,6 +58,8 @@ pub(super) struct PoseHypothesis {
     pub(super) second_basin: Option<Vector3<f64>>,
     /// Correlation of its brightness with the images of keyframes (-1..=1), where they show enough of it.
     pub(super) photometric_ncc: Option<f64>,
+    /// Whether brightness tells its position along the weakest direction from all others.
+    pub(super) is_placed_by_brightness: bool,
 }
 
 /// Share of the surfaces facing along the least constrained direction (0..=1) above which they constrain it. Of 1486 frames
@@ -120,6 +122,7 @@ impl PoseHypothesis {
             is_tracked_on_map: false,
             second_basin: None,
             photometric_ncc: None,
+            is_placed_by_brightness: false,
         }
     }
 

@@ -24,7 +24,7 @@ impl Chain {
         hypothesis: PoseHypothesis,
     ) -> PoseHypothesis {
         let is_off = self.options.verification == Verification::Off;
-        if is_off || hypothesis.photometric_ncc.is_some() || self.num_rejected > 0 || !hypothesis.is_plausible() {
+        if is_off || hypothesis.is_placed_by_brightness || self.num_rejected > 0 || !hypothesis.is_plausible() {
             return hypothesis;
         }
         let (weakest, sigma) = (hypothesis.weakest, hypothesis.weakest_sigma());
