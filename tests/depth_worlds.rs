@@ -34,8 +34,8 @@ const MAX_ROTATION_ERROR: f64 = 0.17;
 fn pgm(image: &DepthImage) -> Vec<u8> {
     let max_value = if image.bits == 8 { 255 } else { 65_535 };
     let mut bytes = format!("P5 {} {} {max_value}\n", image.width, image.height).into_bytes();
-    let value = |value: &u16| value.to_be_bytes()[if image.bits == 8 { 1 } else { 0 }..].to_vec();
-    bytes.extend(image.values.iter().flat_map(value));
+    let skipped = usize::from(image.bits == 8);
+    bytes.extend(image.values.iter().flat_map(|value| value.to_be_bytes().into_iter().skip(skipped)));
     bytes
 }
 
