@@ -183,6 +183,7 @@ test('everything is exported, and the link opens the same scene', async ({ bev, 
   await bev.load(pair(512));
   for (const [u, v] of MARKED) await bev.click('top', u, v);
   await page.getByLabel('Front pixels').selectOption('truncated');
+  await expect.poll(() => bev.projections()).toEqual(PUBLISHED);
   const field = page.getByLabel('Top camera: y (m)');
   await field.fill('1.25');
   await field.press('Tab');
