@@ -3,7 +3,7 @@ import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { zipSync } from 'fflate';
 import { recording, truth } from './spatial_recording.js';
-import { expect, test } from './spatial_page.js';
+import { expect, SpatialPage, test } from './spatial_page.js';
 
 const SHARED = join(import.meta.dirname, '../../../shared/data/rgbd');
 const NUM_FRAMES = 10;
@@ -222,3 +222,34 @@ interface Given {
   frame: number;
   decodeConfig: string;
 }
+
+test('on a single core no frame is prepared while another one is registered', async ({ page }) => {
+  await page.addInitScript(() => {
+    Object.defineProperty(navigator, 'hardwareConcurrency', { value: 1 });
+    const calls: string[] = [];
+    Object.assign(window, { calls });
+    window.Worker = class extends Worker {
+      constructor(...given: ConstructorParameters<typeof Worker>) {
+        super(...given);
+        const methods = new Map<number, string>();
+        const post = this.postMessage.bind(this);
+        this.postMessage = (call: { id: number; method: string }, ...more: []) => {
+          methods.set(call.id, call.method);
+          calls.push(call.method);
+          post(call, ...more);
+        };
+        this.addEventListener('message', ({ data }: MessageEvent<{ id: number }>) => {
+          calls.push(`${methods.get(data.id) ?? ''} answered`);
+        });
+      }
+    };
+  });
+  const spatial = new SpatialPage(page);
+  await spatial.open();
+  await spatial.drop(recording(NUM_FRAMES));
+  await spatial.stitched();
+  const calls = await page.evaluate(() => (window as unknown as { calls: string[] }).calls);
+  const steps = calls.filter((call) => /^(prepareFrame|place)( answered)?$/.test(call));
+  const frame = ['prepareFrame', 'prepareFrame answered', 'place', 'place answered'];
+  expect(steps).toEqual(Array.from({ length: NUM_FRAMES }, () => frame).flat());
+});

@@ -30,6 +30,13 @@ const spare_prepared: Uint8Array[] = [];
 /** As many as may be on their way at a time. */
 const MOST_SPARE = 8;
 
+/** Cores of this machine, 2 where the browser does not say. */
+export const NUM_CORES = navigator.hardwareConcurrency || 2;
+/** Threads that prepare frames, at most. */
+const MAX_PREPARERS = 4;
+/** On a single core, preparing ahead would only take its time from the frame that is being registered. */
+export const AHEAD: { maxInFlight?: number } = NUM_CORES === 1 ? { maxInFlight: 1 } : {};
+
 /** Keeps the buffer of a frame that has been registered, for one to come. */
 export function keepSpare(bytes: Uint8Array): void {
   if (spare_prepared.length < MOST_SPARE) spare_prepared.push(bytes);
@@ -129,6 +136,12 @@ export function problemOf(error: unknown, file: string): Problem {
   if (error instanceof EngineProblem) return { ...error.problem, file: error.problem.file || file };
   const { place = null, problem = messageOf(error), remedy = '' } = error as Partial<Problem>;
   return { file: (error as Partial<Problem>).file || file, place, problem, remedy };
+}
+
+/** Starts threads until there is one for each of so many cores, within bounds. */
+export function addPreparers(preparers: ThreadPreparer[], num_cores: number): void {
+  const wanted = Math.min(Math.max(1, num_cores), MAX_PREPARERS);
+  while (preparers.length < wanted) preparers.push(new ThreadPreparer());
 }
 
 /** What is wrong with a file beside the frames is reported, and the frames go on without it. */

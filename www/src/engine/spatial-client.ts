@@ -6,8 +6,11 @@ import { SpatialRun } from '../../../npm/spatial_run.js';
 import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
 import {
+  addPreparers,
+  AHEAD,
   dropSpare,
   keepSpare,
+  NUM_CORES,
   problemOf,
   type Readable,
   type SpatialJob,
@@ -63,8 +66,6 @@ const SNAPSHOT_INTERVALS_MS = { least: 300, most: 1500 };
 const SNAPSHOT_GROWTH = 1;
 /** ... and so that sending takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.06;
-/** Preparing workers, as many as there are cores, within these bounds. */
-const MAX_PREPARERS = 4;
 /** Number of consecutive crashes after which the run restarts only on request. */
 const MAX_RESTARTS = 1;
 
@@ -235,11 +236,10 @@ export class SpatialClient {
 
   #makeRun(): SpatialRun<SpatialJob> {
     const registrar = this.#registrar;
-    const cores = navigator.hardwareConcurrency || 2;
-    const wanted = Math.min(Math.max(cores, 1), MAX_PREPARERS);
-    while (this.#preparers.length < wanted) this.#preparers.push(new ThreadPreparer());
+    addPreparers(this.#preparers, NUM_CORES);
     const run: SpatialRun<SpatialJob> = new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
+      ...AHEAD,
       registrar: {
         begin: async ({ name, file }) => registrar.call('begin', name, await file.read()),
         // With the next frame already queued the worker need not wait for this thread.

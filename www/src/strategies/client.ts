@@ -1,7 +1,15 @@
 /** The page's side of a comparison: the worker that places frames, those that prepare them, and what is known so far. */
 import { SpatialRun } from '../../../npm/spatial_run.js';
 import { StrategyRace } from '../../../npm/strategy_race.js';
-import { problemOf, type SpatialJob, ThreadPreparer, tolerate } from '../engine/preparer.js';
+import {
+  addPreparers,
+  AHEAD,
+  NUM_CORES,
+  problemOf,
+  type SpatialJob,
+  type ThreadPreparer,
+  tolerate,
+} from '../engine/preparer.js';
 import type { Problem } from '../engine/protocol.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
@@ -12,9 +20,6 @@ import worker_url from './strategies-worker.ts?worker&url';
 const RESULT_INTERVAL_MS = 1500;
 /** ... and take at most this share of the time: they cost more with every frame. */
 const RESULT_SHARE = 0.1;
-
-/** Preparing workers at most. */
-const MAX_PREPARERS = 4;
 
 export interface StrategyListener {
   /** A frame went through all strategies: `done` of `total`. */
@@ -110,13 +115,11 @@ export class StrategyClient {
 
   #makeRun(race: StrategyRace, total: number): SpatialRun<SpatialJob> {
     // One core is left to the strategies, which are being timed.
-    const wanted = Math.max(1, (navigator.hardwareConcurrency || 2) - 1);
-    while (this.#preparers.length < Math.min(wanted, MAX_PREPARERS)) {
-      this.#preparers.push(new ThreadPreparer());
-    }
+    addPreparers(this.#preparers, NUM_CORES - 1);
     let done = 0;
     return new SpatialRun<SpatialJob>({
       preparers: this.#preparers,
+      ...AHEAD,
       registrar: {
         begin: async ({ name, file }) => this.#host.call('begin', name, await file.read()),
         place: async (bytes) => {
