@@ -24,6 +24,8 @@ const ROUND_TRIP_MS = 40;
 const CPU_SLOWDOWN = 4;
 /** Bytes sent at a time, in less time than a round trip. */
 const PIECE_BYTES = 4096;
+/** Time that a browser needs to settle after its start: it loads pages of its own (ms). */
+const SETTLING_MS = 3000;
 /** Time after which an unfinished page counts as failed, ms. */
 const PATIENCE_MS = 60_000;
 /** What static hosts compress. */
@@ -105,6 +107,7 @@ async function load(folder) {
     });
     const devtools = await page.context().newCDPSession(page);
     await devtools.send('Emulation.setCPUThrottlingRate', { rate: CPU_SLOWDOWN });
+    await sleep(SETTLING_MS);
     await page.goto(url, { waitUntil: 'commit' });
     const finished = page.evaluate(
       () => /** @type {{ stitched: Promise<number> }} */ (/** @type {unknown} */ (window)).stitched,
