@@ -175,6 +175,34 @@ fn before_a_bare_wall_the_noise_of_a_stereo_camera_is_no_evidence() {
     assert!(frames.iter().all(|frame| frame.0 != Status::Lost && frame.1 < MAX_ERROR), "{frames:?}");
 }
 
+/// Before a near wall the residuals are small, and the slight noise of thousands of normals adds up: it constrains no position.
+#[test]
+fn a_near_wall_holds_no_camera_by_the_noise_of_its_normals() {
+    let apartment = Apartment::generate(1);
+    let mut truth = hand_held(&apartment.walk(&WalkOptions::default()), 0.01, 0.6f64.to_radians(), 1);
+    truth.truncate(4);
+    let camera = Pinhole::new(640, 480, [585.0, 585.0, 320.0, 240.0]).unwrap();
+    // Disparities in eighths of a pixel, as a Kinect's.
+    let sensor = StereoCamera {
+        baseline: 0.075,
+        step: 0.125,
+        patch_noise: 0.05,
+        pixel_noise: 0.05,
+        bias: 0.1,
+        fattening: 2.0,
+        exposure: 0.0,
+        ..StereoCamera::default()
+    };
+    let frame = |index: usize, pose: &Pose3| {
+        let last = &truth[index.saturating_sub(1)];
+        (pgm(&sensor.measure(&apartment.space, pose, last, &camera, 1000 + index as u64)), None)
+    };
+    let frames = reconstruct(&camera, &truth, frame);
+    let is_off = |frame: &&(Status, f64, f64)| frame.1 > MAX_GOOD_ERROR_AT_WALL;
+    assert!(frames.iter().filter(is_off).all(|frame| frame.0 == Status::Doubtful), "{frames:?}");
+    assert!(frames.iter().any(|frame| is_off(&frame)), "the wall does not tell where the camera is: {frames:?}");
+}
+
 /// The second frame sees a bare wall and leaves its position open; those after it fit it, and share its error.
 #[test]
 fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {

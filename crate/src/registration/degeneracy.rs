@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::factors::Correspondence;
 use super::target::SurfaceTarget;
+use crate::geometry::quantile::quantile;
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the correspondences determine the weakest direction of motion.
@@ -37,6 +38,12 @@ const CONSTRAINING_COSINE: f64 = 0.3;
 /// ... where such surfaces are at least this share of all.
 const CONSTRAINING_SHARE: f64 = 0.01;
 
+/// Along the direction that is constrained least, most surfaces do not face at all: what the cosines of their normals scatter by is noise,
+/// and a surface faces along it beyond so many standard deviations.
+const NOISE_SIGMAS: f64 = 3.0;
+/// Standard deviation of a normal distribution over the median of its absolute values.
+const SIGMA_OVER_MEDIAN: f64 = 1.4826;
+
 /// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces
 /// that face along the direction: however many walls there are and however noisy their normals, they do not add up to a
 /// constraint along themselves.
@@ -48,6 +55,9 @@ pub struct DegenerateDirection {
     pub share: f64,
     /// The same where the partners of the surfaces are not asked: the noise of normals counts.
     pub apparent_share: f64,
+    /// Share of the information along it, 0..=1, that does not come from the noise of the normals: from pairs of which both
+    /// surfaces face along it by more than three standard deviations of that noise.
+    pub informative_share: f64,
 }
 
 impl DegenerateDirection {
@@ -82,17 +92,17 @@ impl DegenerateDirection {
         let spread: Matrix3<f64> = normals.iter().map(|(moved, _)| moved * moved.transpose()).sum();
         let eigen = spread.symmetric_eigen();
         let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
-        let share_of = |constrains: &dyn Fn(f64, f64) -> bool| {
-            let cosines = normals.iter().map(|(moved, partner)| (moved.dot(&direction), partner.dot(&direction)));
-            cosines.filter(|(moved, partner)| constrains(*moved, *partner)).count() as f64 / normals.len().max(1) as f64
+        let cosines: Vec<(f64, f64)> =
+            normals.iter().map(|(moved, partner)| (moved.dot(&direction), partner.dot(&direction))).collect();
+        let share_of = |constrains: &dyn Fn(&&(f64, f64)) -> bool| {
+            cosines.iter().filter(constrains).count() as f64 / cosines.len().max(1) as f64
         };
-        let is_confirmed =
-            |moved: f64, partner: f64| moved.abs().min(partner.abs()) > CONSTRAINING_COSINE && moved * partner > 0.0;
-        let apparent_share = share_of(&|moved, _| moved.abs() > CONSTRAINING_COSINE);
-        let confirmed_share = share_of(&is_confirmed);
+        let apparent_share = share_of(&|(moved, _)| moved.abs() > CONSTRAINING_COSINE);
+        let confirmed_share = share_of(&|pair| both_face_along(pair, CONSTRAINING_COSINE));
         // Surfaces that face along it at a cosine just above the limit have partners just below it.
         let is_mostly_confirmed = 2.0 * confirmed_share > apparent_share;
-        Self { direction, share: if is_mostly_confirmed { apparent_share } else { confirmed_share }, apparent_share }
+        let share = if is_mostly_confirmed { apparent_share } else { confirmed_share };
+        Self { direction, share, apparent_share, informative_share: informative_share(&cosines) }
     }
 
     /// Whether surfaces constrain it at all.
@@ -100,13 +110,30 @@ impl DegenerateDirection {
         self.share >= CONSTRAINING_SHARE
     }
 
-    /// Standard deviation (m) along it by the information matrix of the registration, as if the residuals were independent. They
-    /// are not, so it ranks frames by how well they are constrained and is not an estimate of their error.
+    /// Standard deviation (m) along it by the information matrix of the registration, as if the residuals were independent and the
+    /// normals exact. They are not, so it ranks frames by how well they are constrained and is not an estimate of their error.
     pub fn sigma(&self, information: &Matrix6<f64>) -> f64 {
         let information = information.fixed_view::<3, 3>(3, 3);
         // A single wall has no information along itself; rounding may make the eigenvalue negative.
         self.direction.dot(&(information * self.direction)).max(0.0).sqrt().recip()
     }
+}
+
+/// Whether both surfaces of a pair, by the cosines of their normals with a direction, face along it to the same side.
+fn both_face_along((moved, partner): &(f64, f64), min_cosine: f64) -> bool {
+    moved.abs().min(partner.abs()) > min_cosine && moved * partner > 0.0
+}
+
+/// See [`DegenerateDirection::informative_share`]; `cosines` of the normals of both surfaces of each pair with the direction.
+fn informative_share(cosines: &[(f64, f64)]) -> f64 {
+    let mut sizes: Vec<f64> = cosines.iter().map(|(moved, _)| moved.abs()).collect();
+    let noise = SIGMA_OVER_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
+    let min_cosine = (NOISE_SIGMAS * noise).min(CONSTRAINING_COSINE);
+    let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| -> f64 {
+        cosines.iter().filter(counts).map(|(moved, _)| moved * moved).sum()
+    };
+    let all = information(&|_| true);
+    if all > 0.0 { information(&|pair| both_face_along(pair, min_cosine)) / all } else { 0.0 }
 }
 
 /// The share of the surfaces that constrain a rotation about `axis` (unit vector, target frame) through the points' centre: those
@@ -321,8 +348,10 @@ mod tests {
         let bare = weakest(0);
         assert!(bare.direction.x.abs() > 0.95, "{bare:?}");
         assert!(bare.apparent_share > 0.1 && bare.share < CONSTRAINING_SHARE && !bare.is_constrained(), "{bare:?}");
+        assert!(bare.informative_share < 0.05, "{bare:?}");
         let with_another = weakest(400);
         assert!(with_another.share > 0.05 && with_another.is_constrained(), "{with_another:?}");
+        assert!(with_another.informative_share > 0.5, "{with_another:?}");
     }
 
     #[test]

@@ -136,9 +136,11 @@ impl PoseHypothesis {
         self.weakest.share > WELL_CONSTRAINED_SHARE
     }
 
-    /// Whether these or the residuals constrain it.
+    /// Whether these or the residuals constrain it. The noise of a bare wall's normals does not: it adds up with the number of points,
+    /// and moves with the camera.
     pub(super) fn is_well_constrained(&self) -> bool {
-        self.has_constraining_surfaces() || self.weakest_sigma() < WELL_CONSTRAINED_SIGMA
+        let sigma = self.weakest_sigma() / self.weakest.informative_share.sqrt();
+        self.has_constraining_surfaces() || sigma < WELL_CONSTRAINED_SIGMA
     }
 
     /// Whether pieces of surface that may be noise alone hold the position along the weakest direction.
