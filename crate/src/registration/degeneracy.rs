@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::factors::Correspondence;
 use super::target::SurfaceTarget;
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the correspondences determine the weakest direction of motion.
@@ -41,8 +41,6 @@ const CONSTRAINING_SHARE: f64 = 0.01;
 /// Along the direction that is constrained least, most surfaces do not face at all: what the cosines of their normals scatter by is noise,
 /// and a surface faces along it beyond so many standard deviations.
 const NOISE_SIGMAS: f64 = 3.0;
-/// Standard deviation of a normal distribution over the median of its absolute values.
-const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
 /// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces
 /// that face along the direction: however many walls there are and however noisy their normals, they do not add up to a
@@ -127,7 +125,7 @@ fn both_face_along((moved, partner): &(f64, f64), min_cosine: f64) -> bool {
 /// See [`DegenerateDirection::informative_share`]; `cosines` of the normals of both surfaces of each pair with the direction.
 fn informative_share(cosines: &[(f64, f64)]) -> f64 {
     let mut sizes: Vec<f64> = cosines.iter().map(|(moved, _)| moved.abs()).collect();
-    let noise = SIGMA_OVER_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
+    let noise = MEDIAN_TO_SIGMA * quantile(&mut sizes, 0.5).unwrap_or(0.0);
     let min_cosine = (NOISE_SIGMAS * noise).min(CONSTRAINING_COSINE);
     let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| -> f64 {
         cosines.iter().filter(counts).map(|(moved, _)| moved * moved).sum()
