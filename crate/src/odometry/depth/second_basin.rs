@@ -55,7 +55,9 @@ impl FrameMatcher<'_> {
             is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
         let support = |T: &Pose3| self.evidence(view, &self.middle, T).support;
-        let best = refined.map(|T| (support(&T), T)).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        // One that has come back to the pose itself would hide the others.
+        let elsewhere = refined.filter(is_elsewhere).map(|T| (support(&T), T));
+        let best = elsewhere.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
         let other = self.register_finely(best);
         let fits_as_well = other.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE
             && other.is_accepted(PredictionGate::Outside);
