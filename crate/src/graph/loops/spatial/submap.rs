@@ -12,7 +12,7 @@ use crate::odometry::depth::{
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
-use crate::registration::icp::{IcpOptions, register_with};
+use crate::registration::icp::{IcpOptions, Source, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SUBMAP_POINTS, SurfelCloud};
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
 use crate::registration::solver::Solver;
@@ -166,5 +166,7 @@ impl<'a> Submap<'a> {
 
 fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
     let solver = Solver { subspace: None, damping: None };
-    register_with(frame.source.source(), view, guess, &PointToPlane, options, &solver)
+    // All count alike: what is far away tells the position along a corridor, however noisy it is.
+    let source = Source { sigmas: None, ..frame.source.source() };
+    register_with(source, view, guess, &PointToPlane, options, &solver)
 }
