@@ -203,16 +203,19 @@ fn a_near_wall_holds_no_camera_by_the_noise_of_its_normals() {
     assert!(frames.iter().any(|frame| is_off(&frame)), "the wall does not tell where the camera is: {frames:?}");
 }
 
-/// The second frame sees a bare wall and leaves its position open; those after it fit it, and share its error.
+/// The second frame sees a bare wall and leaves its position open. Those after it fit it and share its error: they are good once they are
+/// most of all, and the first is not.
 #[test]
 fn good_frames_after_an_uncertain_one_say_what_they_rest_on() {
-    let (camera, truth, images) = hand_held_stereo(1, 4);
+    let (camera, truth, images) = hand_held_stereo(1, 5);
     let frame = |index: usize, _: &Pose3| (images[index].clone(), None);
-    let result = finished_run(&camera, MILLIMETRES, &truth, frame).result();
-    let statuses: Vec<Status> = result.frames.iter().map(|frame| frame.status).collect();
-    assert_eq!(statuses, [Status::Good, Status::Doubtful, Status::Good, Status::Good]);
+    let run = |count: usize| finished_run(&camera, MILLIMETRES, &truth[..count], frame);
+    let statuses_of = |count: usize| run(count).assessments().iter().map(|one| one.status).collect::<Vec<Status>>();
+    assert_eq!(statuses_of(4), [Status::Good, Status::Doubtful, Status::Doubtful, Status::Doubtful]);
+    assert_eq!(statuses_of(5), [Status::Doubtful, Status::Doubtful, Status::Good, Status::Good, Status::Good]);
+    let result = run(5).result();
     let note = result.notes.iter().find(|note| note.starts_with("The position of 1.pgm is uncertain"));
-    assert!(note.is_some_and(|note| note.contains("the 2 good frames after it")), "{:?}", result.notes);
+    assert!(note.is_some_and(|note| note.contains("the 3 good frames after it")), "{:?}", result.notes);
     let certain = finished_run(&camera, MILLIMETRES, &truth[..1], frame).result();
     assert!(certain.notes.iter().all(|note| !note.contains("is uncertain")), "{:?}", certain.notes);
 }
@@ -251,7 +254,7 @@ fn colours_of_a_bare_wall_do_not_place_a_frame() {
     };
     let frames = errors(&finished_run(&camera, HOMEWORK, &truth, frame), &truth);
     assert!(frames.iter().all(|frame| frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR), "{frames:?}");
-    assert_eq!(frames[frames.len() - 1].0, Status::Good);
+    assert!(frames.iter().all(|frame| frame.0 != Status::Lost), "{frames:?}");
 }
 
 /// Patches of noise, ragged outlines, holes, flying pixels and errors that are the same in every image: none of them loses a frame

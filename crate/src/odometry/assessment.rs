@@ -210,6 +210,11 @@ impl Assessment {
         self.doubt("more frames fit each other than it and those beside it: these lie near it, but its own position is known only roughly");
     }
 
+    /// Makes a good frame doubtful because more frames are certain relative to each other than to it.
+    pub fn mark_outside_majority(&mut self) {
+        self.doubt("more frames are certain relative to each other than to it: a frame between it and them has an uncertain pose");
+    }
+
     /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.
     pub fn mark_tracked(&mut self, overlap: f64) {
         self.status = Status::Doubtful;

@@ -60,7 +60,7 @@ impl FrameMatcher<'_> {
     /// Refines a registration by brightness, where there is texture and it agrees.
     pub(super) fn refine_by_color(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
         let Some(textured) = &self.textured else { return hypothesis };
-        let is_open = hypothesis.is_degenerate || !hypothesis.weakest.is_constrained();
+        let is_open = hypothesis.is_degenerate() || !hypothesis.weakest.is_constrained();
         if let Some(open) = is_open.then_some(hypothesis.weakest)
             && let Some(offset) = self.offset_along(textured, &hypothesis, &open)
         {
@@ -68,7 +68,9 @@ impl FrameMatcher<'_> {
                 return moved;
             }
             // Brightness contradicts this position, surfaces the other one.
-            hypothesis.is_degenerate |= offset.steps.abs() > SAME_OFFSET_STEPS;
+            if offset.steps.abs() > SAME_OFFSET_STEPS {
+                hypothesis = self.leave_open(hypothesis);
+            }
         }
         if textured.is_for_open_only {
             return hypothesis;

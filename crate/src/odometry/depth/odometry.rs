@@ -81,7 +81,7 @@ impl DepthOdometry {
             tracked.unwrap_or_else(|| Proposal::InMap(chain.search_wider(&matcher, near)))
         };
 
-        let outcome = match chain.assess(&matcher, proposal) {
+        let mut outcome = match chain.assess(&matcher, proposal) {
             Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis),
             Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why).into(),
             Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)).into(),
@@ -89,6 +89,7 @@ impl DepthOdometry {
         };
 
         self.pose_updates.extend(outcome.pose_updates());
+        self.reassess(number, &mut outcome.estimate);
         if !outcome.estimate.is_in_map {
             self.unregistered_frames.push(number, frame, &outcome.estimate);
             return self.extend_rival_chain(number, frame, &outcome.estimate).unwrap_or(outcome.estimate);
@@ -127,6 +128,17 @@ impl DepthOdometry {
             rival_chain.apply_corrections(&motion);
         }
         self.unregistered_frames.apply_corrections(&motion);
+    }
+
+    /// Assesses the members anew, of which this frame may be one.
+    fn reassess(&mut self, number: u32, estimate: &mut SpatialEstimate) {
+        for member in self.chain.iter_mut().flat_map(Chain::reassess) {
+            if member.number == number {
+                estimate.assessment = member.assessment;
+            } else {
+                self.pose_updates.push(member.pose_update());
+            }
+        }
     }
 
     /// Leaves colours out once they turn out not to belong to the depth's pixels.

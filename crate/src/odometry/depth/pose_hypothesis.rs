@@ -50,8 +50,8 @@ pub(super) struct PoseHypothesis {
     pub(super) repeatability: f64,
     /// ... and what it is of frames with certain poses: no more of a frame than that can agree.
     pub(super) expected_repeatability: f64,
-    /// Whether neither surfaces nor colours constrain the position along one direction.
-    pub(super) is_degenerate: bool,
+    /// Standard deviation (m) of the position along the weakest direction, where neither surfaces nor colours constrain it.
+    pub(super) open_sigma: Option<f64>,
     /// Whether the frame before it alone gives the same pose as the map.
     pub(super) is_tracked_on_map: bool,
     /// Offset (m, in the world) to another position where the frame fits about as well, if the camera may have come there.
@@ -68,13 +68,6 @@ const WELL_CONSTRAINED_SHARE: f64 = 0.05;
 /// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
 /// generated flats one was off by 4 cm, the others by less than 3.
 const WELL_CONSTRAINED_SIGMA: f64 = 1e-3;
-
-/// Along a degenerate direction, the error of a position is so many times the standard deviation from the residuals: errors of
-/// surfaces are correlated.
-const OPEN_ERROR_RATIO: f64 = 40.0;
-/// The same where noisy pieces of surface seem to constrain the direction: they hold the position to some extent. 3 to 36 times in
-/// thirteen frames of a rendered hand-held camera and of flats with 8 bits, 22 in the root mean square.
-const NOISY_ERROR_RATIO: f64 = 22.0;
 
 /// How the pose of a frame may be wrong.
 #[derive(Clone, Copy)]
@@ -118,7 +111,7 @@ impl PoseHypothesis {
             agreement,
             repeatability,
             expected_repeatability,
-            is_degenerate: false,
+            open_sigma: None,
             is_tracked_on_map: false,
             second_basin: None,
             photometric_ncc: None,
@@ -148,9 +141,9 @@ impl PoseHypothesis {
         self.weakest.apparent_share > WELL_CONSTRAINED_SHARE
     }
 
-    /// Error of the position along the weakest direction, were it degenerate, as a multiple of that standard deviation.
-    pub(super) fn open_error_ratio(&self) -> f64 {
-        if self.is_held_by_noise() { NOISY_ERROR_RATIO } else { OPEN_ERROR_RATIO }
+    /// Whether neither surfaces nor colours constrain the position along one direction.
+    pub(super) fn is_degenerate(&self) -> bool {
+        self.open_sigma.is_some()
     }
 
     /// The pose.
@@ -186,7 +179,7 @@ impl PoseHypothesis {
             if self.relative_overlap() > MOSTLY_MAPPED_OVERLAP { min_agreement_mostly_mapped } else { min_agreement };
         self.relative_overlap() > min_overlap
             && self.agreement > min_agreement
-            && !self.is_degenerate
+            && !self.is_degenerate()
             && self.second_basin.is_none()
             && self.registration.converged
     }
@@ -200,14 +193,14 @@ impl PoseHypothesis {
 
     /// Whether nothing contradicts it.
     pub(super) fn is_plausible(&self) -> bool {
-        !self.is_contradicted() && (self.is_degenerate || self.registration.converged)
+        !self.is_contradicted() && (self.is_degenerate() || self.registration.converged)
     }
 
     /// Whether it may start or continue a tentative branch: plausible, but with too little evidence to be accepted.
     pub(super) fn is_tentative(&self, gate: PredictionGate) -> bool {
         self.is_degenerate_inside_gate(gate)
             || (self.is_plausible()
-                && !self.is_degenerate
+                && !self.is_degenerate()
                 && gate != PredictionGate::NoPrediction
                 && (self.agreement > MIN_AGREEMENT || self.is_accepted(gate)))
     }
@@ -215,7 +208,7 @@ impl PoseHypothesis {
     /// Whether it lies inside the gate and is undetermined along one direction only. Outside the gate that says nothing: a
     /// bare wall fits anywhere.
     pub(super) fn is_degenerate_inside_gate(&self, gate: PredictionGate) -> bool {
-        self.is_degenerate
+        self.is_degenerate()
             && self.is_plausible()
             && matches!(gate, PredictionGate::Inside | PredictionGate::InsideAfterGap)
     }
@@ -224,8 +217,8 @@ impl PoseHypothesis {
     pub(super) fn uncertainty(&self) -> PoseUncertainty {
         if let Some(offset) = self.second_basin {
             PoseUncertainty::Period(offset)
-        } else if self.is_degenerate {
-            PoseUncertainty::Along(self.weakest.direction, self.open_error_ratio() * self.weakest_sigma())
+        } else if let Some(sigma) = self.open_sigma {
+            PoseUncertainty::Along(self.weakest.direction, sigma)
         } else {
             PoseUncertainty::Unbounded
         }
@@ -235,7 +228,7 @@ impl PoseHypothesis {
     pub(super) fn is_constrained_by_map(&self) -> bool {
         self.relative_overlap() > MIN_OVERLAP_OUTSIDE_GATE
             && !self.is_contradicted()
-            && !self.is_degenerate
+            && !self.is_degenerate()
             && self.registration.converged
     }
 
@@ -263,7 +256,7 @@ impl PoseHypothesis {
             num_pairs: registration.last.num_inliers,
             overlap: self.overlap,
             agreement: Some(self.agreement),
-            degenerate: self.is_degenerate.then_some(Unconstrained::Position),
+            degenerate: self.is_degenerate().then_some(Unconstrained::Position),
             residual: registration.last.inlier_rmse,
             moving_after: (!registration.converged).then_some(registration.history.len()),
         };

@@ -46,7 +46,7 @@ impl FrameMatcher<'_> {
             }
             let other = self.register_at(pose);
             let is_better = other.agreement > best.agreement && other.support > best.support;
-            if is_better && other.is_degenerate <= best.is_degenerate {
+            if is_better && other.is_degenerate() <= best.is_degenerate() {
                 best = other;
             }
         }
@@ -56,16 +56,17 @@ impl FrameMatcher<'_> {
     /// Chooses among the hypotheses by brightness, where neither surfaces nor brightness determine the position along one
     /// direction, or where brightness contradicts the pose.
     fn choose_by_color(&self, mut best: PoseHypothesis, hypotheses: Vec<(f64, Pose3)>) -> PoseHypothesis {
-        let Some(textured) = self.textured.as_ref().filter(|textured| best.is_degenerate || !textured.is_for_open_only)
+        let Some(textured) =
+            self.textured.as_ref().filter(|textured| best.is_degenerate() || !textured.is_for_open_only)
         else {
             return best;
         };
         best.photometric_ncc = self.photometric_ncc(textured, best.T_world_sensor());
         let best_ncc = best.photometric_ncc.unwrap_or(0.0);
-        if !best.is_degenerate && best.photometric_ncc.is_none_or(|ncc| ncc > CLEAR_NCC) {
+        if !best.is_degenerate() && best.photometric_ncc.is_none_or(|ncc| ncc > CLEAR_NCC) {
             return best;
         }
-        if !best.is_degenerate {
+        if !best.is_degenerate() {
             let weakest = best.weakest;
             let offset = self.offset_along(textured, &best, &weakest);
             if let Some(offset) = offset.filter(|offset| offset.steps.abs() > SAME_OFFSET_STEPS) {
@@ -73,13 +74,13 @@ impl FrameMatcher<'_> {
                     return moved;
                 }
                 // Surfaces and brightness contradict each other: the position along this direction is unknown.
-                best.is_degenerate = true;
+                best = self.leave_open(best);
             }
         }
         let Some(pose) = self.best_by_ncc(&best, best_ncc, hypotheses) else { return best };
         let mut other = self.register_at(pose);
         other.photometric_ncc = self.photometric_ncc(textured, other.T_world_sensor());
-        let is_better = !other.is_degenerate
+        let is_better = !other.is_degenerate()
             && is_distinct(other.photometric_ncc.unwrap_or(0.0), best_ncc)
             && other.agreement > best.agreement - MIN_AGREEMENT_DIFFERENCE;
         if is_better { other } else { best }

@@ -24,33 +24,100 @@ impl FrameMatcher<'_> {
         if is_clear || hypothesis.has_constraining_surfaces() {
             return hypothesis;
         }
-        let agreement_here = self.agreement_at(&hypothesis, &weakest, 0).0;
-        let (agreement_elsewhere, elsewhere) = self.best_at_offset(&hypothesis, &weakest);
-        let mut is_resolved = agreement_elsewhere < agreement_here - MIN_AGREEMENT_DIFFERENCE;
-        if agreement_elsewhere > agreement_here + MIN_AGREEMENT_DIFFERENCE {
-            let other = self.register_finely(elsewhere);
+        let mut along = self.positions_along(&hypothesis, &weakest);
+        if along.best_agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
+            let other = self.register_finely(along.best);
             let tells_as_much = other.overlap > MIN_OVERLAP_RATIO * hypothesis.overlap;
             if tells_as_much && other.agreement > hypothesis.agreement + MIN_AGREEMENT_DIFFERENCE {
-                is_resolved = self.best_at_offset(&other, &weakest).0 < other.agreement - MIN_AGREEMENT_DIFFERENCE;
+                along = self.positions_along(&other, &weakest);
                 hypothesis = other;
             }
         }
+        let is_resolved = along.best_agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE;
         // A registration that has not converged still moves along the direction.
-        hypothesis.is_degenerate = !is_resolved || !hypothesis.registration.converged;
+        if !is_resolved || !hypothesis.registration.converged {
+            hypothesis.open_sigma = Some(along.sigma);
+        }
         hypothesis
     }
 
-    /// The agreement at a number of steps along a direction, and the pose there.
-    fn agreement_at(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection, steps: i32) -> (f64, Pose3) {
-        let offset = along.direction * (f64::from(steps) * OFFSET_STEP);
-        let pose = Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor();
-        (self.evidence(&hypothesis.view, &self.middle, &pose).agreement, pose)
+    /// A hypothesis of which brightness contradicts the position along the weakest direction.
+    pub(super) fn leave_open(&self, hypothesis: PoseHypothesis) -> PoseHypothesis {
+        let sigma = self.positions_along(&hypothesis, &hypothesis.weakest).sigma;
+        PoseHypothesis { open_sigma: Some(sigma), ..hypothesis }
     }
 
-    /// The best agreement at other positions along a direction, and the pose there.
-    fn best_at_offset(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> (f64, Pose3) {
-        let steps = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0);
-        let agreements = steps.map(|steps| self.agreement_at(hypothesis, along, steps));
-        agreements.fold((0.0, Pose3::identity()), |best, next| if next.0 > best.0 { next } else { best })
+    /// Other positions of a hypothesis along a direction.
+    fn positions_along(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> PositionsAlong {
+        let others = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(|steps| {
+            let distance = f64::from(steps) * OFFSET_STEP;
+            let offset = along.direction * distance;
+            let pose = Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor();
+            OtherPosition { distance, pose, agreement: self.evidence(&hypothesis.view, &self.middle, &pose).agreement }
+        });
+        PositionsAlong::of(hypothesis.agreement, others)
+    }
+}
+
+/// A position beside that of a hypothesis.
+struct OtherPosition {
+    /// From there along the direction (m).
+    distance: f64,
+    pose: Pose3,
+    agreement: f64,
+}
+
+/// Other positions along a direction.
+struct PositionsAlong {
+    /// The best agreement at any of them, ...
+    best_agreement: f64,
+    /// ... and the pose there.
+    best: Pose3,
+    /// Standard deviation (m) of those that agree no less than the hypothesis, which may be at any of them.
+    sigma: f64,
+}
+
+impl PositionsAlong {
+    /// Beside a hypothesis with this `agreement`.
+    fn of(agreement: f64, others: impl Iterator<Item = OtherPosition>) -> Self {
+        let (mut best_agreement, mut best) = (0.0, Pose3::identity());
+        let (mut num_alike, mut sum_of_squares) = (1.0, 0.0);
+        for other in others {
+            if other.agreement > best_agreement {
+                (best_agreement, best) = (other.agreement, other.pose);
+            }
+            if other.agreement >= agreement - MIN_AGREEMENT_DIFFERENCE {
+                num_alike += 1.0;
+                sum_of_squares += other.distance * other.distance;
+            }
+        }
+        let variance_within_step = OFFSET_STEP * OFFSET_STEP / 12.0;
+        Self { best_agreement, best, sigma: (sum_of_squares / num_alike + variance_within_step).sqrt() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beside a hypothesis that agrees by 0.99, where those agree that `fits` names by their steps.
+    fn positions(fits: impl Fn(i32) -> f64) -> PositionsAlong {
+        let other = |steps: i32| OtherPosition {
+            distance: f64::from(steps) * OFFSET_STEP,
+            pose: Pose3::translation(f64::from(steps), 0.0, 0.0),
+            agreement: fits(steps),
+        };
+        PositionsAlong::of(0.99, (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(other))
+    }
+
+    #[test]
+    fn a_position_is_as_uncertain_as_those_that_agree_about_as_well_are_far_apart() {
+        let anywhere = positions(|_| 0.985);
+        assert!((anywhere.sigma - 0.606).abs() < 1e-3, "uniform over two metres: {}", anywhere.sigma);
+        let alone = positions(|_| 0.97);
+        assert!((alone.sigma - OFFSET_STEP / 12f64.sqrt()).abs() < 1e-12, "within a step: {}", alone.sigma);
+        let ahead = positions(|steps| if steps == 4 { 0.999 } else { 0.9 });
+        assert_eq!((ahead.best_agreement, ahead.best.translation.x), (0.999, 4.0));
+        assert!((ahead.sigma - (0.08f64 + 0.01 / 12.0).sqrt()).abs() < 1e-12, "here or there: {}", ahead.sigma);
     }
 }

@@ -1,6 +1,8 @@
 //! A tentative branch: the frames since one with an uncertain pose. An error of that pose carries over to all poses after
 //! it, until a frame is registered to the map from before the branch and thereby resolves it.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::DepthOptions;
@@ -23,8 +25,10 @@ const MAX_SIGMA: f64 = 0.25;
 
 #[derive(Clone, Default)]
 pub(super) struct TentativeBranch {
-    /// The map before the branch.
+    /// The map before the branch, ...
     map_before: ReferenceMap,
+    /// ... and how many members of the chain are in it.
+    num_members_before: usize,
     frames: Vec<BranchFrame>,
     /// What later frames tell of its error; `None` as long as they tell nothing.
     bound: Option<ErrorBound>,
@@ -65,6 +69,14 @@ pub struct UnresolvedFrame {
     pub sigma: Option<f64>,
 }
 
+/// Frames that are certain relative to each other; see [`TentativeBranch::majority`].
+#[derive(Debug, PartialEq)]
+pub(super) struct Majority {
+    pub(super) includes_map_before: bool,
+    /// Numbers of the frames of the branch, ascending.
+    pub(super) numbers: Vec<u32>,
+}
+
 /// The correction of one frame of a branch.
 pub(super) struct BranchCorrection {
     pub(super) number: u32,
@@ -88,9 +100,13 @@ pub(super) enum BranchOutcome {
 }
 
 impl TentativeBranch {
-    /// A branch without frames, with the map from before it.
-    pub(super) fn new(map_before: ReferenceMap) -> Self {
-        Self { map_before, ..Self::default() }
+    /// A branch without frames, with the map from before it, in which there are so many members.
+    pub(super) fn new(map_before: ReferenceMap, num_members_before: usize) -> Self {
+        Self { map_before, num_members_before, ..Self::default() }
+    }
+
+    pub(super) fn num_members_before(&self) -> usize {
+        self.num_members_before
     }
 
     pub(super) fn into_map_before(self) -> ReferenceMap {
@@ -100,12 +116,6 @@ impl TentativeBranch {
     /// Adds a frame, with its uncertainty if its own registration is not certain.
     pub(super) fn push(&mut self, number: u32, uncertainty: Option<PoseUncertainty>) {
         self.frames.push(BranchFrame { number, uncertainty, is_resolved: false });
-    }
-
-    /// Whether what is uncertain about its frames, and no later frame has resolved, may add up to a wrong position: the errors
-    /// of frames are independent, so their covariances add up.
-    pub(super) fn is_uncertain(&self) -> bool {
-        !is_small(self.covariance_after(self.frames.len()))
     }
 
     /// Its uncertain frames that no later frame has resolved.
@@ -136,22 +146,69 @@ impl TentativeBranch {
         self.bound = Some(ErrorBound { num_frames: self.frames.len(), covariance });
     }
 
-    /// Numbers of the frames whose poses are certain by a bound of the error after them: their own registrations are certain, and
-    /// the frames between add too little.
-    pub(super) fn bounded(&self) -> Vec<u32> {
-        let Some(ErrorBound { num_frames, covariance }) = &self.bound else { return Vec::new() };
-        let mut until = Some(*covariance);
-        let mut bounded = Vec::new();
-        for frame in self.frames[..*num_frames].iter().rev() {
-            if let Some(open) = frame.open() {
-                until = until.zip(open.covariance()).map(|(until, open)| until + open);
-            }
-            if !is_small(until) {
-                break;
-            }
-            bounded.extend(frame.uncertainty.is_none().then_some(frame.number));
+    /// The frames that are certain relative to each other and to the map before the branch, in which `num_good_before` are good; or those
+    /// of the branch that are certain relative to each other, where they are more, more than half of all, and how the two sets lie to
+    /// each other is known roughly. `None` where nothing is uncertain.
+    pub(super) fn majority(&self, num_good_before: usize) -> Option<Majority> {
+        let numbers_of = |is_in: &dyn Fn(usize) -> bool| {
+            let chosen = self.frames.iter().enumerate().filter(|(index, frame)| is_in(*index) && frame.is_certain());
+            chosen.map(|(_, frame)| frame.number).collect::<Vec<u32>>()
+        };
+        let known = self.known_to_map_before();
+        if known.iter().all(|is_known| *is_known) {
+            return None;
         }
-        bounded
+        let with_map_before = numbers_of(&|index| known[index]);
+        let run = self.longest_certain_run();
+        let alone = numbers_of(&|index| run.contains(&index));
+        let is_larger = alone.len() > num_good_before + with_map_before.len();
+        if is_larger && 2 * alone.len() > self.num_members_before + self.frames.len() {
+            Some(Majority { includes_map_before: false, numbers: alone })
+        } else {
+            Some(Majority { includes_map_before: true, numbers: with_map_before })
+        }
+    }
+
+    /// Whether the errors that add up from the map before to each frame, or back from a bound after it, are no wrong position.
+    fn known_to_map_before(&self) -> Vec<bool> {
+        let bound = self.bound.as_ref();
+        let mut known = Vec::with_capacity(self.frames.len());
+        let mut sum = Some(Matrix3::zeros());
+        for (num_frames, frame) in (1..).zip(&self.frames) {
+            let bounded = bound.filter(|bound| bound.num_frames == num_frames).map(|bound| bound.covariance);
+            sum = bounded.or_else(|| frame.added_to(sum));
+            known.push(is_small(sum));
+        }
+        if let Some(ErrorBound { num_frames, covariance }) = bound {
+            let mut until = Some(*covariance);
+            for (frame, is_known) in self.frames.iter().zip(&mut known).take(*num_frames).rev() {
+                until = frame.added_to(until);
+                *is_known |= is_small(until);
+            }
+        }
+        known
+    }
+
+    /// The frames in a row with the most certain registrations between which the errors add up to no wrong position, before one whose
+    /// error nothing bounds.
+    fn longest_certain_run(&self) -> Range<usize> {
+        let (mut start, mut sum, mut num_certain) = (0, Matrix3::zeros(), 0);
+        let (mut longest, mut most) = (0..0, 0);
+        for (index, frame) in self.frames.iter().enumerate() {
+            let Some(with_frame) = frame.added_to(Some(sum)) else { break };
+            // The first frame's own error is that of all of them.
+            (sum, num_certain) =
+                (if index == 0 { sum } else { with_frame }, num_certain + usize::from(frame.is_certain()));
+            while !is_small(Some(sum)) {
+                num_certain -= usize::from(self.frames[start].is_certain());
+                start += 1;
+                sum -= self.frames[start].added_to(Some(Matrix3::zeros())).unwrap_or_default();
+            }
+            if num_certain > most {
+                (longest, most) = (start..index + 1, num_certain);
+            }
+        }
+        longest
     }
 
     /// Whether surfaces repeat where a frame of it is.
@@ -171,11 +228,6 @@ impl TentativeBranch {
         }
     }
 
-    /// Whether the pose of this frame becomes certain when the branch is confirmed: its own registration must be certain.
-    pub(super) fn confirms(&self, number: u32) -> bool {
-        self.frames.iter().any(|frame| frame.number == number && frame.uncertainty.is_none())
-    }
-
     /// Numbers of the frames whose own registration is not certain.
     pub(super) fn uncertain(&self) -> Vec<u32> {
         self.frames.iter().filter(|frame| frame.uncertainty.is_some()).map(|frame| frame.number).collect()
@@ -191,7 +243,7 @@ impl TentativeBranch {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
         let anchored = matcher.register_at(*T_world_sensor);
         let leads_here = apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE;
-        if anchored.is_degenerate && leads_here {
+        if anchored.is_degenerate() && leads_here {
             return self.bounded_by(&matcher, anchored, T_world_sensor);
         }
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
@@ -222,7 +274,7 @@ impl TentativeBranch {
         let known = self.covariance_after(self.frames.len());
         let tells_more =
             known.map_or(anchored.is_held_by_noise(), |known| largest_sigma(&covariance) < largest_sigma(&known));
-        anchored.is_degenerate = false;
+        anchored.open_sigma = None;
         let is_accepted = || {
             anchored.is_constrained_by_map()
                 && anchored.is_accepted(PredictionGate::InsideAfterGap)
@@ -274,9 +326,22 @@ impl TentativeBranch {
 }
 
 impl BranchFrame {
+    /// Whether its own registration is certain.
+    fn is_certain(&self) -> bool {
+        self.uncertainty.is_none()
+    }
+
     /// What it leaves open; `None` if it is certain or resolved.
     fn open(&self) -> Option<PoseUncertainty> {
         self.uncertainty.filter(|_| !self.is_resolved)
+    }
+
+    /// A covariance (m^2; `None` is not bounded) with what it leaves open.
+    fn added_to(&self, sum: Option<Matrix3<f64>>) -> Option<Matrix3<f64>> {
+        match self.open() {
+            Some(open) => Some(sum? + open.covariance()?),
+            None => sum,
+        }
     }
 }
 
@@ -306,6 +371,11 @@ mod tests {
         branch
     }
 
+    /// Whether the position of a frame after its last one may be wrong.
+    fn is_uncertain(branch: &TentativeBranch) -> bool {
+        !is_small(branch.covariance_after(branch.frames.len()))
+    }
+
     /// The correction along x (m) of each frame, and whether it is certain, where the end is off by 0.4 m.
     fn corrections(branch: &TentativeBranch) -> Vec<(f64, bool)> {
         let error = Vector3::new(0.4, 0.0, 0.0);
@@ -325,7 +395,7 @@ mod tests {
         assert_eq!(corrections(&two), [(0.2, false), (0.2, false), (0.4, false), (0.4, true)]);
         let unbounded = branch(&[ALONG_X, None, UNBOUNDED, None]);
         assert_eq!(corrections(&unbounded), corrections(&two));
-        assert!(unbounded.is_uncertain() && two.is_uncertain());
+        assert!(is_uncertain(&unbounded) && is_uncertain(&two));
         // Without a possible cause no pose is certain.
         assert!(corrections(&branch(&[ALONG_Z, None])).iter().all(|(_, is_certain)| !is_certain));
     }
@@ -333,8 +403,8 @@ mod tests {
     #[test]
     fn small_errors_make_a_branch_uncertain_together() {
         let along = |x, y| Some(PoseUncertainty::Along(Vector3::new(x, y, 0.0), 0.2));
-        assert!(!branch(&[along(1.0, 0.0), along(0.0, 1.0), None]).is_uncertain());
-        assert!(branch(&[along(1.0, 0.0), None, along(1.0, 0.0)]).is_uncertain());
+        assert!(!is_uncertain(&branch(&[along(1.0, 0.0), along(0.0, 1.0), None])));
+        assert!(is_uncertain(&branch(&[along(1.0, 0.0), None, along(1.0, 0.0)])));
     }
 
     #[test]
@@ -344,17 +414,18 @@ mod tests {
             branch.unresolved().frames.iter().map(|frame| frame.sigma.map(|sigma| (100.0 * sigma).round())).collect()
         };
         let mut branch = branch(&[ALONG_X, None, UNBOUNDED, None, ALONG_X, None]);
-        assert!(branch.is_uncertain() && branch.bounded().is_empty());
+        assert!(is_uncertain(&branch));
+        assert_eq!(branch.majority(1), Some(Majority { includes_map_before: true, numbers: vec![] }));
         assert_eq!(sigmas(&branch), [Some(30.0), None, None]);
         branch.bound_error(along_x(0.1));
-        assert!(!branch.is_uncertain());
-        assert_eq!(branch.bounded(), [5], "the frame before it is off by more than the bound");
+        assert!(!is_uncertain(&branch));
+        assert_eq!(branch.majority(1).unwrap().numbers, [5], "the frame before it is off by more than the bound");
         assert_eq!(sigmas(&branch), [Some(10.0); 3]);
         branch.push(6, ALONG_X);
-        assert!(branch.is_uncertain());
+        assert!(is_uncertain(&branch));
         assert_eq!(sigmas(&branch)[3], Some(32.0));
         branch.bound_error(along_x(0.3));
-        assert!(branch.is_uncertain() && branch.bounded().is_empty(), "too large a bound");
+        assert!(is_uncertain(&branch) && branch.majority(9).unwrap().numbers.is_empty(), "too large a bound");
     }
 
     #[test]
@@ -364,7 +435,24 @@ mod tests {
         inner.push(2, UNBOUNDED);
         outer.mark_resolved(&inner);
         assert_eq!(corrections(&outer), [(0.4, false), (0.4, true), (0.4, false), (0.4, true)]);
-        assert!(outer.is_uncertain() && outer.ends_with_certain_pose() && !inner.ends_with_certain_pose());
-        assert!(outer.confirms(1) && !outer.confirms(2));
+        assert!(is_uncertain(&outer) && outer.ends_with_certain_pose() && !inner.ends_with_certain_pose());
+    }
+
+    #[test]
+    fn the_larger_part_beside_an_uncertain_frame_is_certain() {
+        let of = |frames: &[Option<PoseUncertainty>], num_before: usize| {
+            let branch = TentativeBranch { num_members_before: num_before, ..branch(frames) };
+            branch.majority(num_before).map(|majority| (majority.includes_map_before, majority.numbers))
+        };
+        let later = [ALONG_X, None, None, None, None, ALONG_X, None];
+        assert_eq!(of(&later, 0), Some((false, vec![1, 2, 3, 4])));
+        assert_eq!(of(&later, 1), Some((true, vec![])), "half of all is no majority");
+        assert_eq!(of(&[ALONG_X, None, None, None], 2), Some((true, vec![])));
+        assert_eq!(of(&[ALONG_X, None, None, None, None], 2), Some((false, vec![1, 2, 3, 4])));
+        assert_eq!(of(&[UNBOUNDED, None, None, None, None], 2), Some((true, vec![])), "they may be anywhere");
+        let small = Some(PoseUncertainty::Along(Vector3::new(1.0, 0.0, 0.0), 0.2));
+        let drifting = [ALONG_X, None, small, None, None, small, None, None, None];
+        assert_eq!(of(&drifting, 0), Some((false, vec![3, 4, 6, 7, 8])), "two small errors add up");
+        assert_eq!(of(&[None, small, None], 5), None, "nothing is uncertain");
     }
 }

@@ -50,7 +50,12 @@ impl UnregisteredFrames {
     }
 
     pub(super) fn remove(&mut self, number: u32) {
-        self.frames.retain(|stored| stored.number != number);
+        self.retain(|stored| stored != number);
+    }
+
+    /// Removes those whose numbers do not stay.
+    pub(super) fn retain(&mut self, stays: impl Fn(u32) -> bool) {
+        self.frames.retain(|stored| stays(stored.number));
     }
 
     /// Moves each by `motion` (of the world) of its number.

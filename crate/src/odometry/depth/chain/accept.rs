@@ -1,7 +1,5 @@
 //! Accept: a frame with a certain pose is added to the map, and resolves the tentative branches whose map it sees.
 
-use nalgebra::Matrix3;
-
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::tentative_branch::{BranchCorrection, BranchOutcome, TentativeBranch};
@@ -17,12 +15,13 @@ impl Chain {
         frame: &PreparedSurfels,
         mut hypothesis: PoseHypothesis,
     ) -> Outcome {
-        let (mut confirmed, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut moved, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-        while let Some(branch) = self.tentative_branches.pop() {
+        while let Some(mut branch) = self.tentative_branches.pop() {
             match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
                 BranchOutcome::Bounded(covariance) if is_next => {
-                    confirmed.extend(self.bound_error(branch, covariance));
+                    branch.bound_error(covariance);
+                    self.tentative_branches.push(branch);
                     break;
                 }
                 BranchOutcome::Unresolved | BranchOutcome::Bounded(_) => {
@@ -37,28 +36,20 @@ impl Chain {
                     // What inner branches have told is not lost.
                     dropped.append(&mut outcome.dropped);
                     uncertain.append(&mut outcome.uncertain);
-                    return Outcome { confirmed, dropped, uncertain, ..outcome };
+                    return Outcome { moved, dropped, uncertain, ..outcome };
                 }
-                BranchOutcome::Confirmed(_) => confirmed.extend(self.confirm_branch(&branch)),
+                BranchOutcome::Confirmed(_) => self.mark_resolved(&branch),
                 BranchOutcome::Refuted(anchored) => {
                     uncertain.extend(branch.uncertain());
                     let (certain, others) = self.correct_branch(branch, &hypothesis, &anchored);
-                    confirmed.extend(certain);
+                    moved.extend(certain);
                     dropped.extend(others);
                     hypothesis = *anchored;
                     hypothesis.view = self.reference.map.view(&frame.image, hypothesis.T_world_sensor());
                 }
             }
         }
-        Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed, dropped, uncertain }
-    }
-
-    /// Keeps a branch with a bound of its error. Returns the members whose poses are certain by it.
-    fn bound_error(&mut self, mut branch: TentativeBranch, covariance: Matrix3<f64>) -> Vec<Member> {
-        branch.bound_error(covariance);
-        let bounded = branch.bounded();
-        self.tentative_branches.push(branch);
-        self.confirm(|number| bounded.contains(&number))
+        Outcome { estimate: self.append(number, frame, hypothesis, None), moved, dropped, uncertain }
     }
 
     /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
@@ -73,7 +64,7 @@ impl Chain {
         let (dropped, uncertain) = (self.drop_members(&branch.unknown_corrections()), branch.uncertain());
         self.mark_resolved(&branch);
         self.reference = branch.into_map_before();
-        Outcome { estimate: self.append(number, frame, hypothesis, None), confirmed: Vec::new(), dropped, uncertain }
+        Outcome { estimate: self.append(number, frame, hypothesis, None), moved: Vec::new(), dropped, uncertain }
     }
 
     /// Corrects a branch at whose end a frame was registered to the map from before it (`anchored`) at another pose than to the
@@ -105,37 +96,15 @@ impl Chain {
         }
     }
 
-    /// The members of a confirmed branch whose poses are certain now.
-    fn confirm_branch(&mut self, branch: &TentativeBranch) -> Vec<Member> {
-        self.mark_resolved(branch);
-        self.confirm(|number| branch.confirms(number))
-    }
-
-    /// The members whose poses are certain now, as a branch tells; none while a branch that is left is uncertain.
-    fn confirm(&mut self, is_certain: impl Fn(u32) -> bool) -> Vec<Member> {
-        if self.has_uncertain_member() {
-            return Vec::new();
-        }
-        let mut confirmed = Vec::new();
-        for member in self.members.iter_mut().filter(|member| is_certain(member.number)) {
-            (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
-            confirmed.push(member.clone());
-        }
-        confirmed
-    }
-
-    /// Moves the members whose corrections are certain. They are good unless an earlier branch is uncertain.
+    /// Moves the members whose corrections are certain.
     fn move_members(&mut self, corrections: &[BranchCorrection]) -> Vec<Member> {
-        let (mut certain, has_uncertain_member) = (Vec::new(), self.has_uncertain_member());
+        let mut moved = Vec::new();
         for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| correction.is_certain) {
             let Some(member) = self.members.iter_mut().find(|member| member.number == *number) else { continue };
             member.T_world_sensor = motion * member.T_world_sensor;
-            if !has_uncertain_member {
-                (member.assessment.status, member.assessment.reason) = (Status::Good, String::new());
-            }
-            certain.push(member.clone());
+            moved.push(member.clone());
         }
-        certain
+        moved
     }
 
     /// Removes the members whose corrections are not certain.
@@ -143,11 +112,11 @@ impl Chain {
         let mut dropped = Vec::new();
         for BranchCorrection { number, motion, .. } in corrections.iter().filter(|correction| !correction.is_certain) {
             let Some(index) = self.members.iter().position(|member| member.number == *number) else { continue };
-            let Member { number, T_world_sensor, assessment } = self.members.remove(index);
+            let Member { number, T_world_sensor, registered, .. } = self.members.remove(index);
             let reason = "it was registered through a frame with an uncertain pose, and a later frame showed that this \
                           pose was wrong";
-            let assessment = Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment };
-            dropped.push(Member { number, T_world_sensor: motion * T_world_sensor, assessment });
+            let assessment = Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..registered };
+            dropped.push(Member::new(number, motion * T_world_sensor, assessment));
         }
         dropped
     }

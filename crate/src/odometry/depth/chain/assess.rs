@@ -76,7 +76,7 @@ impl Chain {
         }
         // A chain of a few frames may itself be wrong: no plausible frame is added to it.
         let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
-        if hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate || is_established) {
+        if hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || is_established) {
             return Decision::KeepTentative(hypothesis, assessment);
         }
         Decision::Reject(hypothesis, assessment)

@@ -23,7 +23,7 @@ impl Chain {
         if self.tentative_branches.last().is_none_or(TentativeBranch::ends_with_certain_pose)
             && self.tentative_branches.len() < MAX_TENTATIVE_BRANCHES
         {
-            self.tentative_branches.push(TentativeBranch::new(self.reference.clone()));
+            self.tentative_branches.push(TentativeBranch::new(self.reference.clone(), self.members.len()));
         }
         self.append(number, frame, hypothesis, Some(assessment))
     }
@@ -35,11 +35,6 @@ impl Chain {
 
     pub(in super::super) fn has_tentative_branches(&self) -> bool {
         !self.tentative_branches.is_empty()
-    }
-
-    /// Whether an uncertain member may have made the poses after it wrong.
-    pub(in super::super) fn has_uncertain_member(&self) -> bool {
-        self.tentative_branches.iter().any(TentativeBranch::is_uncertain)
     }
 
     /// Whether surfaces repeat where members are whose place is uncertain for that.

@@ -5,6 +5,7 @@ mod accept;
 mod apply_motion_prior;
 mod assess;
 mod keep_tentative;
+mod reassess;
 mod reject;
 mod relocalize;
 mod search_near_prediction;
@@ -57,14 +58,17 @@ pub(super) struct Member {
     /// Its number among all frames.
     pub(super) number: u32,
     pub(super) T_world_sensor: Pose3,
+    /// By its own registration, ...
+    registered: Assessment,
+    /// ... and by the certainty of those that it was registered to.
     pub(super) assessment: Assessment,
 }
 
 /// The estimate of a frame, and the consequences for frames before it.
 pub(super) struct Outcome {
     pub(super) estimate: SpatialEstimate,
-    /// Members whose poses have become certain.
-    pub(super) confirmed: Vec<Member>,
+    /// Members that have moved.
+    pub(super) moved: Vec<Member>,
     /// Frames that have been removed from the map, with their most likely poses.
     pub(super) dropped: Vec<Member>,
     /// Numbers of the dropped frames whose own registration is uncertain, so that relocalization cannot help.
@@ -73,21 +77,25 @@ pub(super) struct Outcome {
 
 impl From<SpatialEstimate> for Outcome {
     fn from(estimate: SpatialEstimate) -> Self {
-        Self { estimate, confirmed: Vec::new(), dropped: Vec::new(), uncertain: Vec::new() }
+        Self { estimate, moved: Vec::new(), dropped: Vec::new(), uncertain: Vec::new() }
     }
 }
 
 impl Outcome {
     /// The changes of earlier frames.
     pub(super) fn pose_updates(&self) -> impl Iterator<Item = PoseUpdate> {
-        self.confirmed.iter().chain(&self.dropped).map(Member::pose_update)
+        self.moved.iter().chain(&self.dropped).map(Member::pose_update)
     }
 }
 
 impl Member {
+    fn new(number: u32, T_world_sensor: Pose3, registered: Assessment) -> Self {
+        Self { number, T_world_sensor, assessment: registered.clone(), registered }
+    }
+
     /// Its pose and assessment, told again.
     pub(super) fn pose_update(&self) -> PoseUpdate {
-        let Self { number, T_world_sensor, assessment } = self.clone();
+        let Self { number, T_world_sensor, assessment, .. } = self.clone();
         PoseUpdate { frame: number, T_world_sensor, assessment, is_replaced: false, registration: None }
     }
 }
@@ -104,7 +112,7 @@ impl Chain {
         let chain = Self {
             options,
             reference,
-            members: vec![Member { number, T_world_sensor, assessment: Assessment::first() }],
+            members: vec![Member::new(number, T_world_sensor, Assessment::first())],
             last: PosedFrame::new(frame, T_world_sensor, Pose3::identity()),
             motion_prior: MotionPrior::default(),
             rejected: None,
@@ -180,10 +188,7 @@ impl Chain {
         for branch in &mut self.tentative_branches {
             branch.push(number, uncertain.is_some().then(|| hypothesis.uncertainty()));
         }
-        let mut assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
-        if self.has_uncertain_member() {
-            assessment.mark_dependent_on_uncertain_pose();
-        }
+        let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
         self.insert(number, frame, hypothesis, assessment)
     }
 
@@ -197,7 +202,7 @@ impl Chain {
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
         self.reference.insert(frame, number, &T_world_sensor, &hypothesis.view);
-        self.members.push(Member { number, T_world_sensor, assessment: assessment.clone() });
+        self.members.push(Member::new(number, T_world_sensor, assessment.clone()));
         let registration = Some(hypothesis.registration);
         SpatialEstimate { T_world_sensor, overlap: hypothesis.overlap, assessment, registration, is_in_map: true }
     }

@@ -41,12 +41,11 @@ impl DepthOdometry {
         outcome: &Outcome,
         is_after_gap: bool,
     ) {
-        let Outcome { estimate, confirmed, dropped, uncertain } = outcome;
+        let Outcome { estimate, dropped, uncertain, .. } = outcome;
         let has_tentative_branches = self.chain.as_ref().is_some_and(Chain::has_tentative_branches);
-        let confirmed = confirmed.iter().map(|member| member.number).filter(|_| !has_tentative_branches);
-        for number in confirmed.chain(uncertain.iter().copied()) {
-            self.unregistered_frames.remove(number);
-        }
+        let stays =
+            |number: u32| self.chain.as_ref().is_some_and(|chain| !has_tentative_branches && chain.is_member(number));
+        self.unregistered_frames.retain(|number| !stays(number) && !uncertain.contains(&number));
         if estimate.assessment.status != Status::Good || has_tentative_branches {
             // It may be dropped later.
             self.unregistered_frames.push(number, frame, estimate);
@@ -104,13 +103,10 @@ impl DepthOdometry {
     fn relocalize(&mut self, number: u32, everywhere: bool) -> bool {
         let (Some(chain), Some(stored)) = (&mut self.chain, self.unregistered_frames.get(number)) else { return false };
         let Some(hypothesis) = chain.relocalize(stored, everywhere) else { return false };
-        let mut assessment =
-            Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
-        if chain.has_uncertain_member() {
-            assessment.mark_dependent_on_uncertain_pose();
-        }
-        let estimate = chain.insert(number, &stored.frame, hypothesis, assessment);
+        let assessment = Assessment { status: Status::Good, reason: String::new(), agreement: hypothesis.agreement };
+        let mut estimate = chain.insert(number, &stored.frame, hypothesis, assessment);
         self.unregistered_frames.remove(number);
+        self.reassess(number, &mut estimate);
         self.pose_updates.push(PoseUpdate::relocalized(number, estimate));
         true
     }

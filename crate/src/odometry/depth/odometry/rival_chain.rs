@@ -56,7 +56,10 @@ impl DepthOdometry {
             self.rival_chain = Some(RivalChain::beside(chain, self.options, number, frame, rejected));
             return None;
         };
-        let estimate = rival.extend_near_prediction(number, frame);
+        let mut estimate = rival.extend_near_prediction(number, frame);
+        if let Some(member) = rival.reassess().into_iter().find(|member| member.number == number) {
+            estimate.assessment = member.assessment;
+        }
         let num_rivals = rival.members().len();
         if !estimate.is_in_map {
             if rival.num_rejected() as usize >= num_rivals {
