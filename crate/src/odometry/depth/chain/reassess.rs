@@ -8,9 +8,10 @@ impl Chain {
     pub(in super::super) fn reassess(&mut self) -> Vec<Member> {
         // The first branch has the frames of all others.
         let majority = self.tentative_branches.first().and_then(|branch| {
-            let (before, _) = self.members.split_at(branch.num_members_before());
-            let num_good_before = before.iter().filter(|member| member.registered.status == Status::Good).count();
-            Some((before.len(), branch.majority(num_good_before)?))
+            let num_before = branch.num_members_before();
+            let is_good = |member: &&Member| member.registered.status == Status::Good;
+            let num_good_before = self.members.iter().take(num_before).filter(is_good).count();
+            Some((num_before, branch.majority(num_good_before)?))
         });
         let mut changed = Vec::new();
         for (index, member) in self.members.iter_mut().enumerate() {
