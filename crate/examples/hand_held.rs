@@ -1,5 +1,5 @@
 //! Scores the depth engine on walks of a hand-held stereo camera through generated flats: the numbers of good, doubtful, lost and
-//! wrongly good frames. `cargo run --release --example hand_held -- [--seeds 3] [--frames 120] [--turn 8] [--wide] [-v]`
+//! wrongly good frames. `cargo run --release --example hand_held -- [--seeds 3] [--frames 120] [--turn 8] [--wide | --kinect] [-v]`
 #![allow(non_snake_case)]
 
 #[path = "depth/processor_time.rs"]
@@ -22,13 +22,22 @@ fn main() {
     let number = |name: &str, default: f64| argument(name).and_then(|text| text.parse().ok()).unwrap_or(default);
     let flag = |name: &str| std::env::args().any(|argument| argument == name);
     let (turn, step) = (number("--turn", 4.0), number("--step", 0.04));
-    let size = if flag("--wide") { (848, 480, 425.0) } else { (640, 480, 384.0) };
+    let size = match (flag("--wide"), flag("--kinect")) {
+        (true, _) => (848, 480, 425.0),
+        (_, true) => (640, 480, 585.0),
+        _ => (640, 480, 384.0),
+    };
     let camera = Pinhole::new(size.0, size.1, [size.2, size.2, size.0 as f64 / 2.0, 240.0]).expect("a camera");
     let sensor = StereoCamera {
         patch_noise: number("--noise", StereoCamera::default().patch_noise),
         bias: number("--bias", StereoCamera::default().bias),
         exposure: number("--exposure", StereoCamera::default().exposure),
         ..StereoCamera::default()
+    };
+    let sensor = if flag("--kinect") {
+        StereoCamera { baseline: 0.075, step: 0.125, pixel_noise: 0.05, fattening: 2.0, max_range: 5.0, ..sensor }
+    } else {
+        sensor
     };
     let first = number("--first", 1.0) as u64;
     for seed in first..first + number("--seeds", 3.0) as u64 {
