@@ -253,7 +253,10 @@ fn colours_of_a_bare_wall_do_not_place_a_frame() {
         (pgm(&depth), Some(ppm(&apartment.space, pose, &camera)))
     };
     let frames = errors(&finished_run(&camera, HOMEWORK, &truth, frame), &truth);
-    assert!(frames.iter().all(|frame| frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR), "{frames:?}");
+    let is_right = |frame: &(Status, f64, f64)| frame.1 < MAX_GOOD_ERROR_AT_WALL && frame.2 < MAX_ROTATION_ERROR;
+    assert!(frames.iter().all(is_right), "{frames:?}");
+    // Before the wall all are good. How far the camera came along it is not known well enough.
+    assert!(frames[..15].iter().all(|frame| frame.0 == Status::Good), "{frames:?}");
     assert!(frames.iter().all(|frame| frame.0 != Status::Lost), "{frames:?}");
 }
 
