@@ -240,6 +240,21 @@ fn a_turn_before_bare_walls_is_not_tracked_upside_down() {
     );
 }
 
+/// Close to the corner of a bare room, a pose turned by a right angle fits about as well as the right one: both are registered finely.
+#[test]
+fn at_the_corner_of_a_bare_room_other_poses_near_the_prediction_are_compared() {
+    let apartment = Apartment::generate(9);
+    let options = WalkOptions { step: 0.5, turn: 20f64.to_radians(), num_frames: Some(100), ..WalkOptions::default() };
+    let truth = &apartment.walk(&options)[62..90];
+    let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2).unwrap();
+    let frame = |index: usize, pose: &Pose3| {
+        let depth = apartment.space.depth(pose, &camera);
+        (pgm(&DepthSensor::HOMEWORK.measure(&depth, camera.width, &mut Random::new(index as u64))), None)
+    };
+    let frames = errors(&finished_run(&camera, HOMEWORK, truth, frame), truth);
+    assert!(frames.iter().all(|frame| frame.1 < MAX_ERROR && frame.2 < MAX_ROTATION_ERROR), "{frames:?}");
+}
+
 /// Before a bare wall whose brightness hardly changes, where the camera was going tells more than its colours do.
 #[test]
 fn colours_of_a_bare_wall_do_not_place_a_frame() {

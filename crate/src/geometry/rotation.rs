@@ -81,7 +81,7 @@ pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f6
 
 /// Translation (m) that changes the view as much as a rotation by a radian: the typical distance of the surfaces that a camera in a
 /// room sees.
-const METRES_PER_RADIAN: f64 = 2.0;
+pub(crate) const METRES_PER_RADIAN: f64 = 2.0;
 
 /// Distance of two poses by its effect on the view (m, two metres per radian).
 pub(crate) fn apart(a: &Pose3, b: &Pose3) -> f64 {

@@ -127,8 +127,9 @@ fn informative_share(cosines: &[(f64, f64)]) -> f64 {
     let mut sizes: Vec<f64> = cosines.iter().map(|(moved, _)| moved.abs()).collect();
     let noise = MEDIAN_TO_SIGMA * quantile(&mut sizes, 0.5).unwrap_or(0.0);
     let min_cosine = (NOISE_SIGMAS * noise).min(CONSTRAINING_COSINE);
-    let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| -> f64 {
-        cosines.iter().filter(counts).map(|(moved, _)| moved * moved).sum()
+    // Not by `sum`: that of no numbers is -0, and a division by it gives a negative infinity.
+    let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| {
+        cosines.iter().filter(counts).fold(0.0, |sum, (moved, _)| sum + moved * moved)
     };
     let all = information(&|_| true);
     if all > 0.0 { information(&|pair| both_face_along(pair, min_cosine)) / all } else { 0.0 }
@@ -315,6 +316,15 @@ mod tests {
         assert!(is_rotation_constrained(&Vector3::y(), &with_floor, tolerance));
         let far: Vec<_> = with_floor.into_iter().map(|pair| Correspondence { residual: 1.0, ..pair }).collect();
         assert!(!is_rotation_constrained(&Vector3::x(), &far, tolerance), "pairs far apart count for nothing");
+    }
+
+    #[test]
+    fn where_no_pair_is_informative_the_share_is_no_negative_zero() {
+        let (wall, piece) = ((Vector3::z(), Vector3::z()), (Vector3::x(), -Vector3::x()));
+        let normals = [wall, wall, wall, (Vector3::y(), Vector3::y()), (Vector3::y(), Vector3::y()), piece];
+        let weakest = DegenerateDirection::least_constrained(&normals);
+        assert_eq!(weakest.direction.x.abs(), 1.0);
+        assert_eq!(weakest.informative_share.recip(), f64::INFINITY, "{weakest:?}");
     }
 
     #[test]

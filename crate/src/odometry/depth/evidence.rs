@@ -1,7 +1,5 @@
 //! The evidence for and against a pose: surfaces that agree, and surfaces in space that was seen to be free.
 
-use nalgebra::Vector3;
-
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::rotation_and_translation;
@@ -79,22 +77,16 @@ impl Evidence {
 
 /// A fast score of a pose, -1..=1: the share of points that agree with the view less the share in its free space.
 pub(crate) fn score(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_camera: &Pose3) -> f64 {
-    let counts = view.tally(point_batch, T_world_camera, ROUGH_TOLERANCE, AGREEING_COSINE as f32);
-    (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
+    score_within(view, point_batch, T_world_camera, ROUGH_TOLERANCE)
 }
 
-/// The same for points and normals that have been rotated already and are translated by `translation`, for many translations
-/// with one rotation. Surfaces agree when they are within `tolerance` (m).
-pub(super) fn score_translated(
+/// The same where surfaces agree when they are within `tolerance` (m).
+pub(super) fn score_within(
     view: &ProjectiveTarget,
-    points: &[Vector3<f64>],
-    normals: &[Vector3<f64>],
-    translation: &Vector3<f64>,
+    point_batch: &PointBatch,
+    T_world_camera: &Pose3,
     tolerance: f64,
 ) -> f64 {
-    let mut tally = FreeSpaceTally::default();
-    for (point, normal) in points.iter().zip(normals) {
-        tally.add(&view.classify(&(point + translation), tolerance).facing(normal, AGREEING_COSINE));
-    }
-    (tally.agreeing as f64 - tally.in_free_space as f64) / points.len().max(1) as f64
+    let counts = view.tally(point_batch, T_world_camera, tolerance, AGREEING_COSINE as f32);
+    (counts.agreeing as f64 - counts.in_free_space as f64) / point_batch.len().max(1) as f64
 }

@@ -9,11 +9,14 @@ use std::collections::VecDeque;
 use nalgebra::{Vector3, Vector6};
 
 use crate::geometry::Pose3;
+use crate::geometry::rotation::METRES_PER_RADIAN;
 
 /// The latest motions that are stored.
 const MAX_MOTIONS: usize = 64;
 /// With fewer motions it is not known how far the camera moves from frame to frame.
 const MIN_STEPS: usize = 5;
+/// Largest ratio of a motion to the largest one before it.
+const FASTER: f64 = 2.0;
 /// Bandwidth of the kernel: the difference of two similar motions (m, radians counted as metres).
 const BANDWIDTH: f64 = 0.03;
 /// Smallest sum of kernel weights for which the motion prior is used.
@@ -42,10 +45,20 @@ impl MotionPrior {
         self.motions.push_back(twist(motion));
     }
 
-    /// The longest translation (m) of these motions, where there are enough to tell how far the camera moves.
-    pub(super) fn longest_step(&self) -> Option<f64> {
-        let length = |motion: &Vector6<f64>| motion.fixed_rows::<3>(3).norm();
-        (self.motions.len() >= MIN_STEPS).then(|| self.motions.iter().map(length).fold(0.0, f64::max))
+    /// How far (m) the camera may come in a number of steps, where there are enough motions to tell.
+    pub(super) fn reach(&self, num_steps: u32) -> Option<f64> {
+        self.largest_in(num_steps, |motion| motion.fixed_rows::<3>(3).norm())
+    }
+
+    /// How far apart (m, two metres per radian) the poses before and after a number of steps may be.
+    pub(super) fn reach_with_rotation(&self, num_steps: u32) -> Option<f64> {
+        let rotation = |motion: &Vector6<f64>| motion.fixed_rows::<3>(0).norm();
+        self.largest_in(num_steps, |motion| motion.fixed_rows::<3>(3).norm() + METRES_PER_RADIAN * rotation(motion))
+    }
+
+    fn largest_in(&self, num_steps: u32, size: impl Fn(&Vector6<f64>) -> f64) -> Option<f64> {
+        let largest = || self.motions.iter().map(size).fold(0.0, f64::max);
+        (self.motions.len() >= MIN_STEPS).then(|| f64::from(num_steps) * FASTER * largest())
     }
 
     /// The translation along a `direction` (unit vector in the camera's frame), predicted from earlier motions that agree with
@@ -107,6 +120,15 @@ mod tests {
         let slid = motion(0.0, 0.25, 0.0).translation.vector + 0.12 * beside;
         let beside = motion_prior.predict(&motion(slid.x, slid.z, 0.0), &beside).unwrap();
         assert!((beside.along - 0.25 * sine).abs() < 1e-3, "{beside:?}");
+    }
+
+    #[test]
+    fn a_camera_comes_as_far_as_twice_its_longest_steps() {
+        assert_eq!(MotionPrior::default().reach(1), None);
+        let motion_prior = steps_and_turns();
+        assert_eq!(motion_prior.reach(3), Some(1.5));
+        let with_rotation = motion_prior.reach_with_rotation(3).unwrap();
+        assert!((with_rotation - 6.0 * 2.0 * 0.17).abs() < 1e-9, "{with_rotation}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 use crate::map::keyframes::apart;
 
-/// Poses of a wide search of which the final registration is computed, at the most.
+/// Poses of a search of which the final registration is computed, at the most.
 const NUM_FINELY_REGISTERED: usize = 3;
 /// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
 const CLEAR_AGREEMENT: f64 = 0.998;
@@ -22,23 +22,29 @@ impl FrameMatcher<'_> {
         self.refine_by_color(self.resolve_degeneracy(self.register_finely(guess)))
     }
 
-    /// The final registration of the best proposal near a prediction.
+    /// The final registration of the best proposal near a prediction. Where the view does not constrain it, others are compared
+    /// with it.
     pub(super) fn best_near(&self, proposals: Proposals) -> PoseHypothesis {
-        self.best_among(1, proposals)
+        self.best_among(proposals, PoseHypothesis::is_degenerate)
     }
 
     /// The final registration of the best proposal of a wide search. Where the evidence contradicts it, others are compared
     /// with it, each in the view from its own pose: so far they were scored in a common view.
     pub(super) fn best_of(&self, proposals: Proposals) -> PoseHypothesis {
-        self.best_among(NUM_FINELY_REGISTERED, proposals)
+        self.best_among(proposals, |_| true)
     }
 
-    fn best_among(&self, num_registered: usize, Proposals { rough, mut middle }: Proposals) -> PoseHypothesis {
+    /// The final registration of the best proposal, or of another one while `is_compared` holds of it.
+    fn best_among(
+        &self,
+        Proposals { rough, mut middle }: Proposals,
+        is_compared: impl Fn(&PoseHypothesis) -> bool,
+    ) -> PoseHypothesis {
         middle.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut poses = middle.iter().map(|(_, pose)| *pose).take(num_registered);
+        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_FINELY_REGISTERED);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
-            if best.agreement > CLEAR_AGREEMENT {
+            if best.agreement > CLEAR_AGREEMENT || !is_compared(&best) {
                 break;
             }
             if apart(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {

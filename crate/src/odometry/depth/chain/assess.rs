@@ -16,8 +16,6 @@ const MIN_NCC_FRAMES: u32 = 3;
 /// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
 /// texture.
 const SUFFICIENT_NCC: f64 = 0.9;
-/// Largest ratio of a motion to the largest one before it.
-const FASTER: f64 = 2.0;
 
 /// The pose proposed for a frame, by what it was registered to.
 pub(in super::super) enum Proposal {
@@ -132,11 +130,10 @@ impl Chain {
         matcher: &FrameMatcher<'_>,
         mut hypothesis: PoseHypothesis,
     ) -> PoseHypothesis {
-        let num_steps = f64::from(1 + self.num_rejected);
-        let longest = self.motion_prior.longest_step().map(|longest| (num_steps * FASTER * longest).max(MIN_DISTANCE));
+        let reach = self.motion_prior.reach(1 + self.num_rejected).map(|reach| reach.max(MIN_DISTANCE));
         let position = |T: &Pose3| T.translation.vector;
         let step = (position(hypothesis.T_world_sensor()) - position(&self.last.T_world_sensor)).norm();
-        let radius = longest.filter(|longest| step < *longest).unwrap_or(MAX_STEP).min(MAX_STEP);
+        let radius = reach.filter(|reach| step < *reach).unwrap_or(MAX_STEP).min(MAX_STEP);
         let area = if step < radius {
             SearchArea::from_last(&self.last.T_world_sensor, radius)
         } else {

@@ -1,25 +1,39 @@
-//! The wider search for a frame that fits the map near the prediction too little: all around, then near all keyframes.
+//! The wider search for a frame that the evidence near the prediction contradicts: all around, farther away and near all
+//! keyframes. In a video the three are spread over frames, for the next one is nearly at the same place: no frame takes long.
 
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
+use super::super::propose::REACH_ALL_AROUND;
 use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
+
+/// Number of frames over which the searches are spread.
+const NUM_SEARCHES: u32 = 3;
 
 impl Chain {
     /// The best pose all around the last one where that is distinctly better than the best pose `near` the prediction; where
     /// the evidence contradicts both, one farther away or near a keyframe.
     pub(in super::super) fn search_wider(&self, matcher: &FrameMatcher<'_>, near: PoseHypothesis) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
-        let best = better_of(near, matcher.best_of(matcher.propose_all_around(T_world_last)));
-        if !best.is_contradicted() {
-            return self.apply_motion_prior(matcher, best);
+        let reach = self.motion_prior.reach_with_rotation(NUM_SEARCHES);
+        let is_video = reach.is_some_and(|reach| reach < REACH_ALL_AROUND);
+        let is_turn_of = |search: u32| !is_video || self.num_rejected % NUM_SEARCHES == search;
+        let mut best = near;
+        if is_turn_of(0) || !best.is_contradicted() {
+            best = better_of(best, matcher.best_of(matcher.propose_all_around(T_world_last)));
+            if !best.is_contradicted() {
+                return self.apply_motion_prior(matcher, best);
+            }
         }
-        let farther = matcher.best_of(matcher.propose_anywhere(T_world_last));
-        if self.is_accepted(&farther) {
-            return farther;
+        if is_turn_of(1) {
+            let farther = matcher.best_of(matcher.propose_anywhere(T_world_last));
+            if self.is_accepted(&farther) {
+                return farther;
+            }
         }
-        self.search_near_keyframes(matcher).unwrap_or(best)
+        let near_keyframe = is_turn_of(2).then(|| self.search_near_keyframes(matcher)).flatten();
+        near_keyframe.unwrap_or(best)
     }
 
     /// The best pose near all keyframes, if it is accepted without a prediction.
