@@ -1,5 +1,5 @@
 // @ts-check
-/** What a run in space rests on that nothing in its recording confirms, in words: for the page, the command line and the report. */
+/** What a run in space rests on that its recording does not confirm, in words: for the page, the command line and the report. */
 
 /** @typedef {import('./index.js').SpatialResult} SpatialResult */
 /** @typedef {SpatialResult['assumptions'][number]} Assumption */
@@ -14,16 +14,23 @@ export function unconfirmed(assumptions) {
 
 /**
  * "if 1000 depth values are a metre, which nothing in the recording confirms": what is to follow a number of good frames;
- * empty where nothing is left unconfirmed.
- * @param {readonly Assumption[]} assumptions
+ * empty where nothing is left unconfirmed and the depth images do not contradict the scale.
+ * @param {SpatialResult} result
  */
-export function condition(assumptions) {
-  const parts = unconfirmed(assumptions).map(({ setting, value }) =>
-    setting === 'depth_scale'
-      ? `${Number(value.toPrecision(6))} depth values are a metre`
-      : `the focal length is ${Number(value.toPrecision(4))} pixels`,
-  );
-  return parts.length > 0 ? `if ${parts.join(' and ')}, which nothing in the recording confirms` : '';
+export function condition({ assumptions, is_scale_contradicted, depth_scale }) {
+  const open = unconfirmed(assumptions).map(({ setting, value }) => premise(setting, value));
+  const parts = [
+    is_scale_contradicted ? `${premise('depth_scale', depth_scale ?? NaN)}, which the depth images contradict` : '',
+    open.length > 0 ? `${open.join(' and ')}, which nothing in the recording confirms` : '',
+  ].filter((part) => part !== '');
+  return parts.length > 0 ? `if ${parts.join(', and if ')}` : '';
+}
+
+/** @param {Assumption['setting']} setting @param {number} value */
+function premise(setting, value) {
+  return setting === 'depth_scale'
+    ? `${Number(value.toPrecision(6))} depth values are a metre`
+    : `the focal length is ${Number(value.toPrecision(4))} pixels`;
 }
 
 /**
@@ -42,10 +49,10 @@ export function assumedMark(assumptions, wanted) {
  * @param {SpatialResult} result
  * @param {string} [remedy] how to change it
  */
-export function statusWords({ frames, assumptions }, remedy = '') {
-  const count = (/** @type {string} */ status) => frames.filter((frame) => frame.status === status).length;
+export function statusWords(result, remedy = '') {
+  const count = (/** @type {string} */ status) => result.frames.filter((frame) => frame.status === status).length;
   const [good, doubtful, lost] = ['good', 'doubtful', 'lost'].map(count);
-  const words = good === 0 ? '' : condition(assumptions);
+  const words = good === 0 ? '' : condition(result);
   const conditional = words === '' ? `${good} good,` : `${good} good ${words}${remedy};`;
   return `${conditional} ${doubtful} doubtful, ${lost} lost`;
 }

@@ -99,12 +99,11 @@ export function assumptionNotes({ assumptions, notes }) {
   });
 }
 
-/** The options that change what nothing confirms. @param {SpatialResult} result */
-function optionsFor({ assumptions }) {
+/** The options that change what is not confirmed. @param {SpatialResult} result */
+function optionsFor({ assumptions, is_scale_contradicted }) {
   const options = { depth_scale: '--set depth_scale=NUMBER', fx: '--set fx=PIXELS' };
-  return ` (${unconfirmed(assumptions)
-    .map(({ setting }) => options[setting])
-    .join(', ')})`;
+  const open = unconfirmed(assumptions).map(({ setting }) => options[setting]);
+  return ` (${[...(is_scale_contradicted ? [options.depth_scale] : []), ...open].join(', ')})`;
 }
 
 /** @param {import('../index.js').Suggestion} suggestion */

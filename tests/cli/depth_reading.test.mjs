@@ -124,6 +124,21 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
   );
 });
 
+test('a scale that the steps of a known sensor contradict is a condition of the good frames', (t) => {
+  const set = ['--set', 'fx=96', '--set', 'depth_scale=5000'];
+  const wrong = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), set);
+  assert.match(
+    wrong.stderr,
+    /^note: depth_scale = 5000 is set, but the spacing of the raw values is that of a depth camera with 1000/m,
+  );
+  assert.match(
+    wrong.stdout,
+    /^\d good if 5000 depth values are a metre, which the depth images contradict \(--set depth_scale=NUMBER\); \d doubtful/m,
+  );
+  const right = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96', '--set', 'depth_scale=1000']);
+  assert.match(right.stdout, /^\d good, \d doubtful, \d lost$/m);
+});
+
 test('a ground truth of the same size confirms what is assumed, and one of another size does not', (t) => {
   const right = reconstruct(
     t,

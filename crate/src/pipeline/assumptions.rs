@@ -177,7 +177,8 @@ fn wrong_focal_length(settings: &SpatialSettings, scale: &DepthScale) -> Option<
     })
 }
 
-fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
+/// What the first image says against the depth scale that is set.
+pub(crate) fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
     let set = settings.depth_scale;
     if set == 0.0 {
         return None;
@@ -243,28 +244,30 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
     Some(Suggestion { text, setting: ReadingSetting::DepthScale, value })
 }
 
-/// The assumptions, those marked as confirmed that the reference bears out: a wrong scale changes the distances, a wrong focal
-/// length both distances and angles. The estimate does not depend on it.
-pub(crate) fn confirmed_by_reference<P: Copy + Into<Pose3>>(
-    assumptions: Vec<Assumption>,
+/// How the reference bears out a setting, in words, if it does: a wrong scale changes the distances, a wrong focal length both
+/// distances and angles. The estimate does not depend on it.
+pub(crate) fn confirmation<P: Copy + Into<Pose3>>(
     poses: &[Option<Pose3>],
     comparison: &TrajectoryError<P>,
-) -> Vec<Assumption> {
+) -> impl Fn(ReadingSetting) -> Option<String> + use<P> {
     let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Into::into)).collect();
     let has_rotations = comparison.rotation_errors.iter().any(Option::is_some);
     let agree = motions_agree(poses, &reference, MIN_FACTOR);
     let words =
         |what: &str| format!("the ground truth, whose {what} are the same within {:.0} %", 100.0 * (MIN_FACTOR - 1.0));
-    let confirm = |assumption: Assumption| {
-        let by = match assumption.setting {
-            ReadingSetting::DepthScale => agree.translation.then(|| words("distances")),
-            ReadingSetting::Fx => {
-                (agree.translation && agree.rotation && has_rotations).then(|| words("distances and angles"))
-            }
-        };
-        Assumption { confirmed_by: assumption.confirmed_by.or(by), ..assumption }
-    };
-    assumptions.into_iter().map(confirm).collect()
+    move |setting| match setting {
+        ReadingSetting::DepthScale => agree.translation.then(|| words("distances")),
+        ReadingSetting::Fx => {
+            (agree.translation && agree.rotation && has_rotations).then(|| words("distances and angles"))
+        }
+    }
+}
+
+impl Assumption {
+    /// The same where something else confirms it, too.
+    pub(crate) fn or_confirmed(self, by: impl Fn(ReadingSetting) -> Option<String>) -> Self {
+        Self { confirmed_by: self.confirmed_by.or_else(|| by(self.setting)), ..self }
+    }
 }
 
 /// The scale in use that is this one, about; else a whole number.
@@ -398,15 +401,14 @@ mod tests {
         assert_eq!(confirmed(smooth.clone()), [None, None]);
 
         let by_reference = |scale, turn| {
-            confirmed(confirmed_by_reference(smooth.clone(), &path(scale, turn), &compared()))
-                .iter()
-                .map(Option::is_some)
-                .collect::<Vec<_>>()
+            let by = confirmation(&path(scale, turn), &compared());
+            smooth.iter().map(|one| one.clone().or_confirmed(&by).confirmed_by.is_some()).collect::<Vec<_>>()
         };
         assert_eq!(by_reference(1.01, 1.01), [true, true]);
         assert_eq!(by_reference(1.0, 0.9), [true, false], "turns of another size are another focal length's");
         assert_eq!(by_reference(6.5, 1.0), [false, false]);
-        let by = confirmed(confirmed_by_reference(of_kinect, &path(1.0, 1.0), &compared()));
+        let reference = confirmation(&path(1.0, 1.0), &compared());
+        let by = confirmed(of_kinect.into_iter().map(|one| one.or_confirmed(&reference)).collect());
         assert_eq!(by[0].as_ref(), Some(steps), "what confirms it already stays");
         assert!(by[1].as_ref().unwrap().contains("distances and angles"), "{by:?}");
     }

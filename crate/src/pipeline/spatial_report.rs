@@ -25,6 +25,8 @@ pub struct SpatialResult {
     pub quantisation: Option<Quantisation>,
     /// What was assumed of the depth images, as neither a setting nor a file says it.
     pub assumptions: Vec<Assumption>,
+    /// Whether the first depth image contradicts the depth scale that is set, and no reference bears it out; a note says how.
+    pub is_scale_contradicted: bool,
     /// One entry a registered frame.
     pub frames: Vec<FrameResult<SpatialPose, ()>>,
     /// Places that came into view again, and what came of it.

@@ -48,15 +48,16 @@ export function spatialFigures(
   return figures;
 }
 
-/** Frames that are good fit each other: what the size and the shape of the map rest on, and nothing confirms, stands beside. */
-function framesFigure({ frames, assumptions }: SpatialResult, num_frames: number): Figure {
+/** Frames that are good fit each other: what the size and the shape of the map rest on, and is not confirmed, stands beside. */
+function framesFigure(result: SpatialResult, num_frames: number): Figure {
+  const { frames, assumptions } = result;
   const counts = { good: 0, doubtful: 0, lost: 0 };
   for (const { status } of frames) counts[status]++;
   const worries = [
     counts.lost > 0 ? `${formatCount(counts.lost)} lost` : '',
     counts.doubtful > 0 ? `${formatCount(counts.doubtful)} doubtful` : '',
   ].filter((words) => words !== '');
-  const provided = counts.good > 0 ? condition(assumptions) : '';
+  const provided = counts.good > 0 ? condition(result) : '';
   const good = worries.length > 0 ? [...worries, `${formatCount(counts.good)} good`].join(', ') : 'all good';
   const figure: Figure = {
     label: frames.length === 1 ? 'Frame' : 'Frames',
@@ -67,7 +68,8 @@ function framesFigure({ frames, assumptions }: SpatialResult, num_frames: number
     meaning: provided === '' ? good : `${good} ${provided}`,
     tone: counts.lost > 0 ? 'lost' : worries.length > 0 || provided !== '' ? 'doubtful' : 'plain',
   };
-  return provided === '' ? figure : { ...figure, action: changeAction('Change what the good frames assume') };
+  const is_assumed = provided !== '' && assumptions.length > 0;
+  return is_assumed ? { ...figure, action: changeAction('Change what the good frames assume') } : figure;
 }
 
 /** Opens the dialog of what is assumed. */

@@ -14,7 +14,7 @@ use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
 use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
-use crate::pipeline::assumptions::{Assumption, assumptions, contradictions};
+use crate::pipeline::assumptions::{Assumption, assumptions, contradictions, wrong_scale};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings, set_or};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
@@ -49,6 +49,8 @@ pub struct DepthDecodeConfig {
     pub depth_step: f64,
     /// What was assumed.
     pub assumptions: Vec<Assumption>,
+    /// Whether the first image contradicts the depth scale that is set.
+    pub is_scale_contradicted: bool,
     /// What is worth knowing of that, and what the first image says against the settings, in whole sentences.
     pub notes: Vec<String>,
     /// Bits of a raw value.
@@ -110,6 +112,7 @@ impl DecodeConfig {
             camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
             assumptions: assumptions(&settings, &first, &scale, &camera),
+            is_scale_contradicted: wrong_scale(&settings, &scale).is_some(),
             notes,
             bits: first.bits,
             has_swapped_bytes,

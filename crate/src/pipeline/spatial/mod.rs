@@ -23,7 +23,7 @@ use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
-use crate::pipeline::assumptions::{confirmed_by_reference, own_focal_length_of_kinect, suggestion};
+use crate::pipeline::assumptions::{ReadingSetting, confirmation, own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{
     DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, merged, set_intrinsics,
 };
@@ -270,11 +270,10 @@ impl SpatialReconstruction {
             let of = |worst| suggestion(&self.poses_up_to(worst), comparison, reading);
             of(Status::Good).or_else(|| of(Status::Doubtful))
         });
-        let assumed = self.depth().map_or_else(Vec::new, |depth| depth.assumptions.clone());
-        let assumptions = match &comparison {
-            Some(comparison) => confirmed_by_reference(assumed, &self.poses_up_to(Status::Good), comparison),
-            None => assumed,
-        };
+        let reference = comparison.as_ref().map(|comparison| confirmation(&self.poses_up_to(Status::Good), comparison));
+        let by_reference = |setting| reference.as_ref().and_then(|confirmation| confirmation(setting));
+        let assumptions = self.depth().into_iter().flat_map(|depth| &depth.assumptions);
+        let is_scale_contradicted = self.depth().is_some_and(|depth| depth.is_scale_contradicted);
         let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
@@ -286,7 +285,8 @@ impl SpatialReconstruction {
             camera: self.depth().map(|depth| depth.camera),
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
-            assumptions,
+            assumptions: assumptions.map(|one| one.clone().or_confirmed(by_reference)).collect(),
+            is_scale_contradicted: is_scale_contradicted && by_reference(ReadingSetting::DepthScale).is_none(),
             frames: frames
                 .map(|((Frame { label, .. }, estimate), assessment)| {
                     FrameResult::of_frame(label.clone(), estimate, &assessment)
