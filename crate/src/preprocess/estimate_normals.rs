@@ -49,20 +49,29 @@ fn normals(
     viewpoint: DVec3,
     max_flatness: f64,
 ) -> Vec<Option<Vector3<f64>>> {
-    let Neighbourhood { max_neighbors, radius } = neighbourhood;
-    let mut neighbors = Vec::with_capacity(max_neighbors);
-    points
-        .iter()
-        .map(|point| {
-            tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, &mut neighbors);
-            let normal = least_spread(points, *point, &neighbors, max_flatness)?;
-            let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
-            Some(Vector3::new(towards.x, towards.y, towards.z))
-        })
-        .collect()
+    let mut neighbors = Vec::with_capacity(neighbourhood.max_neighbors);
+    let normal = |point: &Vec3| {
+        find_neighbors(tree, *point, neighbourhood, &mut neighbors);
+        let normal = least_spread(points, *point, &neighbors, max_flatness)?;
+        let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
+        Some(Vector3::new(towards.x, towards.y, towards.z))
+    };
+    points.iter().map(normal).collect()
+}
+
+/// Not part of the loop over the points: browsers begin optimised code at the next call of a function, and the loop is one.
+#[inline(never)]
+fn find_neighbors(
+    tree: &KdTree<3>,
+    point: Vec3,
+    Neighbourhood { max_neighbors, radius }: Neighbourhood,
+    neighbors: &mut Vec<Neighbor>,
+) {
+    tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, neighbors);
 }
 
 /// The direction in which the neighbours spread least.
+#[inline(never)]
 fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatness: f64) -> Option<DVec3> {
     if neighbors.len() < MIN_NEIGHBORS {
         return None;

@@ -193,7 +193,10 @@ impl CloudOdometry {
     /// Starts nearby; where the result is not good, also farther away and by features. A sample of the points decides: the
     /// first start that is good with it, or else the one with the highest score.
     fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
-        let nearby = self.register_nearby(task);
+        let guess = self.nearby_guess(task, slice::from_ref(&self.options.stages().0));
+        let sample = self.register_sample(task, guess);
+        let is_lost = sample.assessment.status == Status::Lost;
+        let nearby = if is_lost { sample } else { self.register(task, guess) };
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
@@ -217,7 +220,8 @@ impl CloudOdometry {
             Candidate { is_global: rough.is_global, ..self.register(task, guess) }
         };
         let is_better = |other: &Candidate| other.is_sound() && other.score() > nearby.score();
-        best.map(whole).filter(is_better).unwrap_or(nearby)
+        let found = best.map(whole).filter(is_better);
+        found.unwrap_or_else(|| if is_lost { self.register(task, guess) } else { nearby })
     }
 
     /// Registers the whole cloud from a guess, and assesses the result.
