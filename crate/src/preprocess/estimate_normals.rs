@@ -70,7 +70,7 @@ fn find_neighbors(
     tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, neighbors);
 }
 
-/// The direction in which the neighbours spread least.
+/// The direction in which the neighbours spread least; a function of its own for the same reason.
 #[inline(never)]
 fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatness: f64) -> Option<DVec3> {
     if neighbors.len() < MIN_NEIGHBORS {

@@ -181,7 +181,7 @@ impl CloudOdometry {
 
     /// Starts from the last pose or from constant velocity, whichever fits a sample of the points better.
     fn register_nearby(&self, task: &Task<'_>) -> Candidate {
-        self.register(task, self.nearby_guess(task, slice::from_ref(&self.options.stages().0)))
+        self.register(task, self.start_nearby(task))
     }
 
     /// Starts from the motion that global registration to the last cloud finds.
@@ -191,9 +191,10 @@ impl CloudOdometry {
     }
 
     /// Starts nearby; where the result is not good, also farther away and by features. A sample of the points decides: the
-    /// first start that is good with it, or else the one with the highest score.
+    /// first start that is good with it, or else the one with the highest score. The start nearby is left to the last where the
+    /// sample is lost from it.
     fn register_where_doubtful(&self, task: &Task<'_>) -> Candidate {
-        let guess = self.nearby_guess(task, slice::from_ref(&self.options.stages().0));
+        let guess = self.start_nearby(task);
         let sample = self.register_sample(task, guess);
         let is_lost = sample.assessment.status == Status::Lost;
         let nearby = if is_lost { sample } else { self.register(task, guess) };
@@ -242,6 +243,11 @@ impl CloudOdometry {
         let agreement = self.free_space(task.frame, task.last, &T_last_frame).agreement();
         let assessment = self.assess(&registration, agreement);
         Candidate { registration, is_global: false, assessment }
+    }
+
+    /// By the options of the registration itself.
+    fn start_nearby(&self, task: &Task<'_>) -> Pose3 {
+        self.nearby_guess(task, slice::from_ref(&self.options.stages().0))
     }
 
     /// The last pose or the last motion once more, whichever a few of the points fit better from, moved to where they do.
