@@ -76,9 +76,12 @@ impl DepthOdometry {
         let near = chain.search_near_prediction(&matcher);
         let proposal = if chain.needs_no_wider_search(&near) {
             Proposal::InMap(chain.apply_motion_prior(&matcher, near))
+        } else if let Some(tracked) = chain.track(frame, &matcher, &near) {
+            tracked
+        } else if chain.goes_on(&near) {
+            Proposal::InMap(near)
         } else {
-            let tracked = chain.track(frame, &matcher, &near);
-            tracked.unwrap_or_else(|| Proposal::InMap(chain.search_wider(&matcher, near)))
+            Proposal::InMap(chain.search_wider(&matcher, near))
         };
 
         let mut outcome = match chain.assess(&matcher, proposal) {

@@ -76,6 +76,8 @@ pub(super) enum PoseUncertainty {
     Along(Vector3<f64>, f64),
     /// By this translation (m, in the world): the surfaces repeat.
     Period(Vector3<f64>),
+    /// By a motion of at most this length (m, two metres per radian).
+    Within(f64),
     /// By any motion.
     Unbounded,
 }
@@ -87,6 +89,8 @@ impl PoseUncertainty {
             Self::Along(direction, sigma) => {
                 sigma.is_finite().then(|| direction * direction.transpose() * (sigma * sigma))
             }
+            // Of a uniform distribution in a ball.
+            Self::Within(radius) => Some(Matrix3::from_diagonal_element(radius * radius / 5.0)),
             Self::Period(_) | Self::Unbounded => None,
         }
     }

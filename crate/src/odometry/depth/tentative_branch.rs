@@ -293,7 +293,7 @@ impl TentativeBranch {
             _ if frame.is_resolved => false,
             Some(PoseUncertainty::Along(direction, _)) => is_along(&direction),
             Some(PoseUncertainty::Period(offset)) => is_along(&offset.normalize()),
-            Some(PoseUncertainty::Unbounded) => true,
+            Some(PoseUncertainty::Within(_) | PoseUncertainty::Unbounded) => true,
             None => false,
         };
         let num_causes = self.frames.iter().filter(|frame| may_have_caused(frame)).count();

@@ -8,6 +8,8 @@
 pub(crate) mod beams;
 pub(crate) mod sphere;
 
+use std::f64::consts::SQRT_2;
+
 use nalgebra::Vector3;
 
 use crate::camera::Surfel;
@@ -51,6 +53,12 @@ pub struct DepthNoise {
 const NOISE_SIGMAS: f64 = 2.0;
 
 impl DepthNoise {
+    /// That of the difference between two frames, each with this noise.
+    #[must_use]
+    pub fn of_difference(self) -> Self {
+        Self { over_square: self.over_square * SQRT_2 }
+    }
+
     /// The tolerance (m) for a surface at a depth (m): `least`, or what the noise explains.
     pub fn tolerance(self, least: f64, depth: f64) -> f64 {
         least.max(NOISE_SIGMAS * self.over_square * depth * depth)

@@ -74,7 +74,9 @@ impl Chain {
         }
         // A chain of a few frames may itself be wrong: no plausible frame is added to it.
         let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
-        if hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || is_established) {
+        let is_plausible =
+            hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || is_established);
+        if is_plausible || self.goes_on(&hypothesis) {
             return Decision::KeepTentative(hypothesis, assessment);
         }
         Decision::Reject(hypothesis, assessment)

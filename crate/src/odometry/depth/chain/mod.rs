@@ -4,6 +4,7 @@
 mod accept;
 mod apply_motion_prior;
 mod assess;
+mod bound_uncertainty;
 mod keep_tentative;
 mod reassess;
 mod reject;
@@ -176,6 +177,7 @@ impl Chain {
         uncertain: Option<Assessment>,
     ) -> SpatialEstimate {
         let T_world_sensor = *hypothesis.T_world_sensor();
+        let uncertainty = uncertain.is_some().then(|| self.uncertainty_of(&hypothesis));
         let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
             self.motion_prior.push(&motion);
@@ -186,7 +188,7 @@ impl Chain {
             self.ncc.push(ncc);
         }
         for branch in &mut self.tentative_branches {
-            branch.push(number, uncertain.is_some().then(|| hypothesis.uncertainty()));
+            branch.push(number, uncertainty);
         }
         let assessment = uncertain.unwrap_or_else(|| hypothesis.assessment());
         self.insert(number, frame, hypothesis, assessment)

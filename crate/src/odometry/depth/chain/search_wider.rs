@@ -4,7 +4,6 @@
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::propose::REACH_ALL_AROUND;
 use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 
@@ -16,8 +15,7 @@ impl Chain {
     /// the evidence contradicts both, one farther away or near a keyframe.
     pub(in super::super) fn search_wider(&self, matcher: &FrameMatcher<'_>, near: PoseHypothesis) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
-        let reach = self.motion_prior.reach_with_rotation(NUM_SEARCHES);
-        let is_video = reach.is_some_and(|reach| reach < REACH_ALL_AROUND);
+        let is_video = self.stays_near(NUM_SEARCHES);
         let is_turn_of = |search: u32| !is_video || self.num_rejected % NUM_SEARCHES == search;
         let mut best = near;
         if is_turn_of(0) || !best.is_contradicted() {

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::super::DepthOptions;
 use super::super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
 use super::super::hypotheses::CONVERGING_DISTANCE;
 use super::super::pose_hypothesis::PoseHypothesis;
@@ -33,6 +34,11 @@ pub(super) struct PosedFrame {
 impl PosedFrame {
     pub(super) fn new(frame: &PreparedSurfels, T_world_sensor: Pose3, motion: Pose3) -> Self {
         Self { frame: Arc::new(frame.clone()), T_world_sensor, motion }
+    }
+
+    /// Where the next frame may be: the same pose, and the constant-velocity prediction.
+    pub(super) fn predictions(&self) -> [Pose3; 2] {
+        [self.T_world_sensor, self.T_world_sensor * self.motion]
     }
 }
 
@@ -75,12 +81,17 @@ impl Chain {
         let mut reference = ReferenceMap { repeatability, ..ReferenceMap::default() };
         let view = reference.map.view(&before.frame.image, &T_world_before);
         reference.insert(&before.frame, 0, &T_world_before, &view);
-        let matcher = FrameMatcher::new(&reference, frame, self.options);
-        let predictions = [T_world_before, T_world_before * before.motion];
+        // The frame before has as much noise as this one; the map has less.
+        let options = DepthOptions { noise: self.options.noise.of_difference(), ..self.options };
+        let matcher = FrameMatcher::new(&reference, frame, options);
+        let (predictions, stays_near) = (before.predictions(), self.stays_near(1));
         // Near the last pose or the constant-velocity prediction, in rotation too: upside down a bare room looks much the same.
         let is_tracked = |found: &PoseHypothesis| {
             let is_near = predictions.iter().any(|T| apart(T, found.T_world_sensor()) < CONVERGING_DISTANCE);
-            is_near && found.overlap > MIN_TRACKED_OVERLAP && found.is_accepted(PredictionGate::Inside)
+            // Where no other pose is within reach of the camera, it need not be excluded by more agreement.
+            let is_constrained =
+                found.is_accepted(PredictionGate::Inside) || (stays_near && found.is_constrained_by_map());
+            is_near && found.overlap > MIN_TRACKED_OVERLAP && is_constrained
         };
         let found = predictions.iter().map(|T| matcher.register_at(*T)).filter(is_tracked);
         let found = found.max_by(|a, b| a.support.total_cmp(&b.support));
