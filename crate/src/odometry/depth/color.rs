@@ -35,7 +35,7 @@ pub(super) const SAME_OFFSET_STEPS: i32 = 5;
 /// The best position is distinct from another if its correlation is larger by this ...
 const MIN_NCC_DIFFERENCE: f64 = 0.15;
 /// ... or leaves less unexplained (1 - correlation) by this factor: images of one place seldom differ as much.
-pub(super) const UNEXPLAINED_RATIO: f64 = 3.0;
+const UNEXPLAINED_RATIO: f64 = 3.0;
 /// Smallest unexplained part (1 - correlation) that is not chance.
 const MIN_UNEXPLAINED: f64 = 0.004;
 /// One of this many textured points must be visible in the keyframe images.

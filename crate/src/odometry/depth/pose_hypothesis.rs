@@ -140,11 +140,6 @@ impl PoseHypothesis {
         self.has_constraining_surfaces() || sigma < WELL_CONSTRAINED_SIGMA
     }
 
-    /// Whether pieces of surface that may be noise alone hold the position along the weakest direction.
-    pub(super) fn is_held_by_noise(&self) -> bool {
-        self.weakest.apparent_share > WELL_CONSTRAINED_SHARE
-    }
-
     /// Whether neither surfaces nor colours constrain the position along one direction.
     pub(super) fn is_degenerate(&self) -> bool {
         self.open_sigma.is_some()
@@ -237,19 +232,15 @@ impl PoseHypothesis {
     }
 
     /// The assessment of a pose in this relation to the prediction.
-    pub(super) fn assessment_at(&self, gate: PredictionGate, is_photometrically_consistent: bool) -> Assessment {
+    pub(super) fn assessment_at(&self, gate: PredictionGate) -> Assessment {
         let mut assessment = self.assessment();
         if let Some(offset) = self.second_basin {
             assessment.doubt_position(offset.norm());
         }
-        if assessment.status != Status::Good || (self.is_accepted(gate) && is_photometrically_consistent) {
+        if assessment.status != Status::Good || self.is_accepted(gate) {
             return assessment;
         }
-        let reason = if is_photometrically_consistent {
-            "it fits the map, but the overlap is too small to exclude another pose"
-        } else {
-            "its surfaces fit the map, but its colours do not: it may be off by one period of a repetitive structure"
-        };
+        let reason = "it fits the map, but the overlap is too small to exclude another pose";
         Assessment { status: Status::Doubtful, reason: reason.to_owned(), ..assessment }
     }
 

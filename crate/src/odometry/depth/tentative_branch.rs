@@ -30,17 +30,6 @@ pub(super) struct TentativeBranch {
     /// ... and how many members of the chain are in it.
     num_members_before: usize,
     frames: Vec<BranchFrame>,
-    /// What later frames tell of its error; `None` as long as they tell nothing.
-    bound: Option<ErrorBound>,
-}
-
-/// A bound of the error of a branch, by a frame that was registered to the map from before it.
-#[derive(Clone)]
-struct ErrorBound {
-    /// Frames that were in the branch by then.
-    num_frames: usize,
-    /// Covariance (m^2) of the position at its end.
-    covariance: Matrix3<f64>,
 }
 
 #[derive(Clone)]
@@ -90,9 +79,6 @@ pub(super) struct BranchCorrection {
 pub(super) enum BranchOutcome {
     /// It overlaps that map too little.
     Unresolved,
-    /// The registration agrees with the branch, but leaves the position along one direction open: the branch is off by no more
-    /// than that registration, with this covariance (m^2).
-    Bounded(Matrix3<f64>),
     /// The registration agrees with the branch.
     Confirmed(Box<PoseHypothesis>),
     /// The registration differs: the branch is wrong by the difference.
@@ -120,30 +106,20 @@ impl TentativeBranch {
 
     /// Its uncertain frames that no later frame has resolved.
     pub(super) fn unresolved(&self) -> UnresolvedFrames {
-        let open = self.frames.iter().enumerate().filter(|(_, frame)| frame.open().is_some());
-        let unresolved = |(index, frame): (usize, &BranchFrame)| {
-            // The frames after those that a bound covers have no other error than that.
-            let num_frames = self.bound.as_ref().map_or(index + 1, |bound| bound.num_frames.max(index + 1));
-            UnresolvedFrame {
-                number: frame.number,
-                sigma: self.covariance_after(num_frames).map(|sum| largest_sigma(&sum)),
-            }
+        let open = self.frames.iter().zip(self.covariances()).filter(|(frame, _)| frame.open().is_some());
+        let unresolved = |(frame, sum): (&BranchFrame, Option<Matrix3<f64>>)| UnresolvedFrame {
+            number: frame.number,
+            sigma: sum.as_ref().map(largest_sigma),
         };
         UnresolvedFrames { frames: open.map(unresolved).collect() }
     }
 
-    /// Covariance (m^2) of the position after so many of its frames; `None` where nothing bounds it.
-    fn covariance_after(&self, num_frames: usize) -> Option<Matrix3<f64>> {
-        let bound = self.bound.as_ref().filter(|bound| bound.num_frames <= num_frames);
-        let (start, covariance) = bound.map_or((0, Matrix3::zeros()), |bound| (bound.num_frames, bound.covariance));
-        let since: Option<Matrix3<f64>> =
-            self.frames[start..num_frames].iter().filter_map(BranchFrame::open).map(|open| open.covariance()).sum();
-        since.map(|since| covariance + since)
-    }
-
-    /// Takes a bound of the error at its end.
-    pub(super) fn bound_error(&mut self, covariance: Matrix3<f64>) {
-        self.bound = Some(ErrorBound { num_frames: self.frames.len(), covariance });
+    /// Covariance (m^2) of the position after each of its frames; `None` where nothing bounds it.
+    fn covariances(&self) -> impl Iterator<Item = Option<Matrix3<f64>>> {
+        self.frames.iter().scan(Some(Matrix3::zeros()), |sum, frame| {
+            *sum = frame.added_to(*sum);
+            Some(*sum)
+        })
     }
 
     /// The frames that are certain relative to each other and to the map before the branch, in which `num_good_before` are good; or those
@@ -154,7 +130,7 @@ impl TentativeBranch {
             let chosen = self.frames.iter().enumerate().filter(|(index, frame)| is_in(*index) && frame.is_certain());
             chosen.map(|(_, frame)| frame.number).collect::<Vec<u32>>()
         };
-        let known = self.known_to_map_before();
+        let known: Vec<bool> = self.covariances().map(is_small).collect();
         if known.iter().all(|is_known| *is_known) {
             return None;
         }
@@ -167,26 +143,6 @@ impl TentativeBranch {
         } else {
             Some(Majority { includes_map_before: true, numbers: with_map_before })
         }
-    }
-
-    /// Whether the errors that add up from the map before to each frame, or back from a bound after it, are no wrong position.
-    fn known_to_map_before(&self) -> Vec<bool> {
-        let bound = self.bound.as_ref();
-        let mut known = Vec::with_capacity(self.frames.len());
-        let mut sum = Some(Matrix3::zeros());
-        for (num_frames, frame) in (1..).zip(&self.frames) {
-            let bounded = bound.filter(|bound| bound.num_frames == num_frames).map(|bound| bound.covariance);
-            sum = bounded.or_else(|| frame.added_to(sum));
-            known.push(is_small(sum));
-        }
-        if let Some(ErrorBound { num_frames, covariance }) = bound {
-            let mut until = Some(*covariance);
-            for (frame, is_known) in self.frames.iter().zip(&mut known).take(*num_frames).rev() {
-                until = frame.added_to(until);
-                *is_known |= is_small(until);
-            }
-        }
-        known
     }
 
     /// The frames in a row with the most certain registrations between which the errors add up to no wrong position, before one whose
@@ -243,9 +199,6 @@ impl TentativeBranch {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
         let anchored = matcher.register_at(*T_world_sensor);
         let leads_here = apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE;
-        if anchored.is_degenerate() && leads_here {
-            return self.bounded_by(&matcher, anchored, T_world_sensor);
-        }
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
         if !is_accepted || matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_some() {
             return BranchOutcome::Unresolved;
@@ -257,30 +210,6 @@ impl TentativeBranch {
         // objects tells positions apart, but not reliably.
         let is_reliable = anchored.photometric_ncc.is_some() || anchored.is_well_constrained();
         if is_reliable { BranchOutcome::Refuted(Box::new(anchored)) } else { BranchOutcome::Unresolved }
-    }
-
-    /// What a frame says by a registration to the map from before the branch (`anchored`) that leads to about the same pose, but
-    /// is degenerate: the branch is off by no more than that one may be, and by the difference between the two. It started from
-    /// the branch, so where nothing holds it along the open direction, it does not tell an error that nothing else bounds.
-    fn bounded_by(
-        &self,
-        matcher: &FrameMatcher<'_>,
-        mut anchored: PoseHypothesis,
-        T_world_sensor: &Pose3,
-    ) -> BranchOutcome {
-        let Some(covariance) = anchored.uncertainty().covariance() else { return BranchOutcome::Unresolved };
-        let difference = anchored.T_world_sensor().translation.vector - T_world_sensor.translation.vector;
-        let covariance = covariance + difference * difference.transpose();
-        let known = self.covariance_after(self.frames.len());
-        let tells_more =
-            known.map_or(anchored.is_held_by_noise(), |known| largest_sigma(&covariance) < largest_sigma(&known));
-        anchored.open_sigma = None;
-        let is_accepted = || {
-            anchored.is_constrained_by_map()
-                && anchored.is_accepted(PredictionGate::InsideAfterGap)
-                && matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_none()
-        };
-        if tells_more && is_accepted() { BranchOutcome::Bounded(covariance) } else { BranchOutcome::Unresolved }
     }
 
     /// The corrections of all frames where the end of the branch is off by `motion` (of the world), whose translation at the
@@ -373,7 +302,7 @@ mod tests {
 
     /// Whether the position of a frame after its last one may be wrong.
     fn is_uncertain(branch: &TentativeBranch) -> bool {
-        !is_small(branch.covariance_after(branch.frames.len()))
+        !branch.covariances().last().is_some_and(is_small)
     }
 
     /// The correction along x (m) of each frame, and whether it is certain, where the end is off by 0.4 m.
@@ -408,27 +337,6 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_replaces_what_its_frames_add_up_to_and_later_ones_add_to_it() {
-        let along_x = |sigma| Matrix3::from_diagonal(&Vector3::new(sigma * sigma, 0.0, 0.0));
-        let sigmas = |branch: &TentativeBranch| -> Vec<Option<f64>> {
-            branch.unresolved().frames.iter().map(|frame| frame.sigma.map(|sigma| (100.0 * sigma).round())).collect()
-        };
-        let mut branch = branch(&[ALONG_X, None, UNBOUNDED, None, ALONG_X, None]);
-        assert!(is_uncertain(&branch));
-        assert_eq!(branch.majority(1), Some(Majority { includes_map_before: true, numbers: vec![] }));
-        assert_eq!(sigmas(&branch), [Some(30.0), None, None]);
-        branch.bound_error(along_x(0.1));
-        assert!(!is_uncertain(&branch));
-        assert_eq!(branch.majority(1).unwrap().numbers, [5], "the frame before it is off by more than the bound");
-        assert_eq!(sigmas(&branch), [Some(10.0); 3]);
-        branch.push(6, ALONG_X);
-        assert!(is_uncertain(&branch));
-        assert_eq!(sigmas(&branch)[3], Some(32.0));
-        branch.bound_error(along_x(0.3));
-        assert!(is_uncertain(&branch) && branch.majority(9).unwrap().numbers.is_empty(), "too large a bound");
-    }
-
-    #[test]
     fn a_resolved_frame_is_no_possible_cause() {
         let mut outer = branch(&[ALONG_X, None, UNBOUNDED, None]);
         let mut inner = TentativeBranch::default();
@@ -436,6 +344,22 @@ mod tests {
         outer.mark_resolved(&inner);
         assert_eq!(corrections(&outer), [(0.4, false), (0.4, true), (0.4, false), (0.4, true)]);
         assert!(is_uncertain(&outer) && outer.ends_with_certain_pose() && !inner.ends_with_certain_pose());
+    }
+
+    #[test]
+    fn an_uncertain_frame_leaves_the_sum_of_all_errors_up_to_it() {
+        let within = Some(PoseUncertainty::Within(0.2));
+        let branch = branch(&[ALONG_X, None, ALONG_X, ALONG_Z, within, UNBOUNDED, ALONG_X]);
+        let sigmas = branch.unresolved().frames.into_iter().map(|frame| (frame.number, frame.sigma));
+        let (two, ball) = (0.3 * 2_f64.sqrt(), (0.18 + 0.04 / 5.0_f64).sqrt());
+        let expected = [(0, Some(0.3)), (2, Some(two)), (3, Some(two)), (4, Some(ball)), (5, None), (6, None)];
+        for ((number, sigma), (expected_number, expected_sigma)) in sigmas.zip(expected) {
+            assert_eq!((number, sigma.is_some()), (expected_number, expected_sigma.is_some()));
+            assert!(
+                (sigma.unwrap_or_default() - expected_sigma.unwrap_or_default()).abs() < 1e-9,
+                "{number}: {sigma:?}"
+            );
+        }
     }
 
     #[test]

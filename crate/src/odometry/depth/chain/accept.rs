@@ -17,14 +17,9 @@ impl Chain {
     ) -> Outcome {
         let (mut moved, mut dropped, mut uncertain) = (Vec::new(), Vec::new(), Vec::new());
         let is_next = self.num_rejected == 0 && self.gate_of(&hypothesis) != PredictionGate::NoPrediction;
-        while let Some(mut branch) = self.tentative_branches.pop() {
+        while let Some(branch) = self.tentative_branches.pop() {
             match branch.resolved_by(frame, hypothesis.T_world_sensor(), self.options) {
-                BranchOutcome::Bounded(covariance) if is_next => {
-                    branch.bound_error(covariance);
-                    self.tentative_branches.push(branch);
-                    break;
-                }
-                BranchOutcome::Unresolved | BranchOutcome::Bounded(_) => {
+                BranchOutcome::Unresolved => {
                     self.tentative_branches.push(branch);
                     break;
                 }

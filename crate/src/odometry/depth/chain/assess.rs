@@ -1,7 +1,6 @@
 //! Assess: what becomes of a frame with the pose that was found for it.
 
 use super::super::Verification;
-use super::super::color::UNEXPLAINED_RATIO;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
@@ -9,13 +8,6 @@ use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, SearchArea};
 use super::{Chain, MAX_UNESTABLISHED_FRAMES};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
-
-/// Number of frames whose photometric correlation must be known before a frame's is compared with it: images may belong to
-/// other frames, or the light may change with every frame.
-const MIN_NCC_FRAMES: u32 = 3;
-/// Photometric correlation (-1..=1) that suffices in any case. Below it, a pose may be off by one period of a repetitive
-/// texture.
-const SUFFICIENT_NCC: f64 = 0.9;
 
 /// The pose proposed for a frame, by what it was registered to.
 pub(in super::super) enum Proposal {
@@ -82,7 +74,7 @@ impl Chain {
         Decision::Reject(hypothesis, assessment)
     }
 
-    /// Whether surfaces and brightness suffice to accept a pose.
+    /// Whether the evidence suffices to accept a pose.
     pub(in super::super) fn is_accepted(&self, hypothesis: &PoseHypothesis) -> bool {
         self.is_accepted_at(hypothesis, self.gate_of(hypothesis))
     }
@@ -92,7 +84,7 @@ impl Chain {
         let is_anywhere = gate == PredictionGate::NoPrediction
             && hypothesis.photometric_ncc.is_none()
             && self.is_in_repetitive_place();
-        hypothesis.is_accepted(gate) && !is_anywhere && self.is_photometrically_consistent(hypothesis)
+        hypothesis.is_accepted(gate) && !is_anywhere
     }
 
     /// Whether a pose near the prediction is accepted, or undetermined along one direction only.
@@ -104,7 +96,7 @@ impl Chain {
 
     /// The assessment of a pose, with the reason why it is not accepted.
     pub(in super::super) fn assessment_of(&self, hypothesis: &PoseHypothesis) -> Assessment {
-        hypothesis.assessment_at(self.gate_of(hypothesis), self.is_photometrically_consistent(hypothesis))
+        hypothesis.assessment_at(self.gate_of(hypothesis))
     }
 
     /// Whether a pose that was rejected lies inside the gate around the last frame of the map.
@@ -116,13 +108,6 @@ impl Chain {
 
     pub(super) fn gate_of(&self, hypothesis: &PoseHypothesis) -> PredictionGate {
         PredictionGate::between(&self.last.T_world_sensor, hypothesis.T_world_sensor(), self.num_rejected)
-    }
-
-    /// Whether the frame leaves at most this multiple of the unexplained brightness (1 - correlation) of other frames.
-    fn is_photometrically_consistent(&self, hypothesis: &PoseHypothesis) -> bool {
-        let Some(mean_ncc) = self.ncc.of_at_least(MIN_NCC_FRAMES) else { return true };
-        let expected = 1.0 - UNEXPLAINED_RATIO * (1.0 - mean_ncc);
-        hypothesis.photometric_ncc.is_none_or(|ncc| ncc > expected.min(SUFFICIENT_NCC))
     }
 
     /// Notes another position of an accepted pose where the frame fits about as well, if the camera may be there. How far it may

@@ -17,7 +17,6 @@ pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
 use super::motion_prior::MotionPrior;
-use super::moving_average::MovingAverage;
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::TentativeBranch;
@@ -45,8 +44,6 @@ pub(super) struct Chain {
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
-    /// The photometric correlation of appended frames.
-    ncc: MovingAverage,
     /// Whether a frame fitted about as well at another position within reach.
     surfaces_repeat: bool,
     /// Branches of which the frames are members already, each beginning within the one before it.
@@ -118,7 +115,6 @@ impl Chain {
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
-            ncc: MovingAverage::default(),
             surfaces_repeat: false,
             tentative_branches: Vec::new(),
         };
@@ -184,9 +180,6 @@ impl Chain {
             self.reference.repeatability.push(hypothesis.repeatability);
         }
         (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor, motion), None, 0);
-        if let Some(ncc) = hypothesis.photometric_ncc {
-            self.ncc.push(ncc);
-        }
         for branch in &mut self.tentative_branches {
             branch.push(number, uncertainty);
         }

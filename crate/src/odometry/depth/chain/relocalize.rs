@@ -4,17 +4,10 @@ use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::super::second_basin::SearchArea;
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{Chain, Member};
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
-
-/// Distance above which two poses are different places (m, two metres per radian).
-const MIN_PLACE_DISTANCE: f64 = 0.2;
-/// Two places that agree alike are ambiguous if the overlap of one is more than this share of the other's.
-const MIN_AMBIGUOUS_OVERLAP_RATIO: f64 = 0.6;
 
 impl Chain {
     /// Searches for an unregistered frame near the members before and after it in the recording, and near its last pose; all
@@ -39,9 +32,7 @@ impl Chain {
         }
         let best = found.into_iter().max_by(|a, b| a.support.total_cmp(&b.support)).filter(is_accepted);
         let best = best.or_else(|| everywhere.then(|| self.search_near_keyframes(&matcher)).flatten())?;
-        let last = matcher.register_at(frame.T_world_sensor);
-        let is_elsewhere = || matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_some();
-        (!is_ambiguous(&last, &best) && !is_elsewhere()).then_some(best)
+        matcher.second_basin(&best, &SearchArea::anywhere(&best)).is_none().then_some(best)
     }
 
     /// The members directly before and after a frame in the recording.
@@ -51,14 +42,6 @@ impl Chain {
         let after = self.members.iter().filter(|member| member.number > number).min_by_key(gap);
         before.into_iter().chain(after).collect()
     }
-}
-
-/// Whether another pose fits about as well at a different place: neither is accepted then.
-fn is_ambiguous(other: &PoseHypothesis, best: &PoseHypothesis) -> bool {
-    let is_another_place = apart(other.T_world_sensor(), best.T_world_sensor()) > MIN_PLACE_DISTANCE;
-    let fits_as_well = other.agreement > best.agreement - MIN_AGREEMENT_DIFFERENCE
-        && other.overlap > MIN_AMBIGUOUS_OVERLAP_RATIO * best.overlap;
-    is_another_place && fits_as_well
 }
 
 impl FrameMatcher<'_> {
