@@ -58,7 +58,7 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
     );
   expect(cut).toEqual([]);
   await expect(spatial.figures).toContainText(
-    'depth: 1000 values per metre (assumed), focal length (assumed), rounded',
+    'depth: 1000 values per metre (assumed), rounded to whole values, focal length (assumed)',
   );
   await spatial.figures.getByRole('button', { name: 'Change what the good frames assume' }).click();
   const dialog = page.getByRole('dialog', { name: 'What is assumed of the depth images' });

@@ -146,6 +146,24 @@ test('a page that began with the ICP lab goes back to it', async ({ page }) => {
   await expect.poll(() => new URL(page.url()).hash).toContain('scene=outliers');
 });
 
+test('a link leads to Evaluate and to the strategies, and the sample is behind them', async ({ page }) => {
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  const shown = tools.locator('[aria-current=page]');
+  for (const [hash, tool] of [
+    ['#evaluate', 'Evaluate'],
+    ['#strategies', 'Strategies'],
+  ] as const) {
+    await page.goto('about:blank');
+    await page.goto(`./${hash}`);
+    await expect(shown).toHaveText(tool);
+    await tools.getByRole('button', { name: 'Map' }).click();
+    await expect(page.locator('.title')).toHaveText('Sample: a corridor');
+    await expect.poll(() => new URL(page.url()).hash).toBe('');
+    await page.goBack();
+    await expect(shown).toHaveText(tool);
+  }
+});
+
 test('a view that loads late does not come over one that was chosen since', async ({ app, page }) => {
   const tool = (name: string): Locator => page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name });
   let let_through: () => void = () => undefined;

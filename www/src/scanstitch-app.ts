@@ -35,6 +35,14 @@ const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datas
 const VIEWS = { map: null, bev: 'bev', icp: 'icp', evaluate: 'evaluation', strategies: 'strategies' } as const;
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
 
+/** The view that the page's address is of. */
+function viewOfAddress(): View {
+  const owner = ownerOf(location.hash);
+  return owner === 'planar' || owner === 'spatial' ? owner : VIEWS[owner];
+}
+
+const isRun = (view: View): view is Run => view === 'planar' || view === 'spatial';
+
 /** The element whose settings and views the page's address holds: one of a page. */
 let address_owner: ScanstitchApp | null = null;
 
@@ -135,7 +143,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private view_history = new ViewHistory(this, {
     is_own_page: () => this.owns_address,
     show: (view) => {
-      const named = (view || ownerOf(location.hash)) as View;
+      const named = view ? (view as View) : viewOfAddress();
       this.askForView();
       this.bring(this.opened.has(named) ? named : 'planar');
     },
@@ -146,7 +154,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (this.remember_settings) address_owner ??= this;
     if (this.hasUpdated || !this.owns_address) return;
     const owner = ownerOf(location.hash);
-    if (owner === 'bev' || owner === 'icp') this.first_view = owner;
+    if (owner in VIEWS) this.first_view = owner as keyof typeof VIEWS;
     else if (this.src === '' && owner === 'spatial') this.src = 'apartment';
   }
 
@@ -461,10 +469,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private bring(view: View): void {
     this.opened = new Set([...this.opened, view]);
     this.view = view;
-    if (view === 'planar' || view === 'spatial') this.run_kind = view;
-    // What the ICP lab or the bird's-eye view wrote into the address stays with them.
-    const owner = ownerOf(location.hash);
-    if ((owner === 'icp' || owner === 'bev') && view !== owner) (this.runView() ?? this.planar).writeAddress();
+    if (isRun(view)) this.run_kind = view;
+    // The address names a view beside the run, or holds what that wrote there, for as long as that is shown.
+    const named = viewOfAddress();
+    if (!isRun(named) && named !== view) (this.runView() ?? this.planar).writeAddress();
   }
 
   /** The registration of a scan or frame; null: of the selected one to the one before. */

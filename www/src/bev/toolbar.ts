@@ -16,9 +16,9 @@ const TOOLS: readonly [Tool, string][] = [
   ['pairs', 'Pairs'],
 ];
 const WHOLE: readonly [WholePixels, string][] = [
-  ['exact', 'sub-pixel'],
-  ['truncated', 'truncated'],
-  ['rounded', 'rounded'],
+  ['exact', 'no'],
+  ['truncated', 'down'],
+  ['rounded', 'to nearest'],
 ];
 /** What the bar shows beside the document, and what it asks for. */
 export interface ToolbarState {
@@ -63,7 +63,7 @@ export function toolbar(document: BevDocument, { can_undo, can_redo, ...has }: T
       </button>
     </div>
     <label
-      >Front pixels
+      >Round front pixels
       <select
         @change=${(event: Event) => has.change({ whole: (event.target as HTMLSelectElement).value as WholePixels }, true)}
       >

@@ -11,7 +11,7 @@ import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
 import { wordsOf } from '../components/session.js';
-import { drop_styles, shared } from '../components/theme.js';
+import { drop_styles, empty_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { download } from '../export/download.js';
@@ -429,7 +429,7 @@ export class ScanstitchLab extends LitElement {
     this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
   }
 
-  static override styles = [shared, layout_styles, drop_styles, lab_styles];
+  static override styles = [shared, layout_styles, drop_styles, empty_styles, lab_styles];
 }
 
 declare global {

@@ -97,8 +97,8 @@ function cameraFigure({ camera, depth_scale, quantisation, assumptions }: Spatia
   const focal_length = assumedMark(assumptions, 'fx');
   const parts = [
     scale && `depth: ${scale}${assumedMark(assumptions, 'depth_scale')}`,
+    quantisation && `${quantisation} to whole values`,
     focal_length && `focal length${focal_length}`,
-    quantisation,
   ];
   const figure: Figure = {
     label: 'Camera',

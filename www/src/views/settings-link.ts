@@ -13,10 +13,13 @@ export interface SettingsFacts<S extends object> {
   descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[];
 }
 
+/** Views that a fragment may name. */
+const NAMED = ['spatial', 'bev', 'icp', 'evaluate', 'strategies'] as const;
+
 /** Which view a fragment is of. */
-export function ownerOf(fragment: string): Settable | 'bev' | 'icp' {
+export function ownerOf(fragment: string): Settable | (typeof NAMED)[number] {
   const names = new URLSearchParams(fragment.replace(/^#/, ''));
-  return (['spatial', 'bev', 'icp'] as const).find((name) => names.has(name)) ?? 'planar';
+  return NAMED.find((name) => names.has(name)) ?? 'planar';
 }
 
 /** Those of the preset, then what is given as text, then what the page's fragment holds for this view. */

@@ -20,31 +20,31 @@ pub fn strategy_presets() -> Vec<Preset<VoxelOdometrySettings>> {
         Preset {
             name: "voxels_0.1",
             label: "Voxels 0.1 m",
-            explanation: "The map keeps one point in a cube of 10 cm, the first one seen, and a frame is thinned to as many before it is matched.",
+            explanation: "The map keeps one point per cube of 10 cm, the first one seen. Each frame is thinned in the same way before it is matched.",
             settings: voxels.clone(),
         },
         Preset {
             name: "voxels_0.3",
             label: "Voxels 0.3 m",
-            explanation: "The same with cubes of 30 cm: a ninth of the points on a wall.",
+            explanation: "The same with cubes of 30 cm, which keep a ninth of the points on a wall.",
             settings: VoxelOdometrySettings { map_voxel_size: 0.3, source_voxel_size: 0.3, ..voxels.clone() },
         },
         Preset {
             name: "planar",
             label: "Planar motion",
-            explanation: "Voxels of 10 cm, and the sensor stays level and at its height: three numbers to find for a frame instead of six.",
+            explanation: "Voxels of 10 cm. The sensor stays level and at its height, so each frame has three unknowns instead of six.",
             settings: VoxelOdometrySettings { motion: VoxelOdometryMotion::Planar, ..voxels.clone() },
         },
         Preset {
             name: "golden_data",
             label: "Golden data",
-            explanation: "Voxels of 10 cm, and a frame gives the map only the points that found no partner there: what is new.",
+            explanation: "Voxels of 10 cm. Only points without a partner in the map are added to it, that is, what is new.",
             settings: VoxelOdometrySettings { added: AddedPoints::Unmatched, ..voxels.clone() },
         },
         Preset {
             name: "adaptive",
             label: "Adaptive threshold",
-            explanation: "Voxels of 10 cm, and partners are looked for as far as the motion has surprised so far: KISS-ICP's threshold.",
+            explanation: "Voxels of 10 cm. The largest distance of a pair follows from how far predicted poses were off so far, as in KISS-ICP.",
             settings: VoxelOdometrySettings { threshold: ThresholdKind::Adaptive, ..voxels.clone() },
         },
         Preset {
