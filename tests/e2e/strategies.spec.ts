@@ -2,6 +2,7 @@
 import { readFileSync } from 'node:fs';
 import type { Page } from '@playwright/test';
 import { expectNamedControls, findWeakContrast } from './access.js';
+import { dropOn } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
 import { expect, test, type SpatialPage } from './spatial_page.js';
 
@@ -48,6 +49,29 @@ test('what is dropped on the strategies is compared there', async ({ spatial, pa
   await spatial.drop(recording(4));
   await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
   await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
+});
+
+test('a link to the strategies, or a host that shows them alone: the sample is compared there', async ({ page }) => {
+  const open = async (): Promise<void> => {
+    await page.getByRole('button', { name: 'Open the apartment (sample)' }).click();
+    await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
+    await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
+  };
+  await page.goto('./#strategies');
+  await open();
+  const host = '<!doctype html><title>Lesson</title><scanstitch-app view="strategies"></scanstitch-app>';
+  await page.route('**/lesson.html', (route) => route.fulfill({ contentType: 'text/html', body: host }));
+  await page.goto('./lesson.html');
+  await page.addScriptTag({ type: 'module', url: 'scanstitch-app.js' });
+  await open();
+});
+
+test('a recording that is dropped where a link led to is shown on the map', async ({ page }) => {
+  await page.goto('./#evaluate');
+  const shown = page.getByRole('navigation', { name: 'Tools' }).locator('[aria-current=page]');
+  await expect(shown).toHaveText('Evaluate');
+  await dropOn(page.locator('.app'), recording(3));
+  await expect(shown).toHaveText('Map');
 });
 
 test('who went to the map while it loads stays there', async ({ spatial, page }) => {

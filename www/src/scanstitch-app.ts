@@ -138,6 +138,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     },
     () => this.expectFiles(),
   );
+  /** The address asked for the first view, no host: what is opened is shown in its place. */
+  private gives_way = false;
   /** Views that were asked for: one that is loaded only after another was asked for is not shown. */
   private num_asked = 0;
   private view_history = new ViewHistory(this, {
@@ -154,7 +156,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (this.remember_settings) address_owner ??= this;
     if (this.hasUpdated || !this.owns_address) return;
     const owner = ownerOf(location.hash);
-    if (owner in VIEWS) this.first_view = owner as keyof typeof VIEWS;
+    if (owner in VIEWS) [this.first_view, this.gives_way] = [owner as keyof typeof VIEWS, true];
     else if (this.src === '' && owner === 'spatial') this.src = 'apartment';
   }
 
@@ -420,7 +422,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private async compareDropped(): Promise<void> {
     if (!this.is_to_compare || !this.spatial?.facts.result) return;
     this.is_to_compare = false;
-    if (this.view === 'spatial' && !this.spatial.has_messages) await this.go('strategies');
+    const is_left_for_it = this.view === 'spatial' && !this.spatial.has_messages;
+    if (is_left_for_it || this.view === 'strategies') await this.go('strategies');
   }
 
   private async keep(script: string): Promise<void> {
@@ -458,9 +461,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this.bring(view);
   }
 
-  /** Shows the run that has something new; a view beside it that the page has asked for stays. */
+  /** Shows the run that has something new; a view beside it that the host has asked for stays. */
   private showRun(run: Run): void {
-    const aside = VIEWS[this.first_view];
+    const aside = this.gives_way ? null : VIEWS[this.first_view];
     if (aside === null || this.view !== aside) return this.show(run);
     this.opened = new Set([...this.opened, run]);
     this.run_kind = run;

@@ -181,7 +181,7 @@ impl Assessment {
 
     /// Too little of the frame lies on the map to know its place without knowing its motion.
     pub fn doubt_overlap(&mut self, overlap: f64) {
-        self.doubt(&format!("only {} of it lies on the map, and nothing else tells its motion", percent(overlap)));
+        self.doubt(&format!("only {} of it lies on the map, and nothing else measures its motion", percent(overlap)));
     }
 
     /// It fits about as well at another position, at this distance (m).
@@ -202,17 +202,19 @@ impl Assessment {
     /// Makes a frame lost because a larger set of frames agrees without it.
     pub fn mark_outnumbered(&mut self) {
         (self.status, self.agreement) = (Status::Lost, 0.0);
-        "more frames fit each other, but not this one: it shows another place".clone_into(&mut self.reason);
+        "more frames fit each other without this one: it shows another place".clone_into(&mut self.reason);
     }
 
     /// Makes a good frame doubtful because another chain of frames has replaced its own, which began near it.
     pub fn mark_replaced(&mut self) {
-        self.doubt("more frames fit each other than it and those beside it: these lie near it, but its own position is known only roughly");
+        self.doubt("a larger set of frames fits together without it, and its position near them is known only roughly");
     }
 
     /// Makes a good frame doubtful because more frames are certain relative to each other than to it.
     pub fn mark_outside_majority(&mut self) {
-        self.doubt("more frames are certain relative to each other than to it: a frame between it and them has an uncertain pose");
+        self.doubt(
+            "most frames are certain relative to each other but not to it: a frame between them has an uncertain pose",
+        );
     }
 
     /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.

@@ -376,7 +376,7 @@ export const layout_styles = css`
   }
   scanstitch-messages {
     position: absolute;
-    inset: 12px auto auto 12px;
+    inset: 12px 62px auto auto;
     display: flex;
     flex-direction: column;
     width: min(430px, calc(100% - 74px));

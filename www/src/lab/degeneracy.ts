@@ -32,18 +32,19 @@ export function directionsOf({ degeneracy }: LabIteration): Direction[] {
 
 export const isTurning = ({ turn }: Direction): boolean => Math.hypot(...turn) > Math.SQRT1_2;
 
-/** "x +0.98, y −0.12", or "a turn about the middle". */
+/** "translation along x", "translation along (0.71, −0.71)" or "rotation about the middle". */
 function directionName({ turn, shift }: Direction, is_planar: boolean): string {
-  const names = ['x', 'y', 'z'].slice(0, is_planar ? 2 : 3);
-  const length = Math.hypot(...shift) || 1;
-  const along = names.map((name, i) => `${name} ${formatFixed((shift[i] ?? 0) / length, 2)}`).join(', ');
-  if (Math.hypot(...turn) < 0.2) return `along ${along}`;
-  const axis = is_planar
-    ? ''
-    : ` about ${['x', 'y', 'z'].map((name, i) => `${name} ${formatFixed((turn[i] ?? 0) / (Math.hypot(...turn) || 1), 2)}`).join(', ')}`;
-  return Math.hypot(...shift) < 0.2
-    ? `a turn${axis || ' about the middle'}`
-    : `a turn${axis}, with a move along ${along}`;
+  const along = axisName(shift.slice(0, is_planar ? 2 : 3));
+  if (Math.hypot(...turn) < 0.2) return `translation along ${along}`;
+  const rotation = `rotation about ${is_planar ? 'the middle' : axisName(turn)}`;
+  return Math.hypot(...shift) < 0.2 ? rotation : `${rotation} with translation along ${along}`;
+}
+
+/** "x" where a vector leads along that axis to a tenth of a radian, its unit vector elsewhere. */
+function axisName(vector: readonly number[]): string {
+  const length = Math.hypot(...vector) || 1;
+  const axis = vector.findIndex((part) => Math.abs(part) > Math.cos(0.1) * length);
+  return ['x', 'y', 'z'][axis] ?? `(${vector.map((part) => formatFixed(part / length, 2)).join(', ')})`;
 }
 
 /** By `metres` along a direction: a turn moves a point at the pairs' rms distance so far. */
@@ -136,7 +137,7 @@ export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: 
     <p>
       ${
         num_free > 0
-          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} undetermined</strong>; the weakest is
+          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} undetermined</strong>. The weakest is
               ${directionName(weakest, is_planar)}: ${formatPercent(weakest.share)} of the pairs measure it.`
           : html`Every direction is determined. The weakest is ${directionName(weakest, is_planar)}:
             ${formatPercent(weakest.share)} of the pairs measure it.`
