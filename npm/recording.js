@@ -34,7 +34,7 @@ import { findReference } from './recording/reference.js';
  * @property {string[]} clouds paths, in order
  * @property {number[]} [cloud_times] of the clouds, where the recording has times (s)
  * @property {string[]} scans paths, in order
- * @property {string[]} reference the true path: one file, or a file with one pose for each frame; empty without
+ * @property {string[]} reference the reference trajectory: one file, or a file with one pose for each frame; empty without
  * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
  * @property {string | null} intrinsics a file that describes the depth camera
  * @property {import('./recording/camera_file.js').Size | null} image_size of the first depth image, where its head tells it
@@ -99,7 +99,7 @@ export async function understand(files, readHead, isTable = false) {
 }
 
 /**
- * The longest of the recordings that are known, with a true path or a camera that lies beside it.
+ * The longest of the recordings that are known, with a reference or a camera that lies beside it.
  * @param {ReadonlySet<Recording>} given
  * @param {ListedFile[]} files
  * @param {Read} read

@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * A large bag, for measuring and for being stopped: depth and colour images of 640 x 480 pixels, a camera that walks to and
- * fro in a made-up room, with its CameraInfo and true path.
+ * fro in a made-up room, with its CameraInfo and reference trajectory.
  */
 import { cameraInfo, image, poseStamped, stampAt } from '../tests/cli/bag_messages.mjs';
 import { writeDb3, writeMcap } from '../tests/cli/bag_writer.mjs';

@@ -164,7 +164,7 @@ function printed({ steps, num_agreeing, mean_share, convention, limits }, jobs) 
     figure(step.share, 100, 1),
     figure(step.translation, 1, 3),
     figure(step.rotation, 180 / Math.PI, 2),
-    verdict(step),
+    assessmentOf(step),
   ]);
   const share = steps.length > 0 ? (100 * num_agreeing) / steps.length : 0;
   const tolerance = `${100 * limits.absolute_tolerance} cm + ${100 * limits.relative_tolerance} %`;
@@ -176,7 +176,7 @@ poses read as ${convention}
 }
 
 /** @param {StepConsistency} step */
-function verdict({ agrees, translation, share }) {
+function assessmentOf({ agrees, translation, share }) {
   if (agrees) return 'agrees';
   if (translation === null) return 'no pose';
   return share === null ? 'nothing in common' : 'disagrees';

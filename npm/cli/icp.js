@@ -267,8 +267,8 @@ function comparison({ steps, parts_at, fault, num_ours }) {
     index === parts_at ? '<- parts' : '',
   ]);
   const heads = ['your step', 'off in turn (rad)', 'off in position (m)', ''];
-  const verdict = fault
+  const conclusion = fault
     ? `Your ICP parts from ours at step ${(parts_at ?? 0) + 1}. ${fault.kind}: ${fault.text}`
     : `Your ICP does the same steps as ours, ${steps.length} of them; ours ends after ${num_ours}.${rounding(steps)}`;
-  return `${table(heads, rows, new Set([3]))}\n${verdict}\n`;
+  return `${table(heads, rows, new Set([3]))}\n${conclusion}\n`;
 }

@@ -169,20 +169,20 @@ function ofTree(tree) {
   return found.map((one) => ({ ...one, depth_scale: scale.value }));
 }
 
-/** @typedef {Pick<Camera, 'label' | 'fx' | 'fy' | 'cx' | 'cy' | 'depth_scale'> & { beside: string[], size?: Size, distortion?: number[] }} Found beside: what stands
+/** @typedef {Pick<Camera, 'label' | 'fx' | 'fy' | 'cx' | 'cy' | 'depth_scale'> & { beside: string[], size?: Size, distortion?: number[] }} FoundCamera beside: what stands
  *    before and after the names of its parameters */
 
 /**
  * The cameras whose parameters are fields of one object.
  * @param {Field[]} all
  * @param {string} label
- * @returns {Found[]}
+ * @returns {FoundCamera[]}
  */
 function ofFields(all, label) {
   if (all.some(({ key, value }) => /model$/.test(key) && OTHER_MODELS.test(String(value)) && !/distortion/.test(key)))
     return [];
   const ofKey = new Map(all.map(({ key, value }) => [key, value]));
-  /** @type {Found[]} */
+  /** @type {FoundCamera[]} */
   const found = [];
   const add = (/** @type {string} */ name, /** @type {number[]} */ numbers, /** @type {string[]} */ beside) => {
     const { fx, fy, cx, cy } = camera('', numbers);
@@ -293,7 +293,7 @@ const AZURE_MODES = [
  * Parameters in shares of the sensor: cx, cy, fx, fy, then the distortion.
  * @param {number[]} parameters
  * @param {string} label
- * @returns {Found[]}
+ * @returns {FoundCamera[]}
  */
 function ofAzureKinect([cx = 0, cy = 0, fx = 0, fy = 0, ...distortion], label) {
   return AZURE_MODES.map(({ binning, left, top, width, height }) => {

@@ -1,5 +1,5 @@
 // @ts-check
-/** Which file is the true path of a recording. */
+/** Which file is the reference trajectory of a recording. */
 import { compareNaturally } from '../natural_order.js';
 import { rankOfCamera } from './cameras.js';
 import { readNpyShape } from './heads.js';

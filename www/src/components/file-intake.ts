@@ -34,7 +34,7 @@ interface Open {
 }
 
 /** How files were asked for. */
-interface Asked {
+interface OpeningRequest {
   own: number;
   wishes: Wishes;
   requested_at: number;
@@ -120,7 +120,7 @@ export class FileIntake {
     });
   }
 
-  async #show(opening: Promise<OpenedFiles>, asked: Asked): Promise<void> {
+  async #show(opening: Promise<OpenedFiles>, asked: OpeningRequest): Promise<void> {
     const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening.catch((error: unknown) => {
       if (own === this.#num_taken) throw error;

@@ -51,15 +51,15 @@ pub(crate) fn spatial_error(
     let moved: Vec<Option<Pose3>> =
         partners.iter().map(|partner| Some(to_estimate * poses.get((*partner)?)?)).collect();
     let has_rotations = convention.is_some();
-    let compare = |(frame, truth): (&EstimatedFrame, &Option<Pose3>)| {
-        let (pose, truth) = (frame.T_world_sensor?, (*truth)?);
-        let angle = || angle_of(&(pose.rotation.inverse() * truth.rotation));
-        Some(((pose.translation.vector - truth.translation.vector).norm(), has_rotations.then(angle)))
+    let compare = |(frame, partner): (&EstimatedFrame, &Option<Pose3>)| {
+        let (pose, partner) = (frame.T_world_sensor?, (*partner)?);
+        let angle = || angle_of(&(pose.rotation.inverse() * partner.rotation));
+        Some(((pose.translation.vector - partner.translation.vector).norm(), has_rotations.then(angle)))
     };
     let errors: Vec<_> = frames.iter().zip(&moved).map(compare).collect();
     let reading = convention.map_or_else(|| POSITIONS_ALONE.to_owned(), PoseConvention::words);
     let pairs: Vec<(Pose3, Pose3)> =
-        frames.iter().zip(&moved).filter_map(|(frame, truth)| Some((frame.T_world_sensor?, (*truth)?))).collect();
+        frames.iter().zip(&moved).filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?))).collect();
     Ok(TrajectoryError::new(name, &errors, moved, reading).with_alignment(AlignedError::in_space(&pairs), &pairs))
 }
 

@@ -60,8 +60,8 @@ impl FrameMatcher<'_> {
     /// Refines a registration by brightness, where there is texture and it agrees.
     pub(super) fn refine_by_color(&self, mut hypothesis: PoseHypothesis) -> PoseHypothesis {
         let Some(textured) = &self.textured else { return hypothesis };
-        let is_open = hypothesis.is_degenerate() || !hypothesis.weakest.is_constrained();
-        if let Some(open) = is_open.then_some(hypothesis.weakest)
+        let is_unconstrained = hypothesis.is_degenerate() || !hypothesis.weakest.is_constrained();
+        if let Some(open) = is_unconstrained.then_some(hypothesis.weakest)
             && let Some(offset) = self.offset_along(textured, &hypothesis, &open)
         {
             if let Some(moved) = self.register_at_offset(textured, &hypothesis, &open, offset) {

@@ -266,17 +266,18 @@ fn relative_errors(estimated: &[EstimatedFrame], error: &TrajectoryError<Pose3>)
     let pairs: Vec<(Pose3, Pose3)> = estimated
         .iter()
         .zip(&error.reference)
-        .filter_map(|(frame, truth)| Some((frame.T_world_sensor?, (*truth)?)))
+        .filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)))
         .collect();
     let path = |poses: &mut dyn Iterator<Item = Pose3>| {
         let (positions, rotations) =
             poses.map(|pose| (pose.translation.vector, pose.rotation.to_rotation_matrix().into_inner())).unzip();
         Path { positions, rotations: Some(rotations), stamps: None }
     };
-    let (estimate, truth) = (path(&mut pairs.iter().map(|pair| pair.0)), path(&mut pairs.iter().map(|pair| pair.1)));
+    let (estimate, reference) =
+        (path(&mut pairs.iter().map(|pair| pair.0)), path(&mut pairs.iter().map(|pair| pair.1)));
     let of = |relation| {
         let errors =
-            rpe(&truth, &estimate, relation, &PairOptions { all_pairs: true, ..PairOptions::default() }).ok()?;
+            rpe(&reference, &estimate, relation, &PairOptions { all_pairs: true, ..PairOptions::default() }).ok()?;
         Statistics::of(&errors.errors)
     };
     Some((of(PoseRelation::TranslationPart)?, of(PoseRelation::RotationAngleRad)?))
