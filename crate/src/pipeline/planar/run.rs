@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use nalgebra::Vector2;
 
+use super::chosen_odometry::{ChosenOdometry, ScansToCheck};
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
-use super::measured_motion;
 use super::scan_to_map::ScanToMap;
 use super::{odometry_agreement, sure_motion, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
@@ -16,12 +16,11 @@ use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::{FrameEstimate, MeasuredMotion, Odometry, PlanarOptions};
-use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
+use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, match_odometry};
+use crate::pipeline::recorded_scan::RecordedScan;
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
-use crate::pipeline::settings::{OdometrySource, Settings, Strategy};
+use crate::pipeline::settings::{Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
@@ -29,26 +28,13 @@ use crate::registration::icp::IterationRecord;
 /// The joint solution of a long sequence starts close to its end, and one iteration takes long.
 const LONG_ITERATIONS: usize = 8;
 
-const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
-const DIRECTION_OPEN: &str = "the map may be mirrored: the file does not tell which way the laser turns";
-
 /// What a run has come to.
 pub struct Run {
     num_scans: usize,
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
-    /// The motion of the laser from the scan before to each, where odometry gives it.
-    motions: Vec<Option<MeasuredMotion>>,
-    /// Whether the poses in the log are that motion: then they are nothing to compare with.
-    pub uses_poses_in_log: bool,
-    /// What was said of the odometry from a file of its own.
-    pub checked_odometry: Option<CheckedOdometry>,
-    /// What is worth knowing of the measured motion, in whole sentences.
-    pub odometry_notes: Vec<String>,
-    /// Why the poses in the log are the mirror image of the scans; `None` where they are not.
-    pub mirrored_in_log: Option<String>,
-    /// Why the map may be a mirror image; `None` where nothing speaks for it.
-    mirror_doubt: Option<&'static str>,
+    /// The odometry that it uses.
+    pub chosen: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
@@ -78,54 +64,21 @@ impl Run {
         odometry: Option<&(String, Trajectory)>,
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
-        let limit = detected_limit.unwrap_or(f64::INFINITY);
-        let scan = |frame: usize| Rc::new(prepare(&recorded[frame], detected_limit, settings).0);
         let options = PlanarOptions { without, ..settings.odometry_options() };
-        let is_asked_for = settings.odometry != OdometrySource::None;
-        let checked = odometry.filter(|_| is_asked_for).map(|(name, given)| {
-            let checked = check_odometry(name, recorded, given, limit);
-            // A place that repeats itself looks as if there were no motion, or another one: registrations tell more.
-            let as_given = match_odometry(recorded, given).0;
-            let fits = || {
-                let motions = first_guesses(OdometrySource::File, recorded, Some(&as_given));
-                measured_motion::fits_scans(&motions, &scan, &options)
-            };
-            if checked.refusal.is_some() && fits() {
-                CheckedOdometry { poses: as_given, ..CheckedOdometry::default() }
-            } else {
-                checked
-            }
-        });
-        let given = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let mut odometry_notes = Vec::new();
-        let mut source = settings.odometry;
-        if source == OdometrySource::Auto && odometry.is_none() {
-            let (are_wheels, note) = measured_motion::log_holds_wheels(recorded, &scan, &options);
-            odometry_notes.extend(note);
-            source = if are_wheels { OdometrySource::Log } else { OdometrySource::Auto };
-        }
-        let mirrored_in_log = if is_asked_for && odometry.is_none() { mirror_of_log(recorded, limit) } else { None };
-        let is_mirrored =
-            mirrored_in_log.is_some() || checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
-        odometry_notes.extend(mirrored_in_log.clone());
-        let is_open = |scan: &RecordedScan| scan.may_be_mirrored && scan.odometry.is_none();
-        let is_direction_open = checked.is_none() && recorded.iter().any(is_open);
-        let motions = first_guesses(source, recorded, given);
-        let (motions, note) = measured_motion::judged(&motions, &scan, &options);
-        odometry_notes.extend(note);
+        let chosen = ChosenOdometry::new(
+            settings.odometry,
+            odometry,
+            &ScansToCheck {
+                recorded,
+                cleaned: &|frame| Rc::new(prepare(&recorded[frame], detected_limit, settings).0),
+                limit: detected_limit.unwrap_or(f64::INFINITY),
+                options: &options,
+            },
+        );
         Self {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            motions,
-            uses_poses_in_log: source == OdometrySource::Log,
-            checked_odometry: checked,
-            odometry_notes,
-            mirrored_in_log,
-            mirror_doubt: if is_mirrored {
-                Some(MIRRORED_BY_ODOMETRY)
-            } else {
-                is_direction_open.then_some(DIRECTION_OPEN)
-            },
+            chosen,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
@@ -170,7 +123,7 @@ impl Run {
         let frame = self.poses.len();
         let (scan, report) = prepare(recorded, self.detected_limit, settings);
         let scan = Rc::new(scan);
-        let mut estimate = self.odometry.register_frame(&scan, self.motions[frame].as_ref());
+        let mut estimate = self.odometry.register_frame(&scan, self.chosen.motions[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();
@@ -194,8 +147,8 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.motions = wheel_calibration::calibrated(&self.motions, &self.estimates);
-        let mut motions = self.motions.clone();
+        self.chosen.motions = wheel_calibration::calibrated(&self.chosen.motions, &self.estimates);
+        let mut motions = self.chosen.motions.clone();
         wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
         sure_motion::mark_beyond_sure(&motions, &mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
@@ -226,7 +179,7 @@ impl Run {
 
     /// Doubts every frame of a map that may be a mirror image.
     fn doubt_mirrored(&mut self) {
-        if let Some(reason) = self.mirror_doubt {
+        if let Some(reason) = self.chosen.mirror_doubt {
             self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
         }
     }
@@ -248,7 +201,7 @@ impl Run {
         }
         if joint.registration.is_done(&options) {
             joint.end();
-            odometry_agreement::doubt_contradicted(&self.motions, &self.poses, &mut self.estimates);
+            odometry_agreement::doubt_contradicted(&self.chosen.motions, &self.poses, &mut self.estimates);
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
         }
