@@ -376,11 +376,17 @@ export const layout_styles = css`
   }
   scanstitch-messages {
     position: absolute;
-    inset: 12px 62px auto auto;
+    inset: 12px auto auto 12px;
     display: flex;
     flex-direction: column;
     width: min(430px, calc(100% - 74px));
     max-height: calc(100% - 60px);
+  }
+  /* Beside the legend of pieces, where there is room for both. */
+  @container (min-width: 780px) and (min-height: 300px) {
+    scanstitch-messages {
+      inset: 12px 62px auto auto;
+    }
   }
   .empty {
     display: flex;
