@@ -83,8 +83,10 @@ pub fn doubt_where_parted(motions: &mut [Option<MeasuredMotion>], estimates: &mu
     for Parted { frame, num_steps, off, distance } in parted {
         let estimate = &mut estimates[frame];
         estimate.link = Link::Doubted;
+        let heading = off[0].abs().to_degrees();
         estimate.assessment.doubt(&format!(
-            "over {num_steps} steps the scans and the measured motion part by {distance:.2} m, and nothing tells which is right"
+            "over {num_steps} steps the scans and the measured motion differ by {distance:.2} m and {heading:.1} degrees, and nothing \
+             shows which is right"
         ));
         if let Some(motion) = &mut motions[frame] {
             motion.covariance += off * off.transpose();
