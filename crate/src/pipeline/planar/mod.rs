@@ -182,9 +182,9 @@ impl Reconstruction {
         if let Some(limit) = self.run.as_ref().and_then(|run| run.detected_limit) {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
-        notes.extend(self.run.iter().flat_map(|run| run.chosen.notes.clone()));
+        notes.extend(self.run.iter().flat_map(|run| run.chosen_odometry.notes.clone()));
         notes.extend(self.stamps().note);
-        let checked = self.run.as_ref().and_then(|run| run.chosen.checked.as_ref());
+        let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
@@ -195,7 +195,7 @@ impl Reconstruction {
             comparison,
             odometry_refusal: checked
                 .and_then(|checked| checked.refusal.clone())
-                .or_else(|| self.run.as_ref().and_then(|run| run.chosen.mirrored_in_log.clone())),
+                .or_else(|| self.run.as_ref().and_then(|run| run.chosen_odometry.mirrored_in_log.clone())),
             notes,
         }
     }
@@ -315,7 +315,7 @@ impl Reconstruction {
 
     fn comparison(&self) -> Result<Option<TrajectoryError<PlanarPoint>>> {
         let Some(run) = &self.run else { return Ok(None) };
-        let in_logs = self.poses_in_logs().filter(|_| !run.chosen.uses_poses_in_log);
+        let in_logs = self.poses_in_logs().filter(|_| !run.chosen_odometry.uses_poses_in_log);
         let given = self.reference.as_ref().map(|(name, contents)| (name, &contents.trajectory));
         let in_logs = in_logs.as_ref().map(|(name, trajectory)| (name, trajectory));
         let Some((name, reference)) = given.or(in_logs) else { return Ok(None) };

@@ -34,7 +34,7 @@ pub struct Run {
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
     /// The odometry that it uses.
-    pub chosen: ChosenOdometry,
+    pub chosen_odometry: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     /// The range that many returns share, taken for the sensor's limit (m).
@@ -65,7 +65,7 @@ impl Run {
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let options = PlanarOptions { without, ..settings.odometry_options() };
-        let chosen = ChosenOdometry::new(
+        let chosen_odometry = ChosenOdometry::new(
             settings.odometry,
             odometry,
             &ScansToCheck {
@@ -78,7 +78,7 @@ impl Run {
         Self {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            chosen,
+            chosen_odometry,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
@@ -123,7 +123,7 @@ impl Run {
         let frame = self.poses.len();
         let (scan, report) = prepare(recorded, self.detected_limit, settings);
         let scan = Rc::new(scan);
-        let mut estimate = self.odometry.register_frame(&scan, self.chosen.motions[frame].as_ref());
+        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.motions[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();
@@ -147,8 +147,8 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.chosen.motions = wheel_calibration::calibrated(&self.chosen.motions, &self.estimates);
-        let mut motions = self.chosen.motions.clone();
+        self.chosen_odometry.motions = wheel_calibration::calibrated(&self.chosen_odometry.motions, &self.estimates);
+        let mut motions = self.chosen_odometry.motions.clone();
         wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
         sure_motion::mark_beyond_sure(&motions, &mut self.estimates);
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
@@ -179,7 +179,7 @@ impl Run {
 
     /// Doubts every frame of a map that may be a mirror image.
     fn doubt_mirrored(&mut self) {
-        if let Some(reason) = self.chosen.mirror_doubt {
+        if let Some(reason) = self.chosen_odometry.mirror_doubt {
             self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
         }
     }
@@ -201,7 +201,7 @@ impl Run {
         }
         if joint.registration.is_done(&options) {
             joint.end();
-            odometry_agreement::doubt_contradicted(&self.chosen.motions, &self.poses, &mut self.estimates);
+            odometry_agreement::doubt_contradicted(&self.chosen_odometry.motions, &self.poses, &mut self.estimates);
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
         }
