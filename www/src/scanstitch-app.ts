@@ -169,6 +169,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   protected override willUpdate(changed: PropertyValues<this>): void {
     const names = ['settings', 'preset', 'theme', 'first_view'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
+    if (changed.get('first_view') !== undefined) this.gives_way = false;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
     }
