@@ -305,6 +305,20 @@ test('map-quality: a blurred map scores worse', (t) => {
   assert.match(scanstitch(['map-quality', ...paths]).stdout, /^map +mean map entropy \(nats\)/);
 });
 
+test('map-quality: the points evaluated of a large map are spread over all of it', () => {
+  // The product of a point's number and the number of points exceeds 32 bits before the rough end begins.
+  const [count, rough] = [100_000, 90_000];
+  const positions = Float32Array.from({ length: 3 * count }, (_, k) => {
+    const i = Math.floor(k / 3);
+    return [(i % 1000) / 50, Math.floor(i / 1000) / 50, i < rough ? 1 : 1 + 0.01 * Math.sin(i * i)][k % 3] ?? 0;
+  });
+  const map = engine.PointCloud.from_positions(positions);
+  const { mean_plane_variance, num_points } = engine.map_quality(map, { radius: 0.05 });
+  map.free();
+  assert.equal(num_points, 50_000);
+  assert.ok(mean_plane_variance > 1e-6, `${mean_plane_variance}`);
+});
+
 test('map-quality: frames are placed by trajectories, and what does not fit them is told', (t) => {
   const folder = temporaryFolder(t);
   // A corner of three walls, seen from places along a line; each frame has points of its own.

@@ -63,7 +63,7 @@ pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOpti
     let mut sums = Sums::default();
     let mut neighbors = Vec::new();
     for query in 0..num_queries {
-        let center = &points[query * points.len() / num_queries];
+        let center = &points[spread_evenly(query, num_queries, points.len())];
         if center.iter().any(|value| !value.is_finite()) {
             continue;
         }
@@ -83,6 +83,12 @@ pub fn map_quality<const D: usize>(points: &[[f32; D]], options: &MapQualityOpti
         return Err(Error::whole(problem, "Give a larger radius, or a map of more points"));
     }
     Ok(sums.quality())
+}
+
+/// Index of the `query`-th of `num_queries` points spread evenly over `num_points`. The product exceeds the 32 bits of a
+/// `usize` in WebAssembly.
+fn spread_evenly(query: usize, num_queries: usize, num_points: usize) -> usize {
+    (query as u64 * num_points as u64 / num_queries as u64) as usize
 }
 
 /// Sums over the points evaluated; fields as in [`MapQuality`].
