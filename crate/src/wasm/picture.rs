@@ -1,6 +1,5 @@
 //! A map and its trajectory on a canvas of the page or of a worker.
 
-use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
@@ -16,7 +15,7 @@ use super::{Reconstruction, from_object};
 use crate::error::Error;
 use crate::geometry::Pose3;
 use crate::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
-use crate::map::voxel::{MapPoint, VoxelMap};
+use crate::map::voxel::VoxelMap;
 use crate::odometry::assessment::Status;
 use crate::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
 
@@ -83,7 +82,7 @@ impl Reconstruction {
     /// When it is no canvas that can be drawn on, or an option is unknown.
     pub fn draw(&self, canvas: &AnyCanvas, options: Option<PartialPictureOptions>) -> Result<(), JsValue> {
         let options = PictureOptions::read(options)?;
-        let frames = self.engine.result().frames;
+        let frames = self.engine.frames_from(0);
         let colors = frame_colors(frames.len(), options.dark);
         let map = self.engine.map();
         let points = map.points.iter().zip(&map.frames);
@@ -141,16 +140,14 @@ fn seen_from_above(
     let right = ahead.cross(up);
     let plane = |point: &Vector3<f64>| [right.dot(point), ahead.dot(point)];
     let colors = frame_colors(frames.len(), options.dark);
-    let rank: HashMap<usize, u32> = frames.iter().enumerate().map(|(rank, frame)| (frame.index, rank as u32)).collect();
     let poses: Vec<Pose3> = frames.iter().map(|frame| frame.T_world_sensor.into()).collect();
     let path_height = poses.iter().map(|pose| up.dot(&pose.translation.vector)).fold(f64::NEG_INFINITY, f64::max);
     let mut points: Vec<_> = map.points(0..map.len()).map(|point| (point.position.as_dvec3(), point)).collect();
     let height = |position: &DVec3| up.dot(&Vector3::from(position.to_array()));
     points.retain(|(position, _)| height(position) <= path_height + options.max_height);
     points.sort_by(|(a, _), (b, _)| height(a).total_cmp(&height(b)));
-    let rank_of = |point: &MapPoint| rank.get(&(point.frame as usize)).copied().unwrap_or(0);
     let has_colors = map.has_colors();
-    let color = |index: usize, point: &MapPoint| if has_colors { index as u32 } else { rank_of(point) };
+    let color = |index: usize, point: &MapPoint| if has_colors { index as u32 } else { point.frame };
     let pictured = points.iter().enumerate().map(|(index, (position, point))| PicturedPoint {
         position: plane(&Vector3::from(position.to_array())).map(|value| value as f32),
         color: color(index, point),
@@ -162,7 +159,7 @@ fn seen_from_above(
     });
     Picture {
         points: pictured.collect(),
-        seen_from: points.iter().map(|(_, point)| rank_of(point)).collect(),
+        seen_from: points.iter().map(|(_, point)| point.frame).collect(),
         poses: headed.collect(),
         colors: if has_colors { points.iter().map(|(_, point)| point.color).collect() } else { colors },
     }
