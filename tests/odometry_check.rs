@@ -100,8 +100,8 @@ fn units_are_told(name: &str, drive: &Drive) {
         (100.0, 1.0, "Its positions are centimetres: "),
         (1000.0, 1.0, "Its positions are millimetres: "),
         (0.001, 1.0, "Its positions are kilometres: "),
-        (0.01, 1.0, "Its positions are about a hundredth of metres: "),
-        (0.1, 1.0, "Its positions are about a tenth of metres: "),
+        (0.01, 1.0, "Its positions are about a hundred times too small: "),
+        (0.1, 1.0, "Its positions are about ten times too small: "),
         (10.0, 1.0, "Its positions are about ten times too large: "),
         (100.0, DEGREES, "Its headings are degrees and its positions centimetres: "),
     ] {

@@ -16,7 +16,7 @@ use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::spatial::SpatialReconstruction;
-use scanstitch::pipeline::spatial_settings::{ColorUse, Quantisation, ReferenceAxes, SpatialSettings};
+use scanstitch::pipeline::spatial_settings::{ColorUse, Method, Quantisation, ReferenceAxes, SpatialSettings};
 use scanstitch_scene::apartment::{Apartment, WalkOptions};
 use scanstitch_scene::random::Random;
 use scanstitch_scene::space::DepthSensor;
@@ -578,6 +578,12 @@ fn bad_frames_and_settings_are_refused_with_the_reason() {
     let uncoloured_too = PreparedFrame::from_depth(&decode_config, label, &pgm(64, 48, 50), Some(unread)).unwrap();
     assert_eq!(uncoloured_too.notes.len(), 1);
     assert_eq!(uncoloured_too.notes[0].to_string(), "6.png: its colours are left out: 6.jpg: permission denied");
+
+    let settings = SpatialSettings { method: Method::CloudMap, ..SpatialSettings::default() };
+    let mut by_clouds = SpatialReconstruction::new(settings).unwrap();
+    by_clouds.begin("1.png", &pgm(64, 48, 50)).unwrap();
+    let error = by_clouds.add(uncoloured_too.clone()).unwrap_err().to_string();
+    assert!(error.starts_with("6.png: The frame was prepared for another method"), "{error}");
     assert_eq!(uncoloured_too.map_points, uncoloured.map_points);
     reconstruction.add(uncoloured).unwrap();
     assert_eq!(reconstruction.step().stage, Stage::Register);

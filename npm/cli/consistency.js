@@ -87,8 +87,8 @@ async function run(engine, args) {
     const trajectory = readTrajectory(engine, path, { format, times }, fail);
     if (!trajectory) return EXIT.nothing;
     const jobs = jobsOf(task);
-    const { report, assumption } = await compared(task, trajectory, jobs, settings);
-    if (assumption !== undefined) note(assumption);
+    const { report, notes } = await compared(task, trajectory, jobs, settings);
+    notes.forEach(note);
     const named = { recording: recording.root, trajectory: path, ...report };
     process.stdout.write(values.json ? `${JSON.stringify(named, null, 2)}\n` : printed(report, jobs));
   } catch (error) {
@@ -129,7 +129,7 @@ async function compared(task, trajectory, jobs, settings) {
       progress.show(index + 1);
     }
     if (numUsed < 2) fail('Fewer than two depth images can be used, so nothing was compared.');
-    return { report: comparison.report(), assumption: comparison.assumption };
+    return { report: comparison.report(), notes: comparison.notes };
   } finally {
     progress.clear();
     comparison.free();

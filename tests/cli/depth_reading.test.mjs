@@ -199,7 +199,7 @@ test('a wrong scale by hand: what would make it fit the ground truth is offered,
   const tiny = reconstruct(t, files, ['--set', 'depth_scale=1']);
   assert.match(
     tiny.stderr,
-    /depth_scale = 1 puts half of the first image beyond \d{4}\.\d+ m: is it raw values a metre\?|No frame/,
+    /depth_scale = 1 puts the median depth of the first image at \d{4}\.\d+ m: is it in raw values per metre\?|No frame/,
   );
 });
 

@@ -162,7 +162,7 @@ fn are_similar(a: f64, b: f64) -> bool {
     a > 0.0 && b > 0.0 && (a / b).max(b / a) <= 1.2
 }
 
-/// A sentence about times that go back and times that are repeated; `None` where there are none.
+/// A clause about times that go back and times that are repeated; `None` where there are none.
 pub fn oddities(stamps: &[f64]) -> Option<String> {
     let back = stamps.windows(2).position(|pair| pair[1] < pair[0]).map(|index| index + 2);
     let back_count = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
@@ -172,10 +172,10 @@ pub fn oddities(stamps: &[f64]) -> Option<String> {
     let mut parts = Vec::new();
     if let Some(pose) = back {
         let times = if back_count == 1 { "once".to_owned() } else { format!("{back_count} times") };
-        parts.push(format!("its times go back {times}, first at pose {pose}"));
+        parts.push(format!("times go back {times}, first at pose {pose}"));
     }
     if repeated > 0 {
-        parts.push(format!("{repeated} of its times are repeated"));
+        parts.push(format!("{repeated} times are repeated"));
     }
     (!parts.is_empty()).then(|| parts.join("; "))
 }

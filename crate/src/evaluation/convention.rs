@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose3;
+use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::apart;
 use crate::io::trajectory::{Trajectory, TrajectoryFormat};
 
@@ -207,8 +208,7 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
             Some(apart(&(from.inverse() * to), &estimated))
         })
         .collect();
-    misfits.sort_by(f64::total_cmp);
-    misfits.get(misfits.len() / 2).copied().unwrap_or(0.0)
+    quantile(&mut misfits, 0.5).unwrap_or(0.0)
 }
 
 #[cfg(test)]

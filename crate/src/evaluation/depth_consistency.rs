@@ -238,9 +238,10 @@ fn partners(trajectory: &Trajectory, num_frames: usize, times: Option<&[f64]>) -
     if trajectory.num_rows() == num_frames {
         return Ok((0..num_frames).map(|frame| trajectory.index_of_row(frame)).collect());
     }
-    let numbers: Vec<f64> = (0..num_frames).map(|number| number as f64 + 0.5).collect();
+    // Halves are no numbers of poses, so that only the trajectory's times can be numbers of frames.
+    let halves: Vec<f64> = (0..num_frames).map(|frame| frame as f64 + 0.5).collect();
     if let Some(stamps) = &trajectory.stamps
-        && let Some((_, pairs)) = by_number(&numbers, stamps)
+        && let Some((_, pairs)) = by_number(&halves, stamps)
     {
         return Ok(placed(&mut pairs.iter().map(|pair| (pair.reference, pair.estimate))));
     }

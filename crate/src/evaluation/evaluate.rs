@@ -293,7 +293,7 @@ fn associate(
     let pairs = match (options.association, stamps) {
         (Association::Auto | Association::Time, Some((of_reference, of_estimate))) => {
             for (whose, stamps) in [("reference", of_reference), ("estimate", of_estimate)] {
-                notes.extend(oddities(stamps).map(|oddities| format!("Of the {whose}, {oddities}.")));
+                notes.extend(oddities(stamps).map(|oddities| format!("In the {whose}, {oddities}.")));
             }
             let timed = by_time(of_reference, of_estimate, options.max_diff, options.offset);
             let is_poor = timed.as_ref().map_or(0, Vec::len) < reference.len().min(estimate.len()).div_ceil(2);
@@ -322,7 +322,7 @@ fn associate(
     };
     let fewer = reference.len().min(estimate.len());
     if pairs.len() < fewer {
-        notes.push(format!("Of {fewer} poses, {} have a partner in time.", pairs.len()));
+        notes.push(format!("Of {fewer} poses, {} have a partner.", pairs.len()));
     }
     Ok((pairs, notes))
 }

@@ -163,7 +163,7 @@ fn by_time(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<V
     let mut pairs = Vec::new();
     let mut start = 0;
     for (index, &now) in elapsed.iter().enumerate().skip(1) {
-        // Stamps resolve no less than a tenth of a microsecond in double precision.
+        // Unix times in double precision are rounded to 0.24 microseconds.
         if now - elapsed[start] >= delta - 1e-6 {
             pairs.push((start, index));
             start = index;

@@ -29,7 +29,8 @@ pub struct Sharpness {
 ///
 /// Each point of a scan is paired with its nearest neighbour in the union of all other scans, in the world frame. Pairs within
 /// [`MAX_PAIR_DISTANCE`] whose neighbour has a normal contribute their distance along that normal. Only returns within
-/// [`MAX_RANGE`] are used.
+/// [`MAX_RANGE`] are used. The nearest of many displaced copies of a surface is always near, so that the figure underestimates large
+/// errors; [`FrameClouds::residual`](super::frame_clouds::FrameClouds::residual) pairs frame by frame.
 pub struct SharpnessMeter {
     placed: Vec<(Rc<PlanarScan>, Pose2)>,
     /// Index of the scan of each point.

@@ -1,12 +1,19 @@
 //! Squared Mahalanobis distances of poses in the plane: quantiles of chi squared of three degrees of freedom, named by the share of
 //! right poses that lies beyond.
 
+use nalgebra::{Matrix3, Vector3};
+
 pub(crate) const ONE_IN_TEN: f64 = 6.25;
 pub(crate) const ONE_IN_TWENTY: f64 = 7.8;
 pub(crate) const ONE_IN_HUNDRED: f64 = 11.3;
 pub(crate) const ONE_IN_THOUSAND: f64 = 16.3;
 pub(crate) const ONE_IN_TEN_THOUSAND: f64 = 21.1;
 pub(crate) const ONE_IN_HUNDRED_THOUSAND: f64 = 25.9;
+
+/// The squared Mahalanobis distance of a perturbation; 0 where the covariance is singular.
+pub(crate) fn squared(off: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
+    covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
+}
 
 #[cfg(test)]
 mod tests {

@@ -50,7 +50,7 @@ pub struct UsualValue {
     pub about: String,
 }
 
-/// A value of a setting with which a comparison would come out even.
+/// A value of a setting that would make the estimate agree with the reference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct Suggestion {
@@ -62,7 +62,7 @@ pub struct Suggestion {
     pub value: Option<f64>,
 }
 
-/// Raw values a metre of 16 bits that are in use, ...
+/// Common scales of images of 16 bits (raw values per metre).
 const SCALES_16: [(f64, &str); 7] = [
     (1000.0, "millimetres"),
     (5000.0, "TUM RGB-D"),
@@ -72,7 +72,7 @@ const SCALES_16: [(f64, &str); 7] = [
     (8000.0, "SUN RGB-D"),
     (256.0, "KITTI"),
 ];
-/// ... and of 8 bits.
+/// Common scales of images of 8 bits (raw values per metre).
 const SCALES_8: [(f64, &str); 4] = [
     (25.5, "10 m over the range"),
     (51.0, "5 m over the range"),
@@ -94,13 +94,11 @@ const FOCAL_LENGTHS: [(f64, &str); 7] = [
     (OWN_KINECT_FOCAL_LENGTH, "Kinect, Xtion: depth not registered to the colours"),
     (0.955, "RealSense D415"),
 ];
-/// A scale whose median depth (m) lies outside of this was not meant: rooms are 2.2 m in the median, a tenth or ten times
-/// that is no room and no hall.
+/// Range of plausible median depths (m): rooms have 2.2 m, and a tenth or ten times that is neither a room nor a hall.
 const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
-/// A scale is reported that is off by this factor from all that the spacing of the values allows.
+/// Smallest factor by which a scale contradicts every scale that the spacing of the values allows.
 const CONTRADICTING_FACTOR: f64 = 1.5;
-/// A focal length that is off by this factor from what the steps tell is told: those of four recordings of Kinects with known
-/// cameras tell it within 1.19.
+/// Smallest factor by which a focal length contradicts the depth steps; those of four Kinects with known cameras are within 1.19.
 const CONTRADICTING_FOCAL_FACTOR: f64 = 1.3;
 
 /// What is assumed of the images of which this is the first.
@@ -156,9 +154,9 @@ fn assumption(setting: ReadingSetting, likely: Vec<f64>, usual: &[(f64, &str)], 
     Assumption { setting, value: likely[0], why, likely, usual, confirmed_by: None }
 }
 
-/// What the first image says against the depth scale and the focal length that are set, in a sentence each.
-pub(crate) fn contradictions(settings: &SpatialSettings, scale: &DepthScale) -> Vec<String> {
-    wrong_scale(settings, scale).or_else(|| wrong_focal_length(settings, scale)).into_iter().collect()
+/// What the first image says against the depth scale that is set, or else against the focal length.
+pub(crate) fn contradiction(settings: &SpatialSettings, scale: &DepthScale) -> Option<String> {
+    wrong_scale(settings, scale).or_else(|| wrong_focal_length(settings, scale))
 }
 
 /// A triangulating camera's steps of depth tell the focal length that it measured with.
@@ -197,7 +195,7 @@ pub(crate) fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Opt
             let is_plausible = median > PLAUSIBLE_MEDIAN.0 && median < PLAUSIBLE_MEDIAN.1;
             (!is_plausible).then(|| {
                 format!(
-                    "depth_scale = {set} puts half of the first image beyond {median:.2} m: is it raw values a metre?"
+                    "depth_scale = {set} puts the median depth of the first image at {median:.2} m: is it in raw values per metre?"
                 )
             })
         }
@@ -336,7 +334,7 @@ mod tests {
     fn a_scale_that_the_data_contradict_is_told() {
         let told = |depth_scale, image: &DepthImage| {
             let settings = SpatialSettings { depth_scale, ..SpatialSettings::default() };
-            contradictions(&settings, &DepthScale::estimate(image)).pop()
+            contradiction(&settings, &DepthScale::estimate(image))
         };
         let of_kinect = ramp(KINECT);
         assert_eq!((told(1000.0, &of_kinect), told(0.0, &of_kinect)), (None, None));
@@ -344,13 +342,13 @@ mod tests {
         assert!(told(5000.0, &of_kinect).unwrap().contains("5.0 times too small"));
         let smooth = ramp(None);
         assert_eq!((told(1000.0, &smooth), told(4000.0, &smooth)), (None, None), "a room may be small");
-        assert!(told(1.0, &smooth).unwrap().contains("beyond 2500"), "{:?}", told(1.0, &smooth));
+        assert!(told(1.0, &smooth).unwrap().contains("at 2500"), "{:?}", told(1.0, &smooth));
         let focal = |fx| {
             let settings = SpatialSettings { fx, depth_scale: 1000.0, ..SpatialSettings::default() };
-            contradictions(&settings, &DepthScale::estimate(&of_kinect))
+            contradiction(&settings, &DepthScale::estimate(&of_kinect))
         };
-        assert_eq!((focal(525.0), focal(0.0)), (Vec::new(), Vec::new()));
-        assert!(focal(384.0)[0].contains("of a Kinect with a focal length of about 580"), "{:?}", focal(384.0));
+        assert_eq!((focal(525.0), focal(0.0)), (None, None));
+        assert!(focal(384.0).unwrap().contains("of a Kinect with a focal length of about 580"), "{:?}", focal(384.0));
     }
 
     /// Steps ahead with turns; `scale` and `turn` times as large.

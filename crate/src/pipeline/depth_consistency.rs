@@ -20,7 +20,7 @@ pub struct DepthConsistency {
 
 impl DepthConsistency {
     /// For a recording of `num_frames` frames, taken at `times` (s) where they are known. Of the settings, those of camera,
-    /// depth and true poses count.
+    /// depth and reference poses count.
     ///
     /// # Errors
     /// When a setting is out of its limits, the trajectory has positions alone, or it cannot be told which pose belongs to
@@ -79,9 +79,9 @@ impl DepthConsistency {
         Ok(DepthView { camera: depth.camera, depths })
     }
 
-    /// What was assumed of the depth's scale, or what the data say against it, in a whole sentence, after the first frame.
-    pub fn assumption(&self) -> Option<&str> {
-        self.decode_config.as_ref()?.depth.as_ref()?.notes.first().map(String::as_str)
+    /// What was assumed of the depth images, and what they say against the settings: a sentence each, after the first frame.
+    pub fn notes(&self) -> &[String] {
+        self.decode_config.as_ref().and_then(|config| config.depth.as_ref()).map_or(&[], |depth| &depth.notes)
     }
 
     /// The agreement of all steps so far.

@@ -32,9 +32,9 @@
 //! for index in 0..3 {
 //!     let name = format!("www/samples/apartment/depth/{}.png", index + 1);
 //!     let bytes = std::fs::read(&name)?;
-//!     let preparation = reconstruction.begin(&name, &bytes)?;
+//!     let decode_config = reconstruction.begin(&name, &bytes)?;
 //!     let label = FrameLabel { name, index, time: None };
-//!     let frame = PreparedFrame::from_depth(preparation, label, &bytes, None)?;
+//!     let frame = PreparedFrame::from_depth(decode_config, label, &bytes, None)?;
 //!     reconstruction.add(frame)?;
 //!     while reconstruction.step().stage != Stage::Done {}
 //! }
@@ -51,6 +51,7 @@ pub mod odometry_check;
 pub mod planar;
 pub mod prepared_frame;
 pub mod recorded_scan;
+mod reference;
 pub mod report;
 pub mod settings;
 pub mod spatial;

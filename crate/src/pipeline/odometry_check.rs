@@ -6,9 +6,10 @@
 
 use super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, planar_poses};
 use crate::geometry::Pose2;
+use crate::geometry::quantile::quantile;
 use crate::io::trajectory::Trajectory;
 
-/// Pairs of scans that are looked at, at most.
+/// About this many pairs of scans are compared, and always fewer than twice as many.
 const MAX_PAIRS: usize = 60;
 /// Fewer pairs that tell anything decide nothing.
 const MIN_PAIRS: usize = 5;
@@ -16,7 +17,7 @@ const MIN_PAIRS: usize = 5;
 const MAX_APART: usize = 64;
 /// A pair of scans is informative about motion where its agreement without any motion is below this.
 const MAX_STILL: f64 = 0.6;
-/// Where no scans are so far apart, pairs tell something for which the odometry makes this much of a difference.
+/// Where too few pairs have moved: smallest change of the agreement by the odometry for which a pair is used.
 const MIN_DIFFERENCE: f64 = 0.25;
 /// Returns of a scan that are moved into the other.
 const MAX_RETURNS: usize = 60;
@@ -43,10 +44,10 @@ const POSITION_UNITS: [(f64, &str); 8] = [
     (0.001, "millimetres"),
     (1000.0, "kilometres"),
     (0.1, "about ten times too large"),
-    (10.0, "about a tenth of metres"),
-    (100.0, "about a hundredth of metres"),
+    (10.0, "about ten times too small"),
+    (100.0, "about a hundred times too small"),
     (0.5, "about twice too large"),
-    (2.0, "about half of metres"),
+    (2.0, "about half as large as they should be"),
 ];
 /// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
@@ -72,7 +73,7 @@ pub struct CheckedOdometry {
     pub notes: Vec<String>,
 }
 
-/// Finds each scan's odometry and judges it. Returns from `limit` (m) on are none.
+/// Finds each scan's odometry and judges it. Ranges from `limit` (m) on count as no return.
 #[inline(never)]
 pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, limit: f64) -> CheckedOdometry {
     let (poses, matching) = match_odometry(scans, given);
@@ -83,7 +84,8 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
         ..CheckedOdometry::default()
     };
     let evidence = Evidence::new(scans, &poses, limit);
-    if let Some(problem) = evidence.mirror(scans, |scan| poses[scan]) {
+    if let Some(mirror) = evidence.mirror(scans, |scan| poses[scan]) {
+        let problem = format!("It is {mirror}");
         return CheckedOdometry { mirrored: Some(problem.clone()), ..refuse(problem, MIRROR_REMEDY) };
     }
     if let Some((problem, remedy)) = evidence.contradiction(scans, given, &poses, matching) {
@@ -102,12 +104,25 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
         let (problem, remedy) = no_scan(scans, given);
         return refuse(problem, &remedy);
     }
+    let notes = notes_on(name, scans, given, &poses, matching, is_doubted);
+    CheckedOdometry { poses, notes, ..CheckedOdometry::default() }
+}
+
+/// What is worth knowing of odometry that is used: how it was matched with the scans, and its gaps.
+fn notes_on(
+    name: &str,
+    scans: &[RecordedScan],
+    given: &Trajectory,
+    poses: &[Option<Pose2>],
+    matching: Matching,
+    goes_on: bool,
+) -> Vec<String> {
     let mut notes = Vec::new();
     if matching == Matching::Order && given.stamps.is_some() && scans.iter().all(|scan| scan.time.is_some()) {
         let what = "are not those of the scans, so it was taken in their order, for it has a pose for each";
         notes.push(format!("The times of {name} {what}."));
     }
-    if is_doubted {
+    if goes_on {
         notes.push(format!(
             "{name} has {} poses, and there are {} scans: it goes on after them.",
             given.len(),
@@ -115,23 +130,23 @@ pub fn check_odometry(name: &str, scans: &[RecordedScan], given: &Trajectory, li
         ));
     }
     if let Some(first) = poses.iter().position(Option::is_none) {
-        let missing = poses.len() - found;
+        let missing = poses.iter().filter(|pose| pose.is_none()).count();
         notes.push(format!(
             "{name} has gaps: {missing} of {} scans have no pose in it, scan {first} first; they are placed by what they saw \
              alone. If they are to have odometry, complete the file.",
             poses.len()
         ));
     }
-    CheckedOdometry { poses, notes, ..CheckedOdometry::default() }
+    notes
 }
 
 /// Why the scans are the mirror image of what the poses in their log tell; `None` where they are not, or where that is not known.
-/// Returns from `limit` (m) on are none.
+/// Ranges from `limit` (m) on count as no return.
 pub fn mirror_of_log(scans: &[RecordedScan], limit: f64) -> Option<String> {
     let poses: Vec<Option<Pose2>> = scans.iter().map(|scan| scan.odometry).collect();
     let evidence = Evidence::new(scans, &poses, limit);
-    let problem = evidence.mirror(scans, |scan| poses[scan])?;
-    Some(format!("The poses in the log: {problem}. {MIRROR_REMEDY}."))
+    let mirror = evidence.mirror(scans, |scan| poses[scan])?;
+    Some(format!("The poses in the log are {mirror}. {MIRROR_REMEDY}."))
 }
 
 /// The odometry as one pose for each scan in turn, where the scans confirm that.
@@ -217,7 +232,7 @@ impl Evidence {
         self.pairs.iter().map(of).sum::<f64>() / self.pairs.len().max(1) as f64
     }
 
-    /// Why these poses tell the mirror image of the scans; `None` where they do not. A laser that turns the other way than its
+    /// How far these poses are the mirror image of the scans, to follow "is"; `None` where they are not. A laser that turns the other way than its
     /// readings were taken shows every motion mirrored at the axis that points ahead.
     fn mirror(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> Option<String> {
         if self.pairs.len() < MIN_PAIRS {
@@ -230,11 +245,11 @@ impl Evidence {
         };
         let mirrored = self.pairs.iter().map(mirrored_of).sum::<f64>() / self.pairs.len() as f64;
         let as_given = self.agreement(scans, &pose);
-        let least = (as_given + MIN_GAIN).max(self.still() + MIN_MOTION_GAIN).max(MIN_AGREEMENT);
+        let least = self.least(as_given);
         let [mirrored_percent, percent] = [mirrored, as_given].map(|share| (100.0 * share).round());
         (mirrored >= least).then(|| {
             format!(
-                "It is the mirror image of what the scans saw: {mirrored_percent} % of that agrees with its motion mirrored, and \
+                "the mirror image of what the scans saw: {mirrored_percent} % of that agrees with its motion mirrored, and \
                  {percent} % as it is"
             )
         })
@@ -244,6 +259,12 @@ impl Evidence {
     fn still(&self) -> f64 {
         let identity = Pose2::identity();
         self.pairs.iter().map(|pair| pair.agreement(&identity)).sum::<f64>() / self.pairs.len().max(1) as f64
+    }
+
+    /// Smallest agreement of another reading that counts against the odometry as it is given. Positions a thousand times too small
+    /// are no motion at all: a reading has to be better than that as well.
+    fn least(&self, as_given: f64) -> f64 {
+        (as_given + MIN_GAIN).max(self.still() + MIN_MOTION_GAIN).max(MIN_AGREEMENT)
     }
 
     /// Whether what the scans saw agrees with the odometry, and better than without any motion.
@@ -273,9 +294,7 @@ impl Evidence {
         let better =
             |best: Reading, next: Reading| if next.agreement > best.agreement + MIN_STEP { next } else { best };
         let best = readings.into_iter().reduce(better);
-        let still = self.still();
-        // Positions a thousand times too small are no motion at all: a reading has to be better than that as well.
-        let least = (as_given + MIN_GAIN).max(still + MIN_MOTION_GAIN).max(MIN_AGREEMENT);
+        let (still, least) = (self.still(), self.least(as_given));
         let is_better = |best: &Reading| best.agreement >= least;
         if let Some(Reading { agreement, problem, remedy }) = best.filter(is_better) {
             let figures = format!("{} % of what the scans saw agrees then", percent(agreement));
@@ -367,8 +386,7 @@ impl ScanPair {
 fn median_step(poses: &[Option<Pose2>]) -> f64 {
     let step = |pair: &[Option<Pose2>]| Some((pair[1]?.translation.vector - pair[0]?.translation.vector).norm());
     let mut steps: Vec<f64> = poses.windows(2).filter_map(step).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    quantile(&mut steps, 0.5).unwrap_or(0.0)
 }
 
 fn bearing_of(x: f64, y: f64) -> usize {

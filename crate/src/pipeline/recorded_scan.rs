@@ -18,7 +18,7 @@ use crate::{Error, Result};
 pub struct RecordedScan {
     /// Returns in the laser's frame (m).
     pub cloud: PointCloud,
-    /// Readings from here on are none (m); infinite where that is not known.
+    /// Ranges at or beyond this value mean no return (m); infinite where that is not known.
     pub max_range: f64,
     /// Where the laser sits on the robot whose poses `reference` and `odometry` are.
     pub T_robot_laser: Pose2,
@@ -71,6 +71,11 @@ impl RecordedScan {
     }
 }
 
+/// Whether all scans come from one log, whose numbers ascend; scans that were left out have numbers, too.
+pub(crate) fn is_one_log(recorded: &[RecordedScan]) -> bool {
+    recorded.windows(2).all(|pair| pair[0].index < pair[1].index)
+}
+
 /// No planar laser reaches further (m).
 const LONGEST_RANGE: f32 = 1000.0;
 
@@ -91,7 +96,7 @@ pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
 /// at each scan, from a file of its own.
-pub(crate) fn first_guesses(
+pub(crate) fn motions_between_scans(
     source: OdometrySource,
     scans: &[RecordedScan],
     given: Option<&[Option<Pose2>]>,

@@ -77,9 +77,10 @@ pub struct FrameResult<P, C> {
     pub index: usize,
     /// Time stamp (s), or null.
     pub time: Option<f64>,
-    /// Pose of the sensor; the world is the frame of the first one.
+    /// Pose of the sensor, or of the robot where a log says where on it the laser sits; the world is the frame of the first one.
     pub T_world_sensor: P,
-    /// In the plane: one standard deviation of the registration to the scans before (m, m, rad); null where there is none.
+    /// In the plane: standard deviations of the sensor's position and heading (m, m, rad) by its registration to the scans before;
+    /// null where there is none.
     pub std: Option<PlanarPose>,
     /// Assessment of the pose.
     pub status: Status,
@@ -148,7 +149,7 @@ impl<P, C> FrameResult<P, C> {
 }
 
 impl FrameResult<PlanarPose, CleaningReport> {
-    /// The result of a scan; `pose` is its current `T_world_sensor`.
+    /// The result of a scan; `pose` is the current pose that it reports, of the sensor or of the robot.
     #[inline(never)]
     pub(crate) fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
@@ -202,7 +203,8 @@ pub struct ReconstructionResult {
     pub sharpness: Option<Sharpness>,
     /// Errors against the reference, where one was given.
     pub comparison: Option<TrajectoryError<PlanarPoint>>,
-    /// Why the given odometry is not used, in whole sentences, or null; contained in the notes as well.
+    /// Why the given odometry is not used, or why the poses in the log are a mirror image of the scans, in whole sentences; null
+    /// otherwise. Contained in the notes as well.
     pub odometry_refusal: Option<String>,
     /// Remarks, in whole sentences.
     pub notes: Vec<String>,

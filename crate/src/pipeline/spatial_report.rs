@@ -19,9 +19,9 @@ pub struct SpatialResult {
     pub settings: SpatialSettings,
     /// The camera of the depth images, as set, read or guessed; null for clouds.
     pub camera: Option<Pinhole>,
-    /// Raw depth values a metre, as set or guessed; null for clouds.
+    /// Raw depth values per metre, as set or guessed; null for clouds.
     pub depth_scale: Option<f64>,
-    /// How depth was made whole, as set or as found so far; null for clouds.
+    /// How depth was quantised, as set or as found so far; null for clouds.
     pub quantisation: Option<Quantisation>,
     /// What was assumed of the depth images, as neither a setting nor a file says it.
     pub assumptions: Vec<Assumption>,

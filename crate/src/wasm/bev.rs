@@ -266,7 +266,10 @@ pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize,
 }
 
 fn scene_of(scene: &BevSceneObject) -> Result<BevScene, JsValue> {
-    let json = JSON::stringify(scene).map(String::from)?;
+    // Of `undefined` and functions, there is no text.
+    let json = JsValue::from(JSON::stringify(scene)?).as_string();
+    let json = json
+        .ok_or_else(|| Error::whole("The scene is not a plain object", "Give a scene as bev_presets() returns it"))?;
     BevScene::read(json.as_bytes()).map_err(|error| {
         // Nobody has seen the lines of this text.
         JsValue::from(Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))

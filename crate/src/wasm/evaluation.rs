@@ -407,10 +407,10 @@ impl DepthConsistency {
         self.comparison.skip();
     }
 
-    /// The assumed depth scale in words, after the first frame.
+    /// What was assumed of the depth images, and what they say against the settings: a sentence each, after the first frame.
     #[wasm_bindgen(getter)]
-    pub fn assumption(&self) -> Option<String> {
-        self.comparison.assumption().map(str::to_owned)
+    pub fn notes(&self) -> Vec<String> {
+        self.comparison.notes().to_vec()
     }
 
     /// The agreement of all steps so far.

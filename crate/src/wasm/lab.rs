@@ -31,7 +31,7 @@ export interface IcpIteration extends IterationSummary {
   weight: Float64Array<ArrayBuffer>;
   /** What each pair contributes to the smallest share of `degeneracy`: they sum up to it. Empty where that is null. */
   contribution: Float64Array<ArrayBuffer>;
-  /** Indices of source points without a say. */
+  /** Indices of the source points that were rejected. */
   rejected_source: Uint32Array<ArrayBuffer>;
   /** Their nearest target points; 2^32 - 1 where none is within the distance limit. */
   rejected_target: Uint32Array<ArrayBuffer>;
@@ -50,7 +50,7 @@ export interface BasinEnds {
   cost: Float64Array<ArrayBuffer>;
 }
 
-/** Ends told apart. */
+/** Ends grouped by minimum. */
 export interface BasinLabels {
   /** Of each start: 0 for the minimum of the reference, 1 and on for the others in the order of `minima`, -1 where the loop did
    * not come to rest. */

@@ -105,7 +105,7 @@ impl PointCloud {
             Some("ascii") => ply::Format::Ascii,
             Some("binary_little_endian") => ply::Format::BinaryLittleEndian,
             other => {
-                let problem = format!("{other:?} is not a PLY format");
+                let problem = format!("\"{}\" is not a PLY format", other.unwrap_or_default());
                 return Err(Error::whole(problem, "Use \"ascii\" or \"binary_little_endian\"").into());
             }
         };

@@ -240,7 +240,7 @@ impl SpatialReconstruction {
     /// Reads the first file and returns the configuration for `prepare_frame`. Later calls ignore the file.
     ///
     /// # Errors
-    /// When it is not a depth image, has no depth, or the settings are not a valid camera.
+    /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
     pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
         let decode_config = self.engine.begin(name, first_frame)?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
@@ -261,12 +261,14 @@ impl SpatialReconstruction {
         Ok(frame.and_then(|frame| self.engine.add(frame))?)
     }
 
-    /// Ends the recording: `step()` then also closes a loop that has been detected only once.
+    /// Ends the recording: `step()` then also tries frames again that were not found, and closes a loop that has been detected only
+    /// once.
     pub fn finish(&mut self) {
         self.engine.finish();
     }
 
-    /// Does one bounded step: registers a frame, or closes a loop. The stage is `done` when the queue is empty.
+    /// Does one bounded step: registers a frame, relocalizes one that was not found, or closes a loop. The stage is `done` when
+    /// nothing is left to do.
     ///
     /// # Errors
     /// No input causes an error.
@@ -330,7 +332,7 @@ impl SpatialReconstruction {
         drawn(self.engine.map())
     }
 
-    /// Index of the first frame of each of the map's points.
+    /// For each of the map's points, the position in `result().frames` of the first frame that saw it.
     pub fn map_frames(&mut self) -> Vec<u32> {
         self.engine.map().frames()
     }
@@ -338,10 +340,10 @@ impl SpatialReconstruction {
     /// Size of the map with other voxel sizes (m).
     ///
     /// # Errors
-    /// When a size is not positive.
+    /// When a size is less than a millimetre or not finite.
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Result<Vec<Ts<MapSize>>, JsValue> {
         if let Some(size) = voxel_sizes.iter().find(|&&size| !(size >= 1e-3 && size.is_finite())) {
-            let problem = format!("A voxel of {size} m is too small");
+            let problem = format!("The voxel size {size} m is out of range");
             return Err(Error::whole(problem, "Give sizes of a millimetre or more").into());
         }
         Ok(self.engine.map_sizes(voxel_sizes).iter().map(plain).collect())
@@ -406,7 +408,7 @@ pub struct SpatialMapPoints {
     pub colors: Uint8Array,
     /// Unit normals in 32767ths: x y z ...; zero where unknown.
     pub normals: Int16Array,
-    /// The first frame that saw each point.
+    /// For each point, the position in `result().frames` of the first frame that saw it.
     pub frames: Uint32Array,
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct EstimatedFrame {
 }
 
 /// Compares the frames of a recording of `num_recorded` frames with a reference: by time where both have times, by their
-/// place in the recording otherwise.
+/// index in the recording where the reference has none, or numbers in their place.
 ///
 /// # Errors
 /// When the reference has another number of poses than the recording has frames and no times tell which belong together.
@@ -67,11 +67,18 @@ pub(crate) fn spatial_error(
 fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajectory) -> Result<Vec<Option<usize>>> {
     let times: Option<Vec<f64>> = frames.iter().map(|frame| frame.time).collect();
     if let (Some(stamps), Some(times)) = (&reference.stamps, times) {
-        let mut partners = vec![None; frames.len()];
-        for pair in by_time(stamps, &times, MAX_TIME_DIFFERENCE, 0.0)? {
-            partners[pair.estimate] = Some(pair.reference);
+        match by_time(stamps, &times, MAX_TIME_DIFFERENCE, 0.0) {
+            Ok(pairs) => {
+                let mut partners = vec![None; frames.len()];
+                for pair in pairs {
+                    partners[pair.estimate] = Some(pair.reference);
+                }
+                return Ok(partners);
+            }
+            // Numbers in the place of times tell the order of the poses alone.
+            Err(error) if !stamps.windows(2).all(|pair| pair[1] - pair[0] == 1.0) => return Err(error),
+            Err(_) => {}
         }
-        return Ok(partners);
     }
     if reference.num_rows() == num_recorded {
         return Ok(frames.iter().map(|frame| reference.index_of_row(frame.index)).collect());
@@ -150,5 +157,22 @@ mod tests {
         left[3].time = Some(9.0);
         let error = spatial_error(&left, 4, "ref.txt", &contents(stamped), KnownConvention::default()).unwrap();
         assert!(error.max < 1e-9 && error.num_matched == 3);
+    }
+
+    #[test]
+    fn numbers_in_the_place_of_times_are_matched_by_order_and_other_times_are_refused() {
+        let truth: Vec<Pose3> = (0..5).map(|i| pose(f64::from(i), 0.1)).collect();
+        let mut timed = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
+        for frame in &mut timed {
+            frame.time = Some(1.6e9 + 0.1 * frame.index as f64);
+        }
+        let compared = |stamps: [f64; 5]| {
+            let reference = contents(Trajectory::from_poses(&truth).with_stamps(stamps.to_vec()).unwrap());
+            spatial_error(&timed, 5, "ref.txt", &reference, KnownConvention::default())
+        };
+        let error = compared([0.0, 1.0, 2.0, 3.0, 4.0]).unwrap();
+        assert!(error.max < 1e-9 && error.num_matched == 5);
+        let refused = compared([0.0, 0.1, 0.2, 0.3, 0.4]).unwrap_err().to_string();
+        assert!(refused.contains("No time of the estimate"), "{refused}");
     }
 }

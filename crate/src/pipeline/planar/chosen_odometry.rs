@@ -6,7 +6,7 @@ use super::measured_motion;
 use crate::io::trajectory::Trajectory;
 use crate::odometry::planar::{MeasuredMotion, PlanarOptions};
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
-use crate::pipeline::recorded_scan::{RecordedScan, first_guesses, match_odometry};
+use crate::pipeline::recorded_scan::{RecordedScan, match_odometry, motions_between_scans};
 use crate::pipeline::settings::OdometrySource;
 use crate::preprocess::planar_scan::PlanarScan;
 
@@ -47,11 +47,11 @@ impl ChosenOdometry {
         let ScansToCheck { recorded, cleaned, limit, options } = *scans;
         let file = file.filter(|_| wanted != OdometrySource::None);
         let checked = file.map(|(name, given)| scans.check(name, given));
-        let is_log_asked = file.is_none() && wanted != OdometrySource::None;
-        let mirrored_in_log = if is_log_asked { mirror_of_log(recorded, limit) } else { None };
+        let may_check_log = file.is_none() && wanted != OdometrySource::None;
+        let mirrored_in_log = if may_check_log { mirror_of_log(recorded, limit) } else { None };
         let (source, log_note) = scans.source(wanted, file.is_some());
         let poses = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let motions = first_guesses(source, recorded, poses);
+        let motions = motions_between_scans(source, recorded, poses);
         let (motions, noise_note) = measured_motion::judged(&motions, cleaned, options);
         let is_mirrored = checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
         Self {
@@ -78,7 +78,7 @@ impl ScansToCheck<'_> {
         }
         // A place that repeats itself looks as if there were no motion, or another one: registrations tell more.
         let as_given = match_odometry(self.recorded, given).0;
-        let motions = first_guesses(OdometrySource::File, self.recorded, Some(&as_given));
+        let motions = motions_between_scans(OdometrySource::File, self.recorded, Some(&as_given));
         if measured_motion::fits_scans(&motions, self.cleaned, self.options) {
             CheckedOdometry { poses: as_given, ..CheckedOdometry::default() }
         } else {

@@ -9,7 +9,7 @@ use crate::odometry::assessment::{MIN_POINTS, Status, assess};
 use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
 use crate::odometry::planar::{MeasuredMotion, PlanarOptions, UNEXPECTED_SHARE};
-use crate::pipeline::recorded_scan::RecordedScan;
+use crate::pipeline::recorded_scan::{RecordedScan, is_one_log};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::LikelihoodGrid;
 
@@ -105,13 +105,17 @@ fn contradicts(comparison: &Comparison) -> bool {
     off.translation_norm() > most || off.rotation_angle() > CONTRADICTING_TURN
 }
 
-/// Places are seen again after this way (m) ...
-const LOOP_LENGTH: f64 = 15.0;
-/// ... from this near (m, rad), by the poses in question.
-const LOOP_NEAR: (f64, f64) = (1.0, 0.35);
-/// So many places are looked at, and fewer than the least of them say nothing.
-const LOOPS: (usize, usize) = (24, 4);
-/// Corrected poses fit a place seen again to this (m, rad).
+/// Shortest path between two visits that counts as a revisit (m).
+const MIN_REVISIT_PATH: f64 = 15.0;
+/// Largest distance between the poses of two visits (m, rad).
+const MAX_REVISIT_DISTANCE: (f64, f64) = (1.0, 0.35);
+/// Distance along the path between two frames that are looked at for revisits (m).
+const REVISIT_SPACING: f64 = 0.5;
+/// Most revisits that are checked.
+const MAX_REVISITS: usize = 24;
+/// Fewer revisits do not decide whose the poses are.
+const MIN_REVISITS: usize = 4;
+/// Largest deviation of a registration from corrected poses at a revisit (m, rad).
 const CORRECTED: (f64, f64) = (0.25, 0.07);
 
 /// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
@@ -123,21 +127,20 @@ pub fn log_holds_wheels(
     scan: &dyn Fn(usize) -> Rc<PlanarScan>,
     options: &PlanarOptions,
 ) -> (bool, Option<String>) {
-    let is_one_log = recorded.iter().enumerate().all(|(number, scan)| scan.index == number);
     let poses: Option<Vec<Pose2>> = recorded.iter().map(|scan| Some(scan.odometry? * scan.T_robot_laser)).collect();
-    let Some(poses) = poses.filter(|_| is_one_log) else { return (false, None) };
+    let Some(poses) = poses.filter(|_| is_one_log(recorded)) else { return (false, None) };
     let are_all = |origin| recorded.iter().all(|scan| scan.odometry_origin == origin);
     if are_all(OdometryOrigin::Wheels) {
         let note = "The wheels' odometry in the log is used; odometry=none leaves it out.";
         return (true, Some(note.to_owned()));
     }
     let (num_fitting, num_tried) = fitting_revisits(&poses, scan, options);
-    let is_told = num_tried >= LOOPS.1;
+    let is_told = num_tried >= MIN_REVISITS;
     if !is_told && !are_all(OdometryOrigin::RepeatsWheels) {
         let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
         let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
                     They are not used; odometry=log uses them.";
-        return (false, (way > LOOP_LENGTH).then(|| note.to_owned()));
+        return (false, (way > MIN_REVISIT_PATH).then(|| note.to_owned()));
     }
     let seen = format!("they fit the scans in {num_fitting} of {num_tried} places where they come back");
     let reason = if is_told { seen } else { "they are those of its lines of odometry".to_owned() };
@@ -159,7 +162,7 @@ fn fitting_revisits(
     options: &PlanarOptions,
 ) -> (usize, usize) {
     let revisits = revisits(poses);
-    let stride = revisits.len().div_ceil(LOOPS.0).max(1);
+    let stride = revisits.len().div_ceil(MAX_REVISITS).max(1);
     let (mut num_fitting, mut num_tried) = (0, 0);
     for (earlier, later) in revisits.into_iter().step_by(stride) {
         let (target, source) = (scan(earlier), scan(later));
@@ -179,7 +182,7 @@ fn fitting_revisits(
     (num_fitting, num_tried)
 }
 
-/// Pairs of frames that these poses put at one place after a long way, at most one for every step of a metre.
+/// Pairs of frames that these poses put at one place after a long way, at most one for every half metre of the path.
 #[inline(never)]
 fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     let mut along = vec![0.0; poses.len()];
@@ -188,16 +191,17 @@ fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     }
     let mut chosen: Vec<usize> = Vec::new();
     for frame in 0..poses.len() {
-        if chosen.last().is_none_or(|&last| along[frame] - along[last] > 0.5) {
+        if chosen.last().is_none_or(|&last| along[frame] - along[last] > REVISIT_SPACING) {
             chosen.push(frame);
         }
     }
     let near = |earlier: usize, later: usize| {
         let apart = poses[earlier].inverse() * poses[later];
-        apart.translation_norm() < LOOP_NEAR.0 && apart.rotation_angle() < LOOP_NEAR.1
+        apart.translation_norm() < MAX_REVISIT_DISTANCE.0 && apart.rotation_angle() < MAX_REVISIT_DISTANCE.1
     };
     let earlier_of = |&later: &usize| {
-        let is_revisited = |&&earlier: &&usize| along[later] - along[earlier] > LOOP_LENGTH && near(earlier, later);
+        let is_revisited =
+            |&&earlier: &&usize| along[later] - along[earlier] > MIN_REVISIT_PATH && near(earlier, later);
         chosen.iter().find(is_revisited).map(|&earlier| (earlier, later))
     };
     chosen.iter().filter_map(earlier_of).collect()
@@ -271,4 +275,26 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
         }
     }
     stretches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PointCloud;
+    use crate::pipeline::settings::Settings;
+
+    #[test]
+    fn wheels_in_a_log_are_used_where_a_scan_was_left_out() {
+        let recorded = |index| RecordedScan {
+            index,
+            odometry: Some(Pose2::translation(index as f64, 0.0)),
+            odometry_origin: OdometryOrigin::Wheels,
+            ..RecordedScan::of_cloud(PointCloud::default())
+        };
+        let scan = |_: usize| unreachable!("their origin is known");
+        let options = Settings::default().odometry_options();
+        let are_wheels = |indices: [usize; 3]| log_holds_wheels(&indices.map(recorded), &scan, &options).0;
+        assert!(are_wheels([0, 1, 2]) && are_wheels([0, 1, 3]));
+        assert!(!are_wheels([0, 0, 0]), "scans of files of their own");
+    }
 }

@@ -24,7 +24,7 @@ use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame};
+use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::Settings;
 use crate::preprocess::clean::{CleaningReport, clean};
@@ -202,14 +202,8 @@ impl Reconstruction {
 
     /// The map of all frames that are not lost, as far as the run has come.
     pub fn map(&self) -> StitchedMap {
-        self.map_from(0)
-    }
-
-    /// The part of the map that the frames from this one on make.
-    pub fn map_from(&self, first: usize) -> StitchedMap {
         let Some(run) = &self.run else { return StitchedMap::default() };
-        let placed = run.placed().skip_while(|&frame| frame < first);
-        StitchedMap::new(placed.map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+        StitchedMap::new(run.placed().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
     }
 
     /// The points of that part alone (m), world frame.
@@ -269,7 +263,8 @@ impl Reconstruction {
     pub fn stamps(&self) -> Stamps {
         let times: Vec<Option<f64>> = self.recorded.iter().map(|scan| scan.time).collect();
         let found = stamps(&times);
-        let has_gaps = self.is_one_log() && self.recorded.iter().enumerate().any(|(frame, scan)| scan.index != frame);
+        let has_gaps =
+            is_one_log(&self.recorded) && self.recorded.iter().enumerate().any(|(frame, scan)| scan.index != frame);
         let numbers = || has_gaps.then(|| self.recorded.iter().map(|scan| scan.index as f64).collect());
         Stamps { times: found.times.or_else(numbers), note: found.note }
     }
@@ -300,12 +295,7 @@ impl Reconstruction {
     fn poses_in_logs(&self) -> Option<(String, Trajectory)> {
         let poses = self.recorded.iter().map(|scan| scan.reference.as_ref().map(in_space));
         let poses = poses.collect::<Option<Vec<Pose3>>>().filter(|poses| !poses.is_empty())?;
-        self.is_one_log().then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
-    }
-
-    /// Whether the scans are those of one log, whose numbers ascend.
-    fn is_one_log(&self) -> bool {
-        self.recorded.windows(2).all(|pair| pair[0].index < pair[1].index)
+        is_one_log(&self.recorded).then(|| ("the poses in the log".to_owned(), Trajectory::from_poses(&poses)))
     }
 
     fn labels(&self) -> impl Iterator<Item = FrameLabel> {

@@ -113,7 +113,7 @@ impl MeasuredPath {
         let adjoint = self.poses[first].inverse().adjoint();
         let covariance = adjoint * (self.covariances[last] - self.covariances[first]) * adjoint.transpose();
         let off: Vector3<f64> = (estimated * measured.inverse()).log();
-        let sq_distance = covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)));
+        let sq_distance = mahalanobis::squared(&off, &covariance);
         Some(Stretch { first, last, estimated, measured, sq_distance })
     }
 }

@@ -25,10 +25,10 @@ use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
 
-/// The joint solution of a long sequence starts close to its end, and one iteration takes long.
-const LONG_ITERATIONS: usize = 8;
+/// Most iterations of the joint registration of a long sequence: it starts close to the solution, and one iteration takes long.
+const MAX_ITERATIONS_OF_LONG: usize = 8;
 
-/// What a run has come to.
+/// The state of a run.
 pub struct Run {
     num_scans: usize,
     /// Where the robot is, as seen from the laser of each scan.
@@ -193,7 +193,7 @@ impl Run {
         });
         let mut options = settings.icp_options();
         if graph.is_long() {
-            options.criteria.max_iterations = options.criteria.max_iterations.min(LONG_ITERATIONS);
+            options.criteria.max_iterations = options.criteria.max_iterations.min(MAX_ITERATIONS_OF_LONG);
         }
         if !joint.registration.is_done(&options) {
             joint.advance(&self.scans, &options);

@@ -3,7 +3,7 @@
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, SURE_MOTION, continues, may_follow};
 
-/// Of fewer sure motions the longest bounds the next one little: one in so many is longer still.
+/// Fewer sure motions do not bound the next one: one in this many is longer than all before.
 const MIN_SURE_MOTIONS: usize = 20;
 
 /// Takes registrations without measured motion for implausible that lie further from the scan before than what would continue the

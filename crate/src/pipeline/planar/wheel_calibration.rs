@@ -1,4 +1,4 @@
-//! Measured motion against a whole chain: how long its metre is, how well it is known, and where the two part.
+//! Calibration of measured motion against the registered chain: its scale, its noise, and where the two contradict each other.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -76,8 +76,9 @@ fn registered_covariance(frame: usize, estimates: &[FrameEstimate]) -> Matrix3<f
     softened_covariance(&information, REGISTRATION_SIGMA, UNREGISTERED)
 }
 
-/// Doubts the least likely step of every stretch along which chain and measured motion part, and gives its measured motion what
-/// they are apart as an error: the ground before a robot may seem to move with it, or wheels may slip, and nothing tells which.
+/// Marks as doubtful the least likely step of every stretch along which chain and measured motion contradict each other, and adds
+/// their difference to the covariance of its measured motion: the ground ahead of a robot may seem to move with it, or wheels may
+/// slip, and nothing shows which.
 pub fn doubt_where_parted(motions: &mut [Option<MeasuredMotion>], estimates: &mut [FrameEstimate]) {
     let parted: Vec<Parted> = (1..motions.len()).filter_map(|last| parted(last, motions, estimates)).collect();
     for Parted { frame, num_steps, off, distance } in parted {
@@ -114,13 +115,13 @@ fn parted(last: usize, motions: &[Option<MeasuredMotion>], estimates: &[FrameEst
         covariance = chained((&motion.T_before_sensor, &of_step), &covariance);
         T_measured = motion.T_before_sensor * T_measured;
         let apart = T_measured * registered_motion(first, last, estimates).inverse();
-        if first == last || sq_distance(&apart.log(), &covariance) < PARTED {
+        if first == last || mahalanobis::squared(&apart.log(), &covariance) < PARTED {
             continue;
         }
         let unlikeliness = |frame: &usize| {
             motions[*frame].as_ref().map_or(0.0, |motion| {
                 let apart = motion.T_before_sensor * registered_motion(*frame, *frame, estimates).inverse();
-                sq_distance(&apart.log(), &motion.covariance)
+                mahalanobis::squared(&apart.log(), &motion.covariance)
             })
         };
         let frame = (first..=last).max_by(|a, b| unlikeliness(a).total_cmp(&unlikeliness(b)))?;
@@ -133,11 +134,6 @@ fn parted(last: usize, motions: &[Option<MeasuredMotion>], estimates: &[FrameEst
 /// The motion of the chain over the steps from `first` to `last`.
 fn registered_motion(first: usize, last: usize, estimates: &[FrameEstimate]) -> Pose2 {
     estimates[first - 1].T_world_sensor.inverse() * estimates[last].T_world_sensor
-}
-
-/// The squared Mahalanobis distance of a perturbation.
-fn sq_distance(off: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
-    covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
 }
 
 #[cfg(test)]

@@ -112,12 +112,8 @@ impl PreparedFrame {
             }
             Surfaces::Cloud(cloud) => cloud.len() * POINT_BYTES,
         };
-        let of_map = match &self.map_points {
-            MapPoints::Image(image, _) => image.depths.len() * PIXEL_BYTES,
-            MapPoints::Cloud(cloud) => cloud.len() * POINT_BYTES,
-        };
         let of_words: usize = self.notes.iter().map(|note| note.subject.len() + note.reason.len()).sum();
-        of_surfaces + of_map + 2 * of_words + HEADER_BYTES
+        of_surfaces + self.map_points.num_bytes() + 2 * of_words + HEADER_BYTES
     }
 
     /// The frame that [`to_bytes`](Self::to_bytes) wrote.
@@ -283,8 +279,6 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
 
 /// Number of a cell, and the numbers of its piece of surface.
 const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
-/// Depth, normal and colour of a pixel of the map's.
-const PIXEL_BYTES: usize = 8;
 /// Position, normal and colour of a point.
 const POINT_BYTES: usize = 27;
 /// Far more than all that is no list takes.

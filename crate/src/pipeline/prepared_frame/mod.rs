@@ -14,7 +14,7 @@ use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
 use crate::io::{color_image, depth_png, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
-use crate::pipeline::assumptions::{Assumption, assumptions, contradictions, wrong_scale};
+use crate::pipeline::assumptions::{Assumption, assumptions, contradiction, wrong_scale};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings, set_or};
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::depth_cloud::depth_cloud;
@@ -107,7 +107,7 @@ impl DecodeConfig {
         let camera = settings.camera(first.width, first.height, first.bits, scale.sensor)?;
         let assumed = scale.note().filter(|_| settings.depth_scale == 0.0);
         let swapped = has_swapped_bytes.then(|| SWAPPED_BYTES.to_owned());
-        let notes = swapped.into_iter().chain(assumed).chain(contradictions(&settings, &scale)).collect();
+        let notes = swapped.into_iter().chain(assumed).chain(contradiction(&settings, &scale)).collect();
         let mut depth = DepthDecodeConfig {
             camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
@@ -187,7 +187,7 @@ impl DepthDecodeConfig {
 /// Gives the settings the camera and the depth scale that a file beside the images gives, as far as they have none.
 ///
 /// # Errors
-/// When there is a preparation: frames have been prepared with another camera.
+/// When there is a decode configuration: frames have been prepared with another camera.
 pub(crate) fn set_intrinsics(
     settings: &mut SpatialSettings,
     decode_config: Option<&DecodeConfig>,
@@ -213,10 +213,24 @@ pub(crate) fn set_intrinsics(
 pub struct FrameLabel {
     /// Name of the file.
     pub name: String,
-    /// Its place in the recording, counted from 0, whatever was left out before it.
+    /// Its index in the recording, from 0; frames that were left out count.
     pub index: usize,
     /// When it was taken (s), where known.
     pub time: Option<f64>,
+}
+
+impl FrameLabel {
+    /// Whether the frame comes after the last one that was added, whose index this is.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub(crate) fn check_order(&self, last: Option<usize>) -> Result<()> {
+        if last.is_none_or(|last| self.index > last) {
+            return Ok(());
+        }
+        let problem = format!("Frame {} comes before a frame that was added earlier", self.index);
+        Err(Error::whole(problem, "Add frames in the order of the recording").in_file(&self.name))
+    }
 }
 
 /// A colour image as it lies in its file.
@@ -307,16 +321,9 @@ impl PreparedFrame {
         let (image, camera) = (depth.read(&label.name, bytes)?, &depth.camera);
         let of_frame = |reason| FrameNote { subject: label.name.clone(), reason };
         let mut notes: Vec<FrameNote> = depth.other_camera(&image).map(of_frame).into_iter().collect();
-        let colors = color.and_then(|ColorFile { name, bytes }| {
-            let read = |bytes| read_colors(bytes, &image).map_err(|error| error.in_file(name).to_string());
-            let note = |problem: String| {
-                let left_out = format!("{}: its colours are left out", label.name);
-                notes.push(match problem.strip_prefix(&format!("{name}: ")) {
-                    Some(reason) => FrameNote { subject: format!("{left_out}: {name}"), reason: reason.to_owned() },
-                    None => FrameNote { subject: left_out, reason: problem },
-                });
-            };
-            bytes.map_err(str::to_owned).and_then(read).map_err(note).ok()
+        let colors = color.and_then(|color| {
+            let note_left_out = |note| notes.push(note);
+            colors_of(color, &label.name, &image).map_err(note_left_out).ok()
         });
         let usable = usable_pixels(&image);
         let is_used = decode_config.settings.color != ColorUse::NotUsed;
@@ -332,8 +339,9 @@ impl PreparedFrame {
         let model = decode_config.depth_model(depth, *quantisation);
         let map_image = MapImage::new(&image, &usable, likeliest, &model, colors.as_ref());
         let map_points = MapPoints::Image(map_image, *quantisation);
-        let surfaces = if decode_config.settings.method == Method::SurfelMap {
-            let options = decode_config.settings.depth_options();
+        let settings = &decode_config.settings;
+        let surfaces = if settings.method == Method::SurfelMap {
+            let options = settings.depth_options();
             let contrast_with =
                 |brightness: &Arc<Brightness>| OutlineContrast::new(&image, &usable, &model, brightness);
             let outline_contrast = brightness.as_ref().map(contrast_with).unwrap_or_default();
@@ -343,10 +351,9 @@ impl PreparedFrame {
             Surfaces::Surfels(surfels.into_iter().map(prepared).collect())
         } else {
             // Courses take every value for what it says.
-            let is_course = decode_config.settings.method == Method::Course;
-            let taken = if is_course { vec![true; image.values.len()] } else { usable };
+            let taken = if settings.method == Method::Course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
-            let options = CloudOptions { clear_normals: false, ..decode_config.settings.cloud_options() };
+            let options = CloudOptions { clear_normals: false, ..settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
@@ -365,7 +372,7 @@ impl PreparedFrame {
         let cloud = in_range(&read_cloud(&label.name, bytes)?, settings.min_range as f32, settings.max_range as f32);
         let in_file = |error: Error| error.in_file(&label.name);
         if cloud.is_empty() {
-            let problem = format!("No point lies from {} m on in range", settings.min_range);
+            let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
             return Err(in_file(Error::whole(problem, "Give other limits of the range")));
         }
         let prepared = PreparedCloud::new(&cloud, &settings.cloud_options()).map_err(in_file)?.cloud().clone();
@@ -418,6 +425,22 @@ fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
         return Err(Error::whole("All depths are zero: nothing was measured", "Leave the frame out").in_file(name));
     }
     Ok(image)
+}
+
+/// The colours of a frame's pixels.
+///
+/// # Errors
+/// A note, where the colour image cannot be used.
+fn colors_of(color: ColorFile<'_>, frame: &str, depth: &DepthImage) -> std::result::Result<ColorImage, FrameNote> {
+    let ColorFile { name, bytes } = color;
+    let read = |bytes| read_colors(bytes, depth).map_err(|error| error.in_file(name).to_string());
+    bytes.map_err(str::to_owned).and_then(read).map_err(|problem| {
+        let left_out = format!("{frame}: its colours are left out");
+        match problem.strip_prefix(&format!("{name}: ")) {
+            Some(reason) => FrameNote { subject: format!("{left_out}: {name}"), reason: reason.to_owned() },
+            None => FrameNote { subject: left_out, reason: problem },
+        }
+    })
 }
 
 fn read_colors(bytes: &[u8], depth: &DepthImage) -> Result<ColorImage> {

@@ -52,7 +52,7 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
                 ["joint" => "Joint", "scan_to_map" => "Scan to map", "scan_to_scan" => "Scan to scan"];
             integer local_map_scans: "Local map", "Number of earlier scans that a new scan is registered to.",
                 [1, 100];
-            integer matched_scans: "Matched scans", "Joint: each scan is matched with this many scans before it and, where the path returns to a place, with as many of the nearest there. 0: all pairs.",
+            integer matched_scans: "Matched scans", "Joint, fewer than 100 scans: each scan is matched with this many scans before it and, where the path returns to a place, with as many of the nearest there. 0: all pairs. Longer sequences choose their pairs themselves.",
                 [0, 1000];
         }
         "Initial guess" {

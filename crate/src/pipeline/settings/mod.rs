@@ -59,7 +59,8 @@ pub struct Settings {
     pub strategy: Strategy,
     /// Number of earlier scans in the local map.
     pub local_map_scans: usize,
-    /// Joint: number n of preceding scans, and of nearest scans before those, that each scan is matched with; 0 means all.
+    /// Joint, fewer than 100 scans: number n of preceding scans, and of nearest scans before those, that each scan is matched with;
+    /// 0 means all. Longer sequences choose their pairs themselves.
     pub matched_scans: usize,
     /// The pose from which a registration starts.
     pub initial_guess: InitialGuess,

@@ -46,8 +46,8 @@ impl Step {
     }
 }
 
-/// Error of the good frames after uncertain ones, as a multiple of the standard deviation that these leave, below which 95 of 100 lie, as of a
-/// normal distribution; measured, it is 1.2 (`docs/depth_ablations.md`).
+/// 95 % bound of the error of good frames after uncertain ones, as a multiple of the standard deviation that these leave: that of a
+/// normal distribution; measured, 1.2 (`docs/depth_ablations.md`).
 const ERROR_RATIO: f64 = 2.0;
 
 /// What is said where neither the surfaces nor the sensor's other steps tell how far it moved.
@@ -83,8 +83,8 @@ pub(super) fn assessments(estimates: &[SpatialEstimate], surfaces_repeat: bool) 
     assessments
 }
 
-/// What is said of the good frames after the first of the frames that are `open`, whose name this is; none where there are none.
-/// They fit each other and the map, which goes on from an uncertain frame.
+/// A note on the good frames after the first unresolved one, called `name`; `None` without such frames. They fit each other and
+/// the map, which was continued from an uncertain frame.
 pub(super) fn unresolved_note(open: &UnresolvedFrames, name: &str, assessments: &[Assessment]) -> Option<String> {
     let is_good = |frame: &usize| assessments[*frame].status == Status::Good;
     let last_good = (0..assessments.len()).rfind(is_good)?;

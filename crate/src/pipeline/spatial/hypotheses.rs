@@ -1,4 +1,4 @@
-//! The run itself, once for each way in which depth may have been made whole, until the data decide.
+//! The run itself, once for each possible quantisation of the depth, until the data decide.
 
 use crate::error::Result;
 use crate::geometry::Pose3;
@@ -157,7 +157,7 @@ impl QuantisationHypothesis {
                 if let Some(loops) = &mut self.loops {
                     loops.add(number, surfels, &estimate);
                 }
-                // Frames that do not belong fit in no way.
+                // Frames outside the map say nothing of the quantisation.
                 if let Some(registration) = estimate.registration.as_ref().filter(|_| estimate.is_in_map) {
                     let sq_depths: f64 = surfels.image.surfels().map(|surfel| surfel.point.z * surfel.point.z).sum();
                     let sq_depth = sq_depths / surfels.image.surfels().count().max(1) as f64;

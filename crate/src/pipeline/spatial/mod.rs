@@ -15,7 +15,7 @@ use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
-use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, spatial_error};
+use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::intrinsics::Intrinsics;
@@ -25,11 +25,12 @@ use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
 use crate::pipeline::assumptions::{ReadingSetting, confirmation, own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{
-    DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, merged, set_intrinsics,
+    DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, Surfaces, merged, set_intrinsics,
 };
+use crate::pipeline::reference::Reference;
 use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
 use crate::pipeline::spatial_report::{MapSize, SpatialResult};
-use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
+use crate::pipeline::spatial_settings::{Method, Quantisation, SpatialSettings};
 
 /// What is said of colours that are left out of the estimate.
 const MISALIGNED_COLORS: &str = "The colours are not registered to the depth images: the outlines of objects do not coincide. The \
@@ -40,9 +41,9 @@ const MAX_PENDING_FRAMES: usize = 6;
 
 /// A reconstruction in space.
 ///
-/// [`begin`](Self::begin) looks at the first frame and says what preparing has to know; prepared frames are
+/// [`begin`](Self::begin) reads the first frame and returns the configuration for the preparation of frames; prepared frames are
 /// [added](Self::add) in their order, and [`step`](Self::step) registers one after the other. After the last one,
-/// [`finish`](Self::finish) closes the last loop. What is known so far may be asked for at any time, and
+/// call [`finish`](Self::finish) and step until done: frames that were not found are tried again, and the last loop is closed. What is known so far may be asked for at any time, and
 /// more frames may be added to a finished run.
 pub struct SpatialReconstruction {
     settings: SpatialSettings,
@@ -59,12 +60,6 @@ pub struct SpatialReconstruction {
     is_complete: bool,
     /// Whether what comes after the last frame has been done.
     is_finished: bool,
-}
-
-struct Reference {
-    name: String,
-    contents: Contents,
-    num_recorded: usize,
 }
 
 impl SpatialReconstruction {
@@ -98,8 +93,8 @@ impl SpatialReconstruction {
         set_intrinsics(&mut self.settings, self.decode_config.as_ref(), intrinsics)
     }
 
-    /// Looks at the first file, a depth image or a cloud, given as its bytes; says what preparing has to know. The first call
-    /// counts.
+    /// Reads the first file, a depth image or a cloud, given as its bytes, and returns the configuration for the preparation of
+    /// frames. Only the first call has an effect.
     ///
     /// # Errors
     /// When it is neither, holds nothing, or the settings make no camera.
@@ -112,8 +107,8 @@ impl SpatialReconstruction {
         self.decode_config.as_ref().ok_or_else(not_begun)
     }
 
-    /// What preparing has to know, after [`begin`](Self::begin). It becomes less work once the data have decided how depth
-    /// was made whole; frames prepared by what it was before stay good.
+    /// The configuration for preparing frames, after [`begin`](Self::begin). It asks for less work once the data have decided how
+    /// depth was quantised; frames prepared with an earlier one stay valid.
     pub fn decode_config(&self) -> Option<&DecodeConfig> {
         self.decode_config.as_ref()
     }
@@ -123,15 +118,14 @@ impl SpatialReconstruction {
     /// # Errors
     /// Before [`begin`](Self::begin), and when the frame comes before the last one in the recording.
     pub fn add(&mut self, frame: PreparedFrame) -> Result<()> {
-        if self.decode_config.is_none() {
-            return Err(not_begun());
+        let config = self.decode_config.as_ref().ok_or_else(not_begun)?;
+        if matches!(frame.surfaces, Surfaces::Surfels(_)) != (config.settings.method == Method::SurfelMap) {
+            let problem = "The frame was prepared for another method";
+            return Err(Error::whole(problem, "Prepare it with what `begin` returned").in_file(&frame.label.name));
         }
         let last = self.waiting.back().map(|frame| frame.label.index);
         let last = last.or_else(|| self.frames.last().map(|frame| frame.label.index));
-        if last.is_some_and(|last| frame.label.index <= last) {
-            let problem = format!("Frame {} of the recording comes after one behind it", frame.label.index);
-            return Err(Error::whole(problem, "Add frames in the order of the recording").in_file(&frame.label.name));
-        }
+        frame.label.check_order(last)?;
         self.notes.extend(frame.notes.iter().cloned());
         self.waiting.push_back(frame);
         (self.is_complete, self.is_finished) = (false, false);
@@ -144,7 +138,7 @@ impl SpatialReconstruction {
         self.is_complete = true;
     }
 
-    /// Does one bounded piece of work: registers one frame, or closes a loop.
+    /// Does one bounded piece of work: registers a frame, relocalizes one that was not found, or closes a loop.
     pub fn step(&mut self) -> Progress {
         if let Some(frame) = self.waiting.pop_front() {
             let decided = self.hypotheses.register(&frame.surfaces);
@@ -225,7 +219,7 @@ impl SpatialReconstruction {
             .map_or_else(LoopReport::default, SpatialLoops::report)
     }
 
-    /// How depth was made whole, as set or as found so far; `None` for clouds.
+    /// How depth was quantised, as set or as found so far; `None` for clouds.
     pub fn quantisation(&self) -> Option<Quantisation> {
         self.depth()?;
         self.hypotheses.best().map(|hypothesis| hypothesis.quantisation)
@@ -242,17 +236,7 @@ impl SpatialReconstruction {
 
     /// What is known so far.
     pub fn result(&self) -> SpatialResult {
-        let mut notes = merged(&self.notes);
-        notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
-        notes.extend(self.frames.note());
-        if self.hypotheses.have_misaligned_colors() {
-            notes.push(MISALIGNED_COLORS.to_owned());
-            let depth = self.depth();
-            notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
-        }
-        notes.extend(self.range_use.note());
-        notes.extend(self.loop_report().note());
-        notes.extend(self.unresolved_note());
+        let mut notes = self.notes();
         let comparison = self.reference.as_ref().and_then(|reference| {
             notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
             match self.compare(reference) {
@@ -277,11 +261,7 @@ impl SpatialReconstruction {
         let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
         SpatialResult {
             version: env!("CARGO_PKG_VERSION"),
-            settings: self
-                .decode_config
-                .as_ref()
-                .map_or(&self.settings, |decode_config| &decode_config.settings)
-                .clone(),
+            settings: self.decode_config.as_ref().map_or(&self.settings, |config| &config.settings).clone(),
             camera: self.depth().map(|depth| depth.camera),
             depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
             quantisation: self.quantisation(),
@@ -297,6 +277,22 @@ impl SpatialReconstruction {
             suggestion,
             notes,
         }
+    }
+
+    /// Remarks on the frames, their depth and colours, and the loops, in whole sentences.
+    fn notes(&self) -> Vec<String> {
+        let mut notes = merged(&self.notes);
+        notes.extend(self.depth().into_iter().flat_map(|depth| depth.notes.iter().cloned()));
+        notes.extend(self.frames.note());
+        if self.hypotheses.have_misaligned_colors() {
+            notes.push(MISALIGNED_COLORS.to_owned());
+            let depth = self.depth();
+            notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
+        }
+        notes.extend(self.range_use.note());
+        notes.extend(self.loop_report().note());
+        notes.extend(self.unresolved_note());
+        notes
     }
 
     /// The frames with uncertain positions, which neither a later frame nor a loop has settled.
@@ -324,8 +320,7 @@ impl SpatialReconstruction {
         if frames.is_empty() {
             return Ok(None);
         }
-        let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&frames, *num_recorded, name, contents, self.settings.known_convention())?;
+        let error = reference.error(&frames, self.settings.known_convention())?;
         Ok(Some(error.map_reference(SpatialPose::from)))
     }
 

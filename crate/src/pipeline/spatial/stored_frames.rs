@@ -60,7 +60,7 @@ impl StoredFrames {
         self.frames.iter()
     }
 
-    /// What a person should know of it.
+    /// A note where the frames were thinned out.
     pub(super) fn note(&self) -> Option<String> {
         let share = 4usize.pow(u32::try_from(self.num_thinnings).unwrap_or(u32::MAX).min(10));
         (share > 1).then(|| {

@@ -45,7 +45,8 @@ pub struct SpatialSettings {
     pub cx: f64,
     /// Row of the optical axis (pixels); 0: the middle of the image.
     pub cy: f64,
-    /// The angle that a row of pixels spans (rad); 0: that of a Kinect for 16 bits of 4 : 3, a right angle otherwise.
+    /// The angle that a row of pixels spans (rad); 0: a RealSense's where the depth shows its steps, the sensor's
+    /// where only one has images of this size, a Kinect's for other 16-bit images of 4 : 3, a right angle otherwise.
     pub field_of_view: f64,
     /// Raw depth values per metre; 0: estimated from the first image.
     pub depth_scale: f64,

@@ -9,7 +9,7 @@ use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
 use crate::evaluation::path::Path;
 use crate::evaluation::statistics::Statistics;
-use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, spatial_error};
+use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
@@ -19,6 +19,7 @@ use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::prepared_frame::{
     DecodeConfig, FrameLabel, FrameNote, PreparedFrame, Surfaces, merged, set_intrinsics,
 };
+use crate::pipeline::reference::Reference;
 use crate::pipeline::report::SpatialPose;
 use crate::pipeline::spatial_settings::{Method, SpatialSettings};
 
@@ -50,12 +51,6 @@ struct Strategy {
     /// For each of `frames`, its place among those offered.
     places: Vec<usize>,
     frames: Vec<StrategyFrame>,
-}
-
-struct Reference {
-    name: String,
-    contents: Contents,
-    num_recorded: usize,
 }
 
 impl StrategyComparison {
@@ -116,10 +111,7 @@ impl StrategyComparison {
             let problem = "The frame was not prepared for a comparison of strategies";
             return Err(Error::whole(problem, "Prepare it with what begin returned").in_file(&label.name));
         };
-        if self.seen.last().is_some_and(|(last, _)| label.index <= last.index) {
-            let problem = format!("Frame {} of the recording comes after one behind it", label.index);
-            return Err(Error::whole(problem, "Offer frames in the order of the recording").in_file(&label.name));
-        }
+        label.check_order(self.seen.last().map(|(last, _)| last.index))?;
         self.notes.extend(notes);
         let stride = cloud.len().div_ceil(SHARP_POINTS).max(1);
         self.seen.push((label.clone(), cloud.positions.iter().copied().step_by(stride).collect()));
@@ -227,9 +219,7 @@ impl StrategyComparison {
                 T_world_sensor: Some(frame.T_world_sensor.into()),
             })
             .collect();
-        let known = self.settings.known_convention();
-        let Reference { name, contents, num_recorded } = reference;
-        let error = spatial_error(&estimated, *num_recorded, name, contents, known)?;
+        let error = reference.error(&estimated, self.settings.known_convention())?;
         let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {
@@ -276,8 +266,7 @@ fn relative_errors(estimated: &[EstimatedFrame], error: &TrajectoryError<Pose3>)
     let (estimate, reference) =
         (path(&mut pairs.iter().map(|pair| pair.0)), path(&mut pairs.iter().map(|pair| pair.1)));
     let of = |relation| {
-        let errors =
-            rpe(&reference, &estimate, relation, &PairOptions { all_pairs: true, ..PairOptions::default() }).ok()?;
+        let errors = rpe(&reference, &estimate, relation, &PairOptions::default()).ok()?;
         Statistics::of(&errors.errors)
     };
     Some((of(PoseRelation::TranslationPart)?, of(PoseRelation::RotationAngleRad)?))

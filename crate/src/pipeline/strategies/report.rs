@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::evaluation::map_quality::MapQuality;
+use crate::evaluation::statistics::Statistics;
 use crate::odometry::assessment::Status;
 use crate::odometry::voxel::VoxelOdometrySettings;
 use crate::pipeline::report::SpatialPose;
@@ -92,11 +93,7 @@ impl StrategyTiming {
     pub fn of(milliseconds: &[f64]) -> Option<Self> {
         let registered = milliseconds.get(1..)?;
         let last = *registered.last()?;
-        let mut sorted = registered.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let middle = sorted.len() / 2;
-        let median =
-            if sorted.len() % 2 == 1 { sorted[middle] } else { f64::midpoint(sorted[middle - 1], sorted[middle]) };
+        let median = Statistics::of(registered)?.median;
         Some(Self { median, last, total: milliseconds.iter().sum(), trend: Trend::of(registered) })
     }
 }
