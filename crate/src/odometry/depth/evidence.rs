@@ -60,7 +60,7 @@ impl Evidence {
         }
         let (R, t) = rotation_and_translation(&T_world_camera.inverse());
         let mut map_in_frame = FreeSpaceTally::default();
-        for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len()).max(1)) {
+        for surfel in view.surfels().step_by(view.len().div_ceil(cloud.points.len().max(1)).max(1)) {
             let point = R * surfel.point + t;
             let test = own_view.classify_leniently(&point, noise.tolerance(FINE_TOLERANCE, point.z));
             map_in_frame.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
