@@ -167,15 +167,12 @@ fn add<M: RigidMotion>(relation: &BetweenFactor<M>, poses: &[M], H: &mut BlockMa
     let adjoint = poses[relation.from].inverse().adjoint();
     let block = adjoint.tr_mul(&(weighted * adjoint));
     let gradient = adjoint.tr_apply(&weighted.apply(&residual));
-    let variable = |node: usize| node.checked_sub(1); // the first pose is none
+    H.add_between(relation.from, relation.to, &block);
     for (node, sign) in [(relation.to, 1.0), (relation.from, -1.0)] {
-        if let Some(variable) = variable(node) {
-            H.add(variable, variable, &block);
+        // The first pose is no variable.
+        if let Some(variable) = node.checked_sub(1) {
             b[variable] += gradient * sign;
         }
-    }
-    if let (Some(from), Some(to)) = (variable(relation.from), variable(relation.to)) {
-        H.add(from, to, &-block);
     }
 }
 

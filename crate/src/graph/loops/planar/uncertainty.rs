@@ -23,15 +23,7 @@ impl RelativeCovariances {
             let adjoint = poses[relation.from].inverse().adjoint();
             let weight = relation.weight(relation.squared_distance(poses));
             let block = adjoint.tr_mul(&(relation.information * adjoint)) * weight;
-            let variable = |node: usize| node.checked_sub(1);
-            for node in [relation.from, relation.to] {
-                if let Some(variable) = variable(node) {
-                    H.add(variable, variable, &block);
-                }
-            }
-            if let (Some(from), Some(to)) = (variable(relation.from), variable(relation.to)) {
-                H.add(from, to, &-block);
-            }
+            H.add_between(relation.from, relation.to, &block);
         }
         let mut solver = BlockCholesky::new(&H);
         let factor = solver.factor(&H).ok()?;
