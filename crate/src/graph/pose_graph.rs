@@ -5,6 +5,7 @@
 //! switchable: its weight decreases with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
 //! scaling", ICRA 2013, eq. 15), so that a wrong one does not distort the solution.
 
+use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 use crate::registration::solver::DAMPING_FACTOR;
@@ -31,7 +32,7 @@ pub(crate) struct BetweenFactor<M: RigidMotion> {
 
 /// Squared Mahalanobis distance up to which a switchable factor has its full weight: the 99 % quantile of right ones.
 const fn switch_width(degrees_of_freedom: usize) -> f64 {
-    if degrees_of_freedom > 3 { 16.8 } else { 11.3 }
+    if degrees_of_freedom > 3 { 16.8 } else { mahalanobis::ONE_IN_HUNDRED }
 }
 
 /// Converged when the largest step is below this (rad, m).
@@ -62,7 +63,7 @@ impl<M: RigidMotion> BetweenFactor<M> {
         if !self.is_switchable {
             return 1.0;
         }
-        (2.0 * Self::SWITCH_WIDTH / (Self::SWITCH_WIDTH + squared_distance)).min(1.0).powi(2)
+        mahalanobis::dynamic_covariance_scaling(squared_distance, Self::SWITCH_WIDTH)
     }
 
     /// Its term of the sum that is minimised: the loss whose influence function has that weight.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::geometry::mahalanobis;
-use crate::geometry::{Pose2, RigidMotion};
+use crate::geometry::{Pose2, RigidMotion, SquareMatrix};
 use crate::map::local::PlanarRegistration;
 
 /// Neighbouring beams whose residuals are not independent: each normal is estimated from the beams around its own.
@@ -19,9 +19,9 @@ pub fn motion_information(registration: &PlanarRegistration, T_world_before: &Po
 }
 
 /// The information of the motion from a pose, of information about the world's origin.
-pub fn seen_from(information: &Matrix3<f64>, T_world_before: &Pose2) -> Matrix3<f64> {
+pub fn seen_from<M: RigidMotion>(information: &M::Matrix, T_world_before: &M) -> M::Matrix {
     let adjoint = T_world_before.adjoint();
-    adjoint.tr_mul(&(information * adjoint))
+    adjoint.tr_mul(&(*information * adjoint))
 }
 
 /// The information, less what normals that are off by a few degrees would tell of every direction.
@@ -95,7 +95,7 @@ const FUSED: f64 = mahalanobis::ONE_IN_TWENTY;
 pub fn fuse(first: (&Pose2, &Matrix3<f64>), second: (&Pose2, &Matrix3<f64>)) -> Pose2 {
     let off = (second.0 * first.0.inverse()).log();
     let sq_distance = (first.1 + second.1).try_inverse().map_or(0.0, |information| off.dot(&(information * off)));
-    let weight = (2.0 * FUSED / (FUSED + sq_distance)).min(1.0).powi(2);
+    let weight = mahalanobis::dynamic_covariance_scaling(sq_distance, FUSED);
     let sum = first.1 + second.1 / weight;
     let gain = sum.try_inverse().map_or_else(Matrix3::zeros, |inverse| first.1 * inverse);
     (Pose2::exp(&(gain * off)) * first.0).renormalized()

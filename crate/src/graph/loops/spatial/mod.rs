@@ -22,8 +22,8 @@ use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::map::keyframes::apart;
 use crate::odometry::depth::SpatialEstimate;
+use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::spatial::SpatialRegistration;
 
 /// Path length between two detections (m, two metres per radian).
 const DETECTION_SPACING: f64 = 0.5;
@@ -118,7 +118,7 @@ impl SpatialLoops {
         let relation = if let Some(found) = local {
             relation(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
         } else {
-            let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
+            let information = measured.map(|registration| seen_from(&registration.information, &T_last)).unwrap_or_default();
             relation(here - 1, here, motion, &information, CHAIN_SIGMA)
         };
         let T_world_local = if is_revisit { T_last_local * relation.T_from_to } else { T_world_camera };
@@ -262,12 +262,6 @@ impl SpatialLoops {
 fn has_gap(a: &Pose3, b: &Pose3) -> bool {
     let difference = a.inverse() * b;
     difference.translation_norm() > MIN_GAP_TRANSLATION || difference.rotation_angle() > MIN_GAP_ROTATION
-}
-
-/// The information of a registration in the world's frame, as that of the motion from a pose there.
-fn in_frame_of(T_world_from: &Pose3, registration: &SpatialRegistration) -> Matrix6<f64> {
-    let adjoint = T_world_from.adjoint();
-    adjoint.tr_mul(&(registration.information * adjoint))
 }
 
 /// A relation with the information of a measurement, with a standard deviation between `min_sigma` and [`UNKNOWN_SIGMA`]
