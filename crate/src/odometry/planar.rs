@@ -23,7 +23,7 @@ mod measured;
 pub mod motion_noise;
 
 use ablation::Ablation;
-use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
+use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, doubt_by_rival, fits_as_well, thinned};
 use information::without_normals_noise;
 
 /// What a registration starts from.
@@ -114,7 +114,7 @@ pub struct Odometry {
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Two poses that differ by more are two places (m, rad).
-const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// Number of consecutive registered frames after which the motion is known. ...
 pub const SURE_MOTION: usize = 2;
 /// ... Largest distance of a pose from the prediction that continues the motion (rad, m) ...
@@ -249,7 +249,7 @@ impl Odometry {
     fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
         let grid = LikelihoodGrid::new(&self.map.points());
-        let searched = thinned(scan.points(), SEARCHED);
+        let searched = thinned(scan.points(), NUM_SEARCHED_POINTS);
         let near = grid.window(&searched, prediction, window);
         let found = near.best().map(|found| found.T_target_source);
         let mut best = self.register_from(scan, found.unwrap_or(*prediction));
@@ -273,7 +273,7 @@ impl Odometry {
                 } else {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
                     let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
-                    let searched = thinned(scan.points(), SEARCHED / 2);
+                    let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
                     self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
                 };
                 if let Some(rival) = rival {

@@ -6,8 +6,8 @@ use crate::geometry::RigidMotion;
 use crate::map::local::PlanarRegistration;
 use crate::odometry::assessment::{Assessment, Status};
 
-/// Points of a scan that a search looks for, about.
-pub const SEARCHED: usize = 160;
+/// About this number of points of a scan or submap are used in a correlative search.
+pub const NUM_SEARCHED_POINTS: usize = 160;
 /// One hypothesis fits about as well as another one when its returns disagree by no more than this beyond those of the other.
 const RIVAL_DISAGREEMENT: f64 = 0.04;
 

@@ -3,7 +3,7 @@
 
 use nalgebra::Matrix3;
 
-use super::hypothesis::{Hypothesis, SEARCHED, agrees_as_well, thinned};
+use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{
     fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
 };
@@ -97,7 +97,7 @@ impl Odometry {
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
         let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
-        let Some(found) = grid.search(&thinned(scan.points(), SEARCHED), prediction, window) else { return best };
+        let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else { return best };
         let searched = self.register_from(scan, found.T_target_source);
         let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
         if is_better && self.is_near(&searched, motion) { searched } else { best }

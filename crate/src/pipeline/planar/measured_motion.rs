@@ -6,7 +6,7 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::io::laser_log::OdometryOrigin;
 use crate::map::local::{LocalMap, QueryScan};
 use crate::odometry::assessment::{MIN_POINTS, Status, assess};
-use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
+use crate::odometry::planar::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
 use crate::odometry::planar::{MeasuredMotion, PlanarOptions, UNEXPECTED_SHARE};
 use crate::pipeline::recorded_scan::RecordedScan;
@@ -240,7 +240,7 @@ fn register_without_motion(
     let register_from = |guess: Pose2| register_pair(target, source, guess, options);
     let at_measured = register_from(*measured);
     let found = LikelihoodGrid::new(&target.points).search(
-        &thinned(&source.points, SEARCHED),
+        &thinned(&source.points, NUM_SEARCHED_POINTS),
         &Pose2::identity(),
         options.search,
     );

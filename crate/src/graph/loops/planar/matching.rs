@@ -8,6 +8,8 @@ use nalgebra::{Matrix3, Vector2};
 use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
+use crate::odometry::planar::MIN_RIVAL_DISTANCE;
+use crate::odometry::planar::hypothesis::NUM_SEARCHED_POINTS;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
@@ -68,10 +70,8 @@ pub struct SourceStretch {
 
 /// The target keeps one return in each cell of this side (m) ...
 const TARGET_SPACING: f64 = 0.05;
-/// ... and the source one in each of these (m), ...
+/// ... and the source one in each of these (m).
 const SOURCE_SPACING: f64 = 0.15;
-/// ... of which the correlative search uses at most this many.
-const MAX_SEARCHED_POINTS: usize = 160;
 /// Spacing of the points that fill the target's surfaces between beams (m).
 const FILL_SPACING: f64 = 0.1;
 /// Largest window (m, rad) that needs no search: ICP converges from anywhere in it.
@@ -82,8 +82,6 @@ const MAX_REFERENCE_KEYFRAMES: usize = 5;
 const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
 /// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
-/// Smallest distance (m, rad) of a rival pose from the best one.
-const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// A place is one of several where another one scores more than this share of it.
 pub const MAX_RIVAL: f64 = 0.9;
 
@@ -116,7 +114,7 @@ pub fn match_stretches(
     window: SearchWindow,
     options: &IcpOptions,
 ) -> Option<SubmapMatch> {
-    let stride = source.points.len().div_ceil(MAX_SEARCHED_POINTS).max(1);
+    let stride = source.points.len().div_ceil(NUM_SEARCHED_POINTS).max(1);
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
     let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
