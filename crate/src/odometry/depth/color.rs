@@ -5,9 +5,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::evidence::Evidence;
-use super::evidence::FINE_TOLERANCE;
+use super::evidence::{Evidence, FINE_TOLERANCE};
 use super::frame_matcher::FrameMatcher;
+use super::hypotheses::translated;
 use super::pose_hypothesis::PoseHypothesis;
 use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::textured_frame::TexturedFrame;
@@ -210,6 +210,5 @@ fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
 
 /// The pose a number of steps along a direction.
 fn offset_pose(hypothesis: &PoseHypothesis, along: &DegenerateDirection, steps: i32) -> Pose3 {
-    let offset = along.direction * (f64::from(steps) * OFFSET_STEP);
-    Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor()
+    translated(hypothesis.T_world_sensor(), &along.direction, f64::from(steps) * OFFSET_STEP)
 }

@@ -86,10 +86,7 @@ impl<'a> FrameMatcher<'a> {
 
     /// The final registration, with its evidence.
     pub(super) fn register_finely(&self, guess: Pose3) -> PoseHypothesis {
-        let (view, fine) = (self.view_from(&guess), self.fine.source());
-        let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), &self.solver);
-        let weakest = weakest_direction(&registration, &view);
-        self.with_evidence(registration, weakest, view)
+        self.register_finely_by(&self.solver, guess)
     }
 
     /// The same without motion along a direction.
@@ -97,10 +94,13 @@ impl<'a> FrameMatcher<'a> {
         // A rotation about the world's origin translates the camera as well.
         let (rotation, translation) = (guess.translation.vector.cross(&fixed.direction), fixed.direction);
         let along = Vector6::new(rotation.x, rotation.y, rotation.z, translation.x, translation.y, translation.z);
-        let (view, solver) = (self.view_from(&guess), self.solver.holding(&along));
-        let registration =
-            register_with(self.fine.source(), &view, guess, &PointToPlane, &self.final_options(), &solver);
-        let weakest = weakest_direction(&registration, &view);
+        self.register_finely_by(&self.solver.holding(&along), guess)
+    }
+
+    fn register_finely_by(&self, solver: &Solver<Pose3>, guess: Pose3) -> PoseHypothesis {
+        let (view, fine) = (self.view_from(&guess), self.fine.source());
+        let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), solver);
+        let weakest = DegenerateDirection::weakest(&registration.correspondences, &view, FINE_TOLERANCE);
         self.with_evidence(registration, weakest, view)
     }
 
@@ -126,10 +126,6 @@ impl<'a> FrameMatcher<'a> {
         }
         options
     }
-}
-
-fn weakest_direction(registration: &SpatialRegistration, view: &ProjectiveTarget) -> DegenerateDirection {
-    DegenerateDirection::weakest(&registration.correspondences, view, FINE_TOLERANCE)
 }
 
 /// Options from an initial pose.

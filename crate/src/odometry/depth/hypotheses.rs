@@ -53,6 +53,12 @@ pub(crate) fn grid_around(
     })
 }
 
+/// A pose translated along a direction (unit vector in the world) by a distance (m).
+pub(super) fn translated(T_world_camera: &Pose3, direction: &Vector3<f64>, distance: f64) -> Pose3 {
+    let offset = direction * distance;
+    Pose3::translation(offset.x, offset.y, offset.z) * T_world_camera
+}
+
 /// Support to subtract for the motion from the last pose: of two poses with equal evidence the nearer one is more likely.
 pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
     let motion = T_world_last.inverse() * T_world_camera;

@@ -1,6 +1,7 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
 use super::frame_matcher::FrameMatcher;
+use super::hypotheses::translated;
 use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -51,8 +52,7 @@ impl FrameMatcher<'_> {
     fn positions_along(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> PositionsAlong {
         let others = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(|steps| {
             let distance = f64::from(steps) * OFFSET_STEP;
-            let offset = along.direction * distance;
-            let pose = Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor();
+            let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance);
             OtherPosition { distance, pose, agreement: self.evidence(&hypothesis.view, &self.middle, &pose).agreement }
         });
         PositionsAlong::of(hypothesis.agreement, others)

@@ -2,11 +2,11 @@
 
 use super::super::Verification;
 use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
-use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 
 /// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals (root
@@ -33,8 +33,7 @@ impl Chain {
         }
         let weakest = hypothesis.weakest;
         let Some(Posterior { offset, sigma }) = self.posterior_along(&hypothesis, &weakest) else { return hypothesis };
-        let translation = weakest.direction * offset;
-        let guess = Pose3::translation(translation.x, translation.y, translation.z) * hypothesis.T_world_sensor();
+        let guess = translated(hypothesis.T_world_sensor(), &weakest.direction, offset);
         let mut moved = matcher.register_across(&weakest, guess);
         let is_contradicted = moved.agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE;
         if is_contradicted || !(moved.registration.converged || hypothesis.is_degenerate()) {
