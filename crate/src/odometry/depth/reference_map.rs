@@ -7,8 +7,6 @@ use crate::map::surfel::SurfelMap;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// Number of frames from which the average of the repeatability is used.
-const MIN_REPEATABILITY_FRAMES: u32 = 3;
 /// With less of it (0..=1) the frames are not this camera's, or the poses are wrong.
 const MIN_REPEATABILITY: f64 = 0.5;
 
@@ -25,7 +23,7 @@ impl ReferenceMap {
     /// The share of a frame's surface (0..=1, not 0) that faces as the map's does where it lies in its place; 1 as long as too few
     /// frames tell.
     pub(super) fn expected_repeatability(&self) -> f64 {
-        self.repeatability.of_at_least(MIN_REPEATABILITY_FRAMES).map_or(1.0, |share| share.max(MIN_REPEATABILITY))
+        self.repeatability.average().map_or(1.0, |share| share.max(MIN_REPEATABILITY))
     }
 
     /// Adds a frame by its number. `view` is the map as seen from about there.

@@ -174,7 +174,7 @@ impl TentativeBranch {
 
     /// Whether the last frame's own registration is certain.
     pub(super) fn ends_with_certain_pose(&self) -> bool {
-        self.frames.last().is_some_and(|frame| frame.uncertainty.is_none())
+        self.frames.last().is_some_and(BranchFrame::is_certain)
     }
 
     /// Marks those frames as resolved that are also part of a resolved branch.
@@ -186,7 +186,7 @@ impl TentativeBranch {
 
     /// Numbers of the frames whose own registration is not certain.
     pub(super) fn uncertain(&self) -> Vec<u32> {
-        self.frames.iter().filter(|frame| frame.uncertainty.is_some()).map(|frame| frame.number).collect()
+        self.frames.iter().filter(|frame| !frame.is_certain()).map(|frame| frame.number).collect()
     }
 
     /// What a frame says that the branch has led to this pose.
@@ -232,7 +232,7 @@ impl TentativeBranch {
             let share = if num_causes == 0 { 1.0 } else { num_passed as f64 / num_causes as f64 };
             let motion = Pose3::identity().try_lerp_slerp(motion, share, 1e-9).unwrap_or(*motion);
             let is_certain =
-                frame.uncertainty.is_none() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
+                frame.is_certain() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
             BranchCorrection { number: frame.number, motion, is_certain }
         };
         self.frames.iter().map(correction).collect()

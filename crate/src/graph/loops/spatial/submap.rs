@@ -165,8 +165,7 @@ impl<'a> Submap<'a> {
 }
 
 fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
-    let solver = Solver { subspace: None, damping: None };
     // All count alike: what is far away tells the position along a corridor, however noisy it is.
     let source = Source { sigmas: None, ..frame.source.source() };
-    register_with(source, view, guess, &PointToPlane, options, &solver)
+    register_with(source, view, guess, &PointToPlane, options, &Solver::default())
 }
