@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::evidence::{Evidence, FINE_TOLERANCE};
+use super::evidence::{FINE_TOLERANCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
 use super::hypotheses::translated;
 use super::pose_hypothesis::PoseHypothesis;
@@ -166,7 +166,7 @@ impl FrameMatcher<'_> {
 
     /// A hypothesis moved to the photometric pose, unless the surfaces agree less there.
     fn moved_to(&self, mut hypothesis: PoseHypothesis, result: &PhotometricResult) -> PoseHypothesis {
-        let Evidence { support, overlap, agreement, repeatability } =
+        let PoseEvidence { support, overlap, agreement, repeatability } =
             self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
         if agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE {
             return hypothesis;

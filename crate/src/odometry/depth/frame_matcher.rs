@@ -3,7 +3,7 @@
 use nalgebra::Vector6;
 
 use super::DepthOptions;
-use super::evidence::{Evidence, FINE_TOLERANCE};
+use super::evidence::{FINE_TOLERANCE, PoseEvidence};
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::textured_frame::TexturedFrame;
@@ -69,8 +69,8 @@ impl<'a> FrameMatcher<'a> {
     }
 
     /// The evidence for a pose.
-    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
-        Evidence::gather(self.reference, view, cloud, &self.own_view, T_world_camera, self.noise)
+    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> PoseEvidence {
+        PoseEvidence::gather(self.reference, view, (cloud, &self.own_view), T_world_camera, self.noise)
     }
 
     /// A registration of some of the points.

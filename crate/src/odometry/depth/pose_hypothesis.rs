@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::evidence::Evidence as PoseEvidence;
+use super::evidence::PoseEvidence;
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
