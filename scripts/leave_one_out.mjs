@@ -29,7 +29,7 @@ const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
  * @typedef {{ means: string, constants: Constant[] }} Threshold
  */
 
-const ASSESSMENT = 'odometry/assessment.rs';
+const ASSESSMENT = 'odometry/planar/assess.rs';
 const MEASURED = 'odometry/planar/measured.rs';
 const LOOPS = 'graph/loops/planar';
 

@@ -5,9 +5,6 @@
 
 use serde::Serialize;
 
-use crate::map::local::PlanarRegistration;
-use crate::registration::free_space::FreeSpaceTally;
-
 /// How far a frame's pose is to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -88,17 +85,6 @@ impl Limits {
         doubtful_residual: f64::INFINITY,
     };
 }
-
-/// Smallest number of points of a usable planar scan.
-pub(crate) const MIN_POINTS: usize = 10;
-/// Of planar scans. Of the good frames of six logs, half agree by 0.975 or more and 95 of 100 by 0.896 to 0.962; registrations that
-/// are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of 0.9, pairs of one log are wrong and good.
-const PLANAR_LIMITS: Limits =
-    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
-/// A planar registration whose last step is longer than this (m) or ...
-const MOVING_TRANSLATION: f64 = 0.005;
-/// ... turns further than this (rad) had not converged.
-const MOVING_ROTATION: f64 = 0.002;
 
 impl Assessment {
     /// The first frame defines the world frame and is good by definition.
@@ -239,24 +225,6 @@ impl Assessment {
 
 fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
-}
-
-/// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
-pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
-    let last = &registration.last;
-    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
-    let weakest = &registration.observability;
-    let motion =
-        if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
-    let evidence = Evidence {
-        num_pairs: last.num_inliers,
-        overlap: registration.fitness,
-        agreement: Some(seen.agreement()),
-        degenerate: weakest.is_undetermined().then_some(motion),
-        residual: last.inlier_rmse,
-        moving_after: is_moving.then_some(registration.history.len()),
-    };
-    Assessment::of(&evidence, &PLANAR_LIMITS)
 }
 
 #[cfg(test)]

@@ -11,18 +11,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration, QueryScan};
-use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
 
 pub mod ablation;
+pub(crate) mod assess;
 pub mod hypothesis;
 pub mod information;
 mod measured;
 pub mod motion_noise;
 
 use ablation::Ablation;
+use assess::{MIN_POINTS, assess};
 use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, doubt_by_rival, fits_as_well, thinned};
 use information::without_normals_noise;
 
@@ -229,7 +231,7 @@ impl Odometry {
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
     fn register_unmeasured(&self, scan: &QueryScan, prediction: &Pose2) -> FrameEstimate {
-        let (registration, mut assessment) = match self.options.initial_guess {
+        let Hypothesis { registration, mut assessment } = match self.options.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last),
             InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
             InitialGuess::Correlative => self.register_by_search(scan, prediction),
@@ -253,20 +255,20 @@ impl Odometry {
         let near = grid.window(&searched, prediction, window);
         let found = near.best().map(|found| found.T_target_source);
         let mut best = self.register_from(scan, found.unwrap_or(*prediction));
-        if best.1.status != Status::Good {
+        if best.assessment.status != Status::Good {
             let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
             let wide = grid.window(&searched, &self.T_world_last, wide);
             let second =
                 wide.best_from(&found.unwrap_or(*prediction)).map_or(self.T_world_last, |found| found.T_target_source);
             let second = self.register_from(scan, second);
-            if second.1.agreement > best.1.agreement {
+            if second.assessment.agreement > best.assessment.agreement {
                 best = second;
             }
         }
-        if best.1.status == Status::Good {
-            let is_expected = self.is_expected(prediction, &best.0.T_target_source);
-            if !is_expected && best.0.fitness < UNEXPECTED_OVERLAP {
-                best.1.doubt_overlap(best.0.fitness);
+        if best.assessment.status == Status::Good {
+            let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
+            if !is_expected && best.registration.fitness < UNEXPECTED_OVERLAP {
+                best.assessment.doubt_overlap(best.registration.fitness);
             } else if !self.options.without.second_basin {
                 let rival = if is_expected {
                     self.rival_of(&best, scan, &near, RIVAL_SHARE)
@@ -287,7 +289,7 @@ impl Odometry {
     /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
     /// what it does at the best.
     fn rival_of(&self, best: &Hypothesis, scan: &QueryScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
-        let found = best.0.T_target_source;
+        let found = best.registration.T_target_source;
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
@@ -295,7 +297,7 @@ impl Odometry {
             known.push(guess);
             let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);
-            if is_other(&found, &rival.0.T_target_source) && fits_as_well(&rival, best, share) {
+            if is_other(&found, &rival.registration.T_target_source) && fits_as_well(&rival, best, share) {
                 return Some(rival);
             }
         }
@@ -308,8 +310,8 @@ impl Odometry {
         let mut brief = self.options.icp;
         brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
-        let is_plausible = is_other(&best.0.T_target_source, &T_world_sensor)
-            && self.map.free_space(scan, &T_world_sensor).agreement() > best.1.agreement - IMPLAUSIBLE;
+        let is_plausible = is_other(&best.registration.T_target_source, &T_world_sensor)
+            && self.map.free_space(scan, &T_world_sensor).agreement() > best.assessment.agreement - IMPLAUSIBLE;
         is_plausible.then_some(T_world_sensor)
     }
 
@@ -322,7 +324,7 @@ impl Odometry {
     fn register_from(&self, scan: &QueryScan, guess: Pose2) -> Hypothesis {
         let registration = self.map.register(scan, guess, &self.options.icp);
         let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
-        (registration, assessment)
+        Hypothesis { registration, assessment }
     }
 }
 

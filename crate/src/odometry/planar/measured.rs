@@ -40,7 +40,7 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        if best.1.status == Status::Lost {
+        if best.assessment.status == Status::Lost {
             return carried(best, prediction);
         }
         if let Some(reason) = self.contradiction(scan, &best, prediction, motion) {
@@ -49,7 +49,7 @@ impl Odometry {
         let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
             return carried(doubted_by_motion(best, prediction, "and between the two it fits worse"), prediction);
         };
-        let (registration, mut assessment) = best;
+        let Hypothesis { registration, mut assessment } = best;
         let mut status = assessment.status;
         if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
             // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
@@ -84,14 +84,14 @@ impl Odometry {
             return Some(format!("which is known to {known:.2} m"));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
-        let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.1.agreement);
+        let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
         (!self.is_likely(best, motion) && fits()).then(|| "where it fits about as well".to_owned())
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
     fn register_near(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
         let best = self.register_from(scan, *prediction);
-        if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
+        if best.assessment.status != Status::Lost && best.assessment.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
             return best;
         }
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
@@ -99,7 +99,7 @@ impl Odometry {
         let grid = LikelihoodGrid::new(&self.map.points());
         let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else { return best };
         let searched = self.register_from(scan, found.T_target_source);
-        let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
+        let is_better = searched.assessment.agreement > best.assessment.agreement || !self.is_near(&best, motion);
         if is_better && self.is_near(&searched, motion) { searched } else { best }
     }
 
@@ -109,7 +109,7 @@ impl Odometry {
     fn fused(
         &self,
         scan: &QueryScan,
-        (registration, assessment): &Hypothesis,
+        Hypothesis { registration, assessment }: &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,
     ) -> Option<(Pose2, Matrix3<f64>)> {
@@ -133,7 +133,7 @@ impl Odometry {
 
     /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
     fn is_near(&self, hypothesis: &Hypothesis, motion: &MeasuredMotion) -> bool {
-        let (registration, assessment) = hypothesis;
+        let Hypothesis { registration, assessment } = hypothesis;
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
         let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
@@ -144,7 +144,7 @@ impl Odometry {
     }
 
     /// Whether a registration lies where the measured motion allows by its usual noise.
-    fn is_likely(&self, (registration, _): &Hypothesis, motion: &MeasuredMotion) -> bool {
+    fn is_likely(&self, Hypothesis { registration, .. }: &Hypothesis, motion: &MeasuredMotion) -> bool {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
         let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
@@ -164,18 +164,18 @@ impl Odometry {
 }
 
 /// A frame that is placed by measured motion alone, whatever its registration.
-fn carried((registration, mut assessment): Hypothesis, prediction: &Pose2) -> FrameEstimate {
+fn carried(Hypothesis { registration, mut assessment }: Hypothesis, prediction: &Pose2) -> FrameEstimate {
     assessment.status = Status::Doubtful;
     FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
 }
 
 /// A registration that measured motion speaks against.
-fn doubted_by_motion((registration, mut assessment): Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
-    let off = prediction.inverse() * registration.T_target_source;
+fn doubted_by_motion(mut hypothesis: Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
+    let off = prediction.inverse() * hypothesis.registration.T_target_source;
     let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
-    assessment.reason = format!(
+    hypothesis.assessment.reason = format!(
         "its best fit is {position:.2} m and {heading:.0} degrees off from the measured motion, {why}: it is placed by the \
          measured motion"
     );
-    (registration, assessment)
+    hypothesis
 }
