@@ -12,9 +12,9 @@ use serde::Serialize;
 pub enum Status {
     /// Registered, and no evidence contradicts it.
     Good,
-    /// Registered, but some evidence contradicts it.
+    /// Registered or placed by measured motion, but the pose may be wrong: evidence contradicts it or does not suffice.
     Doubtful,
-    /// Not registered: the pose is a prediction, and the frame is no part of the map.
+    /// Not registered: the pose is a prediction or the last known one, and the frame is no part of the map.
     Lost,
 }
 
@@ -165,12 +165,12 @@ impl Assessment {
         }
     }
 
-    /// Too little of the frame lies on the map to know its place without knowing its motion.
+    /// Makes a good frame doubtful because too little of it lies on the map to exclude another position while its motion is unknown.
     pub fn doubt_overlap(&mut self, overlap: f64) {
         self.doubt(&format!("only {} of it lies on the map, and nothing else measures its motion", percent(overlap)));
     }
 
-    /// It fits about as well at another position, at this distance (m).
+    /// Makes a good frame doubtful because it fits about as well at another position, at this distance (m).
     pub(crate) fn doubt_position(&mut self, distance: f64) {
         self.doubt(&format!(
             "it fits the map about as well {distance:.1} m away: surfaces repeat, and its motion is not known well enough to tell"
@@ -203,7 +203,8 @@ impl Assessment {
         );
     }
 
-    /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.
+    /// Makes a frame doubtful that hardly fits the map but follows the frame before it. `overlap` is the share of it that lies on
+    /// the map (0..=1).
     pub fn mark_tracked(&mut self, overlap: f64) {
         self.status = Status::Doubtful;
         self.reason = format!(

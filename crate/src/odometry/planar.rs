@@ -1,8 +1,8 @@
-//! The chain: each scan is registered to the map of the scans before it.
+//! Planar odometry: each scan is registered to the map of the scans before it.
 //!
-//! Measured motion, where there is some, is a measurement: it bounds the search, it is weighed against the registration,
-//! and a registration that contradicts it is left out. A scan that fits nothing is carried by it; without it, such a
-//! scan begins a piece of its own if the next one fits it.
+//! Measured motion, where there is any, bounds the search and is fused with the registration; a registration that contradicts it
+//! is rejected. A scan that fits the map nowhere is placed by the measured motion. Without any, it begins another piece of the
+//! map if the next scan fits it.
 
 use std::rc::Rc;
 
@@ -88,7 +88,7 @@ pub enum Link {
 pub struct FrameEstimate {
     /// Pose of the sensor in the frame of the first scan. Where the frame is lost, it is the prediction.
     pub T_world_sensor: Pose2,
-    /// The registration to the local map; `None` for the first scan and for scans without points.
+    /// The registration to the local map; `None` for the first scan and for scans with too few points.
     pub registration: Option<PlanarRegistration>,
     /// How far the pose is to be trusted, with the reason.
     pub assessment: Assessment,
@@ -104,7 +104,7 @@ pub struct FrameEstimate {
 pub struct Odometry {
     options: PlanarOptions,
     map: LocalMap,
-    /// Scans that did not fit the map, without measured motion: the next one may fit them.
+    /// The last scan that fitted the map nowhere and had no measured motion, as a map of its own: the next one may fit it.
     stray: Option<LocalMap>,
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
@@ -206,7 +206,7 @@ impl Odometry {
         estimate
     }
 
-    /// Registers a scan that fits the map nowhere to the last such one. Where it fits that, a piece has begun.
+    /// Registers a scan that fits the map nowhere to the last such scan. If it fits, the two begin another piece of the map.
     fn join_stray(&mut self, scan: &Rc<PlanarScan>, prediction: &Pose2) -> Option<FrameEstimate> {
         if let Some(stray) = self.stray.take() {
             let main = std::mem::replace(&mut self.map, stray);

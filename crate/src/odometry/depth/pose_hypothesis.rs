@@ -62,8 +62,9 @@ pub(super) struct PoseHypothesis {
     pub(super) is_placed_by_brightness: bool,
 }
 
-/// Share of the surfaces facing along the least constrained direction (0..=1) above which they constrain it. Of 1486 frames
-/// of generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
+/// Share of the surfaces (0..=1) that face along the least constrained direction, above which they constrain it. Of 1486 frames of
+/// generated flats with an agreement of at least 0.95, one with a larger share was off by more than 8 cm: it followed a frame that
+/// was.
 const WELL_CONSTRAINED_SHARE: f64 = 0.05;
 /// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
 /// generated flats one was off by 4 cm, the others by less than 3.
@@ -133,8 +134,8 @@ impl PoseHypothesis {
         self.weakest.share > WELL_CONSTRAINED_SHARE
     }
 
-    /// Whether these or the residuals constrain it. The noise of a bare wall's normals does not: it adds up with the number of points,
-    /// and moves with the camera.
+    /// Whether enough surfaces or small residuals constrain the weakest direction. Information from the noise of normals does not
+    /// count: it adds up with the number of points on a bare wall, and the noise moves with the camera.
     pub(super) fn is_well_constrained(&self) -> bool {
         let sigma = self.weakest_sigma() / self.weakest.informative_share.sqrt();
         self.has_constraining_surfaces() || sigma < WELL_CONSTRAINED_SIGMA

@@ -145,8 +145,8 @@ impl TentativeBranch {
         }
     }
 
-    /// The frames in a row with the most certain registrations between which the errors add up to no wrong position, before one whose
-    /// error nothing bounds.
+    /// The consecutive frames with the most certain registrations among which the errors add up to less than a wrong position,
+    /// before a frame whose error nothing bounds.
     fn longest_certain_run(&self) -> Range<usize> {
         let (mut start, mut sum, mut num_certain) = (0, Matrix3::zeros(), 0);
         let (mut longest, mut most) = (0..0, 0);
@@ -189,7 +189,7 @@ impl TentativeBranch {
         self.frames.iter().filter(|frame| !frame.is_certain()).map(|frame| frame.number).collect()
     }
 
-    /// What a frame says that the branch has led to this pose.
+    /// What a frame with this pose at the end of the branch says about the branch, by its registration to the map from before it.
     pub(super) fn resolved_by(
         &self,
         frame: &PreparedSurfels,
@@ -279,7 +279,7 @@ fn largest_sigma(covariance: &Matrix3<f64>) -> f64 {
     covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// Whether an error of this covariance (m^2; `None` is not bounded) is no wrong position.
+/// Whether an error of this covariance (m^2; `None` is not bounded) is too small for a wrong position.
 fn is_small(covariance: Option<Matrix3<f64>>) -> bool {
     covariance.is_some_and(|covariance| largest_sigma(&covariance) <= MAX_SIGMA)
 }

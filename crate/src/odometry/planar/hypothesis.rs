@@ -44,7 +44,7 @@ pub fn doubt_by_rival(best: &mut Hypothesis, rival: &Hypothesis) {
     );
 }
 
-/// About this number of points, spread evenly over a scan.
+/// At least `about` of a scan's points, and fewer than twice as many, in equal steps by index; all where there are fewer.
 pub fn thinned(points: &[Vector2<f64>], about: usize) -> Vec<Vector2<f64>> {
     points.iter().copied().step_by((points.len() / about).max(1)).collect()
 }

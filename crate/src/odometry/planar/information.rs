@@ -1,4 +1,4 @@
-//! What a registration knows, as covariances of motions (perturbations on the left, rotation first).
+//! Information and covariances of registered and measured motions (perturbations on the left, rotation first).
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 

@@ -103,9 +103,9 @@ impl Odometry {
         if is_better && self.is_near(&searched, motion) { searched } else { best }
     }
 
-    /// The most likely pose by a registration and a measured motion, and the registration's information. Where fewer returns
-    /// agree at that pose, the walls do not leave open what the motion moved the scan along: the motion is wrong, or, where
-    /// as many agree at the prediction, perhaps the registration is, and there is no such pose.
+    /// The most likely pose by a registration and a measured motion, and the registration's information. If fewer returns agree at
+    /// that pose than at the registered one, the walls do constrain the direction in which the motion has moved it, and what the
+    /// normals tell of it counts, too. `None` if the returns agree as well at the prediction: either may be wrong then.
     fn fused(
         &self,
         scan: &QueryScan,

@@ -21,7 +21,7 @@ struct Entry {
 pub(super) struct VoxelGrid {
     /// Voxels along a side of a cell.
     width: i32,
-    /// Of the voxels the place, of the cells the number.
+    /// The voxel of a point, and the index of each cell in `cells`.
     hash: VoxelHash,
     cells: Vec<Cell>,
 }

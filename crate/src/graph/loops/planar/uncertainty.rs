@@ -1,4 +1,4 @@
-//! How far two nodes of a pose graph may be from where they seem to be: their relative covariance.
+//! The covariance of the pose of one node of a pose graph relative to another.
 
 use nalgebra::Matrix3;
 

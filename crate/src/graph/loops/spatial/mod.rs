@@ -82,8 +82,8 @@ pub struct SpatialLoops {
     loops: Vec<SpatialFactor>,
     /// Node of the last detection.
     last_detection: usize,
-    /// The gap found by the last detection in the place that is being revisited (a motion of the world); a second detection
-    /// must confirm it.
+    /// The gap found by the last registration to an earlier visit of the place that is being revisited (a motion of the world).
+    /// Another registration must confirm it: of a later detection, or of the same detection to another visit.
     unconfirmed_gap: Option<Pose3>,
     /// Whether a gap has been confirmed since the last closure.
     has_open_loop: bool,
@@ -185,7 +185,8 @@ impl SpatialLoops {
         }
     }
 
-    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop.
+    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop, whether
+    /// of two detections or of one detection's registrations to two visits.
     fn compare_with_recent(&mut self, node: usize, T_world_found: &Pose3) {
         let T_world_local = self.nodes.all[node].T_world_local;
         if has_gap(T_world_found, &T_world_local) {

@@ -47,7 +47,7 @@ pub(super) struct SubmapFrame<'a> {
 pub(super) enum Search {
     /// Some centimetres.
     Here,
-    /// The spacing of pose hypotheses.
+    /// A quarter of a metre, the spacing of pose hypotheses.
     Near,
     /// 0.75 m and 15 degrees.
     Wide,

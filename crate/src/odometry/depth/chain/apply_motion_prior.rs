@@ -9,8 +9,8 @@ use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 use crate::registration::degeneracy::DegenerateDirection;
 
-/// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals (root
-/// mean square in generated flats): the errors of surfaces are correlated. Where surfaces constrain the direction, ...
+/// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals, where
+/// surfaces constrain that direction (root mean square in generated flats). The errors of surfaces are correlated.
 const CONSTRAINED_ERROR_RATIO: f64 = 10.0;
 /// Largest difference from the motion prior (standard deviations) for which it is applied: a larger one means an unusual
 /// motion, as after a dropped frame.

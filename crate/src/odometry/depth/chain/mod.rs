@@ -40,7 +40,7 @@ pub(super) struct Chain {
     /// The last frame that was appended.
     last: PosedFrame,
     motion_prior: MotionPrior,
-    /// The last frame, if it was doubtful and therefore rejected: the next one may be near it.
+    /// The last doubtful frame that was rejected since the last one was appended: the next frame may be near it.
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,

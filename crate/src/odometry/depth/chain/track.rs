@@ -27,7 +27,7 @@ const MIN_TRACKED_OVERLAP: f64 = 0.3;
 pub(super) struct PosedFrame {
     frame: Arc<PreparedSurfels>,
     pub(super) T_world_sensor: Pose3,
-    /// Its motion from the frame before it; identity where that is not known.
+    /// Its motion from the frame before it that has a pose, which may be several frames earlier; identity where there is none.
     pub(super) motion: Pose3,
 }
 
