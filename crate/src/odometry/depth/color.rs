@@ -166,12 +166,12 @@ impl FrameMatcher<'_> {
 
     /// A hypothesis moved to the photometric pose, unless the surfaces agree less there.
     fn moved_to(&self, mut hypothesis: PoseHypothesis, result: &PhotometricResult) -> PoseHypothesis {
-        let PoseEvidence { support, overlap, agreement, repeatability } =
+        let PoseEvidence { support, overlap, agreement, normal_repeatability } =
             self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
         if agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE {
             return hypothesis;
         }
-        hypothesis = PoseHypothesis { support, overlap, agreement, repeatability, ..hypothesis };
+        hypothesis = PoseHypothesis { support, overlap, agreement, normal_repeatability, ..hypothesis };
         hypothesis.registration.T_target_source = result.T_world_camera;
         // ICP on surfaces alone may cycle without converging.
         hypothesis.registration.converged |= result.converged;

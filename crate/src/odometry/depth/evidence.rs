@@ -28,8 +28,8 @@ pub(super) struct PoseEvidence {
     pub(super) overlap: f64,
     /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
-    /// Share of the frame's surface in the place of the map's that faces as the map's does, 0..=1.
-    pub(super) repeatability: f64,
+    /// Of the frame's points that lie on a surface of the map, the share (0..=1) whose normals agree with it.
+    pub(super) normal_repeatability: f64,
 }
 
 impl PoseEvidence {
@@ -51,9 +51,9 @@ impl PoseEvidence {
         let both = compared.both();
         let support = (both.agreeing as f64 - CONTRADICTION_WEIGHT * both.in_free_space as f64)
             / (2 * num_points.max(1)) as f64;
-        let repeatability = frame_in_map.agreeing as f64 / num_on_map.max(1) as f64;
+        let normal_repeatability = frame_in_map.agreeing as f64 / num_on_map.max(1) as f64;
         let overlap = frame_in_map.agreeing as f64 / num_points.max(1) as f64;
-        Self { support, overlap, agreement: both.agreement(), repeatability }
+        Self { support, overlap, agreement: both.agreement(), normal_repeatability }
     }
 }
 

@@ -112,7 +112,7 @@ impl<'a> FrameMatcher<'a> {
         view: ProjectiveTarget,
     ) -> PoseHypothesis {
         let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_repeatability())
+        PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_normal_repeatability())
     }
 
     /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.

@@ -46,10 +46,10 @@ pub(super) struct PoseHypothesis {
     pub(super) overlap: f64,
     /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
-    /// Share of the frame's surface in the place of the map's that faces as the map's does, 0..=1, ...
-    pub(super) repeatability: f64,
-    /// ... and what it is of frames with certain poses: no more of a frame than that can agree.
-    pub(super) expected_repeatability: f64,
+    /// [`PoseEvidence::normal_repeatability`], ...
+    pub(super) normal_repeatability: f64,
+    /// ... and its average over frames with certain poses: no larger share of a frame than that can agree.
+    pub(super) expected_normal_repeatability: f64,
     /// Standard deviation (m) of the position along the weakest direction, where neither surfaces nor colours constrain it.
     pub(super) open_sigma: Option<f64>,
     /// Whether the frame before it alone gives the same pose as the map.
@@ -104,9 +104,9 @@ impl PoseHypothesis {
         weakest: DegenerateDirection,
         view: ProjectiveTarget,
         evidence: &PoseEvidence,
-        expected_repeatability: f64,
+        expected_normal_repeatability: f64,
     ) -> Self {
-        let PoseEvidence { support, overlap, agreement, repeatability } = *evidence;
+        let PoseEvidence { support, overlap, agreement, normal_repeatability } = *evidence;
         Self {
             registration,
             weakest,
@@ -114,8 +114,8 @@ impl PoseHypothesis {
             support,
             overlap,
             agreement,
-            repeatability,
-            expected_repeatability,
+            normal_repeatability,
+            expected_normal_repeatability,
             open_sigma: None,
             is_tracked_on_map: false,
             second_basin: None,
@@ -151,10 +151,10 @@ impl PoseHypothesis {
         &self.registration.T_target_source
     }
 
-    /// The overlap as a share of what this camera's frames can have. The pieces that a noisy camera makes of a surface face
-    /// elsewhere in every image: of a RealSense D435's no more than 0.6 to 0.9 face alike, of a Kinect's 0.9 to 0.98.
+    /// The overlap as a share of what this camera's frames can have. The surfels of a noisy camera have other normals in every
+    /// image: their repeatability is 0.6 to 0.9 for a RealSense D435, and 0.9 to 0.98 for a Kinect.
     fn relative_overlap(&self) -> f64 {
-        (self.overlap / self.expected_repeatability).min(1.0)
+        (self.overlap / self.expected_normal_repeatability).min(1.0)
     }
 
     /// Whether too little of the frame lies on the map, or too much of it in free space.

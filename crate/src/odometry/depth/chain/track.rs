@@ -77,8 +77,8 @@ impl Chain {
 
     /// The pose of a frame by one before it alone, if the two determine it.
     fn track_from(&self, before: &PosedFrame, frame: &PreparedSurfels) -> Option<PoseHypothesis> {
-        let (repeatability, T_world_before) = (self.reference.repeatability, before.T_world_sensor);
-        let mut reference = ReferenceMap { repeatability, ..ReferenceMap::default() };
+        let (normal_repeatability, T_world_before) = (self.reference.normal_repeatability, before.T_world_sensor);
+        let mut reference = ReferenceMap { normal_repeatability, ..ReferenceMap::default() };
         let view = reference.map.view(&before.frame.image, &T_world_before);
         reference.insert(&before.frame, 0, &T_world_before, &view);
         // The frame before has as much noise as this one; the map has less.
