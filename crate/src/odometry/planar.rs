@@ -237,7 +237,7 @@ impl Odometry {
             InitialGuess::Correlative => self.register_by_search(scan, prediction),
         };
         if self.stray.is_some() {
-            assessment.doubt("the scan before it fits nothing, so how far it moved is not known");
+            assessment.doubt("the previous scan does not fit the map, so the motion since then is unknown");
         }
         let (T_world_sensor, link) = match assessment.status {
             Status::Good => (registration.T_target_source, Link::Registered),

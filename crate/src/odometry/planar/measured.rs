@@ -47,7 +47,7 @@ impl Odometry {
             return carried(doubted_by_motion(best, prediction, &reason), prediction);
         }
         let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            return carried(doubted_by_motion(best, prediction, "and between the two it fits worse"), prediction);
+            return carried(doubted_by_motion(best, prediction, "and a pose between the two fits worse"), prediction);
         };
         let Hypothesis { registration, mut assessment } = best;
         let mut status = assessment.status;
@@ -64,7 +64,8 @@ impl Odometry {
             let (heading, position) = sigmas(&motion.T_before_sensor, &left);
             let heading = heading.to_degrees();
             assessment.doubt(&format!(
-                "its returns and the measured motion leave {position:.2} m and {heading:.1} degrees open (one standard deviation)"
+                "its pose is uncertain by {position:.2} m and {heading:.1} degrees (one standard deviation), even with the \
+                 measured motion"
             ));
         }
         let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
@@ -81,7 +82,7 @@ impl Odometry {
     ) -> Option<String> {
         if !self.is_near(best, motion) {
             let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
-            return Some(format!("which is known to {known:.2} m"));
+            return Some(format!("whose standard deviation is {known:.2} m"));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
         let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
@@ -174,7 +175,7 @@ fn doubted_by_motion(mut hypothesis: Hypothesis, prediction: &Pose2, why: &str) 
     let off = prediction.inverse() * hypothesis.registration.T_target_source;
     let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
     hypothesis.assessment.reason = format!(
-        "its best fit is {position:.2} m and {heading:.0} degrees off from the measured motion, {why}: it is placed by the \
+        "its best fit is {position:.2} m and {heading:.0} degrees away from the measured motion, {why}: it is placed by the \
          measured motion"
     );
     hypothesis
