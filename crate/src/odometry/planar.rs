@@ -26,7 +26,7 @@ pub mod motion_noise;
 use ablation::Ablation;
 use assess::{MIN_POINTS, assess};
 use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, doubt_by_rival, fits_as_well, thinned};
-use information::without_normals_noise;
+use information::information_less_normal_noise;
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -117,26 +117,26 @@ pub struct Odometry {
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Two poses that differ by more are two places (m, rad).
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
-/// Number of consecutive registered frames after which the motion is known. ...
-pub const SURE_MOTION: usize = 2;
-/// ... Largest distance of a pose from the prediction that continues the motion (rad, m) ...
-const EXPECTED: (f64, f64) = (0.35, 0.3);
-/// ... beside this share of the last motion.
-const EXPECTED_SHARE: f64 = 0.5;
+/// Number of consecutive registered frames from which the motion is known.
+pub const MIN_FRAMES_KNOWN_MOTION: usize = 2;
+/// Largest change of the motion from one frame to the next (rad, m), ...
+const MAX_MOTION_CHANGE: (f64, f64) = (0.35, 0.3);
+/// ... to whose translation this share of the last one's is added.
+const MAX_MOTION_CHANGE_SHARE: f64 = 0.5;
 /// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m).
-const UNEXPECTED: f64 = 6.0;
+const WIDE_SEARCH_RADIUS: f64 = 6.0;
 /// A second place rivals the first when it scores this share of it and lies on the map with this share, ...
 const RIVAL_SHARE: f64 = 0.9;
 /// ... or this share where the motion is not known: a scan that looks elsewhere shows less of the map.
-pub const UNEXPECTED_SHARE: f64 = 0.4;
-/// A scan has to lie on the map with this share of its points where the motion is not known.
-const UNEXPECTED_OVERLAP: f64 = 0.5;
+pub const RIVAL_SHARE_UNKNOWN_MOTION: f64 = 0.4;
+/// Smallest share of a scan's points that lie on the map (0..=1) for which it is good where the motion is not known.
+const MIN_OVERLAP_UNKNOWN_MOTION: f64 = 0.5;
 /// Number of other places that are refined.
 const MAX_RIVALS: usize = 3;
 /// Iterations of ICP by which a second place is refined ...
 const BRIEF_ITERATIONS: usize = 8;
-/// ... and then left where the returns that agree are by this share fewer than at the best one.
-const IMPLAUSIBLE: f64 = 0.1;
+/// ... and then dropped if its agreement (0..=1) is lower than that of the best by more than this.
+const MAX_RIVAL_DISAGREEMENT: f64 = 0.1;
 /// Side of the cells of a search in a wide window (m).
 const COARSE_RESOLUTION: f64 = 0.2;
 
@@ -244,7 +244,7 @@ impl Odometry {
             Status::Doubtful => (registration.T_target_source, Link::Doubted),
             Status::Lost => (*prediction, Link::Lost),
         };
-        let information = without_normals_noise(&registration);
+        let information = information_less_normal_noise(&registration);
         registered(T_world_sensor, registration, information, assessment, link)
     }
 
@@ -267,16 +267,16 @@ impl Odometry {
         }
         if best.assessment.status == Status::Good {
             let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
-            if !is_expected && best.registration.fitness < UNEXPECTED_OVERLAP {
+            if !is_expected && best.registration.fitness < MIN_OVERLAP_UNKNOWN_MOTION {
                 best.assessment.doubt_overlap(best.registration.fitness);
             } else if !self.options.without.second_basin {
                 let rival = if is_expected {
                     self.rival_of(&best, scan, &near, RIVAL_SHARE)
                 } else {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
-                    let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
+                    let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
                     let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
-                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
+                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), RIVAL_SHARE_UNKNOWN_MOTION)
                 };
                 if let Some(rival) = rival {
                     doubt_by_rival(&mut best, &rival);
@@ -311,14 +311,14 @@ impl Odometry {
         brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
         let is_plausible = is_other(&best.registration.T_target_source, &T_world_sensor)
-            && self.map.free_space(scan, &T_world_sensor).agreement() > best.assessment.agreement - IMPLAUSIBLE;
+            && self.map.free_space(scan, &T_world_sensor).agreement() > best.assessment.agreement - MAX_RIVAL_DISAGREEMENT;
         is_plausible.then_some(T_world_sensor)
     }
 
     /// Whether a pose continues the motion of the frames before, which are sure.
     fn is_expected(&self, prediction: &Pose2, found: &Pose2) -> bool {
         let off = prediction.inverse() * found;
-        self.num_registered >= SURE_MOTION && is_continuation(&off, self.last_motion.translation_norm())
+        self.num_registered >= MIN_FRAMES_KNOWN_MOTION && is_continuation(&off, self.last_motion.translation_norm())
     }
 
     fn register_from(&self, scan: &QueryScan, guess: Pose2) -> Hypothesis {
@@ -339,12 +339,12 @@ pub fn may_follow(length: f64, before: f64) -> bool {
 }
 
 fn is_continuation(off: &Pose2, before: f64) -> bool {
-    off.rotation_angle() < EXPECTED.0 && off.translation_norm() < largest_change(before)
+    off.rotation_angle() < MAX_MOTION_CHANGE.0 && off.translation_norm() < largest_change(before)
 }
 
 /// How much (m) the next motion may differ from one of this length (m).
 fn largest_change(before: f64) -> f64 {
-    EXPECTED.1 + EXPECTED_SHARE * before
+    MAX_MOTION_CHANGE.1 + MAX_MOTION_CHANGE_SHARE * before
 }
 
 /// Whether a registration has not led to the best place.

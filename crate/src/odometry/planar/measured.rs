@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{
-    fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
+    self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance,
 };
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::mahalanobis;
@@ -15,14 +15,14 @@ use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
-const GATE: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
-/// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
-/// and this share of the way whatever their usual noise.
-const SLIP: (f64, f64) = (0.35, 0.25);
-/// That share.
+const MAX_SQ_MAHALANOBIS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
+/// Wheels slip now and then, mostly in turns: a good registration may differ from measured motion by this (rad, m) whatever the usual
+/// noise of the wheels, ...
+const MAX_SLIP: (f64, f64) = (0.35, 0.25);
+/// ... to whose translation this share of the measured translation is added.
 const SLIP_SHARE: f64 = 0.1;
-/// What it is known by at worst: the width of the search.
-const WIDEST: (f64, f64) = (0.6, 1.5);
+/// Standard deviation (rad, m) of a registered motion in directions that the registration does not determine: the width of the search.
+const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// A registration that agrees with measured motion is sure from this share of agreeing returns on.
 const CONFIRMED_AGREEMENT: f64 = 0.8;
 /// Share of agreeing returns from which on no other pose is searched for.
@@ -115,7 +115,7 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> Option<(Pose2, Matrix3<f64>)> {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let information = without_normals_noise(registration);
+        let information = information_less_normal_noise(registration);
         if self.options.without.odometry {
             return Some((self.T_world_last * T_last_found.renormalized(), information));
         }
@@ -128,7 +128,7 @@ impl Odometry {
         if fits(&fused) {
             return Some((fused, information));
         }
-        let information = with_normals_noise(registration);
+        let information = information::information(registration);
         (!fits(prediction)).then(|| (fused_by(&information), information))
     }
 
@@ -137,8 +137,8 @@ impl Odometry {
         let Hypothesis { registration, assessment } = hypothesis;
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
-        let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
-        if assessment.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
+        let most = MAX_SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
+        if assessment.status == Status::Good && slip.rotation_angle() < MAX_SLIP.0 && slip.translation_norm() < most {
             return true;
         }
         self.is_likely(hypothesis, motion)
@@ -148,8 +148,8 @@ impl Odometry {
     fn is_likely(&self, Hypothesis { registration, .. }: &Hypothesis, motion: &MeasuredMotion) -> bool {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
-        let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
-        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
+        let covariance = motion.covariance + self.link_covariance(&information_less_normal_noise(registration));
+        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < MAX_SQ_MAHALANOBIS)
     }
 
     /// Covariance of the motion from the last frame, of a registration and a measured motion together.
@@ -160,7 +160,7 @@ impl Odometry {
 
     /// Covariance of the motion from the last frame, of information about a pose in the world.
     fn link_covariance(&self, information: &Matrix3<f64>) -> Matrix3<f64> {
-        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
+        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, UNKNOWN_SIGMA)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::odometry::assessment::Status;
 use crate::odometry::planar::assess::{MIN_POINTS, assess};
 use crate::odometry::planar::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
-use crate::odometry::planar::{MeasuredMotion, PlanarOptions, UNEXPECTED_SHARE};
+use crate::odometry::planar::{MeasuredMotion, PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
 use crate::pipeline::recorded_scan::RecordedScan;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::LikelihoodGrid;
@@ -247,7 +247,7 @@ fn register_without_motion(
     );
     let best = found.map(|found| register_from(found.T_target_source)).filter(|best| best.assessment.status == Status::Good);
     match best {
-        Some(best) if !fits_as_well(&at_measured, &best, UNEXPECTED_SHARE) => Some(best.registration.T_target_source),
+        Some(best) if !fits_as_well(&at_measured, &best, RIVAL_SHARE_UNKNOWN_MOTION) => Some(best.registration.T_target_source),
         _ => (at_measured.assessment.status == Status::Good).then_some(at_measured.registration.T_target_source),
     }
 }
