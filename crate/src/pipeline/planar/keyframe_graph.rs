@@ -163,10 +163,10 @@ impl KeyframeGraph {
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
     pub fn odometry_factors(&self, of_nodes: &[Pose2]) -> Vec<OdometryFactor<Pose2>> {
-        let relations = self.closure.relations();
-        let known = relations.iter().map(|relation| {
-            let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
-            let BetweenFactor { from, to, T_from_to, information, .. } = *relation;
+        let factors = self.closure.factors();
+        let known = factors.iter().map(|factor| {
+            let weight = factor.weight(factor.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
+            let BetweenFactor { from, to, T_from_to, information, .. } = *factor;
             OdometryFactor { from, to, T_from_to, information: information * weight }
         });
         known.collect()

@@ -54,7 +54,7 @@ impl LoopClosure {
     }
 
     fn certain_covariances(&self) -> Option<RelativeCovariances> {
-        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations(true))
+        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(true))
     }
 
     /// Pose of one submap's anchor in the frame of another one's.

@@ -14,22 +14,22 @@ pub struct RelativeCovariances {
 }
 
 impl RelativeCovariances {
-    /// Of all pairs. `None` where the relations leave a pose open altogether.
+    /// Of all pairs. `None` where the factors leave a pose open altogether.
     #[inline(never)]
-    pub fn new(poses: &[Pose2], relations: &[PlanarFactor]) -> Option<Self> {
+    pub fn new(poses: &[Pose2], factors: &[PlanarFactor]) -> Option<Self> {
         let num_variables = poses.len().checked_sub(1)?;
         let mut H = BlockMatrix::<Matrix3<f64>>::new(num_variables);
-        for relation in relations {
-            let adjoint = poses[relation.from].inverse().adjoint();
-            let weight = relation.weight(relation.squared_distance(poses));
-            let block = adjoint.tr_mul(&(relation.information * adjoint)) * weight;
-            H.add_between(relation.from, relation.to, &block);
+        for factor in factors {
+            let adjoint = poses[factor.from].inverse().adjoint();
+            let weight = factor.weight(factor.squared_distance(poses));
+            let block = adjoint.tr_mul(&(factor.information * adjoint)) * weight;
+            H.add_between(factor.from, factor.to, &block);
         }
         let mut solver = BlockCholesky::new(&H);
-        let factor = solver.factor(&H).ok()?;
+        let factored = solver.factor(&H).ok()?;
         let mut rows: Vec<Vec<Matrix3<f64>>> = (1..=poses.len()).map(|length| vec![Matrix3::zeros(); length]).collect();
         for variable in 0..num_variables {
-            let columns = factor.inverse_columns(variable);
+            let columns = factored.inverse_columns(variable);
             for (block, column) in rows[variable + 1][1..].iter_mut().zip(&columns) {
                 *block = column.transpose();
             }
