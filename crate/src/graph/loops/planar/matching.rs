@@ -58,14 +58,15 @@ pub struct SubmapMatch {
 pub struct TargetStretch {
     oriented: OrientedTarget<2>,
     grid: LikelihoodGrid,
-    witnesses: Vec<(usize, Pose2)>,
+    /// Keyframes whose free space is tested, each with its pose in the frame of the anchor.
+    reference_keyframes: Vec<(usize, Pose2)>,
 }
 
 /// A stretch to be looked for.
 pub struct SourceStretch {
     points: Vec<Vector2<f64>>,
     normals: Vec<Option<Vector2<f64>>>,
-    witnesses: Vec<(usize, Pose2)>,
+    reference_keyframes: Vec<(usize, Pose2)>,
 }
 
 /// The target keeps one return in each cell of this side (m) ...
@@ -92,7 +93,7 @@ impl TargetStretch {
         Self {
             grid: LikelihoodGrid::new(&points),
             oriented: OrientedTarget::new(points, normals),
-            witnesses: witnesses(range, anchor, poses),
+            reference_keyframes: reference_keyframes(range, anchor, poses),
         }
     }
 }
@@ -101,7 +102,7 @@ impl SourceStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], SOURCE_SPACING, 0.0);
-        Self { points, normals, witnesses: witnesses(range, anchor, poses) }
+        Self { points, normals, reference_keyframes: reference_keyframes(range, anchor, poses) }
     }
 }
 
@@ -153,8 +154,8 @@ fn free_space_of(
     T_target_source: &Pose2,
 ) -> FreeSpaceTally {
     let mut tally = FreeSpaceTally::default();
-    for (t, T_target_t) in &target.witnesses {
-        for (s, T_source_s) in &source.witnesses {
+    for (t, T_target_t) in &target.reference_keyframes {
+        for (s, T_source_s) in &source.reference_keyframes {
             let T_t_s = T_target_t.inverse() * T_target_source * T_source_s;
             tally += free_space_between(&keyframes[*t], &keyframes[*s], &T_t_s);
         }
@@ -170,8 +171,8 @@ pub fn free_space_between(first: &Keyframe, second: &Keyframe, T_first_second: &
     tally
 }
 
-/// A few keyframes spread over a stretch.
-fn witnesses(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
+/// A few keyframes spread over a stretch, each with its pose in the frame of the anchor.
+fn reference_keyframes(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
     let stride = range.len().div_ceil(MAX_REFERENCE_KEYFRAMES).max(1);
     let offset = (range.len() - 1) % stride / 2;
     let T_anchor_world = poses[anchor].inverse();
