@@ -69,10 +69,10 @@ impl FrameMatcher<'_> {
             }
             // Brightness contradicts this position, surfaces the other one.
             if offset.steps.abs() > SAME_OFFSET_STEPS {
-                hypothesis = self.leave_open(hypothesis);
+                hypothesis = self.mark_degenerate(hypothesis);
             }
         }
-        if textured.is_for_open_only {
+        if textured.is_for_degenerate_only {
             return hypothesis;
         }
         let surfaces = self.surface_information(&hypothesis);

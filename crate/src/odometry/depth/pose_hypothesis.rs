@@ -51,7 +51,7 @@ pub(super) struct PoseHypothesis {
     /// ... and its average over frames with certain poses: no larger share of a frame than that can agree.
     pub(super) expected_normal_repeatability: f64,
     /// Standard deviation (m) of the position along the weakest direction, where neither surfaces nor colours constrain it.
-    pub(super) open_sigma: Option<f64>,
+    pub(super) degenerate_sigma: Option<f64>,
     /// Whether the frame before it alone gives the same pose as the map.
     pub(super) is_tracked_on_map: bool,
     /// Offset (m, in the world) to another position where the frame fits about as well, if the camera may have come there.
@@ -116,7 +116,7 @@ impl PoseHypothesis {
             agreement,
             normal_repeatability,
             expected_normal_repeatability,
-            open_sigma: None,
+            degenerate_sigma: None,
             is_tracked_on_map: false,
             second_basin: None,
             photometric_ncc: None,
@@ -143,7 +143,7 @@ impl PoseHypothesis {
 
     /// Whether neither surfaces nor colours constrain the position along one direction.
     pub(super) fn is_degenerate(&self) -> bool {
-        self.open_sigma.is_some()
+        self.degenerate_sigma.is_some()
     }
 
     /// The pose.
@@ -217,7 +217,7 @@ impl PoseHypothesis {
     pub(super) fn uncertainty(&self) -> PoseUncertainty {
         if let Some(offset) = self.second_basin {
             PoseUncertainty::Period(offset)
-        } else if let Some(sigma) = self.open_sigma {
+        } else if let Some(sigma) = self.degenerate_sigma {
             PoseUncertainty::Along(self.weakest.direction, sigma)
         } else {
             PoseUncertainty::Unbounded

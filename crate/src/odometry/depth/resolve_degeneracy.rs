@@ -37,15 +37,15 @@ impl FrameMatcher<'_> {
         let is_resolved = along.best_agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE;
         // A registration that has not converged still moves along the direction.
         if !is_resolved || !hypothesis.registration.converged {
-            hypothesis.open_sigma = Some(along.sigma);
+            hypothesis.degenerate_sigma = Some(along.sigma);
         }
         hypothesis
     }
 
     /// A hypothesis of which brightness contradicts the position along the weakest direction.
-    pub(super) fn leave_open(&self, hypothesis: PoseHypothesis) -> PoseHypothesis {
+    pub(super) fn mark_degenerate(&self, hypothesis: PoseHypothesis) -> PoseHypothesis {
         let sigma = self.positions_along(&hypothesis, &hypothesis.weakest).sigma;
-        PoseHypothesis { open_sigma: Some(sigma), ..hypothesis }
+        PoseHypothesis { degenerate_sigma: Some(sigma), ..hypothesis }
     }
 
     /// Other positions of a hypothesis along a direction.

@@ -41,7 +41,7 @@ impl Chain {
         }
         // Fixing a direction in the registration adds no information about it.
         moved.registration.information = hypothesis.registration.information;
-        PoseHypothesis { open_sigma: hypothesis.open_sigma.map(|_| sigma), ..moved }
+        PoseHypothesis { degenerate_sigma: hypothesis.degenerate_sigma.map(|_| sigma), ..moved }
     }
 
     /// What the motion prior makes of the position along a direction; `None` without a prior, and where the two are incompatible.
@@ -50,7 +50,7 @@ impl Chain {
         let direction = self.last.T_world_sensor.rotation.inverse() * weakest.direction;
         let predicted = self.motion_prior.predict(&motion, &direction)?;
         // A registration that has not converged knows nothing about the direction.
-        let sigma = match hypothesis.open_sigma {
+        let sigma = match hypothesis.degenerate_sigma {
             _ if !hypothesis.registration.converged => f64::INFINITY,
             Some(sigma) => sigma,
             None => CONSTRAINED_ERROR_RATIO * hypothesis.weakest_sigma(),
