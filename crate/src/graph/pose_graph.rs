@@ -218,8 +218,7 @@ mod tests {
     fn a_loop_in_space_spreads_what_a_chain_added_up() {
         let truth = path();
         let drift = Vector6::new(2e-3, 3e-3, -1e-3, 4e-3, 2e-3, -3e-3);
-        let mut factors: Vec<SpatialFactor> =
-            (1..truth.len()).map(|to| factor(&truth, to - 1, to, &drift)).collect();
+        let mut factors: Vec<SpatialFactor> = (1..truth.len()).map(|to| factor(&truth, to - 1, to, &drift)).collect();
         let mut poses = vec![truth[0]];
         for factor in &factors {
             poses.push(poses[factor.from] * factor.T_from_to);

@@ -276,7 +276,12 @@ impl Odometry {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
                     let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
                     let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
-                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), RIVAL_SHARE_UNKNOWN_MOTION)
+                    self.rival_of(
+                        &best,
+                        scan,
+                        &grid.window(&searched, &self.T_world_last, anywhere),
+                        RIVAL_SHARE_UNKNOWN_MOTION,
+                    )
                 };
                 if let Some(rival) = rival {
                     doubt_by_rival(&mut best, &rival);
@@ -311,7 +316,8 @@ impl Odometry {
         brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
         let is_plausible = is_other(&best.registration.T_target_source, &T_world_sensor)
-            && self.map.free_space(scan, &T_world_sensor).agreement() > best.assessment.agreement - MAX_RIVAL_DISAGREEMENT;
+            && self.map.free_space(scan, &T_world_sensor).agreement()
+                > best.assessment.agreement - MAX_RIVAL_DISAGREEMENT;
         is_plausible.then_some(T_world_sensor)
     }
 

@@ -43,14 +43,13 @@ impl PoseEvidence {
         noise: DepthNoise,
     ) -> Self {
         let keyframes = reference.keyframes.near(T_world_camera);
-        let saw_through =
-            |point: &Vector3<f64>| keyframes.iter().any(|keyframe| keyframe.saw_through(point, noise));
+        let saw_through = |point: &Vector3<f64>| keyframes.iter().any(|keyframe| keyframe.saw_through(point, noise));
         let num_points = cloud.points.len();
         let compared = ComparedSurfaces::of(view, (cloud, own_view), T_world_camera, noise, num_points, saw_through);
         let ComparedSurfaces { frame_in_map, num_on_map, .. } = compared;
         let both = compared.both();
-        let support = (both.agreeing as f64 - CONTRADICTION_WEIGHT * both.in_free_space as f64)
-            / (2 * num_points.max(1)) as f64;
+        let support =
+            (both.agreeing as f64 - CONTRADICTION_WEIGHT * both.in_free_space as f64) / (2 * num_points.max(1)) as f64;
         let normal_repeatability = frame_in_map.agreeing as f64 / num_on_map.max(1) as f64;
         let overlap = frame_in_map.agreeing as f64 / num_points.max(1) as f64;
         Self { support, overlap, agreement: both.agreement(), normal_repeatability }

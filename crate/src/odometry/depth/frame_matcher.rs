@@ -69,7 +69,12 @@ impl<'a> FrameMatcher<'a> {
     }
 
     /// The evidence for a pose.
-    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> PoseEvidence {
+    pub(super) fn evidence(
+        &self,
+        view: &ProjectiveTarget,
+        cloud: &SurfelCloud,
+        T_world_camera: &Pose3,
+    ) -> PoseEvidence {
         PoseEvidence::gather(self.reference, view, (cloud, &self.own_view), T_world_camera, self.noise)
     }
 

@@ -231,8 +231,7 @@ impl TentativeBranch {
             num_passed += usize::from(may_have_caused(frame));
             let share = if num_causes == 0 { 1.0 } else { num_passed as f64 / num_causes as f64 };
             let motion = Pose3::identity().try_lerp_slerp(motion, share, 1e-9).unwrap_or(*motion);
-            let is_certain =
-                frame.is_certain() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
+            let is_certain = frame.is_certain() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
             BranchCorrection { number: frame.number, motion, is_certain }
         };
         self.frames.iter().map(correction).collect()

@@ -4,9 +4,7 @@
 use nalgebra::Matrix3;
 
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
-use super::information::{
-    self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance,
-};
+use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
@@ -92,13 +90,18 @@ impl Odometry {
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
     fn register_near(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
         let best = self.register_from(scan, *prediction);
-        if best.assessment.status != Status::Lost && best.assessment.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
+        if best.assessment.status != Status::Lost
+            && best.assessment.agreement >= SURE_AGREEMENT
+            && self.is_near(&best, motion)
+        {
             return best;
         }
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
         let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
-        let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else { return best };
+        let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else {
+            return best;
+        };
         let searched = self.register_from(scan, found.T_target_source);
         let is_better = searched.assessment.agreement > best.assessment.agreement || !self.is_near(&best, motion);
         if is_better && self.is_near(&searched, motion) { searched } else { best }

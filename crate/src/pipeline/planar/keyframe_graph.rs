@@ -11,7 +11,7 @@ use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertaint
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::{chained, openness, seen_from, softened_covariance};
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, MIN_FRAMES_KNOWN_MOTION};
+use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 

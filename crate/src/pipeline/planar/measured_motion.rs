@@ -76,7 +76,8 @@ pub fn fits_scans(motions: &[Option<Pose2>], scan: &dyn Fn(usize) -> Rc<PlanarSc
     let stride = stretches.len().div_ceil(COMPARED).max(1);
     let fits = |(from, steps): &(usize, Vec<Pose2>)| {
         let measured = sum(steps);
-        let Hypothesis { registration, assessment } = register_pair(&scan(*from), &scan(from + steps.len()), measured, options);
+        let Hypothesis { registration, assessment } =
+            register_pair(&scan(*from), &scan(from + steps.len()), measured, options);
         let off = measured.inverse() * registration.T_target_source;
         assessment.agreement > FITTING_AGREEMENT
             && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
@@ -245,9 +246,12 @@ fn register_without_motion(
         &Pose2::identity(),
         options.search,
     );
-    let best = found.map(|found| register_from(found.T_target_source)).filter(|best| best.assessment.status == Status::Good);
+    let best =
+        found.map(|found| register_from(found.T_target_source)).filter(|best| best.assessment.status == Status::Good);
     match best {
-        Some(best) if !fits_as_well(&at_measured, &best, RIVAL_SHARE_UNKNOWN_MOTION) => Some(best.registration.T_target_source),
+        Some(best) if !fits_as_well(&at_measured, &best, RIVAL_SHARE_UNKNOWN_MOTION) => {
+            Some(best.registration.T_target_source)
+        }
         _ => (at_measured.assessment.status == Status::Good).then_some(at_measured.registration.T_target_source),
     }
 }

@@ -1,7 +1,7 @@
 //! How far a robot gets between two scans, by its surest motions, and what cannot be told from chance beyond that.
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, MIN_FRAMES_KNOWN_MOTION, continues, may_follow};
+use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, continues, may_follow};
 
 /// Of fewer sure motions the longest bounds the next one little: one in so many is longer still.
 const MIN_SURE_MOTIONS: usize = 20;

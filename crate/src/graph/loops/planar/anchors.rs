@@ -31,13 +31,7 @@ impl LoopClosure {
                 T *= step;
             }
             let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            factors.push(BetweenFactor {
-                from: index,
-                to: index + 1,
-                T_from_to: T,
-                information,
-                is_switchable: false,
-            });
+            factors.push(BetweenFactor { from: index, to: index + 1, T_from_to: T, information, is_switchable: false });
         }
         factors.extend(self.loops.iter().map(|closed| BetweenFactor {
             from: closed.candidate.target,

@@ -118,7 +118,8 @@ impl SpatialLoops {
         let factor = if let Some(found) = local {
             between_factor(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
         } else {
-            let information = measured.map(|registration| seen_from(&registration.information, &T_last)).unwrap_or_default();
+            let information =
+                measured.map(|registration| seen_from(&registration.information, &T_last)).unwrap_or_default();
             between_factor(here - 1, here, motion, &information, CHAIN_SIGMA)
         };
         let T_world_local = if is_revisit { T_last_local * factor.T_from_to } else { T_world_camera };
