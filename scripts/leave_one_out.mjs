@@ -29,7 +29,7 @@ const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
  * @typedef {{ means: string, constants: Constant[] }} Threshold
  */
 
-const ASSESSMENT = 'odometry/assessment.rs';
+const ASSESSMENT = 'odometry/planar/assess.rs';
 const MEASURED = 'odometry/planar/measured.rs';
 const LOOPS = 'graph/loops/planar';
 
@@ -54,11 +54,11 @@ const THRESHOLDS = [
     means: 'disagreement that odometry makes up for',
     constants: [{ file: MEASURED, name: 'CONFIRMED_AGREEMENT', as: 'share' }],
   },
-  { means: 'gate about the odometry', constants: [{ file: MEASURED, name: 'GATE' }] },
+  { means: 'gate about the odometry', constants: [{ file: MEASURED, name: 'MAX_SQ_MAHALANOBIS' }] },
   {
     means: 'slip beyond the gate',
     constants: [
-      { file: MEASURED, name: 'SLIP' },
+      { file: MEASURED, name: 'MAX_SLIP' },
       { file: MEASURED, name: 'SLIP_SHARE' },
     ],
   },
@@ -76,7 +76,7 @@ const THRESHOLDS = [
   },
   {
     means: 'what is certain enough for one piece',
-    constants: [{ file: 'odometry/planar/information.rs', name: 'CERTAIN' }],
+    constants: [{ file: 'odometry/planar/information.rs', name: 'CERTAIN_SIGMA' }],
   },
   {
     means: 'noise of normals',

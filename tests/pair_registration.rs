@@ -47,6 +47,18 @@ fn a_frame_is_found_in_another_from_no_guess_and_from_a_poor_one() {
 }
 
 #[test]
+fn a_frame_without_surfaces_is_lost() {
+    let target = &frames(5, &[0])[0].0;
+    let mut image = target.image.clone();
+    image.cells.fill(None);
+    let empty = DepthOptions::default().prepared(image);
+    for search in [Search::Anywhere, Search::AllAround, Search::From(Pose3::identity())] {
+        let found = PairRegistration::new(target).register(&empty, search, DepthOptions::default());
+        assert_eq!((found.assessment.status, found.overlap), (Status::Lost, 0.0), "{search:?}");
+    }
+}
+
+#[test]
 fn a_frame_of_another_flat_is_not_accepted() {
     let (here, elsewhere) = (frames(5, &[0]), frames(6, &[3]));
     let found = PairRegistration::new(&here[0].0).register(&elsewhere[0].0, Search::Anywhere, DepthOptions::default());

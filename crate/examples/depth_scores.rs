@@ -54,7 +54,7 @@ fn main() {
         loop_closing: if flag("--open") { LoopClosing::Off } else { LoopClosing::On },
         color: match argument("--color").as_deref() {
             Some("not_used") => ColorUse::NotUsed,
-            Some("where_open") => ColorUse::WhereOpen,
+            Some("where_open") => ColorUse::WhereDegenerate,
             _ => ColorUse::Used,
         },
         ..SpatialSettings::default()

@@ -15,6 +15,12 @@ pub(crate) fn squared(off: &Vector3<f64>, covariance: &Matrix3<f64>) -> f64 {
     covariance.try_inverse().map_or(0.0, |information| off.dot(&(information * off)))
 }
 
+/// The weight (0..=1) of a measurement that may be an outlier, by its squared Mahalanobis distance: 1 up to `width`, and less the
+/// further beyond (Agarwal et al., "Robust map optimization using dynamic covariance scaling", ICRA 2013, eq. 15).
+pub(crate) fn dynamic_covariance_scaling(sq_distance: f64, width: f64) -> f64 {
+    (2.0 * width / (width + sq_distance)).min(1.0).powi(2)
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;

@@ -304,15 +304,12 @@ impl<M: RigidMotion> Sums<M> {
         let adjoint = T_target_world.adjoint();
         let H = adjoint.tr_mul(&(H * adjoint));
         let b = adjoint.tr_apply(&b);
-        let variable = |node: usize| node.checked_sub(1); // the first pose is held fixed
+        self.H.add_between(source, target, &H);
         for (node, sign) in [(source, 1.0), (target, -1.0)] {
-            if let Some(variable) = variable(node) {
-                self.H.add(variable, variable, &H);
+            // The first pose is held fixed.
+            if let Some(variable) = node.checked_sub(1) {
                 self.b[variable] += b * sign;
             }
-        }
-        if let (Some(source), Some(target)) = (variable(source), variable(target)) {
-            self.H.add(source, target, &-H);
         }
     }
 

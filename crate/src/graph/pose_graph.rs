@@ -5,6 +5,7 @@
 //! switchable: its weight decreases with its residual (Agarwal et al., "Robust map optimization using dynamic covariance
 //! scaling", ICRA 2013, eq. 15), so that a wrong one does not distort the solution.
 
+use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 use crate::registration::solver::DAMPING_FACTOR;
@@ -31,7 +32,7 @@ pub(crate) struct BetweenFactor<M: RigidMotion> {
 
 /// Squared Mahalanobis distance up to which a switchable factor has its full weight: the 99 % quantile of right ones.
 const fn switch_width(degrees_of_freedom: usize) -> f64 {
-    if degrees_of_freedom > 3 { 16.8 } else { 11.3 }
+    if degrees_of_freedom > 3 { 16.8 } else { mahalanobis::ONE_IN_HUNDRED }
 }
 
 /// Converged when the largest step is below this (rad, m).
@@ -62,7 +63,7 @@ impl<M: RigidMotion> BetweenFactor<M> {
         if !self.is_switchable {
             return 1.0;
         }
-        (2.0 * Self::SWITCH_WIDTH / (Self::SWITCH_WIDTH + squared_distance)).min(1.0).powi(2)
+        mahalanobis::dynamic_covariance_scaling(squared_distance, Self::SWITCH_WIDTH)
     }
 
     /// Its term of the sum that is minimised: the loss whose influence function has that weight.
@@ -80,27 +81,27 @@ impl<M: RigidMotion> BetweenFactor<M> {
 /// Levenberg-Marquardt. Returns the number of steps.
 pub(crate) fn optimize_poses<M: RigidMotion>(
     poses: &mut [M],
-    relations: &[BetweenFactor<M>],
+    factors: &[BetweenFactor<M>],
     max_iterations: usize,
 ) -> usize {
     let num_variables = poses.len().saturating_sub(1);
-    if num_variables == 0 || relations.is_empty() {
+    if num_variables == 0 || factors.is_empty() {
         return 0;
     }
     let mut H = BlockMatrix::<M::Matrix>::new(num_variables);
     let mut b = vec![M::Tangent::zeros(); num_variables];
     let mut solver: Option<BlockCholesky<M::Matrix>> = None;
     let mut damping = INITIAL_DAMPING;
-    let mut present = total_loss(poses, relations);
+    let mut present = total_loss(poses, factors);
     for iteration in 0..max_iterations {
-        fill_normal_equations(&mut H, &mut b, relations, poses, damping);
-        let Ok(factor) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
+        fill_normal_equations(&mut H, &mut b, factors, poses, damping);
+        let Ok(factored) = solver.get_or_insert_with(|| BlockCholesky::new(&H)).factor(&H) else {
             damping *= DAMPING_FACTOR;
             continue;
         };
-        factor.solve(&mut b);
+        factored.solve(&mut b);
         let moved = moved_by(poses, &b);
-        let next = total_loss(&moved, relations);
+        let next = total_loss(&moved, factors);
         if next > present * (1.0 + 1e-12) {
             damping *= DAMPING_FACTOR;
             if damping > MAX_DAMPING {
@@ -119,8 +120,8 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
     max_iterations
 }
 
-fn total_loss<M: RigidMotion>(poses: &[M], relations: &[BetweenFactor<M>]) -> f64 {
-    relations.iter().map(|relation| relation.loss(relation.squared_distance(poses))).sum()
+fn total_loss<M: RigidMotion>(poses: &[M], factors: &[BetweenFactor<M>]) -> f64 {
+    factors.iter().map(|factor| factor.loss(factor.squared_distance(poses))).sum()
 }
 
 /// The poses after a step; the first is fixed.
@@ -142,14 +143,14 @@ fn largest_step<M: RigidMotion>(before: &[M], after: &[M]) -> f64 {
 fn fill_normal_equations<M: RigidMotion>(
     H: &mut BlockMatrix<M::Matrix>,
     b: &mut [M::Tangent],
-    relations: &[BetweenFactor<M>],
+    factors: &[BetweenFactor<M>],
     poses: &[M],
     damping: f64,
 ) {
     H.clear();
     b.fill(M::Tangent::zeros());
-    for relation in relations {
-        add(relation, poses, H, b);
+    for factor in factors {
+        add(factor, poses, H, b);
     }
     for variable in 0..b.len() {
         let mut damped = H.block(variable, variable).diagonal();
@@ -161,21 +162,18 @@ fn fill_normal_equations<M: RigidMotion>(
 }
 
 /// Perturbing both poses on the left perturbs the residual by Ad(T_from^-1) (d_to - d_from).
-fn add<M: RigidMotion>(relation: &BetweenFactor<M>, poses: &[M], H: &mut BlockMatrix<M::Matrix>, b: &mut [M::Tangent]) {
-    let residual = relation.residual(&poses[relation.from], &poses[relation.to]);
-    let weighted = relation.information * relation.weight(residual.dot(&relation.information.apply(&residual)));
-    let adjoint = poses[relation.from].inverse().adjoint();
+fn add<M: RigidMotion>(factor: &BetweenFactor<M>, poses: &[M], H: &mut BlockMatrix<M::Matrix>, b: &mut [M::Tangent]) {
+    let residual = factor.residual(&poses[factor.from], &poses[factor.to]);
+    let weighted = factor.information * factor.weight(residual.dot(&factor.information.apply(&residual)));
+    let adjoint = poses[factor.from].inverse().adjoint();
     let block = adjoint.tr_mul(&(weighted * adjoint));
     let gradient = adjoint.tr_apply(&weighted.apply(&residual));
-    let variable = |node: usize| node.checked_sub(1); // the first pose is none
-    for (node, sign) in [(relation.to, 1.0), (relation.from, -1.0)] {
-        if let Some(variable) = variable(node) {
-            H.add(variable, variable, &block);
+    H.add_between(factor.from, factor.to, &block);
+    for (node, sign) in [(factor.to, 1.0), (factor.from, -1.0)] {
+        // The first pose is no variable.
+        if let Some(variable) = node.checked_sub(1) {
             b[variable] += gradient * sign;
         }
-    }
-    if let (Some(from), Some(to)) = (variable(relation.from), variable(relation.to)) {
-        H.add(from, to, &-block);
     }
 }
 
@@ -185,7 +183,7 @@ mod tests {
 
     use super::*;
 
-    fn relation(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialFactor {
+    fn factor(poses: &[Pose3], from: usize, to: usize, off: &Vector6<f64>) -> SpatialFactor {
         let T_from_to = Pose3::exp(off) * poses[from].inverse() * poses[to];
         let information = Matrix6::from_diagonal(&Vector6::new(1e4, 2e4, 1e4, 400.0, 100.0, 900.0));
         BetweenFactor { from, to, T_from_to, information, is_switchable: false }
@@ -199,7 +197,7 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_loss() {
         let poses = path();
-        let of = [relation(&poses, 3, 7, &Vector6::new(1e-4, -2e-4, 1e-4, 2e-3, -1e-3, 1e-3))];
+        let of = [factor(&poses, 3, 7, &Vector6::new(1e-4, -2e-4, 1e-4, 2e-3, -1e-3, 1e-3))];
         let (mut H, mut b) = (BlockMatrix::new(poses.len() - 1), vec![Vector6::zeros(); poses.len() - 1]);
         add(&of[0], &poses, &mut H, &mut b);
         for node in [3, 7] {
@@ -220,29 +218,28 @@ mod tests {
     fn a_loop_in_space_spreads_what_a_chain_added_up() {
         let truth = path();
         let drift = Vector6::new(2e-3, 3e-3, -1e-3, 4e-3, 2e-3, -3e-3);
-        let mut relations: Vec<SpatialFactor> =
-            (1..truth.len()).map(|to| relation(&truth, to - 1, to, &drift)).collect();
+        let mut factors: Vec<SpatialFactor> = (1..truth.len()).map(|to| factor(&truth, to - 1, to, &drift)).collect();
         let mut poses = vec![truth[0]];
-        for relation in &relations {
-            poses.push(poses[relation.from] * relation.T_from_to);
+        for factor in &factors {
+            poses.push(poses[factor.from] * factor.T_from_to);
         }
         let gap = |poses: &[Pose3]| (truth[11].inverse() * poses[11]).translation_norm();
         let before = gap(&poses);
-        let sure = relation(&truth, 0, 11, &Vector6::zeros());
-        relations.push(BetweenFactor { information: sure.information * 1e4, ..sure });
-        let steps = optimize_poses(&mut poses, &relations, 30);
+        let sure = factor(&truth, 0, 11, &Vector6::zeros());
+        factors.push(BetweenFactor { information: sure.information * 1e4, ..sure });
+        let steps = optimize_poses(&mut poses, &factors, 30);
         assert!(steps < 30 && gap(&poses) < 0.01 * before, "{steps} steps, {} m of {before} m", gap(&poses));
     }
 
     #[test]
     fn a_wrong_loop_in_space_bends_nothing() {
         let truth = path();
-        let mut relations: Vec<SpatialFactor> =
-            (1..truth.len()).map(|to| relation(&truth, to - 1, to, &Vector6::zeros())).collect();
-        let wrong = relation(&truth, 0, 11, &Vector6::new(0.0, 1.0, 0.0, 2.0, 0.0, 0.0));
-        relations.push(BetweenFactor { is_switchable: true, ..wrong });
+        let mut factors: Vec<SpatialFactor> =
+            (1..truth.len()).map(|to| factor(&truth, to - 1, to, &Vector6::zeros())).collect();
+        let wrong = factor(&truth, 0, 11, &Vector6::new(0.0, 1.0, 0.0, 2.0, 0.0, 0.0));
+        factors.push(BetweenFactor { is_switchable: true, ..wrong });
         let mut poses = truth.clone();
-        optimize_poses(&mut poses, &relations, 30);
+        optimize_poses(&mut poses, &factors, 30);
         for (pose, truth) in poses.iter().zip(&truth) {
             assert!((truth.inverse() * pose).translation_norm() < 0.02);
         }

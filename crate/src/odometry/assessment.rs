@@ -5,9 +5,6 @@
 
 use serde::Serialize;
 
-use crate::map::local::PlanarRegistration;
-use crate::registration::free_space::FreeSpaceTally;
-
 /// How far a frame's pose is to be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -15,9 +12,9 @@ use crate::registration::free_space::FreeSpaceTally;
 pub enum Status {
     /// Registered, and no evidence contradicts it.
     Good,
-    /// Registered, but some evidence contradicts it.
+    /// Registered or placed by measured motion, but the pose may be wrong: evidence contradicts it or does not suffice.
     Doubtful,
-    /// Not registered: the pose is a prediction, and the frame is no part of the map.
+    /// Not registered: the pose is a prediction or the last known one, and the frame is no part of the map.
     Lost,
 }
 
@@ -88,17 +85,6 @@ impl Limits {
         doubtful_residual: f64::INFINITY,
     };
 }
-
-/// Smallest number of points of a usable planar scan.
-pub(crate) const MIN_POINTS: usize = 10;
-/// Of planar scans. Of the good frames of six logs, half agree by 0.975 or more and 95 of 100 by 0.896 to 0.962; registrations that
-/// are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of 0.9, pairs of one log are wrong and good.
-const PLANAR_LIMITS: Limits =
-    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
-/// A planar registration whose last step is longer than this (m) or ...
-const MOVING_TRANSLATION: f64 = 0.005;
-/// ... turns further than this (rad) had not converged.
-const MOVING_ROTATION: f64 = 0.002;
 
 impl Assessment {
     /// The first frame defines the world frame and is good by definition.
@@ -179,12 +165,12 @@ impl Assessment {
         }
     }
 
-    /// Too little of the frame lies on the map to know its place without knowing its motion.
+    /// Makes a good frame doubtful because too little of it lies on the map to exclude another position while its motion is unknown.
     pub fn doubt_overlap(&mut self, overlap: f64) {
         self.doubt(&format!("only {} of it lies on the map, and nothing else measures its motion", percent(overlap)));
     }
 
-    /// It fits about as well at another position, at this distance (m).
+    /// Makes a good frame doubtful because it fits about as well at another position, at this distance (m).
     pub(crate) fn doubt_position(&mut self, distance: f64) {
         self.doubt(&format!(
             "it fits the map about as well {distance:.1} m away: surfaces repeat, and its motion is not known well enough to tell"
@@ -217,7 +203,8 @@ impl Assessment {
         );
     }
 
-    /// It hardly fits the map, of which `overlap` (0..=1) of it sees something, but it follows the frame before it.
+    /// Makes a frame doubtful that hardly fits the map but follows the frame before it. `overlap` is the share of it that lies on
+    /// the map (0..=1).
     pub fn mark_tracked(&mut self, overlap: f64) {
         self.status = Status::Doubtful;
         self.reason = format!(
@@ -239,24 +226,6 @@ impl Assessment {
 
 fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
-}
-
-/// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
-pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
-    let last = &registration.last;
-    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
-    let weakest = &registration.observability;
-    let motion =
-        if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
-    let evidence = Evidence {
-        num_pairs: last.num_inliers,
-        overlap: registration.fitness,
-        agreement: Some(seen.agreement()),
-        degenerate: weakest.is_undetermined().then_some(motion),
-        residual: last.inlier_rmse,
-        moving_after: is_moving.then_some(registration.history.len()),
-    };
-    Assessment::of(&evidence, &PLANAR_LIMITS)
 }
 
 #[cfg(test)]

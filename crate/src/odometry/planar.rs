@@ -1,8 +1,8 @@
-//! The chain: each scan is registered to the map of the scans before it.
+//! Planar odometry: each scan is registered to the map of the scans before it.
 //!
-//! Measured motion, where there is some, is a measurement: it bounds the search, it is weighed against the registration,
-//! and a registration that contradicts it is left out. A scan that fits nothing is carried by it; without it, such a
-//! scan begins a piece of its own if the next one fits it.
+//! Measured motion, where there is any, bounds the search and is fused with the registration; a registration that contradicts it
+//! is rejected. A scan that fits the map nowhere is placed by the measured motion. Without any, it begins another piece of the
+//! map if the next scan fits it.
 
 use std::rc::Rc;
 
@@ -11,20 +11,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, MetricName, PlanarRegistration, QueryScan};
-use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
+use crate::odometry::assessment::{Assessment, Status};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
 
 pub mod ablation;
+pub(crate) mod assess;
 pub mod hypothesis;
 pub mod information;
 mod measured;
 pub mod motion_noise;
 
 use ablation::Ablation;
-use hypothesis::{Hypothesis, SEARCHED, doubt_by_rival, fits_as_well, thinned};
-use information::without_normals_noise;
+use assess::{MIN_POINTS, assess};
+use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, doubt_by_rival, fits_as_well, thinned};
+use information::information_less_normal_noise;
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -86,7 +88,7 @@ pub enum Link {
 pub struct FrameEstimate {
     /// Pose of the sensor in the frame of the first scan. Where the frame is lost, it is the prediction.
     pub T_world_sensor: Pose2,
-    /// The registration to the local map; `None` for the first scan and for scans without points.
+    /// The registration to the local map; `None` for the first scan and for scans with too few points.
     pub registration: Option<PlanarRegistration>,
     /// How far the pose is to be trusted, with the reason.
     pub assessment: Assessment,
@@ -102,7 +104,7 @@ pub struct FrameEstimate {
 pub struct Odometry {
     options: PlanarOptions,
     map: LocalMap,
-    /// Scans that did not fit the map, without measured motion: the next one may fit them.
+    /// The last scan that fitted the map nowhere and had no measured motion, as a map of its own: the next one may fit it.
     stray: Option<LocalMap>,
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
@@ -114,27 +116,27 @@ pub struct Odometry {
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Two poses that differ by more are two places (m, rad).
-const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
-/// Number of consecutive registered frames after which the motion is known. ...
-pub const SURE_MOTION: usize = 2;
-/// ... Largest distance of a pose from the prediction that continues the motion (rad, m) ...
-const EXPECTED: (f64, f64) = (0.35, 0.3);
-/// ... beside this share of the last motion.
-const EXPECTED_SHARE: f64 = 0.5;
+pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
+/// Number of consecutive registered frames from which the motion is known.
+pub const MIN_FRAMES_KNOWN_MOTION: usize = 2;
+/// Largest change of the motion from one frame to the next (rad, m), ...
+const MAX_MOTION_CHANGE: (f64, f64) = (0.35, 0.3);
+/// ... to whose translation this share of the last one's is added.
+const MAX_MOTION_CHANGE_SHARE: f64 = 0.5;
 /// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m).
-const UNEXPECTED: f64 = 6.0;
+const WIDE_SEARCH_RADIUS: f64 = 6.0;
 /// A second place rivals the first when it scores this share of it and lies on the map with this share, ...
 const RIVAL_SHARE: f64 = 0.9;
 /// ... or this share where the motion is not known: a scan that looks elsewhere shows less of the map.
-pub const UNEXPECTED_SHARE: f64 = 0.4;
-/// A scan has to lie on the map with this share of its points where the motion is not known.
-const UNEXPECTED_OVERLAP: f64 = 0.5;
+pub const RIVAL_SHARE_UNKNOWN_MOTION: f64 = 0.4;
+/// Smallest share of a scan's points that lie on the map (0..=1) for which it is good where the motion is not known.
+const MIN_OVERLAP_UNKNOWN_MOTION: f64 = 0.5;
 /// Number of other places that are refined.
 const MAX_RIVALS: usize = 3;
 /// Iterations of ICP by which a second place is refined ...
 const BRIEF_ITERATIONS: usize = 8;
-/// ... and then left where the returns that agree are by this share fewer than at the best one.
-const IMPLAUSIBLE: f64 = 0.1;
+/// ... and then dropped if its agreement (0..=1) is lower than that of the best by more than this.
+const MAX_RIVAL_DISAGREEMENT: f64 = 0.1;
 /// Side of the cells of a search in a wide window (m).
 const COARSE_RESOLUTION: f64 = 0.2;
 
@@ -204,7 +206,7 @@ impl Odometry {
         estimate
     }
 
-    /// Registers a scan that fits the map nowhere to the last such one. Where it fits that, a piece has begun.
+    /// Registers a scan that fits the map nowhere to the last such scan. If it fits, the two begin another piece of the map.
     fn join_stray(&mut self, scan: &Rc<PlanarScan>, prediction: &Pose2) -> Option<FrameEstimate> {
         if let Some(stray) = self.stray.take() {
             let main = std::mem::replace(&mut self.map, stray);
@@ -229,52 +231,57 @@ impl Odometry {
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
     fn register_unmeasured(&self, scan: &QueryScan, prediction: &Pose2) -> FrameEstimate {
-        let (registration, mut assessment) = match self.options.initial_guess {
+        let Hypothesis { registration, mut assessment } = match self.options.initial_guess {
             InitialGuess::Identity => self.register_from(scan, self.T_world_last),
             InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
             InitialGuess::Correlative => self.register_by_search(scan, prediction),
         };
         if self.stray.is_some() {
-            assessment.doubt("the scan before it fits nothing, so how far it moved is not known");
+            assessment.doubt("the previous scan does not fit the map, so the motion since then is unknown");
         }
         let (T_world_sensor, link) = match assessment.status {
             Status::Good => (registration.T_target_source, Link::Registered),
             Status::Doubtful => (registration.T_target_source, Link::Doubted),
             Status::Lost => (*prediction, Link::Lost),
         };
-        let information = without_normals_noise(&registration);
+        let information = information_less_normal_noise(&registration);
         registered(T_world_sensor, registration, information, assessment, link)
     }
 
     fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> Hypothesis {
         let window = self.options.search;
         let grid = LikelihoodGrid::new(&self.map.points());
-        let searched = thinned(scan.points(), SEARCHED);
+        let searched = thinned(scan.points(), NUM_SEARCHED_POINTS);
         let near = grid.window(&searched, prediction, window);
         let found = near.best().map(|found| found.T_target_source);
         let mut best = self.register_from(scan, found.unwrap_or(*prediction));
-        if best.1.status != Status::Good {
+        if best.assessment.status != Status::Good {
             let wide = SearchWindow { translation: 2.0 * window.translation, rotation: std::f64::consts::PI };
             let wide = grid.window(&searched, &self.T_world_last, wide);
             let second =
                 wide.best_from(&found.unwrap_or(*prediction)).map_or(self.T_world_last, |found| found.T_target_source);
             let second = self.register_from(scan, second);
-            if second.1.agreement > best.1.agreement {
+            if second.assessment.agreement > best.assessment.agreement {
                 best = second;
             }
         }
-        if best.1.status == Status::Good {
-            let is_expected = self.is_expected(prediction, &best.0.T_target_source);
-            if !is_expected && best.0.fitness < UNEXPECTED_OVERLAP {
-                best.1.doubt_overlap(best.0.fitness);
+        if best.assessment.status == Status::Good {
+            let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
+            if !is_expected && best.registration.fitness < MIN_OVERLAP_UNKNOWN_MOTION {
+                best.assessment.doubt_overlap(best.registration.fitness);
             } else if !self.options.without.second_basin {
                 let rival = if is_expected {
                     self.rival_of(&best, scan, &near, RIVAL_SHARE)
                 } else {
                     let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
-                    let anywhere = SearchWindow { translation: UNEXPECTED, rotation: std::f64::consts::PI };
-                    let searched = thinned(scan.points(), SEARCHED / 2);
-                    self.rival_of(&best, scan, &grid.window(&searched, &self.T_world_last, anywhere), UNEXPECTED_SHARE)
+                    let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
+                    let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
+                    self.rival_of(
+                        &best,
+                        scan,
+                        &grid.window(&searched, &self.T_world_last, anywhere),
+                        RIVAL_SHARE_UNKNOWN_MOTION,
+                    )
                 };
                 if let Some(rival) = rival {
                     doubt_by_rival(&mut best, &rival);
@@ -287,7 +294,7 @@ impl Odometry {
     /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
     /// what it does at the best.
     fn rival_of(&self, best: &Hypothesis, scan: &QueryScan, search: &WindowSearch, share: f64) -> Option<Hypothesis> {
-        let found = best.0.T_target_source;
+        let found = best.registration.T_target_source;
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
@@ -295,7 +302,7 @@ impl Odometry {
             known.push(guess);
             let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);
-            if is_other(&found, &rival.0.T_target_source) && fits_as_well(&rival, best, share) {
+            if is_other(&found, &rival.registration.T_target_source) && fits_as_well(&rival, best, share) {
                 return Some(rival);
             }
         }
@@ -308,21 +315,22 @@ impl Odometry {
         let mut brief = self.options.icp;
         brief.criteria.max_iterations = brief.criteria.max_iterations.min(BRIEF_ITERATIONS);
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
-        let is_plausible = is_other(&best.0.T_target_source, &T_world_sensor)
-            && self.map.free_space(scan, &T_world_sensor).agreement() > best.1.agreement - IMPLAUSIBLE;
+        let is_plausible = is_other(&best.registration.T_target_source, &T_world_sensor)
+            && self.map.free_space(scan, &T_world_sensor).agreement()
+                > best.assessment.agreement - MAX_RIVAL_DISAGREEMENT;
         is_plausible.then_some(T_world_sensor)
     }
 
     /// Whether a pose continues the motion of the frames before, which are sure.
     fn is_expected(&self, prediction: &Pose2, found: &Pose2) -> bool {
         let off = prediction.inverse() * found;
-        self.num_registered >= SURE_MOTION && is_continuation(&off, self.last_motion.translation_norm())
+        self.num_registered >= MIN_FRAMES_KNOWN_MOTION && is_continuation(&off, self.last_motion.translation_norm())
     }
 
     fn register_from(&self, scan: &QueryScan, guess: Pose2) -> Hypothesis {
         let registration = self.map.register(scan, guess, &self.options.icp);
         let assessment = assess(&registration, self.map.free_space(scan, &registration.T_target_source));
-        (registration, assessment)
+        Hypothesis { registration, assessment }
     }
 }
 
@@ -337,12 +345,12 @@ pub fn may_follow(length: f64, before: f64) -> bool {
 }
 
 fn is_continuation(off: &Pose2, before: f64) -> bool {
-    off.rotation_angle() < EXPECTED.0 && off.translation_norm() < largest_change(before)
+    off.rotation_angle() < MAX_MOTION_CHANGE.0 && off.translation_norm() < largest_change(before)
 }
 
 /// How much (m) the next motion may differ from one of this length (m).
 fn largest_change(before: f64) -> f64 {
-    EXPECTED.1 + EXPECTED_SHARE * before
+    MAX_MOTION_CHANGE.1 + MAX_MOTION_CHANGE_SHARE * before
 }
 
 /// Whether a registration has not led to the best place.

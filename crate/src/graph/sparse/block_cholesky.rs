@@ -167,69 +167,6 @@ impl<B: SquareMatrix> Factor<'_, B> {
         pattern.positions.iter().map(|&position| X[position as usize]).collect()
     }
 
-    /// The block of the inverse of `H` on the diagonal at `variable`: its covariance, where `H` is an information
-    /// matrix.
-    ///
-    /// # Panics
-    /// Where `variable` is not one of the matrix.
-    pub fn covariance(&self, variable: usize) -> B {
-        // With X = L^-1 E, where E is the variable's columns of the identity, the block is E^T H^-1 E = X^T X.
-        // X begins at the variable's own position and goes on only at what its elimination has changed.
-        let first = self.pattern.positions[variable] as usize;
-        let mut X = vec![B::zeros(); self.pattern.num_variables() - first];
-        X[0] = B::identity();
-        let mut covariance = B::zeros();
-        let mut next = Some(first);
-        while let Some(j) = next {
-            let X_j = self.inverse_diagonal[j] * X[j - first];
-            covariance += X_j.tr_mul(&X_j);
-            for (&i, L_ij) in self.column(j) {
-                X[i as usize - first] -= *L_ij * X_j;
-            }
-            next = self.pattern.rows[self.pattern.column(j)].first().map(|&parent| parent as usize);
-        }
-        covariance
-    }
-
-    /// [`covariance`](Self::covariance) of every variable, in about the time of two factorisations.
-    ///
-    /// Takahashi's equations: from `L^T H^-1 = L^-1` the inverse follows column by column from the last to the first,
-    /// and to compute it at the blocks of `L` no other blocks of it are needed. Erisman and Tinney, "On computing
-    /// certain elements of the inverse of a sparse matrix", Communications of the ACM 18 (1975).
-    pub fn covariances(&self) -> Vec<B> {
-        let pattern = self.pattern;
-        let mut diagonal = vec![B::zeros(); pattern.num_variables()];
-        let mut blocks = vec![B::zeros(); self.blocks.len()];
-        let mut unit_column = Vec::new();
-        for j in (0..pattern.num_variables()).rev() {
-            let inverse = &self.inverse_diagonal[j];
-            let column = pattern.column(j);
-            let rows = &pattern.rows[column.clone()];
-            // M_ij = L_ij L_jj^-1; the column of the inverse is S_ij = -(sum over k of S_ik M_kj).
-            unit_column.clear();
-            unit_column.extend(self.blocks[column.clone()].iter().map(|L_ij| *L_ij * *inverse));
-            let (before, after) = blocks.split_at_mut(column.end);
-            let current = &mut before[column.start..];
-            for (place, &k) in rows.iter().enumerate() {
-                let M_kj = &unit_column[place];
-                current[place] -= diagonal[k as usize] * *M_kj;
-                // The rows of this column after k are all among those of column k.
-                let mut later = place + 1;
-                for entry in pattern.column(k as usize) {
-                    if rows.get(later) == Some(&pattern.rows[entry]) {
-                        let S_ik = &after[entry - column.end];
-                        current[later] -= *S_ik * *M_kj;
-                        current[place] -= S_ik.tr_mul(&unit_column[later]);
-                        later += 1;
-                    }
-                }
-            }
-            let products = unit_column.iter().zip(current).map(|(M_kj, S_kj)| M_kj.tr_mul(S_kj));
-            diagonal[j] = products.fold(inverse.tr_mul(inverse), |sum, product| sum - product);
-        }
-        pattern.positions.iter().map(|&position| diagonal[position as usize]).collect()
-    }
-
     /// Rows and blocks of a column below the diagonal.
     fn column(&self, j: usize) -> impl Iterator<Item = (&u32, &B)> {
         let column = self.pattern.column(j);

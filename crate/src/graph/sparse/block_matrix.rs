@@ -61,6 +61,21 @@ impl<B: SquareMatrix> BlockMatrix<B> {
         }
     }
 
+    /// Adds the block of a factor between two nodes of a graph whose node 0 is fixed, so that node `i` is variable `i - 1`: `block`
+    /// on the diagonal at both nodes, and its negative at block row `from` and block column `to`.
+    ///
+    /// # Panics
+    /// Where a node is beyond the matrix.
+    pub fn add_between(&mut self, from: usize, to: usize, block: &B) {
+        let variables = [from, to].map(|node| node.checked_sub(1));
+        for variable in variables.into_iter().flatten() {
+            self.add(variable, variable, block);
+        }
+        if let [Some(from), Some(to)] = variables {
+            self.add(from, to, &-*block);
+        }
+    }
+
     /// The block at block row `i` and block column `j`, zero where nothing was added.
     ///
     /// # Panics
@@ -118,5 +133,15 @@ mod tests {
         H.clear();
         assert_eq!((H.block(0, 2), H.block(1, 1), H.num_variables()), (Matrix2::zeros(), Matrix2::zeros(), 3));
         assert_eq!(H.places(), [(0, 2), (1, 2)]);
+    }
+
+    #[test]
+    fn a_factor_between_nodes_adds_to_both_but_not_to_the_fixed_one() {
+        let block = Matrix2::new(2.0, 1.0, 1.0, 3.0);
+        let mut H = BlockMatrix::<Matrix2<f64>>::new(2);
+        H.add_between(2, 1, &block);
+        assert_eq!((H.block(0, 0), H.block(1, 1), H.block(0, 1)), (block, block, -block));
+        H.add_between(0, 2, &block);
+        assert_eq!((H.block(0, 0), H.block(1, 1), H.block(0, 1)), (block, block * 2.0, -block));
     }
 }

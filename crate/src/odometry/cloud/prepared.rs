@@ -96,7 +96,7 @@ impl PreparedCloud {
         self.view.get_or_init(|| SphericalView::new(self.target.points(), viewpoint))
     }
 
-    /// About `most` of its points with a normal, evenly by index.
+    /// At most `most` of its points, in equal steps by index; of these, the points that have a normal.
     pub(super) fn at_most(&self, most: usize) -> Sample {
         let stride = self.target.points().len().div_ceil(most).max(1);
         let every = self.target.points().iter().zip(self.target.normals()).step_by(stride);

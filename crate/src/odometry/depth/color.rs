@@ -5,9 +5,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::evidence::Evidence;
-use super::evidence::FINE_TOLERANCE;
+use super::evidence::{FINE_TOLERANCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
+use super::hypotheses::translated;
 use super::pose_hypothesis::PoseHypothesis;
 use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::textured_frame::TexturedFrame;
@@ -69,10 +69,10 @@ impl FrameMatcher<'_> {
             }
             // Brightness contradicts this position, surfaces the other one.
             if offset.steps.abs() > SAME_OFFSET_STEPS {
-                hypothesis = self.leave_open(hypothesis);
+                hypothesis = self.mark_degenerate(hypothesis);
             }
         }
-        if textured.is_for_open_only {
+        if textured.is_for_degenerate_only {
             return hypothesis;
         }
         let surfaces = self.surface_information(&hypothesis);
@@ -166,12 +166,12 @@ impl FrameMatcher<'_> {
 
     /// A hypothesis moved to the photometric pose, unless the surfaces agree less there.
     fn moved_to(&self, mut hypothesis: PoseHypothesis, result: &PhotometricResult) -> PoseHypothesis {
-        let Evidence { support, overlap, agreement, repeatability } =
+        let PoseEvidence { support, overlap, agreement, normal_repeatability } =
             self.evidence(&hypothesis.view, &self.middle, &result.T_world_camera);
         if agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE {
             return hypothesis;
         }
-        hypothesis = PoseHypothesis { support, overlap, agreement, repeatability, ..hypothesis };
+        hypothesis = PoseHypothesis { support, overlap, agreement, normal_repeatability, ..hypothesis };
         hypothesis.registration.T_target_source = result.T_world_camera;
         // ICP on surfaces alone may cycle without converging.
         hypothesis.registration.converged |= result.converged;
@@ -210,6 +210,5 @@ fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
 
 /// The pose a number of steps along a direction.
 fn offset_pose(hypothesis: &PoseHypothesis, along: &DegenerateDirection, steps: i32) -> Pose3 {
-    let offset = along.direction * (f64::from(steps) * OFFSET_STEP);
-    Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor()
+    translated(hypothesis.T_world_sensor(), &along.direction, f64::from(steps) * OFFSET_STEP)
 }

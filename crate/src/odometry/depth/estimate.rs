@@ -8,7 +8,7 @@ use crate::registration::spatial::SpatialRegistration;
 pub struct SpatialEstimate {
     /// Pose of the sensor in the frame of the first one. For a lost frame: the last known pose.
     pub T_world_sensor: Pose3,
-    /// The registration; `None` for the first frame and for frames with too few surfaces.
+    /// The registration; `None` for the first frame of an odometry and for frames that it has lost.
     pub registration: Option<SpatialRegistration>,
     /// Share of the frame's surface that lies on the map, 0..=1.
     pub overlap: f64,

@@ -3,7 +3,7 @@
 use nalgebra::Vector6;
 
 use super::DepthOptions;
-use super::evidence::{Evidence, FINE_TOLERANCE};
+use super::evidence::{FINE_TOLERANCE, PoseEvidence};
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::textured_frame::TexturedFrame;
@@ -69,8 +69,13 @@ impl<'a> FrameMatcher<'a> {
     }
 
     /// The evidence for a pose.
-    pub(super) fn evidence(&self, view: &ProjectiveTarget, cloud: &SurfelCloud, T_world_camera: &Pose3) -> Evidence {
-        Evidence::gather(self.reference, view, cloud, &self.own_view, T_world_camera, self.noise)
+    pub(super) fn evidence(
+        &self,
+        view: &ProjectiveTarget,
+        cloud: &SurfelCloud,
+        T_world_camera: &Pose3,
+    ) -> PoseEvidence {
+        PoseEvidence::gather(self.reference, view, (cloud, &self.own_view), T_world_camera, self.noise)
     }
 
     /// A registration of some of the points.
@@ -86,10 +91,7 @@ impl<'a> FrameMatcher<'a> {
 
     /// The final registration, with its evidence.
     pub(super) fn register_finely(&self, guess: Pose3) -> PoseHypothesis {
-        let (view, fine) = (self.view_from(&guess), self.fine.source());
-        let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), &self.solver);
-        let weakest = weakest_direction(&registration, &view);
-        self.with_evidence(registration, weakest, view)
+        self.register_finely_by(&self.solver, guess)
     }
 
     /// The same without motion along a direction.
@@ -97,10 +99,13 @@ impl<'a> FrameMatcher<'a> {
         // A rotation about the world's origin translates the camera as well.
         let (rotation, translation) = (guess.translation.vector.cross(&fixed.direction), fixed.direction);
         let along = Vector6::new(rotation.x, rotation.y, rotation.z, translation.x, translation.y, translation.z);
-        let (view, solver) = (self.view_from(&guess), self.solver.holding(&along));
-        let registration =
-            register_with(self.fine.source(), &view, guess, &PointToPlane, &self.final_options(), &solver);
-        let weakest = weakest_direction(&registration, &view);
+        self.register_finely_by(&self.solver.holding(&along), guess)
+    }
+
+    fn register_finely_by(&self, solver: &Solver<Pose3>, guess: Pose3) -> PoseHypothesis {
+        let (view, fine) = (self.view_from(&guess), self.fine.source());
+        let registration = register_with(fine, &view, guess, &PointToPlane, &self.final_options(), solver);
+        let weakest = DegenerateDirection::weakest(&registration.correspondences, &view, FINE_TOLERANCE);
         self.with_evidence(registration, weakest, view)
     }
 
@@ -112,7 +117,7 @@ impl<'a> FrameMatcher<'a> {
         view: ProjectiveTarget,
     ) -> PoseHypothesis {
         let evidence = self.evidence(&view, &self.middle, &registration.T_target_source);
-        PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_repeatability())
+        PoseHypothesis::new(registration, weakest, view, &evidence, self.reference.expected_normal_repeatability())
     }
 
     /// Options of the final registration. It has converged once its steps are smaller than what noise leaves uncertain.
@@ -126,10 +131,6 @@ impl<'a> FrameMatcher<'a> {
         }
         options
     }
-}
-
-fn weakest_direction(registration: &SpatialRegistration, view: &ProjectiveTarget) -> DegenerateDirection {
-    DegenerateDirection::weakest(&registration.correspondences, view, FINE_TOLERANCE)
 }
 
 /// Options from an initial pose.

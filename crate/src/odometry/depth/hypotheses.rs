@@ -19,14 +19,14 @@ const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
 pub(super) const GRID_STEP: f64 = 0.25;
 
 /// The last pose, a constant-velocity prediction, rotations about the camera's vertical by up to 30 degrees and translations
-/// by up to 0.75 m forward and 0.25 m sideways.
+/// by up to 0.75 m forward and back and 0.25 m to either side.
 pub(super) fn near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
     let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
     hypotheses.extend(grid_around(T_world_last, -6..=6, 5f64.to_radians(), 3, 1));
     hypotheses
 }
 
-/// The same on a coarser grid of rotations, without translations sideways.
+/// The same with rotations in steps of 7.5 degrees and translations by up to 0.5 m forward and back.
 pub(super) fn few_near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
     let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
     hypotheses.extend(grid_around(T_world_last, -4..=4, 7.5f64.to_radians(), 2, 0));
@@ -51,6 +51,12 @@ pub(crate) fn grid_around(
             })
         })
     })
+}
+
+/// A pose translated along a direction (unit vector in the world) by a distance (m).
+pub(super) fn translated(T_world_camera: &Pose3, direction: &Vector3<f64>, distance: f64) -> Pose3 {
+    let offset = direction * distance;
+    Pose3::translation(offset.x, offset.y, offset.z) * T_world_camera
 }
 
 /// Support to subtract for the motion from the last pose: of two poses with equal evidence the nearer one is more likely.

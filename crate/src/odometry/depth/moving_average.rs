@@ -1,5 +1,7 @@
 //! The moving average of what a chain's frames have in common.
 
+/// Number of values from which the average is used.
+const MIN_COUNT: u32 = 3;
 /// Smallest weight of the last value.
 const MIN_WEIGHT: f64 = 0.2;
 
@@ -17,9 +19,9 @@ impl MovingAverage {
         self.mean += MIN_WEIGHT.max(1.0 / f64::from(self.count)) * (value - self.mean);
     }
 
-    /// The average; `None` of fewer than `min_count` values.
-    pub(super) fn of_at_least(&self, min_count: u32) -> Option<f64> {
-        (self.count >= min_count.max(1)).then_some(self.mean)
+    /// The average; `None` of fewer than three values.
+    pub(super) fn average(&self) -> Option<f64> {
+        (self.count >= MIN_COUNT).then_some(self.mean)
     }
 }
 
@@ -30,14 +32,16 @@ mod tests {
     #[test]
     fn the_first_values_count_alike_and_later_ones_fade() {
         let mut average = MovingAverage::default();
-        assert_eq!(average.of_at_least(0), None);
-        for value in [1.0, 3.0] {
+        assert_eq!(average.average(), None);
+        for value in [1.0, 4.0] {
             average.push(value);
         }
-        assert_eq!((average.of_at_least(2), average.of_at_least(3)), (Some(2.0), None));
+        assert_eq!(average.average(), None);
+        average.push(1.0);
+        assert_eq!(average.average(), Some(2.0));
         for _ in 0..40 {
             average.push(5.0);
         }
-        assert!((average.of_at_least(3).unwrap() - 5.0).abs() < 0.01, "{average:?}");
+        assert!((average.average().unwrap() - 5.0).abs() < 0.01, "{average:?}");
     }
 }

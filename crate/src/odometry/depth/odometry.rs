@@ -11,7 +11,7 @@ use super::tentative_branch::UnresolvedFrames;
 use super::unregistered_frames::UnregisteredFrames;
 use super::{ColorUse, DepthOptions};
 use crate::geometry::Pose3;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::Assessment;
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -170,7 +170,7 @@ impl DepthOdometry {
                 T_world_sensor: Pose3::identity(),
                 registration: None,
                 overlap: 0.0,
-                assessment: Assessment { status: Status::Lost, reason, agreement: 0.0 },
+                assessment: Assessment::lost(reason),
                 is_in_map: false,
             },
         }

@@ -28,7 +28,8 @@ pub enum ColorUse {
     #[default]
     Used,
     /// In frames whose surfaces do not constrain one direction.
-    WhereOpen,
+    #[serde(rename = "where_open")] // as settings that users have saved name it
+    WhereDegenerate,
     /// Not at all.
     NotUsed,
 }

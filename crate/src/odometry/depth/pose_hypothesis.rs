@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::evidence::Evidence as PoseEvidence;
+use super::evidence::PoseEvidence;
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
@@ -46,12 +46,12 @@ pub(super) struct PoseHypothesis {
     pub(super) overlap: f64,
     /// Agreeing surface as a share of the agreeing and contradicting, 0..=1.
     pub(super) agreement: f64,
-    /// Share of the frame's surface in the place of the map's that faces as the map's does, 0..=1, ...
-    pub(super) repeatability: f64,
-    /// ... and what it is of frames with certain poses: no more of a frame than that can agree.
-    pub(super) expected_repeatability: f64,
+    /// [`PoseEvidence::normal_repeatability`], ...
+    pub(super) normal_repeatability: f64,
+    /// ... and its average over frames with certain poses: no larger share of a frame than that can agree.
+    pub(super) expected_normal_repeatability: f64,
     /// Standard deviation (m) of the position along the weakest direction, where neither surfaces nor colours constrain it.
-    pub(super) open_sigma: Option<f64>,
+    pub(super) degenerate_sigma: Option<f64>,
     /// Whether the frame before it alone gives the same pose as the map.
     pub(super) is_tracked_on_map: bool,
     /// Offset (m, in the world) to another position where the frame fits about as well, if the camera may have come there.
@@ -62,8 +62,9 @@ pub(super) struct PoseHypothesis {
     pub(super) is_placed_by_brightness: bool,
 }
 
-/// Share of the surfaces facing along the least constrained direction (0..=1) above which they constrain it. Of 1486 frames
-/// of generated flats that agreed by 0.95 none with more was off by over 8 cm, but for one after a frame that was.
+/// Share of the surfaces (0..=1) that face along the least constrained direction, above which they constrain it. Of 1486 frames of
+/// generated flats with an agreement of at least 0.95, one with a larger share was off by more than 8 cm: it followed a frame that
+/// was.
 const WELL_CONSTRAINED_SHARE: f64 = 0.05;
 /// Standard deviation along it, from the residuals (m), below which fewer surfaces constrain it, too: of 295 such frames of
 /// generated flats one was off by 4 cm, the others by less than 3.
@@ -103,9 +104,9 @@ impl PoseHypothesis {
         weakest: DegenerateDirection,
         view: ProjectiveTarget,
         evidence: &PoseEvidence,
-        expected_repeatability: f64,
+        expected_normal_repeatability: f64,
     ) -> Self {
-        let PoseEvidence { support, overlap, agreement, repeatability } = *evidence;
+        let PoseEvidence { support, overlap, agreement, normal_repeatability } = *evidence;
         Self {
             registration,
             weakest,
@@ -113,9 +114,9 @@ impl PoseHypothesis {
             support,
             overlap,
             agreement,
-            repeatability,
-            expected_repeatability,
-            open_sigma: None,
+            normal_repeatability,
+            expected_normal_repeatability,
+            degenerate_sigma: None,
             is_tracked_on_map: false,
             second_basin: None,
             photometric_ncc: None,
@@ -133,8 +134,8 @@ impl PoseHypothesis {
         self.weakest.share > WELL_CONSTRAINED_SHARE
     }
 
-    /// Whether these or the residuals constrain it. The noise of a bare wall's normals does not: it adds up with the number of points,
-    /// and moves with the camera.
+    /// Whether enough surfaces or small residuals constrain the weakest direction. Information from the noise of normals does not
+    /// count: it adds up with the number of points on a bare wall, and the noise moves with the camera.
     pub(super) fn is_well_constrained(&self) -> bool {
         let sigma = self.weakest_sigma() / self.weakest.informative_share.sqrt();
         self.has_constraining_surfaces() || sigma < WELL_CONSTRAINED_SIGMA
@@ -142,7 +143,7 @@ impl PoseHypothesis {
 
     /// Whether neither surfaces nor colours constrain the position along one direction.
     pub(super) fn is_degenerate(&self) -> bool {
-        self.open_sigma.is_some()
+        self.degenerate_sigma.is_some()
     }
 
     /// The pose.
@@ -150,10 +151,10 @@ impl PoseHypothesis {
         &self.registration.T_target_source
     }
 
-    /// The overlap as a share of what this camera's frames can have. The pieces that a noisy camera makes of a surface face
-    /// elsewhere in every image: of a RealSense D435's no more than 0.6 to 0.9 face alike, of a Kinect's 0.9 to 0.98.
+    /// The overlap as a share of what this camera's frames can have. The surfels of a noisy camera have other normals in every
+    /// image: their repeatability is 0.6 to 0.9 for a RealSense D435, and 0.9 to 0.98 for a Kinect.
     fn relative_overlap(&self) -> f64 {
-        (self.overlap / self.expected_repeatability).min(1.0)
+        (self.overlap / self.expected_normal_repeatability).min(1.0)
     }
 
     /// Whether too little of the frame lies on the map, or too much of it in free space.
@@ -216,7 +217,7 @@ impl PoseHypothesis {
     pub(super) fn uncertainty(&self) -> PoseUncertainty {
         if let Some(offset) = self.second_basin {
             PoseUncertainty::Period(offset)
-        } else if let Some(sigma) = self.open_sigma {
+        } else if let Some(sigma) = self.degenerate_sigma {
             PoseUncertainty::Along(self.weakest.direction, sigma)
         } else {
             PoseUncertainty::Unbounded

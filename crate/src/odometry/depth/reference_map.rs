@@ -7,25 +7,22 @@ use crate::map::surfel::SurfelMap;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// Number of frames from which the average of the repeatability is used.
-const MIN_REPEATABILITY_FRAMES: u32 = 3;
-/// With less of it (0..=1) the frames are not this camera's, or the poses are wrong.
-const MIN_REPEATABILITY: f64 = 0.5;
+/// Smallest average that is used (0..=1): with less the frames are not this camera's, or the poses are wrong.
+const MIN_NORMAL_REPEATABILITY: f64 = 0.5;
 
 /// Surfaces to register to, and keyframes for free space and brightness.
 #[derive(Clone, Default)]
 pub(super) struct ReferenceMap {
     pub(super) map: SurfelMap,
     pub(super) keyframes: Keyframes,
-    /// Of frames with certain poses: the share of the surface in the place of the map's that faces as the map's does.
-    pub(super) repeatability: MovingAverage,
+    /// The average of `PoseEvidence::normal_repeatability` over frames with certain poses.
+    pub(super) normal_repeatability: MovingAverage,
 }
 
 impl ReferenceMap {
-    /// The share of a frame's surface (0..=1, not 0) that faces as the map's does where it lies in its place; 1 as long as too few
-    /// frames tell.
-    pub(super) fn expected_repeatability(&self) -> f64 {
-        self.repeatability.of_at_least(MIN_REPEATABILITY_FRAMES).map_or(1.0, |share| share.max(MIN_REPEATABILITY))
+    /// The average repeatability of normals, at least a half; 1 as long as there are too few frames.
+    pub(super) fn expected_normal_repeatability(&self) -> f64 {
+        self.normal_repeatability.average().map_or(1.0, |share| share.max(MIN_NORMAL_REPEATABILITY))
     }
 
     /// Adds a frame by its number. `view` is the map as seen from about there.

@@ -63,7 +63,7 @@ impl FrameMatcher<'_> {
     /// direction, or where brightness contradicts the pose.
     fn choose_by_color(&self, mut best: PoseHypothesis, hypotheses: Vec<(f64, Pose3)>) -> PoseHypothesis {
         let Some(textured) =
-            self.textured.as_ref().filter(|textured| best.is_degenerate() || !textured.is_for_open_only)
+            self.textured.as_ref().filter(|textured| best.is_degenerate() || !textured.is_for_degenerate_only)
         else {
             return best;
         };
@@ -80,7 +80,7 @@ impl FrameMatcher<'_> {
                     return moved;
                 }
                 // Surfaces and brightness contradict each other: the position along this direction is unknown.
-                best = self.leave_open(best);
+                best = self.mark_degenerate(best);
             }
         }
         let Some(pose) = self.best_by_ncc(&best, best_ncc, hypotheses) else { return best };

@@ -1,6 +1,7 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
 use super::frame_matcher::FrameMatcher;
+use super::hypotheses::translated;
 use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
@@ -36,23 +37,22 @@ impl FrameMatcher<'_> {
         let is_resolved = along.best_agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE;
         // A registration that has not converged still moves along the direction.
         if !is_resolved || !hypothesis.registration.converged {
-            hypothesis.open_sigma = Some(along.sigma);
+            hypothesis.degenerate_sigma = Some(along.sigma);
         }
         hypothesis
     }
 
     /// A hypothesis of which brightness contradicts the position along the weakest direction.
-    pub(super) fn leave_open(&self, hypothesis: PoseHypothesis) -> PoseHypothesis {
+    pub(super) fn mark_degenerate(&self, hypothesis: PoseHypothesis) -> PoseHypothesis {
         let sigma = self.positions_along(&hypothesis, &hypothesis.weakest).sigma;
-        PoseHypothesis { open_sigma: Some(sigma), ..hypothesis }
+        PoseHypothesis { degenerate_sigma: Some(sigma), ..hypothesis }
     }
 
     /// Other positions of a hypothesis along a direction.
     fn positions_along(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> PositionsAlong {
         let others = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(|steps| {
             let distance = f64::from(steps) * OFFSET_STEP;
-            let offset = along.direction * distance;
-            let pose = Pose3::translation(offset.x, offset.y, offset.z) * hypothesis.T_world_sensor();
+            let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance);
             OtherPosition { distance, pose, agreement: self.evidence(&hypothesis.view, &self.middle, &pose).agreement }
         });
         PositionsAlong::of(hypothesis.agreement, others)

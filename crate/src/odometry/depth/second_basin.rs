@@ -1,6 +1,6 @@
 //! A second basin: another position that the frame fits about as well, as between pillars at equal distances.
 //!
-//! Frame and map alone do not tell the two apart. That the camera moves no farther than before may.
+//! The frame and the map alone do not tell which of the two is right. A bound on the camera's motion may exclude the other one.
 
 use nalgebra::Vector3;
 

@@ -145,8 +145,8 @@ impl TentativeBranch {
         }
     }
 
-    /// The frames in a row with the most certain registrations between which the errors add up to no wrong position, before one whose
-    /// error nothing bounds.
+    /// The consecutive frames with the most certain registrations among which the errors add up to less than a wrong position,
+    /// before a frame whose error nothing bounds.
     fn longest_certain_run(&self) -> Range<usize> {
         let (mut start, mut sum, mut num_certain) = (0, Matrix3::zeros(), 0);
         let (mut longest, mut most) = (0..0, 0);
@@ -174,7 +174,7 @@ impl TentativeBranch {
 
     /// Whether the last frame's own registration is certain.
     pub(super) fn ends_with_certain_pose(&self) -> bool {
-        self.frames.last().is_some_and(|frame| frame.uncertainty.is_none())
+        self.frames.last().is_some_and(BranchFrame::is_certain)
     }
 
     /// Marks those frames as resolved that are also part of a resolved branch.
@@ -186,10 +186,10 @@ impl TentativeBranch {
 
     /// Numbers of the frames whose own registration is not certain.
     pub(super) fn uncertain(&self) -> Vec<u32> {
-        self.frames.iter().filter(|frame| frame.uncertainty.is_some()).map(|frame| frame.number).collect()
+        self.frames.iter().filter(|frame| !frame.is_certain()).map(|frame| frame.number).collect()
     }
 
-    /// What a frame says that the branch has led to this pose.
+    /// What a frame with this pose at the end of the branch says about the branch, by its registration to the map from before it.
     pub(super) fn resolved_by(
         &self,
         frame: &PreparedSurfels,
@@ -231,8 +231,7 @@ impl TentativeBranch {
             num_passed += usize::from(may_have_caused(frame));
             let share = if num_causes == 0 { 1.0 } else { num_passed as f64 / num_causes as f64 };
             let motion = Pose3::identity().try_lerp_slerp(motion, share, 1e-9).unwrap_or(*motion);
-            let is_certain =
-                frame.uncertainty.is_none() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
+            let is_certain = frame.is_certain() && num_causes > 0 && (num_passed == 0 || num_passed == num_causes);
             BranchCorrection { number: frame.number, motion, is_certain }
         };
         self.frames.iter().map(correction).collect()
@@ -279,7 +278,7 @@ fn largest_sigma(covariance: &Matrix3<f64>) -> f64 {
     covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// Whether an error of this covariance (m^2; `None` is not bounded) is no wrong position.
+/// Whether an error of this covariance (m^2; `None` is not bounded) is too small for a wrong position.
 fn is_small(covariance: Option<Matrix3<f64>>) -> bool {
     covariance.is_some_and(|covariance| largest_sigma(&covariance) <= MAX_SIGMA)
 }

@@ -17,15 +17,15 @@ const SAME_SURFACE_DISTANCE: f64 = 0.05;
 pub(super) struct TexturedFrame<'a> {
     pub(super) points: &'a [TexturedPoint],
     /// Whether brightness is only used where surfaces do not constrain a direction.
-    pub(super) is_for_open_only: bool,
+    pub(super) is_for_degenerate_only: bool,
 }
 
 impl<'a> TexturedFrame<'a> {
     /// `None` where colours are not to be used, or too few points have texture.
     pub(super) fn new(frame: &'a PreparedSurfels, color: ColorUse) -> Option<Self> {
         let points = if color == ColorUse::NotUsed { &[] } else { &frame.textured[..] };
-        let is_for_open_only = color == ColorUse::WhereOpen;
-        (points.len() >= MIN_POINTS).then_some(Self { points, is_for_open_only })
+        let is_for_degenerate_only = color == ColorUse::WhereDegenerate;
+        (points.len() >= MIN_POINTS).then_some(Self { points, is_for_degenerate_only })
     }
 
     /// The keyframe images that show most of the points from about this pose.

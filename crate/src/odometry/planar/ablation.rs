@@ -4,7 +4,8 @@
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[allow(clippy::struct_excessive_bools, reason = "each part is left out alone")]
 pub struct Ablation {
-    /// Measured motion bounds the search only: it is not fused with registrations and is no factor where there is one.
+    /// Measured motion only bounds the search: it is not fused with registrations, and is a factor of the graph only where there is
+    /// no registration.
     pub odometry: bool,
     /// No second place is looked for where a scan or a submap would fit about as well.
     pub second_basin: bool,
@@ -12,6 +13,6 @@ pub struct Ablation {
     pub consistent_sets: bool,
     /// Factors count in full, however far off they are.
     pub robust_kernel: bool,
-    /// A doubtful link makes the frames after it no other piece.
+    /// Doubtful links do not divide the frames into pieces.
     pub doubt: bool,
 }

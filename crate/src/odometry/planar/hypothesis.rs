@@ -6,13 +6,18 @@ use crate::geometry::RigidMotion;
 use crate::map::local::PlanarRegistration;
 use crate::odometry::assessment::{Assessment, Status};
 
-/// Points of a scan that a search looks for, about.
-pub const SEARCHED: usize = 160;
+/// About this number of points of a scan or submap are used in a correlative search.
+pub const NUM_SEARCHED_POINTS: usize = 160;
 /// One hypothesis fits about as well as another one when its returns disagree by no more than this beyond those of the other.
 const RIVAL_DISAGREEMENT: f64 = 0.04;
 
-/// Where a scan may be, and what speaks for it.
-pub type Hypothesis = (PlanarRegistration, Assessment);
+/// A pose that a scan may have, by a registration, with its assessment.
+pub struct Hypothesis {
+    /// The registration.
+    pub registration: PlanarRegistration,
+    /// How far it is to be trusted.
+    pub assessment: Assessment,
+}
 
 /// Whether about as many returns agree at one pose as at another one.
 pub fn agrees_as_well(agreement: f64, other: f64) -> bool {
@@ -22,23 +27,24 @@ pub fn agrees_as_well(agreement: f64, other: f64) -> bool {
 /// Whether one hypothesis fits about as well as another one: as many of its returns agree, and it lies on the map with at
 /// least this share of what the other does.
 pub fn fits_as_well(one: &Hypothesis, other: &Hypothesis, share: f64) -> bool {
-    agrees_as_well(one.1.agreement, other.1.agreement) && one.0.fitness > share * other.0.fitness
+    agrees_as_well(one.assessment.agreement, other.assessment.agreement)
+        && one.registration.fitness > share * other.registration.fitness
 }
 
 /// A second place where the scan fits about as well makes the first doubtful.
 pub fn doubt_by_rival(best: &mut Hypothesis, rival: &Hypothesis) {
-    let off = best.0.T_target_source.inverse() * rival.0.T_target_source;
-    best.1.status = Status::Doubtful;
-    best.1.reason = format!(
+    let off = best.registration.T_target_source.inverse() * rival.registration.T_target_source;
+    best.assessment.status = Status::Doubtful;
+    best.assessment.reason = format!(
         "it fits about as well {:.1} m and {:.0} degrees away ({:.0} % of its returns agree there, {:.0} % here)",
         off.translation_norm(),
         off.rotation_angle().to_degrees(),
-        100.0 * rival.1.agreement,
-        100.0 * best.1.agreement
+        100.0 * rival.assessment.agreement,
+        100.0 * best.assessment.agreement
     );
 }
 
-/// About this number of points, spread evenly over a scan.
+/// At least `about` of a scan's points, and fewer than twice as many, in equal steps by index; all where there are fewer.
 pub fn thinned(points: &[Vector2<f64>], about: usize) -> Vec<Vector2<f64>> {
     points.iter().copied().step_by((points.len() / about).max(1)).collect()
 }

@@ -1,9 +1,9 @@
-//! What a registration knows, as covariances of motions (perturbations on the left, rotation first).
+//! Information and covariances of registered and measured motions (perturbations on the left, rotation first).
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
 use crate::geometry::mahalanobis;
-use crate::geometry::{Pose2, RigidMotion};
+use crate::geometry::{Pose2, RigidMotion, SquareMatrix};
 use crate::map::local::PlanarRegistration;
 
 /// Neighbouring beams whose residuals are not independent: each normal is estimated from the beams around its own.
@@ -15,22 +15,22 @@ const NORMALS_NOISE: f64 = 0.02;
 /// The information of the motion from a pose to the registered scan. What noise in the normals alone would tell of a
 /// direction that the walls leave open is taken off first.
 pub fn motion_information(registration: &PlanarRegistration, T_world_before: &Pose2) -> Matrix3<f64> {
-    seen_from(&without_normals_noise(registration), T_world_before)
+    seen_from(&information_less_normal_noise(registration), T_world_before)
 }
 
 /// The information of the motion from a pose, of information about the world's origin.
-pub fn seen_from(information: &Matrix3<f64>, T_world_before: &Pose2) -> Matrix3<f64> {
+pub fn seen_from<M: RigidMotion>(information: &M::Matrix, T_world_before: &M) -> M::Matrix {
     let adjoint = T_world_before.adjoint();
-    adjoint.tr_mul(&(information * adjoint))
+    adjoint.tr_mul(&(*information * adjoint))
 }
 
-/// The information, less what normals that are off by a few degrees would tell of every direction.
-pub fn without_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
+/// The information of a registration, less what normals that are off by a few degrees would tell of every direction.
+pub fn information_less_normal_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
     independent_information(registration, NORMALS_NOISE)
 }
 
-/// The information, with what the normals tell of every direction: where that is known to be more than noise.
-pub fn with_normals_noise(registration: &PlanarRegistration) -> Matrix3<f64> {
+/// The information of a registration, with what the normals tell of every direction: where that is known to be more than noise.
+pub fn information(registration: &PlanarRegistration) -> Matrix3<f64> {
     independent_information(registration, 0.0)
 }
 
@@ -72,30 +72,30 @@ pub fn softened_covariance(information: &Matrix3<f64>, best: (f64, f64), worst: 
     (information + prior).try_inverse().unwrap_or_else(|| diagonal(worst, 2)) + diagonal(best, 2)
 }
 
-/// Two places are known to each other while what lies between them leaves open less than this (rad, m): half of what makes a
-/// pair of frames wrong, so that two standard deviations reach it.
-pub const CERTAIN: (f64, f64) = (0.044, 0.25);
+/// Largest standard deviation (rad, m) of the motion between two places for which it is certain: half of what makes a pair of frames
+/// wrong, so that two standard deviations reach it.
+pub const CERTAIN_SIGMA: (f64, f64) = (0.044, 0.25);
 
 /// Standard deviations of a motion's heading (rad) and of the position that it leads to (m), by its covariance.
 pub fn sigmas(motion: &Pose2, covariance: &Matrix3<f64>) -> (f64, f64) {
     (covariance[(0, 0)].max(0.0).sqrt(), position_covariance(motion, covariance).trace().max(0.0).sqrt())
 }
 
-/// What the covariance of a motion leaves open, as a share of what is certain enough.
+/// The variance of a motion as a share of the largest one that is certain, of its heading or its position, whichever is larger.
 pub fn openness(motion: &Pose2, covariance: &Matrix3<f64>) -> f64 {
     let (heading, position) = sigmas(motion, covariance);
-    (heading / CERTAIN.0).max(position / CERTAIN.1).powi(2)
+    (heading / CERTAIN_SIGMA.0).max(position / CERTAIN_SIGMA.1).powi(2)
 }
 
 /// Squared Mahalanobis distance beyond which the second of two measurements loses weight.
-const FUSED: f64 = mahalanobis::ONE_IN_TWENTY;
+const FUSION_SWITCH_WIDTH: f64 = mahalanobis::ONE_IN_TWENTY;
 
 /// The most likely motion by two measurements of it, each with its covariance. The second one may be an outlier: its weight
 /// falls as it contradicts the first (dynamic covariance scaling, as in the pose graph).
 pub fn fuse(first: (&Pose2, &Matrix3<f64>), second: (&Pose2, &Matrix3<f64>)) -> Pose2 {
     let off = (second.0 * first.0.inverse()).log();
     let sq_distance = (first.1 + second.1).try_inverse().map_or(0.0, |information| off.dot(&(information * off)));
-    let weight = (2.0 * FUSED / (FUSED + sq_distance)).min(1.0).powi(2);
+    let weight = mahalanobis::dynamic_covariance_scaling(sq_distance, FUSION_SWITCH_WIDTH);
     let sum = first.1 + second.1 / weight;
     let gain = sum.try_inverse().map_or_else(Matrix3::zeros, |inverse| first.1 * inverse);
     (Pose2::exp(&(gain * off)) * first.0).renormalized()

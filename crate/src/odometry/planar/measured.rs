@@ -3,10 +3,8 @@
 
 use nalgebra::Matrix3;
 
-use super::hypothesis::{Hypothesis, SEARCHED, agrees_as_well, thinned};
-use super::information::{
-    fuse, openness, seen_from, sigmas, softened_covariance, with_normals_noise, without_normals_noise,
-};
+use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
+use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
@@ -15,14 +13,14 @@ use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
-const GATE: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
-/// Wheels slip now and then, most in turns: a registration that nothing else speaks against may be off by this (rad, m)
-/// and this share of the way whatever their usual noise.
-const SLIP: (f64, f64) = (0.35, 0.25);
-/// That share.
+const MAX_SQ_MAHALANOBIS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
+/// Wheels slip now and then, mostly in turns: a good registration may differ from measured motion by this (rad, m) whatever the usual
+/// noise of the wheels, ...
+const MAX_SLIP: (f64, f64) = (0.35, 0.25);
+/// ... to whose translation this share of the measured translation is added.
 const SLIP_SHARE: f64 = 0.1;
-/// What it is known by at worst: the width of the search.
-const WIDEST: (f64, f64) = (0.6, 1.5);
+/// Standard deviation (rad, m) of a registered motion in directions that the registration does not determine: the width of the search.
+const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// A registration that agrees with measured motion is sure from this share of agreeing returns on.
 const CONFIRMED_AGREEMENT: f64 = 0.8;
 /// Share of agreeing returns from which on no other pose is searched for.
@@ -40,16 +38,16 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        if best.1.status == Status::Lost {
+        if best.assessment.status == Status::Lost {
             return carried(best, prediction);
         }
         if let Some(reason) = self.contradiction(scan, &best, prediction, motion) {
             return carried(doubted_by_motion(best, prediction, &reason), prediction);
         }
         let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            return carried(doubted_by_motion(best, prediction, "and between the two it fits worse"), prediction);
+            return carried(doubted_by_motion(best, prediction, "and a pose between the two fits worse"), prediction);
         };
-        let (registration, mut assessment) = best;
+        let Hypothesis { registration, mut assessment } = best;
         let mut status = assessment.status;
         if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
             // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
@@ -64,7 +62,8 @@ impl Odometry {
             let (heading, position) = sigmas(&motion.T_before_sensor, &left);
             let heading = heading.to_degrees();
             assessment.doubt(&format!(
-                "its returns and the measured motion leave {position:.2} m and {heading:.1} degrees open (one standard deviation)"
+                "its pose is uncertain by {position:.2} m and {heading:.1} degrees (one standard deviation), even with the \
+                 measured motion"
             ));
         }
         let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
@@ -81,40 +80,45 @@ impl Odometry {
     ) -> Option<String> {
         if !self.is_near(best, motion) {
             let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
-            return Some(format!("which is known to {known:.2} m"));
+            return Some(format!("whose standard deviation is {known:.2} m"));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
-        let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.1.agreement);
+        let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
         (!self.is_likely(best, motion) && fits()).then(|| "where it fits about as well".to_owned())
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
     fn register_near(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
         let best = self.register_from(scan, *prediction);
-        if best.1.status != Status::Lost && best.1.agreement >= SURE_AGREEMENT && self.is_near(&best, motion) {
+        if best.assessment.status != Status::Lost
+            && best.assessment.agreement >= SURE_AGREEMENT
+            && self.is_near(&best, motion)
+        {
             return best;
         }
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
         let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
-        let Some(found) = grid.search(&thinned(scan.points(), SEARCHED), prediction, window) else { return best };
+        let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else {
+            return best;
+        };
         let searched = self.register_from(scan, found.T_target_source);
-        let is_better = searched.1.agreement > best.1.agreement || !self.is_near(&best, motion);
+        let is_better = searched.assessment.agreement > best.assessment.agreement || !self.is_near(&best, motion);
         if is_better && self.is_near(&searched, motion) { searched } else { best }
     }
 
-    /// The most likely pose by a registration and a measured motion, and the registration's information. Where fewer returns
-    /// agree at that pose, the walls do not leave open what the motion moved the scan along: the motion is wrong, or, where
-    /// as many agree at the prediction, perhaps the registration is, and there is no such pose.
+    /// The most likely pose by a registration and a measured motion, and the registration's information. If fewer returns agree at
+    /// that pose than at the registered one, the walls do constrain the direction in which the motion has moved it, and what the
+    /// normals tell of it counts, too. `None` if the returns agree as well at the prediction: either may be wrong then.
     fn fused(
         &self,
         scan: &QueryScan,
-        (registration, assessment): &Hypothesis,
+        Hypothesis { registration, assessment }: &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,
     ) -> Option<(Pose2, Matrix3<f64>)> {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
-        let information = without_normals_noise(registration);
+        let information = information_less_normal_noise(registration);
         if self.options.without.odometry {
             return Some((self.T_world_last * T_last_found.renormalized(), information));
         }
@@ -127,28 +131,28 @@ impl Odometry {
         if fits(&fused) {
             return Some((fused, information));
         }
-        let information = with_normals_noise(registration);
+        let information = information::information(registration);
         (!fits(prediction)).then(|| (fused_by(&information), information))
     }
 
     /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
     fn is_near(&self, hypothesis: &Hypothesis, motion: &MeasuredMotion) -> bool {
-        let (registration, assessment) = hypothesis;
+        let Hypothesis { registration, assessment } = hypothesis;
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
-        let most = SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
-        if assessment.status == Status::Good && slip.rotation_angle() < SLIP.0 && slip.translation_norm() < most {
+        let most = MAX_SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
+        if assessment.status == Status::Good && slip.rotation_angle() < MAX_SLIP.0 && slip.translation_norm() < most {
             return true;
         }
         self.is_likely(hypothesis, motion)
     }
 
     /// Whether a registration lies where the measured motion allows by its usual noise.
-    fn is_likely(&self, (registration, _): &Hypothesis, motion: &MeasuredMotion) -> bool {
+    fn is_likely(&self, Hypothesis { registration, .. }: &Hypothesis, motion: &MeasuredMotion) -> bool {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
-        let covariance = motion.covariance + self.link_covariance(&without_normals_noise(registration));
-        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < GATE)
+        let covariance = motion.covariance + self.link_covariance(&information_less_normal_noise(registration));
+        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < MAX_SQ_MAHALANOBIS)
     }
 
     /// Covariance of the motion from the last frame, of a registration and a measured motion together.
@@ -159,23 +163,23 @@ impl Odometry {
 
     /// Covariance of the motion from the last frame, of information about a pose in the world.
     fn link_covariance(&self, information: &Matrix3<f64>) -> Matrix3<f64> {
-        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, WIDEST)
+        softened_covariance(&seen_from(information, &self.T_world_last), REGISTRATION_SIGMA, UNKNOWN_SIGMA)
     }
 }
 
 /// A frame that is placed by measured motion alone, whatever its registration.
-fn carried((registration, mut assessment): Hypothesis, prediction: &Pose2) -> FrameEstimate {
+fn carried(Hypothesis { registration, mut assessment }: Hypothesis, prediction: &Pose2) -> FrameEstimate {
     assessment.status = Status::Doubtful;
     FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
 }
 
 /// A registration that measured motion speaks against.
-fn doubted_by_motion((registration, mut assessment): Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
-    let off = prediction.inverse() * registration.T_target_source;
+fn doubted_by_motion(mut hypothesis: Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
+    let off = prediction.inverse() * hypothesis.registration.T_target_source;
     let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
-    assessment.reason = format!(
-        "its best fit is {position:.2} m and {heading:.0} degrees off from the measured motion, {why}: it is placed by the \
+    hypothesis.assessment.reason = format!(
+        "its best fit is {position:.2} m and {heading:.0} degrees away from the measured motion, {why}: it is placed by the \
          measured motion"
     );
-    (registration, assessment)
+    hypothesis
 }

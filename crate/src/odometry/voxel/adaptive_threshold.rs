@@ -1,12 +1,12 @@
-//! The distance limit of partners, told from how far off the predictions of the motion have been.
+//! The largest distance of correspondences, by how far the predictions of the motion have been off.
 //!
 //! Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-D: the deviation of one frame is how far it
 //! moves the points that reach furthest (`delta_rot` + `delta_trans`), the threshold three standard deviations of it.
 
 use crate::geometry::{Pose3, RigidMotion};
 
-/// Deviations below this (m) tell nothing: a sensor that stands still must not narrow the threshold to nothing
-/// (delta_min in the paper).
+/// Deviations below this (m) do not count, or a sensor that stands still would narrow the threshold to zero (delta_min in
+/// the paper).
 const MIN_DEVIATION: f64 = 0.1;
 /// The threshold is three standard deviations, tau = 3 sigma.
 const SIGMAS: f64 = 3.0;

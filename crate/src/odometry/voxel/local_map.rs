@@ -93,13 +93,21 @@ impl LocalMap {
             }
             return true;
         }
+        self.insert_into_full(point, normal)
+    }
+
+    /// Adds a point to its voxel, whose points are `in_voxel`, where that holds as many points as it may. Returns whether the map
+    /// took it.
+    fn insert_into_full(&mut self, point: Vector3<f64>, normal: Option<Vector3<f64>>) -> bool {
         let Some(&oldest) = self.in_voxel.first() else { return false };
         let slot = oldest as usize;
         match self.settings.kept {
             KeptPoint::First => return false,
             KeptPoint::Newest => {
                 (self.points[slot], self.normals[slot]) = (point, normal);
-                grid.make_last(&point, oldest);
+                if let Index::Grid(grid) = &mut self.index {
+                    grid.make_last(&point, oldest);
+                }
             }
             KeptPoint::Mean => {
                 // A mean of points of one voxel stays in it: the grid need not know.

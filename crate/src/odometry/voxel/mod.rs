@@ -1,5 +1,5 @@
-//! ICP odometry in space against a growing map, with every choice an option: is the map kept whole or by voxels, is every
-//! point added or only what is new, may the sensor tilt, how far apart may partners be?
+//! ICP odometry in space against a growing map, with every choice an option: whether the map keeps all points or a few in each
+//! voxel, whether every point is added or only new ones, whether the sensor may tilt, and how far apart correspondences may be.
 //!
 //! The registration is the one loop of [`crate::registration::icp`], against a [`LocalMap`].
 //! The pipeline and the adaptive threshold are those of Vizzo et al., "KISS-ICP: In defense of point-to-point ICP -- simple,

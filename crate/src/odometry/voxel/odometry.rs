@@ -1,4 +1,4 @@
-//! One strategy at work: each frame is registered to the map, and then becomes a part of it.
+//! The odometry itself: each frame is registered to the map, then added to it.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -55,13 +55,13 @@ pub struct VoxelEstimate {
     pub registration: Option<SpatialRegistration>,
     /// Points that were registered.
     pub num_source: usize,
-    /// Partners were looked for within this distance (m).
+    /// Largest distance of correspondences (m).
     pub threshold: f64,
     /// Points that the map took, be it in the place of others.
     pub num_added: usize,
 }
 
-/// Odometry by one strategy. The world is the frame of the first cloud.
+/// Scan-to-map odometry in space. The world frame is the frame of the first cloud.
 pub struct VoxelOdometry {
     settings: VoxelOdometrySettings,
     /// How far apart the points of a frame lie (m), roughly.
@@ -106,8 +106,8 @@ impl VoxelOdometry {
         }
     }
 
-    /// Says how far apart the points of a frame lie (m), roughly, the side of the voxels that it was thinned with, and whether
-    /// a camera took them. Before the first frame; it is not heard later.
+    /// Sets the approximate spacing of a frame's points (m), the side of the voxels that it was thinned with, and whether a camera
+    /// took the frames. After the first frame this has no effect.
     pub fn expect_frames(&mut self, spacing: f64, is_camera: bool) {
         if self.T_world_last.is_none() {
             (self.spacing, self.is_camera) = (spacing, is_camera);
@@ -263,7 +263,7 @@ impl VoxelOdometry {
         Pose3::from_parts(t.into(), twist_about(&T.rotation, &axis))
     }
 
-    /// Gives the map what the strategy has for it; returns how many points it took.
+    /// Adds a frame to the map as the settings say; returns how many points the map took.
     fn add(&mut self, frame: &Points, T_world_sensor: &Pose3) -> usize {
         let world: Vec<_> = frame
             .positions

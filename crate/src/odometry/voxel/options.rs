@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum MapKind {
-    /// Every point that is added stays. Partners come from a k-d tree, built anew for each frame.
+    /// Every point that is added stays. Correspondences come from a k-d tree, built anew for each frame.
     Whole,
-    /// A few points in a cube of side `map_voxel_size`. Partners come from a hash table of cubes, which grows with the map.
+    /// A few points in a cube of side `map_voxel_size`. Correspondences come from a hash table of cubes, which grows with the map.
     Voxels,
 }
 
@@ -33,7 +33,7 @@ pub enum KeptPoint {
 pub enum AddedPoints {
     /// All.
     All,
-    /// Those that found no partner in the map within `partner_distance`: what is new ("golden data").
+    /// Those further than `partner_distance` from every point of the map: what is new ("golden data").
     Unmatched,
 }
 
@@ -53,7 +53,7 @@ pub enum VoxelOdometryMotion {
     PlanarXy,
 }
 
-/// How the distance limit of partners is set.
+/// How the largest distance of correspondences is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -64,7 +64,7 @@ pub enum ThresholdKind {
     Adaptive,
 }
 
-/// What a pair of partners measures.
+/// What a correspondence measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -80,14 +80,14 @@ pub enum VoxelOdometryMetric {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Stages {
-    /// Partners within the threshold, to the end, as KISS-ICP does.
+    /// Correspondences within the threshold, to the end, as KISS-ICP does.
     One,
-    /// Then once more from there, with partners close by alone: within three spacings of the frame's points, or one and a half
+    /// Then once more from there, with near correspondences alone: within three spacings of the frame's points, or one and a half
     /// voxels of the map, whichever is more.
     Two,
 }
 
-/// One strategy. The default is a map of voxels of 0.1 m.
+/// Settings of voxel odometry. The default is a map of voxels of 0.1 m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
@@ -102,20 +102,20 @@ pub struct VoxelOdometrySettings {
     pub kept: KeptPoint,
     /// Which points of a frame the map is given.
     pub added: AddedPoints,
-    /// A point of the map within this distance (m) is a partner: with it a point is not new.
+    /// A point within this distance (m) of a point of the map is not new.
     pub partner_distance: f64,
     /// How the sensor may move.
     pub motion: VoxelOdometryMotion,
-    /// How the distance limit of partners is set.
+    /// How the largest distance of correspondences is set.
     pub threshold: ThresholdKind,
-    /// Points further apart are no partners (m).
+    /// Largest distance of correspondences, or the first one if the threshold is adaptive (m).
     pub max_correspondence_distance: f64,
     /// Points of the map further from the sensor are forgotten (m); 0: none is.
     pub crop_distance: f64,
     /// The frame's points are thinned to one in a cube of this side before they are registered (m); 0: all are used. The
     /// map is given all in any case.
     pub source_voxel_size: f64,
-    /// What a pair of partners measures.
+    /// What a correspondence measures.
     pub metric: VoxelOdometryMetric,
     /// In how many stages a frame is registered.
     pub stages: Stages,

@@ -21,7 +21,7 @@ struct Entry {
 pub(super) struct VoxelGrid {
     /// Voxels along a side of a cell.
     width: i32,
-    /// Of the voxels the place, of the cells the number.
+    /// The voxel of a point, and the index of each cell in `cells`.
     hash: VoxelHash,
     cells: Vec<Cell>,
 }
@@ -104,57 +104,76 @@ impl VoxelGrid {
     pub(super) fn nearest(&self, points: &[Vector3<f64>], query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         let (center, _) = self.place(query)?;
         let side = self.hash.voxel_size() * f64::from(self.width);
-        let mut best: Option<(f64, u32)> = None;
-        let mut limit = max_distance * max_distance;
-        // How far the query lies from the nearest wall of its cell: what bounds the distance of every further layer.
-        let to_wall = (0..3)
-            .map(|axis| {
-                let inside = query[axis] - f64::from(center[axis]) * side;
-                inside.min(side - inside).max(0.0)
-            })
-            .fold(f64::INFINITY, f64::min);
-        let mut visit_cell = |cell: [i32; 3], entries: &[Entry]| {
-            if sq_distance_to_cell(query, cell, side) > limit {
-                return limit;
-            }
-            for entry in entries {
-                let sq_distance = (points[entry.point as usize] - query).norm_squared();
-                let wins = match best {
-                    None => sq_distance <= limit,
-                    Some((nearest, number)) => {
-                        sq_distance < nearest || (sq_distance == nearest && entry.point < number)
-                    }
-                };
-                if wins {
-                    (best, limit) = (Some((sq_distance, entry.point)), sq_distance);
-                }
-            }
-            limit
-        };
-        let mut limit = max_distance * max_distance;
+        let to_wall = distance_to_wall(query, center, side);
+        let mut search = NearestSearch { points, query, side, best: None, limit: max_distance * max_distance };
         for layer in 0_i32.. {
             let nearest_possible = if layer == 0 { 0.0 } else { to_wall + f64::from(layer - 1) * side };
-            if nearest_possible * nearest_possible > limit {
+            if nearest_possible * nearest_possible > search.limit {
                 break;
             }
             if (2 * layer as usize + 1).pow(2) > self.cells.len() {
                 // The map is smaller than what is left to search: all of it is quicker.
                 for Cell { corner, entries } in &self.cells {
-                    visit_cell(*corner, entries);
+                    if search.reaches(*corner) {
+                        search.visit(entries);
+                    }
                 }
                 break;
             }
             for_each_of_layer(layer, |offset| {
                 let cell: [i32; 3] = std::array::from_fn(|axis| center[axis].saturating_add(offset[axis]));
-                if sq_distance_to_cell(query, cell, side) <= limit
+                if search.reaches(cell)
                     && let Some(entries) = self.entries(&cell)
                 {
-                    limit = visit_cell(cell, entries);
+                    search.visit(entries);
                 }
             });
         }
-        best.map(|(sq_distance, index)| Neighbor { index, sq_distance: sq_distance as f32 })
+        search.best.map(|(sq_distance, index)| Neighbor { index, sq_distance: sq_distance as f32 })
     }
+}
+
+/// The search for the point nearest to a query.
+struct NearestSearch<'a> {
+    points: &'a [Vector3<f64>],
+    query: &'a Vector3<f64>,
+    /// Side of a cell (m).
+    side: f64,
+    /// The nearest point so far: its squared distance (m^2) and its number.
+    best: Option<(f64, u32)>,
+    /// Largest squared distance (m^2) of the nearest point: that of the nearest so far, if there is one.
+    limit: f64,
+}
+
+impl NearestSearch<'_> {
+    /// Whether a cell lies near enough to hold the nearest point.
+    fn reaches(&self, cell: [i32; 3]) -> bool {
+        sq_distance_to_cell(self.query, cell, self.side) <= self.limit
+    }
+
+    /// Compares the points of a cell with the nearest so far.
+    fn visit(&mut self, entries: &[Entry]) {
+        for entry in entries {
+            let sq_distance = (self.points[entry.point as usize] - self.query).norm_squared();
+            let wins = match self.best {
+                None => sq_distance <= self.limit,
+                Some((nearest, number)) => sq_distance < nearest || (sq_distance == nearest && entry.point < number),
+            };
+            if wins {
+                (self.best, self.limit) = (Some((sq_distance, entry.point)), sq_distance);
+            }
+        }
+    }
+}
+
+/// Distance (m) of a point from the nearest wall of its cell, which bounds the distance of every further layer of cells.
+fn distance_to_wall(point: &Vector3<f64>, cell: [i32; 3], side: f64) -> f64 {
+    (0..3)
+        .map(|axis| {
+            let inside = point[axis] - f64::from(cell[axis]) * side;
+            inside.min(side - inside).max(0.0)
+        })
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn sq_distance_to_cell(query: &Vector3<f64>, cell: [i32; 3], side: f64) -> f64 {

@@ -11,7 +11,7 @@ use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertaint
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::information::{chained, openness, seen_from, softened_covariance};
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, REGISTRATION_SIGMA, SURE_MOTION};
+use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 
@@ -163,10 +163,10 @@ impl KeyframeGraph {
 
     /// What the chain and the loops tell of the motions between keyframes at these poses, as far as it fits.
     pub fn odometry_factors(&self, of_nodes: &[Pose2]) -> Vec<OdometryFactor<Pose2>> {
-        let relations = self.closure.relations();
-        let known = relations.iter().map(|relation| {
-            let weight = relation.weight(relation.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
-            let BetweenFactor { from, to, T_from_to, information, .. } = *relation;
+        let factors = self.closure.factors();
+        let known = factors.iter().map(|factor| {
+            let weight = factor.weight(factor.squared_distance(of_nodes)) * MATCH_SIGMA * MATCH_SIGMA;
+            let BetweenFactor { from, to, T_from_to, information, .. } = *factor;
             OdometryFactor { from, to, T_from_to, information: information * weight }
         });
         known.collect()
@@ -179,7 +179,7 @@ impl KeyframeGraph {
         for &node in &self.nodes {
             sizes[pieces[node]] += 1;
         }
-        let is_unsure = sizes.len() > 1 && !self.has_measured_motion && sizes[0] <= SURE_MOTION + 1;
+        let is_unsure = sizes.len() > 1 && !self.has_measured_motion && sizes[0] <= MIN_FRAMES_KNOWN_MOTION + 1;
         let first = pieces.iter().position(|&piece| piece == 0);
         let is_small = |&frame: &usize| match pieces[frame] {
             0 => is_unsure && Some(frame) != first,

@@ -5,10 +5,11 @@ use std::rc::Rc;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::laser_log::OdometryOrigin;
 use crate::map::local::{LocalMap, QueryScan};
-use crate::odometry::assessment::{MIN_POINTS, Status, assess};
-use crate::odometry::planar::hypothesis::{Hypothesis, SEARCHED, fits_as_well, thinned};
+use crate::odometry::assessment::Status;
+use crate::odometry::planar::assess::{MIN_POINTS, assess};
+use crate::odometry::planar::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, thinned};
 use crate::odometry::planar::motion_noise::{Comparison, MotionNoise};
-use crate::odometry::planar::{MeasuredMotion, PlanarOptions, UNEXPECTED_SHARE};
+use crate::odometry::planar::{MeasuredMotion, PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
 use crate::pipeline::recorded_scan::{RecordedScan, is_one_log};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::LikelihoodGrid;
@@ -75,7 +76,8 @@ pub fn fits_scans(motions: &[Option<Pose2>], scan: &dyn Fn(usize) -> Rc<PlanarSc
     let stride = stretches.len().div_ceil(COMPARED).max(1);
     let fits = |(from, steps): &(usize, Vec<Pose2>)| {
         let measured = sum(steps);
-        let (registration, assessment) = register_pair(&scan(*from), &scan(from + steps.len()), measured, options);
+        let Hypothesis { registration, assessment } =
+            register_pair(&scan(*from), &scan(from + steps.len()), measured, options);
         let off = measured.inverse() * registration.T_target_source;
         assessment.agreement > FITTING_AGREEMENT
             && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
@@ -92,7 +94,7 @@ fn register_pair(target: &Rc<PlanarScan>, source: &PlanarScan, guess: Pose2, opt
     map.insert(Rc::clone(target), Pose2::identity());
     let registration = map.register(source, guess, &options.icp);
     let assessment = assess(&registration, map.free_space(source, &registration.T_target_source));
-    (registration, assessment)
+    Hypothesis { registration, assessment }
 }
 
 fn sum(steps: &[Pose2]) -> Pose2 {
@@ -170,7 +172,7 @@ fn fitting_revisits(
             continue;
         }
         let guess = poses[earlier].inverse() * poses[later];
-        let (registration, assessment) = register_pair(&target, &source, guess, options);
+        let Hypothesis { registration, assessment } = register_pair(&target, &source, guess, options);
         let off = guess.inverse() * registration.T_target_source;
         num_tried += 1;
         num_fitting += usize::from(
@@ -244,14 +246,17 @@ fn register_without_motion(
     let register_from = |guess: Pose2| register_pair(target, source, guess, options);
     let at_measured = register_from(*measured);
     let found = LikelihoodGrid::new(&target.points).search(
-        &thinned(&source.points, SEARCHED),
+        &thinned(&source.points, NUM_SEARCHED_POINTS),
         &Pose2::identity(),
         options.search,
     );
-    let best = found.map(|found| register_from(found.T_target_source)).filter(|(_, of)| of.status == Status::Good);
+    let best =
+        found.map(|found| register_from(found.T_target_source)).filter(|best| best.assessment.status == Status::Good);
     match best {
-        Some(best) if !fits_as_well(&at_measured, &best, UNEXPECTED_SHARE) => Some(best.0.T_target_source),
-        _ => (at_measured.1.status == Status::Good).then_some(at_measured.0.T_target_source),
+        Some(best) if !fits_as_well(&at_measured, &best, RIVAL_SHARE_UNKNOWN_MOTION) => {
+            Some(best.registration.T_target_source)
+        }
+        _ => (at_measured.assessment.status == Status::Good).then_some(at_measured.registration.T_target_source),
     }
 }
 

@@ -1,7 +1,7 @@
 //! How far a robot gets between two scans, by its surest motions, and what cannot be told from chance beyond that.
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, SURE_MOTION, continues, may_follow};
+use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, continues, may_follow};
 
 /// Fewer sure motions do not bound the next one: one in this many is longer than all before.
 const MIN_SURE_MOTIONS: usize = 20;
@@ -37,8 +37,8 @@ fn motion(frame: usize, estimates: &[FrameEstimate]) -> Pose2 {
 
 /// Whether a registration continues the motion of registrations before it.
 fn is_sure(frame: usize, estimates: &[FrameEstimate]) -> bool {
-    frame > SURE_MOTION
-        && (frame - SURE_MOTION..=frame).all(|frame| estimates[frame].link == Link::Registered)
+    frame > MIN_FRAMES_KNOWN_MOTION
+        && (frame - MIN_FRAMES_KNOWN_MOTION..=frame).all(|frame| estimates[frame].link == Link::Registered)
         && continues(&motion(frame - 1, estimates), &motion(frame, estimates))
 }
 

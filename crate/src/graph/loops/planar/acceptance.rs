@@ -45,32 +45,32 @@ impl LoopClosure {
     }
 
     fn enter(&mut self, candidate: Candidate) {
-        let relation = BetweenFactor {
+        let factor = BetweenFactor {
             from: self.submaps[candidate.target].anchor,
             to: self.submaps[candidate.source].anchor,
             T_from_to: candidate.found.T_target_source,
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
             is_switchable: !self.without.robust_kernel,
         };
-        self.loops.push(Loop { candidate, relation });
+        self.loops.push(Loop { candidate, factor });
     }
 
     /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
     /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
     /// Yang et al., RA-L 2020, in two steps).
     fn solve(&mut self, num_old: usize) {
-        let mut relations = self.relations();
-        for relation in &mut relations[self.chain.len() + num_old..] {
-            relation.is_switchable = false;
+        let mut factors = self.factors();
+        for factor in &mut factors[self.chain.len() + num_old..] {
+            factor.is_switchable = false;
         }
-        optimize_poses(&mut self.poses, &relations, MAX_GRAPH_STEPS);
+        optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
         loop {
-            let relations = self.relations();
-            optimize_poses(&mut self.poses, &relations, MAX_GRAPH_STEPS);
+            let factors = self.factors();
+            optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
             let poses = &self.poses;
             let before = self.loops.len();
             self.loops
-                .retain(|closed| closed.relation.weight(closed.relation.squared_distance(poses)) > MIN_FITTING_WEIGHT);
+                .retain(|closed| closed.factor.weight(closed.factor.squared_distance(poses)) > MIN_FITTING_WEIGHT);
             if self.loops.len() == before {
                 return;
             }

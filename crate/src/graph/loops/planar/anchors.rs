@@ -15,12 +15,12 @@ impl LoopClosure {
 
     /// The graph between anchors: the chain summed up, and the loops. Where only what is certain counts, broken links leave a
     /// radian and a metre open: far more than is certain, and not so much that differences of covariances drown in rounding.
-    pub(super) fn anchor_relations(&self, only_certain: bool) -> Vec<PlanarFactor> {
+    pub(super) fn anchor_factors(&self, only_certain: bool) -> Vec<PlanarFactor> {
         let mut informations = vec![Matrix3::zeros(); self.poses.len()];
-        for relation in self.chain.iter().filter(|relation| !only_certain || !self.links[relation.to].is_broken) {
-            informations[relation.to] += relation.information * relation.weight(relation.squared_distance(&self.poses));
+        for factor in self.chain.iter().filter(|factor| !only_certain || !self.links[factor.to].is_broken) {
+            informations[factor.to] += factor.information * factor.weight(factor.squared_distance(&self.poses));
         }
-        let mut relations = Vec::new();
+        let mut factors = Vec::new();
         for (index, pair) in self.submaps.windows(2).enumerate() {
             let (from, to) = (pair[0].anchor, pair[1].anchor);
             let (mut T, mut covariance) = (Pose2::identity(), Matrix3::zeros());
@@ -31,19 +31,13 @@ impl LoopClosure {
                 T *= step;
             }
             let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-            relations.push(BetweenFactor {
-                from: index,
-                to: index + 1,
-                T_from_to: T,
-                information,
-                is_switchable: false,
-            });
+            factors.push(BetweenFactor { from: index, to: index + 1, T_from_to: T, information, is_switchable: false });
         }
-        relations.extend(self.loops.iter().map(|closed| BetweenFactor {
+        factors.extend(self.loops.iter().map(|closed| BetweenFactor {
             from: closed.candidate.target,
             to: closed.candidate.source,
-            ..closed.relation
+            ..closed.factor
         }));
-        relations
+        factors
     }
 }

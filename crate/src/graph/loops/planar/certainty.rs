@@ -23,8 +23,8 @@ pub struct Uncertainty {
 }
 
 impl LoopClosure {
-    /// For each keyframe the number of its piece. A piece grows from its first submap over links and loops, the surest first,
-    /// by submaps that are known to all of it that is near.
+    /// For each keyframe the number of its piece. A piece grows from its first submap over links and loops, the most certain first.
+    /// A submap joins it if its pose is certain relative to those of all its submaps within 25 m.
     pub fn pieces(&self) -> Vec<usize> {
         let (neighbors, covariances) = (self.neighbors(), self.certain_covariances());
         let mut piece_of = vec![usize::MAX; self.submaps.len()];
@@ -54,7 +54,7 @@ impl LoopClosure {
     }
 
     fn certain_covariances(&self) -> Option<RelativeCovariances> {
-        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations(true))
+        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(true))
     }
 
     /// Pose of one submap's anchor in the frame of another one's.

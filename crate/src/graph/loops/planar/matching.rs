@@ -8,6 +8,8 @@ use nalgebra::{Matrix3, Vector2};
 use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::PlanarRegistration;
+use crate::odometry::planar::MIN_RIVAL_DISTANCE;
+use crate::odometry::planar::hypothesis::NUM_SEARCHED_POINTS;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
@@ -56,22 +58,21 @@ pub struct SubmapMatch {
 pub struct TargetStretch {
     oriented: OrientedTarget<2>,
     grid: LikelihoodGrid,
-    witnesses: Vec<(usize, Pose2)>,
+    /// Keyframes whose free space is tested, each with its pose in the frame of the anchor.
+    reference_keyframes: Vec<(usize, Pose2)>,
 }
 
 /// A stretch to be looked for.
 pub struct SourceStretch {
     points: Vec<Vector2<f64>>,
     normals: Vec<Option<Vector2<f64>>>,
-    witnesses: Vec<(usize, Pose2)>,
+    reference_keyframes: Vec<(usize, Pose2)>,
 }
 
 /// The target keeps one return in each cell of this side (m) ...
 const TARGET_SPACING: f64 = 0.05;
-/// ... and the source one in each of these (m), ...
+/// ... and the source one in each of these (m).
 const SOURCE_SPACING: f64 = 0.15;
-/// ... of which the correlative search uses at most this many.
-const MAX_SEARCHED_POINTS: usize = 160;
 /// Spacing of the points that fill the target's surfaces between beams (m).
 const FILL_SPACING: f64 = 0.1;
 /// Largest window (m, rad) that needs no search: ICP converges from anywhere in it.
@@ -82,8 +83,6 @@ const MAX_REFERENCE_KEYFRAMES: usize = 5;
 const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
 /// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
-/// Smallest distance (m, rad) of a rival pose from the best one.
-const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// A place is one of several where another one scores more than this share of it.
 pub const MAX_RIVAL: f64 = 0.9;
 
@@ -94,7 +93,7 @@ impl TargetStretch {
         Self {
             grid: LikelihoodGrid::new(&points),
             oriented: OrientedTarget::new(points, normals),
-            witnesses: witnesses(range, anchor, poses),
+            reference_keyframes: reference_keyframes(range, anchor, poses),
         }
     }
 }
@@ -103,7 +102,7 @@ impl SourceStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], SOURCE_SPACING, 0.0);
-        Self { points, normals, witnesses: witnesses(range, anchor, poses) }
+        Self { points, normals, reference_keyframes: reference_keyframes(range, anchor, poses) }
     }
 }
 
@@ -116,7 +115,7 @@ pub fn match_stretches(
     window: SearchWindow,
     options: &IcpOptions,
 ) -> Option<SubmapMatch> {
-    let stride = source.points.len().div_ceil(MAX_SEARCHED_POINTS).max(1);
+    let stride = source.points.len().div_ceil(NUM_SEARCHED_POINTS).max(1);
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
     let (mut start, mut rival) = (*guess, 0.0);
     if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
@@ -155,8 +154,8 @@ fn free_space_of(
     T_target_source: &Pose2,
 ) -> FreeSpaceTally {
     let mut tally = FreeSpaceTally::default();
-    for (t, T_target_t) in &target.witnesses {
-        for (s, T_source_s) in &source.witnesses {
+    for (t, T_target_t) in &target.reference_keyframes {
+        for (s, T_source_s) in &source.reference_keyframes {
             let T_t_s = T_target_t.inverse() * T_target_source * T_source_s;
             tally += free_space_between(&keyframes[*t], &keyframes[*s], &T_t_s);
         }
@@ -172,8 +171,8 @@ pub fn free_space_between(first: &Keyframe, second: &Keyframe, T_first_second: &
     tally
 }
 
-/// A few keyframes spread over a stretch.
-fn witnesses(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
+/// A few keyframes spread over a stretch, each with its pose in the frame of the anchor.
+fn reference_keyframes(range: Range<usize>, anchor: usize, poses: &[Pose2]) -> Vec<(usize, Pose2)> {
     let stride = range.len().div_ceil(MAX_REFERENCE_KEYFRAMES).max(1);
     let offset = (range.len() - 1) % stride / 2;
     let T_anchor_world = poses[anchor].inverse();

@@ -60,7 +60,7 @@ const MAX_ROUNDS: usize = 12;
 /// A loop of the graph.
 struct Loop {
     candidate: Candidate,
-    relation: PlanarFactor,
+    factor: PlanarFactor,
 }
 
 /// The search for loops.
@@ -89,10 +89,10 @@ pub struct LoopClosure {
 }
 
 impl LoopClosure {
-    /// Joins the links of a chain to submaps. `chain` relates keyframes that follow each other.
+    /// Joins the links of a chain to submaps. `chain` has the factors between keyframes that follow each other.
     pub fn new(links: Vec<ChainLink>, mut chain: Vec<PlanarFactor>, without: Ablation) -> Self {
-        for relation in &mut chain {
-            relation.is_switchable &= !without.robust_kernel;
+        for factor in &mut chain {
+            factor.is_switchable &= !without.robust_kernel;
         }
         let keyframes: Vec<Keyframe> = links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
         let mut poses: Vec<Pose2> = links.iter().map(|link| link.T_world_sensor).collect();
@@ -144,9 +144,9 @@ impl LoopClosure {
         self.poses.clone()
     }
 
-    /// The chain's relations, and the loops between anchors.
-    pub fn relations(&self) -> Vec<PlanarFactor> {
-        self.chain.iter().chain(self.loops.iter().map(|closed| &closed.relation)).copied().collect()
+    /// The chain's factors, and the loops between anchors.
+    pub fn factors(&self) -> Vec<PlanarFactor> {
+        self.chain.iter().chain(self.loops.iter().map(|closed| &closed.factor)).copied().collect()
     }
 
     /// Frees the scans: nothing is matched or compared any more.
@@ -169,7 +169,7 @@ impl LoopClosure {
             return;
         }
         self.round += 1;
-        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_relations(false));
+        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(false));
         self.queue = self.pairs();
         self.num_queued = self.queue.len();
         self.is_done = self.queue.is_empty();

@@ -31,21 +31,23 @@ pub struct Submap {
     pub keyframes: Range<usize>,
     /// The keyframe whose frame it is in.
     pub anchor: usize,
-    /// How far it can be seen from its anchor, but for a tenth of its returns (m).
+    /// Distance from the anchor within which four fifths of its returns lie, at most `MAX_RANGE` (m).
     pub radius: f64,
 }
 
 /// Returns further from their sensor are left out where places are compared (m): a small error of heading moves them far,
 /// and they are few.
 const MAX_RANGE: f64 = 15.0;
-/// Returns lie nearer to the anchor than the radius, but for this share.
+/// Share of a submap's returns that lie within its radius.
 const RADIUS_SHARE: f64 = 0.8;
+/// Side of the cells that keep one return for the radius (m).
+const RADIUS_CELL: f64 = 0.3;
 
 impl Submap {
     /// Of these keyframes; `poses` are those of all.
     pub fn new(range: Range<usize>, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let anchor = usize::midpoint(range.start, range.end - 1);
-        let points = overlaid(range.clone(), keyframes, poses, &poses[anchor], 0.3, 0.0).0;
+        let points = overlaid(range.clone(), keyframes, poses, &poses[anchor], RADIUS_CELL, 0.0).0;
         let mut distances: Vec<f64> = points.iter().map(Vector2::norm).collect();
         distances.sort_by(f64::total_cmp);
         let radius = distances.get((RADIUS_SHARE * distances.len() as f64) as usize).copied().unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! How far two nodes of a pose graph may be from where they seem to be: their relative covariance.
+//! The covariance of the pose of one node of a pose graph relative to another.
 
 use nalgebra::Matrix3;
 
@@ -14,30 +14,22 @@ pub struct RelativeCovariances {
 }
 
 impl RelativeCovariances {
-    /// Of all pairs. `None` where the relations leave a pose open altogether.
+    /// Of all pairs. `None` where the factors leave a pose open altogether.
     #[inline(never)]
-    pub fn new(poses: &[Pose2], relations: &[PlanarFactor]) -> Option<Self> {
+    pub fn new(poses: &[Pose2], factors: &[PlanarFactor]) -> Option<Self> {
         let num_variables = poses.len().checked_sub(1)?;
         let mut H = BlockMatrix::<Matrix3<f64>>::new(num_variables);
-        for relation in relations {
-            let adjoint = poses[relation.from].inverse().adjoint();
-            let weight = relation.weight(relation.squared_distance(poses));
-            let block = adjoint.tr_mul(&(relation.information * adjoint)) * weight;
-            let variable = |node: usize| node.checked_sub(1);
-            for node in [relation.from, relation.to] {
-                if let Some(variable) = variable(node) {
-                    H.add(variable, variable, &block);
-                }
-            }
-            if let (Some(from), Some(to)) = (variable(relation.from), variable(relation.to)) {
-                H.add(from, to, &-block);
-            }
+        for factor in factors {
+            let adjoint = poses[factor.from].inverse().adjoint();
+            let weight = factor.weight(factor.squared_distance(poses));
+            let block = adjoint.tr_mul(&(factor.information * adjoint)) * weight;
+            H.add_between(factor.from, factor.to, &block);
         }
         let mut solver = BlockCholesky::new(&H);
-        let factor = solver.factor(&H).ok()?;
+        let factored = solver.factor(&H).ok()?;
         let mut rows: Vec<Vec<Matrix3<f64>>> = (1..=poses.len()).map(|length| vec![Matrix3::zeros(); length]).collect();
         for variable in 0..num_variables {
-            let columns = factor.inverse_columns(variable);
+            let columns = factored.inverse_columns(variable);
             for (block, column) in rows[variable + 1][1..].iter_mut().zip(&columns) {
                 *block = column.transpose();
             }

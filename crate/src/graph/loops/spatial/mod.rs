@@ -22,8 +22,8 @@ use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::map::keyframes::apart;
 use crate::odometry::depth::SpatialEstimate;
+use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
-use crate::registration::spatial::SpatialRegistration;
 
 /// Path length between two detections (m, two metres per radian).
 const DETECTION_SPACING: f64 = 0.5;
@@ -76,14 +76,14 @@ impl LoopReport {
 #[derive(Default)]
 pub struct SpatialLoops {
     nodes: Nodes,
-    /// The relation of each node to the next one.
+    /// The factor of each node to the next one.
     chain: Vec<SpatialFactor>,
-    /// The relations of loops.
+    /// The factors of loops.
     loops: Vec<SpatialFactor>,
     /// Node of the last detection.
     last_detection: usize,
-    /// The gap found by the last detection in the place that is being revisited (a motion of the world); a second detection
-    /// must confirm it.
+    /// The gap found by the last registration to an earlier visit of the place that is being revisited (a motion of the world).
+    /// Another registration must confirm it: of a later detection, or of the same detection to another visit.
     unconfirmed_gap: Option<Pose3>,
     /// Whether a gap has been confirmed since the last closure.
     has_open_loop: bool,
@@ -115,15 +115,16 @@ impl SpatialLoops {
         let motion = T_last.inverse() * T_world_camera;
         let local = (is_next && is_revisit).then(|| self.register_to_recent(&surfaces, &motion)).flatten();
         let measured = estimate.registration.as_ref().filter(|_| is_next);
-        let relation = if let Some(found) = local {
-            relation(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
+        let factor = if let Some(found) = local {
+            between_factor(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
         } else {
-            let information = measured.map(|registration| in_frame_of(&T_last, registration)).unwrap_or_default();
-            relation(here - 1, here, motion, &information, CHAIN_SIGMA)
+            let information =
+                measured.map(|registration| seen_from(&registration.information, &T_last)).unwrap_or_default();
+            between_factor(here - 1, here, motion, &information, CHAIN_SIGMA)
         };
-        let T_world_local = if is_revisit { T_last_local * relation.T_from_to } else { T_world_camera };
+        let T_world_local = if is_revisit { T_last_local * factor.T_from_to } else { T_world_camera };
         self.unconfirmed_gap = self.unconfirmed_gap.filter(|_| is_revisit);
-        self.chain.push(relation);
+        self.chain.push(factor);
         self.nodes.push(number, T_world_camera, T_world_local, surfaces);
         let nodes = &self.nodes.all;
         if nodes[here].path_length - nodes[self.last_detection].path_length > DETECTION_SPACING {
@@ -142,9 +143,9 @@ impl SpatialLoops {
             nodes[index].T_world_camera = T_world_camera;
             nodes[index].T_world_local = T_world_camera;
             for next in [index, index + 1] {
-                if let Some(relation) = next.checked_sub(1).and_then(|before| self.chain.get_mut(before)) {
-                    let (from, to) = (&nodes[relation.from], &nodes[relation.to]);
-                    relation.T_from_to = from.T_world_camera.inverse() * to.T_world_camera;
+                if let Some(factor) = next.checked_sub(1).and_then(|before| self.chain.get_mut(before)) {
+                    let (from, to) = (&nodes[factor.from], &nodes[factor.to]);
+                    factor.T_from_to = from.T_world_camera.inverse() * to.T_world_camera;
                 }
             }
         }
@@ -180,12 +181,13 @@ impl SpatialLoops {
                 continue;
             };
             self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
-            let found = relation(visit, node, found.T_submap_camera, &found.information, SUBMAP_SIGMA);
+            let found = between_factor(visit, node, found.T_submap_camera, &found.information, SUBMAP_SIGMA);
             self.loops.push(BetweenFactor { is_switchable: true, ..found });
         }
     }
 
-    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop.
+    /// Compares a node's pose by an earlier visit with its pose by the recent frames. Two equal gaps in a row open a loop, whether
+    /// of two detections or of one detection's registrations to two visits.
     fn compare_with_recent(&mut self, node: usize, T_world_found: &Pose3) {
         let T_world_local = self.nodes.all[node].T_world_local;
         if has_gap(T_world_found, &T_world_local) {
@@ -232,10 +234,10 @@ impl SpatialLoops {
     /// The solution of the pose graph.
     fn solve(&self, mut poses: Vec<Pose3>) -> Vec<Pose3> {
         let fixed = self.loops.iter().map(|found| BetweenFactor { is_switchable: false, ..*found });
-        let relations: Vec<SpatialFactor> = self.chain.iter().copied().chain(fixed).collect();
-        optimize_poses(&mut poses, &relations, SOLVER_ITERATIONS);
-        let relations: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
-        optimize_poses(&mut poses, &relations, SOLVER_ITERATIONS);
+        let factors: Vec<SpatialFactor> = self.chain.iter().copied().chain(fixed).collect();
+        optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
+        let factors: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
+        optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
         poses
     }
 
@@ -264,15 +266,9 @@ fn has_gap(a: &Pose3, b: &Pose3) -> bool {
     difference.translation_norm() > MIN_GAP_TRANSLATION || difference.rotation_angle() > MIN_GAP_ROTATION
 }
 
-/// The information of a registration in the world's frame, as that of the motion from a pose there.
-fn in_frame_of(T_world_from: &Pose3, registration: &SpatialRegistration) -> Matrix6<f64> {
-    let adjoint = T_world_from.adjoint();
-    adjoint.tr_mul(&(registration.information * adjoint))
-}
-
-/// A relation with the information of a measurement, with a standard deviation between `min_sigma` and [`UNKNOWN_SIGMA`]
+/// A factor with the information of a measurement, with a standard deviation between `min_sigma` and [`UNKNOWN_SIGMA`]
 /// (rad, m).
-fn relation(
+fn between_factor(
     from: usize,
     to: usize,
     T_from_to: Pose3,

@@ -18,7 +18,7 @@ const DRIFT_RATE: f64 = 0.02;
 const MAX_DRIFT: f64 = 1.5;
 /// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
 const SUBMAP_HALF_LENGTH: f64 = 2.0;
-/// Largest number of frames in a submap.
+/// Largest number of frames in a submap of recent frames; a submap around a node has the node besides.
 pub(super) const MAX_SUBMAP_FRAMES: usize = 6;
 /// Largest number of submaps that a frame is registered to in one detection.
 const MAX_SUBMAPS: usize = 2;

@@ -5,13 +5,12 @@ use std::borrow::Cow;
 use nalgebra::{Matrix6, Vector3};
 
 use crate::geometry::Pose3;
-use crate::geometry::rotation::rotation_and_translation;
 use crate::odometry::depth::{
-    AGREEING_COSINE, FINE_TOLERANCE, best_distinct, fine_options, grid_around, middle_options, score,
+    ComparedSurfaces, FINE_TOLERANCE, best_distinct, fine_options, grid_around, middle_options, score,
 };
 use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::factors::PointToPlane;
-use crate::registration::free_space::{FreeSpaceTally, FreeSpaceTest};
+use crate::registration::free_space::{DepthNoise, FreeSpaceTest};
 use crate::registration::icp::{IcpOptions, Source, register_with};
 use crate::registration::prepared_surfels::{PreparedSurfels, SUBMAP_POINTS, SurfelCloud};
 use crate::registration::projective::{PackedSurfel, ProjectiveTarget, SurfelRasterizer};
@@ -48,7 +47,7 @@ pub(super) struct SubmapFrame<'a> {
 pub(super) enum Search {
     /// Some centimetres.
     Here,
-    /// The spacing of pose hypotheses.
+    /// A quarter of a metre, the spacing of pose hypotheses.
     Near,
     /// 0.75 m and 15 degrees.
     Wide,
@@ -144,29 +143,17 @@ impl<'a> Submap<'a> {
             };
             views.iter().any(saw_through)
         };
-        let mut tally = FreeSpaceTally::default();
-        let (R, t) = rotation_and_translation(T_submap_camera);
-        for (point, normal) in frame.source.points.iter().zip(&frame.source.normals) {
-            let (point, normal) = (R * point + t, R * normal);
-            match view.classify_leniently(&point, FINE_TOLERANCE).facing(&normal, AGREEING_COSINE) {
-                FreeSpaceTest::Agreeing(_) => tally.agreeing += 1,
-                _ if is_in_free_space(&point) => tally.in_free_space += 1,
-                _ => {}
-            }
-        }
-        let overlap = tally.agreeing as f64 / frame.source.points.len().max(1) as f64;
-        let (R, t) = rotation_and_translation(&T_submap_camera.inverse());
-        for surfel in view.surfels().step_by(view.len().div_ceil(SUBMAP_POINTS).max(1)) {
-            let test = frame.view.classify_leniently(&(R * surfel.point + t), FINE_TOLERANCE);
-            tally.add(&test.facing(&(R * surfel.normal), AGREEING_COSINE));
-        }
-        (overlap, tally.agreement())
+        let noise = DepthNoise::default(); // the tolerance is the same at every depth
+        let frame_surfaces = (&frame.source, &frame.view);
+        let compared =
+            ComparedSurfaces::of(view, frame_surfaces, T_submap_camera, noise, SUBMAP_POINTS, is_in_free_space);
+        let overlap = compared.frame_in_map.agreeing as f64 / frame.source.points.len().max(1) as f64;
+        (overlap, compared.both().agreement())
     }
 }
 
 fn register(frame: &FrameSurfaces, view: &ProjectiveTarget, guess: Pose3, options: &IcpOptions) -> SpatialRegistration {
-    let solver = Solver { subspace: None, damping: None };
     // All count alike: what is far away tells the position along a corridor, however noisy it is.
     let source = Source { sigmas: None, ..frame.source.source() };
-    register_with(source, view, guess, &PointToPlane, options, &solver)
+    register_with(source, view, guess, &PointToPlane, options, &Solver::default())
 }

@@ -55,22 +55,14 @@ fn check_against_dense<const B: usize>(
     let expected = &inverse * DMatrix::from_fn(n * B, 1, |row, _| rhs[row / B][row % B]);
     let mut x = rhs;
     factor.solve(&mut x);
-    let covariances = factor.covariances();
-    assert_eq!(covariances.len(), n);
-    let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * inverse.amax();
     for i in 0..n {
-        let covariance = factor.covariance(i);
         for (j, block) in factor.inverse_columns(i).iter().enumerate() {
             let expected = inverse.fixed_view::<B, B>(j * B, i * B);
             assert!((block - expected).amax() < 1e-9 * inverse.amax(), "{name}, B = {B}: columns of {i} at {j}");
         }
         for row in 0..B {
-            assert!(close(x[i][row], expected[i * B + row]), "{name}, B = {B}: x at {i}");
-            for column in 0..B {
-                let expected = inverse[(i * B + row, i * B + column)];
-                assert!(close(covariance[(row, column)], expected), "{name}, B = {B}: covariance of {i}");
-                assert!(close(covariances[i][(row, column)], expected), "{name}, B = {B}: covariances at {i}");
-            }
+            let error = (x[i][row] - expected[i * B + row]).abs();
+            assert!(error < 1e-9 * inverse.amax(), "{name}, B = {B}: x at {i}");
         }
     }
 }

@@ -23,15 +23,15 @@ impl Chain {
                     self.tentative_branches.push(branch);
                     break;
                 }
-                // Far from the end of the branch, the pose says nothing about the branch.
+                // The frame does not follow the end of the branch, so its pose does not tell whether the branch is right: the
+                // branch is dropped, and the frame accepted by its pose in the map from before it.
                 BranchOutcome::Confirmed(anchored) if !is_next => {
-                    self.tentative_branches.push(branch);
-                    let level = self.tentative_branches.len() - 1;
-                    let mut outcome = self.accept_before(level, number, frame, *anchored);
-                    // What inner branches have told is not lost.
-                    dropped.append(&mut outcome.dropped);
-                    uncertain.append(&mut outcome.uncertain);
-                    return Outcome { moved, dropped, uncertain, ..outcome };
+                    uncertain.extend(branch.uncertain());
+                    dropped.extend(self.drop_members(&branch.unknown_corrections()));
+                    self.mark_resolved(&branch);
+                    self.reference = branch.into_map_before();
+                    hypothesis = *anchored;
+                    break;
                 }
                 BranchOutcome::Confirmed(_) => self.mark_resolved(&branch),
                 BranchOutcome::Refuted(anchored) => {
@@ -45,21 +45,6 @@ impl Chain {
             }
         }
         Outcome { estimate: self.append(number, frame, hypothesis, None), moved, dropped, uncertain }
-    }
-
-    /// Drops the tentative branches from `level` on and accepts a frame by its pose in the map from before them.
-    fn accept_before(
-        &mut self,
-        level: usize,
-        number: u32,
-        frame: &PreparedSurfels,
-        hypothesis: PoseHypothesis,
-    ) -> Outcome {
-        let branch = self.tentative_branches.drain(level..).next().unwrap_or_default();
-        let (dropped, uncertain) = (self.drop_members(&branch.unknown_corrections()), branch.uncertain());
-        self.mark_resolved(&branch);
-        self.reference = branch.into_map_before();
-        Outcome { estimate: self.append(number, frame, hypothesis, None), moved: Vec::new(), dropped, uncertain }
     }
 
     /// Corrects a branch at whose end a frame was registered to the map from before it (`anchored`) at another pose than to the

@@ -2,15 +2,15 @@
 
 use super::super::Verification;
 use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
-use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 
-/// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals (root
-/// mean square in generated flats): the errors of surfaces are correlated. Where surfaces constrain the direction, ...
+/// Ratio of a pose's actual error along its least constrained direction to the standard deviation from its residuals, where
+/// surfaces constrain that direction (root mean square in generated flats). The errors of surfaces are correlated.
 const CONSTRAINED_ERROR_RATIO: f64 = 10.0;
 /// Largest difference from the motion prior (standard deviations) for which it is applied: a larger one means an unusual
 /// motion, as after a dropped frame.
@@ -33,8 +33,7 @@ impl Chain {
         }
         let weakest = hypothesis.weakest;
         let Some(Posterior { offset, sigma }) = self.posterior_along(&hypothesis, &weakest) else { return hypothesis };
-        let translation = weakest.direction * offset;
-        let guess = Pose3::translation(translation.x, translation.y, translation.z) * hypothesis.T_world_sensor();
+        let guess = translated(hypothesis.T_world_sensor(), &weakest.direction, offset);
         let mut moved = matcher.register_across(&weakest, guess);
         let is_contradicted = moved.agreement < hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE;
         if is_contradicted || !(moved.registration.converged || hypothesis.is_degenerate()) {
@@ -42,7 +41,7 @@ impl Chain {
         }
         // Fixing a direction in the registration adds no information about it.
         moved.registration.information = hypothesis.registration.information;
-        PoseHypothesis { open_sigma: hypothesis.open_sigma.map(|_| sigma), ..moved }
+        PoseHypothesis { degenerate_sigma: hypothesis.degenerate_sigma.map(|_| sigma), ..moved }
     }
 
     /// What the motion prior makes of the position along a direction; `None` without a prior, and where the two are incompatible.
@@ -51,7 +50,7 @@ impl Chain {
         let direction = self.last.T_world_sensor.rotation.inverse() * weakest.direction;
         let predicted = self.motion_prior.predict(&motion, &direction)?;
         // A registration that has not converged knows nothing about the direction.
-        let sigma = match hypothesis.open_sigma {
+        let sigma = match hypothesis.degenerate_sigma {
             _ if !hypothesis.registration.converged => f64::INFINITY,
             Some(sigma) => sigma,
             None => CONSTRAINED_ERROR_RATIO * hypothesis.weakest_sigma(),

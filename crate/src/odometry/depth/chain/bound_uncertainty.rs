@@ -1,4 +1,4 @@
-//! Bound uncertainty: a camera comes only so far from frame to frame, so a pose is off by no more than that.
+//! Bound uncertainty: the largest motion from frame to frame bounds the error of a pose.
 
 use super::super::frame_matcher::SAME_POSE_DISTANCE;
 use super::super::hypotheses::CONVERGING_DISTANCE;

@@ -28,7 +28,7 @@ impl Chain {
         self.append(number, frame, hypothesis, Some(assessment))
     }
 
-    /// Whether the last members may still be dropped.
+    /// The members with uncertain positions that no later frame has resolved; `None` where there are none.
     pub(in super::super) fn unresolved(&self) -> Option<UnresolvedFrames> {
         self.tentative_branches.first().map(TentativeBranch::unresolved).filter(|open| !open.frames.is_empty())
     }

@@ -40,7 +40,7 @@ pub(super) struct Chain {
     /// The last frame that was appended.
     last: PosedFrame,
     motion_prior: MotionPrior,
-    /// The last frame, if it was doubtful and therefore rejected: the next one may be near it.
+    /// The last doubtful frame that was rejected since the last one was appended: the next frame may be near it.
     rejected: Option<PosedFrame>,
     /// Frames since the last one that was appended.
     num_rejected: u32,
@@ -177,7 +177,7 @@ impl Chain {
         let motion = self.last.T_world_sensor.inverse() * T_world_sensor;
         if uncertain.is_none() && self.num_rejected == 0 {
             self.motion_prior.push(&motion);
-            self.reference.repeatability.push(hypothesis.repeatability);
+            self.reference.normal_repeatability.push(hypothesis.normal_repeatability);
         }
         (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor, motion), None, 0);
         for branch in &mut self.tentative_branches {

@@ -35,8 +35,8 @@ impl Chain {
 
     /// The estimate of a lost frame: the last known pose.
     pub(in super::super) fn lost(&self, reason: String, overlap: f64) -> SpatialEstimate {
-        let assessment = Assessment { status: Status::Lost, reason, agreement: 0.0 };
         let T_world_sensor = self.rejected.as_ref().unwrap_or(&self.last).T_world_sensor;
+        let assessment = Assessment::lost(reason);
         SpatialEstimate { T_world_sensor, registration: None, overlap, assessment, is_in_map: false }
     }
 }

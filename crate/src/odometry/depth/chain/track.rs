@@ -27,7 +27,7 @@ const MIN_TRACKED_OVERLAP: f64 = 0.3;
 pub(super) struct PosedFrame {
     frame: Arc<PreparedSurfels>,
     pub(super) T_world_sensor: Pose3,
-    /// Its motion from the frame before it; identity where that is not known.
+    /// Its motion from the frame before it that has a pose, which may be several frames earlier; identity where there is none.
     pub(super) motion: Pose3,
 }
 
@@ -77,8 +77,8 @@ impl Chain {
 
     /// The pose of a frame by one before it alone, if the two determine it.
     fn track_from(&self, before: &PosedFrame, frame: &PreparedSurfels) -> Option<PoseHypothesis> {
-        let (repeatability, T_world_before) = (self.reference.repeatability, before.T_world_sensor);
-        let mut reference = ReferenceMap { repeatability, ..ReferenceMap::default() };
+        let (normal_repeatability, T_world_before) = (self.reference.normal_repeatability, before.T_world_sensor);
+        let mut reference = ReferenceMap { normal_repeatability, ..ReferenceMap::default() };
         let view = reference.map.view(&before.frame.image, &T_world_before);
         reference.insert(&before.frame, 0, &T_world_before, &view);
         // The frame before has as much noise as this one; the map has less.

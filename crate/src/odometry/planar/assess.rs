@@ -1,0 +1,35 @@
+//! Assessment of a planar scan's registration, by what the registration says of itself and by free space.
+
+use crate::map::local::PlanarRegistration;
+use crate::odometry::assessment::{Assessment, Evidence, Limits, Unconstrained};
+use crate::registration::free_space::FreeSpaceTally;
+
+/// Smallest number of points of a usable planar scan.
+pub(crate) const MIN_POINTS: usize = 10;
+/// Limits of planar scans. In each of six logs half of the good frames agree by at least 0.975, and 95 % by at least 0.896 to 0.962,
+/// depending on the log; registrations that are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of
+/// 0.9, wrong pairs of one log are assessed as good.
+const PLANAR_LIMITS: Limits =
+    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
+/// A registration whose last step is longer than this (m) or ...
+const MOVING_TRANSLATION: f64 = 0.005;
+/// ... turns further than this (rad) had not converged.
+const MOVING_ROTATION: f64 = 0.002;
+
+/// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
+pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
+    let last = &registration.last;
+    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
+    let weakest = &registration.observability;
+    let motion =
+        if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
+    let evidence = Evidence {
+        num_pairs: last.num_inliers,
+        overlap: registration.fitness,
+        agreement: Some(seen.agreement()),
+        degenerate: weakest.is_undetermined().then_some(motion),
+        residual: last.inlier_rmse,
+        moving_after: is_moving.then_some(registration.history.len()),
+    };
+    Assessment::of(&evidence, &PLANAR_LIMITS)
+}
