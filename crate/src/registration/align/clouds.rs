@@ -87,15 +87,15 @@ impl PreparedClouds {
     /// # Errors
     /// When it is not finite.
     pub fn between_clouds(&self, near: &Pose3) -> Result<[f64; 16]> {
-        Ok(row_major(&(self.origin * pose_from(&row_major(near))? * self.origin.inverse())))
+        Ok(row_major(&(self.origin * pose_from("T_target_source", &row_major(near))? * self.origin.inverse())))
     }
 
-    /// The inverse of the conversion above.
+    /// The inverse of the conversion above, of the field or argument of this `name`.
     ///
     /// # Errors
-    /// When it is not a rigid motion.
-    pub fn near(&self, T_target_source: &[f64; 16]) -> Result<Pose3> {
-        Ok(self.origin.inverse() * pose_from(T_target_source)? * self.origin)
+    /// When it is not a rigid motion: the error says its name.
+    pub fn near(&self, name: &str, T_target_source: &[f64; 16]) -> Result<Pose3> {
+        Ok(self.origin.inverse() * pose_from(name, T_target_source)? * self.origin)
     }
 
     /// The target's origin (m), to which the points of the problem are relative.

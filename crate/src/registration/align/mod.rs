@@ -293,7 +293,20 @@ impl RegistrationOptions {
     }
 
     fn guess(&self) -> Result<Pose3> {
-        self.init_T_target_source.as_ref().map_or(Ok(Pose3::identity()), pose_from)
+        let parsed = |rows: &_| pose_from("init_T_target_source", rows);
+        self.init_T_target_source.as_ref().map_or(Ok(Pose3::identity()), parsed)
+    }
+
+    /// Refuses a robust kernel without a width, which would divide by it.
+    fn check_kernel(&self) -> Result<()> {
+        let width = self.robust_kernel_width;
+        if self.robust_kernel == RobustKernel::None || width > 0.0 {
+            return Ok(());
+        }
+        Err(Error::whole(
+            format!("robust_kernel_width = {width} m is not positive"),
+            "Give a positive width (m), or robust_kernel none",
+        ))
     }
 }
 
@@ -324,7 +337,8 @@ pub(crate) fn row_major(pose: &Pose3) -> [f64; 16] {
 /// Largest deviation of a rotation matrix from orthonormal: the rounding of a file with six digits.
 const MAX_ROTATION_DEFECT: f64 = 1e-4;
 
-fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
+/// A pose from the matrix of a field or argument, by its `name` in errors.
+fn pose_from(name: &str, rows: &[f64; 16]) -> Result<Pose3> {
     let matrix = Matrix4::from_row_slice(rows);
     let R: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
     let defect = (R * R.transpose() - Matrix3::identity()).norm();
@@ -332,7 +346,7 @@ fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
     let sound = defect < MAX_ROTATION_DEFECT && R.determinant() > 0.0 && bottom_is_right;
     if !(sound && rows.iter().all(|value| value.is_finite())) {
         return Err(Error::whole(
-            "init_T_target_source is not a rigid motion",
+            format!("{name} is not a rigid motion"),
             "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
         ));
     }

@@ -24,8 +24,10 @@ pub(super) fn prepare(
     options: &RegistrationOptions,
     table: Option<&Rc<NearestTable>>,
 ) -> Result<(Box<dyn IcpProblem<Pose2>>, Pose2)> {
-    if options.search_translation > 0.0 || options.search_rotation > 0.0 {
-        let window = SearchWindow { translation: options.search_translation, rotation: options.search_rotation };
+    options.check_kernel()?;
+    let window =
+        SearchWindow { translation: options.search_translation, rotation: options.search_rotation }.checked()?;
+    if window.translation > 0.0 || window.rotation > 0.0 {
         let found = LikelihoodGrid::new(&target.points).search(&source.points, &guess, window);
         guess = found.map_or(guess, |found| found.T_target_source);
     }

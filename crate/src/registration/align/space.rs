@@ -26,6 +26,7 @@ pub(super) fn prepare(
     mut guess: Pose3,
     options: &RegistrationOptions,
 ) -> Result<(Box<dyn IcpProblem<Pose3>>, Pose3)> {
+    options.check_kernel()?;
     let [source, target] = [thinned(source, options)?, thinned(target, options)?];
     if options.init == RegistrationInit::Global {
         guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);

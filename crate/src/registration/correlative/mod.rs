@@ -13,6 +13,7 @@ mod branch_and_bound;
 mod grid;
 mod turns;
 
+use crate::error::{Error, Result};
 use crate::geometry::{Pose2, RigidMotion};
 use blocks::{Blocks, Candidate};
 use branch_and_bound::{Excluded, Search};
@@ -26,6 +27,24 @@ pub struct SearchWindow {
     pub translation: f64,
     /// Half width of the turn (rad).
     pub rotation: f64,
+}
+
+/// Largest half width of a search that a caller may ask for (m, rad).
+const MAX_SEARCH: f64 = 20.0;
+
+impl SearchWindow {
+    /// This window, if its half widths are neither negative nor too large: time and memory grow with them.
+    ///
+    /// # Errors
+    /// When a half width is not from 0 to 20 m or rad.
+    pub fn checked(self) -> Result<Self> {
+        let Self { translation, rotation } = self;
+        if [translation, rotation].iter().all(|half_width| (0.0..=MAX_SEARCH).contains(half_width)) {
+            return Ok(self);
+        }
+        let problem = format!("The search window of {translation} m and {rotation} rad is negative or too large");
+        Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")))
+    }
 }
 
 /// The best pose of a window.
@@ -252,6 +271,18 @@ mod tests {
             let [once, often] = [&once, &often].map(|source| grid.window(source, &Pose2::identity(), window));
             assert_eq!(often.best().map(|best| best.score), once.best().map(|best| best.score), "{count} times");
             assert_eq!(often.best_from(&T).map(|best| best.score), once.best().map(|best| best.score));
+        }
+    }
+
+    #[test]
+    fn windows_of_zero_to_twenty_metres_can_be_searched() {
+        let window = |translation, rotation| SearchWindow { translation, rotation };
+        for searched in [window(0.0, 0.0), window(MAX_SEARCH, 0.5)] {
+            assert_eq!(searched.checked(), Ok(searched));
+        }
+        let too_much = [(-0.1, 0.0), (0.0, 1.01 * MAX_SEARCH), (f64::NAN, 0.0), (1.0, f64::INFINITY)];
+        for refused in too_much.map(|(translation, rotation)| window(translation, rotation)) {
+            assert!(refused.checked().is_err(), "{refused:?}");
         }
     }
 

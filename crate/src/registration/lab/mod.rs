@@ -65,9 +65,6 @@ pub struct LabPoints {
     pub normals: Vec<f64>,
 }
 
-/// Largest half width of a search (m, rad).
-const MAX_SEARCH: f64 = 20.0;
-
 /// Evaluates one expression for the problem of either dimension.
 macro_rules! either {
     ($lab:expr, |$problem:ident, $guess:ident| $body:expr) => {
@@ -137,7 +134,7 @@ impl IcpLab {
     /// # Errors
     /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<&[f64; 16]>) -> Result<IcpTrace> {
-        let init = init_T_target_source.map(|rows| self.clouds.near(rows)).transpose()?;
+        let init = init_T_target_source.map(|rows| self.clouds.near("init_T_target_source", rows)).transpose()?;
         let (trace, traced) = match &self.clouds.problem {
             CloudProblem::Plane(problem, guess) => {
                 let (trace, poses) =
@@ -183,7 +180,7 @@ impl IcpLab {
         if stride == 0 {
             return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
         }
-        let near = self.clouds.near(T_target_source)?;
+        let near = self.clouds.near("T_target_source", T_target_source)?;
         either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near), stride))
     }
 
@@ -227,7 +224,7 @@ impl IcpLab {
             offsets.iter().enumerate().for_each(|(axis, &offset)| tangent[axis] = offset);
             Ok(M::from_space(center).offset(&tangent).in_space())
         }
-        let center = self.clouds.near(T_center)?;
+        let center = self.clouds.near("T_center", T_center)?;
         let at = if self.is_planar() { moved::<Pose2>(&center, offsets) } else { moved::<Pose3>(&center, offsets) };
         self.clouds.between_clouds(&at?)
     }
@@ -240,7 +237,8 @@ impl IcpLab {
         fn between<M: LabMotion>(center: &Pose3, pose: &Pose3) -> Vec<f64> {
             M::from_space(center).offsets_to(&M::from_space(pose)).as_slice().to_vec()
         }
-        let (center, pose) = (self.clouds.near(T_center)?, self.clouds.near(T_target_source)?);
+        let center = self.clouds.near("T_center", T_center)?;
+        let pose = self.clouds.near("T_target_source", T_target_source)?;
         let is_planar = self.is_planar();
         Ok(if is_planar { between::<Pose2>(&center, &pose) } else { between::<Pose3>(&center, &pose) })
     }
@@ -250,7 +248,7 @@ impl IcpLab {
     /// # Errors
     /// When the grid does not fit.
     pub fn cost_landscape(&self, options: &GridOptions) -> Result<Vec<f64>> {
-        let center = self.clouds.near(&options.T_center)?;
+        let center = self.clouds.near("T_center", &options.T_center)?;
         Ok(match &self.clouds.problem {
             CloudProblem::Plane(problem, _) => {
                 let grid = Grid::new(&center, options, 2..=2)?;
@@ -268,7 +266,7 @@ impl IcpLab {
     /// # Errors
     /// When the grid does not fit.
     pub fn basin_of_attraction(&self, options: &GridOptions) -> Result<Ends> {
-        let center = self.clouds.near(&options.T_center)?;
+        let center = self.clouds.near("T_center", &options.T_center)?;
         let rows = |pose: &Pose3| self.clouds.between_clouds(pose);
         either!(self, |problem, _guess| {
             let grid = Grid::new(&center, options, 1..=3)?;
@@ -279,18 +277,15 @@ impl IcpLab {
     /// The levels of the correlative search around a centre. `window`: half widths in x and y (m) and in rotation (rad).
     ///
     /// # Errors
-    /// When the clouds are not planar, the centre is not a rigid motion, or the window is not finite.
+    /// When the clouds are not planar, the centre is not a rigid motion, or the window is negative or too large.
     pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
         let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
             let problem = "The correlative search is for planar clouds, and these are clouds in space";
             return Err(Error::whole(problem, "Give two planar scans"));
         };
-        if !(0.0..=MAX_SEARCH).contains(&window.translation) || !(0.0..=MAX_SEARCH).contains(&window.rotation) {
-            let problem = format!("A window of {} m and {} rad", window.translation, window.rotation);
-            return Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")));
-        }
+        let window = window.checked()?;
         let target: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
-        let center = Pose2::from_space(&self.clouds.near(T_center)?);
+        let center = Pose2::from_space(&self.clouds.near("T_center", T_center)?);
         Ok(LikelihoodGrid::new(&target).window(problem.source_points(), &center, window).path())
     }
 
@@ -299,7 +294,8 @@ impl IcpLab {
     /// # Errors
     /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &Ends, reference: &[f64; 16]) -> Result<Basin> {
-        let near = |rows: &[f64; 16]| self.clouds.near(rows);
-        either!(self, |problem, _guess| basin::labelled(problem, ends, &near(reference)?, &near))
+        let reference = self.clouds.near("reference", reference)?;
+        let near = |rows: &[f64; 16]| self.clouds.near("T_target_source", rows);
+        either!(self, |problem, _guess| basin::labelled(problem, ends, &reference, &near))
     }
 }
