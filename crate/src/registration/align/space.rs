@@ -27,20 +27,22 @@ pub(super) fn prepare(
     options: &RegistrationOptions,
 ) -> Result<(Box<dyn IcpProblem<Pose3>>, Pose3)> {
     options.check_kernel()?;
-    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
-    if options.init == RegistrationInit::Global {
-        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
-    }
     let metric = options.metric.unwrap_or(match target.normals {
         Some(_) => CloudMetric::PointToPlane,
         None => CloudMetric::PointToPoint,
     });
     let solver = options.solver(options.motion.solver(), metric)?;
-    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
     if metric == CloudMetric::PointToLine {
         let problem = "point_to_line is for planar clouds, and these are clouds in space";
         return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
     }
+    let gaussian_voxel_size =
+        if metric == CloudMetric::Vgicp { Some(gaussian_voxel_size(options)?) } else { None };
+    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
+    if options.init == RegistrationInit::Global {
+        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
+    }
+    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
     if metric == CloudMetric::PointToPoint {
         let (num_target, target) = (target.points.len(), PointTarget::new(target.points));
         return Ok((problem(source, (target, num_target), PointToPoint, options, &solver), guess));
@@ -53,8 +55,8 @@ pub(super) fn prepare(
     if metric != CloudMetric::PointToPlane {
         source.normals = Some(source.known_or_estimated_normals());
     }
-    if metric == CloudMetric::Vgicp {
-        let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
+    if let Some(size) = gaussian_voxel_size {
+        let target = GaussianVoxels::new(&target.points, &normals, size);
         let num_target = target.len();
         return Ok((problem(source, (target, num_target), PlaneToVoxel, options, &solver), guess));
     }
