@@ -107,7 +107,7 @@ impl Keyframes {
         }
     }
 
-    /// All of them, in the order they were taken.
+    /// All of them, in the order in which they were added.
     pub fn all(&self) -> &[Keyframe] {
         &self.views
     }

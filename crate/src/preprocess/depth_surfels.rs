@@ -211,7 +211,7 @@ impl SummedMoments {
                 continue;
             }
             let depth = 1.0 / r;
-            // Deviation in 1 / z, in standard deviations of one pixel.
+            // The deviation of the cell's mean 1 / z from the plane, and the same in z (m).
             let cell = between(cell);
             let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
             let cell_offset = mean_offset * depth * depth;

@@ -205,7 +205,7 @@ pub struct RegistrationOptions {
     pub voxel_size: f64,
     /// `vgicp`: side of the target's voxels (m); 0 is `max_correspondence_distance`.
     pub gaussian_voxel_size: f64,
-    /// Planar clouds: half width of a search around the guess in x and y (m); 0 disables the search.
+    /// Planar clouds: half width of a search around the guess in x and y (m); there is no search where `search_rotation` is 0, too.
     pub search_translation: f64,
     /// Planar clouds: half width of the search in heading (rad).
     pub search_rotation: f64,

@@ -1,4 +1,4 @@
-//! The globally best pose of a planar scan in a window, without a first guess.
+//! The best of all poses of a planar scan in a window around a first guess: a global search, which no local minimum ends.
 //!
 //! The target is drawn into a grid of likelihoods; a pose scores the sum over the source's points. Branch and bound over
 //! a pyramid of sliding maxima finds the best of all poses on the grid without looking at most of them: Olson,
@@ -88,8 +88,8 @@ pub struct WindowSearch<'a> {
 }
 
 impl LikelihoodGrid {
-    /// Prepares the search for a source within `window` around `center`, on a grid of the map's cells and of rotations that
-    /// move a point 10 m away by one cell.
+    /// Prepares the search for a source within `window` around `center`: translations in steps of one cell, rotations in steps
+    /// that move the source's furthest point by one cell, or a point 10 m away where the furthest is farther away.
     pub fn window<'a>(&'a self, source: &'a [Vector2<f64>], center: &Pose2, window: SearchWindow) -> WindowSearch<'a> {
         let furthest = source.iter().map(Vector2::norm).fold(0.0, f64::max);
         // The cells of a target of many kilometres are larger than 10 m.

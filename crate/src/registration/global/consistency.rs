@@ -10,7 +10,7 @@ use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
 
-/// Most matches that are used, evenly spread; they form half a million pairs.
+/// Most matches that are used, evenly spread; they form 1.1 million pairs.
 const MAX_MATCHES: usize = 1500;
 /// Most matches that are tried as the seed of a consensus.
 const MAX_SEEDS: usize = 40;

@@ -26,7 +26,7 @@ pub struct Ends {
 /// Results grouped by minimum.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Basin {
-    /// Index in `minima` for each start; -1 where the loop did not converge.
+    /// Index in `minima` for each start; -1 where the loop neither converged nor ran in a cycle.
     pub labels: Vec<i16>,
     /// The minima: the reference's first, the others by the number of starts that end there.
     pub minima: Vec<Minimum>,

@@ -20,7 +20,7 @@ pub struct GridOptions {
     pub axes: Vec<usize>,
     /// Half width of the grid along each (rad, m).
     pub half_widths: Vec<f64>,
-    /// Number of nodes along each; one node is at the centre.
+    /// Number of nodes along each; of an odd number, one is at the centre.
     pub size: Vec<usize>,
     /// Rows to compute, from the first to before the second, counted through all layers, so that workers can share a grid; null
     /// is all.

@@ -261,7 +261,7 @@ impl IcpLab {
         })
     }
 
-    /// The results of registrations that start at every node of a grid over two or three unknowns: see [`basin`].
+    /// The results of registrations that start at every node of a grid over one to three unknowns: see [`basin`].
     ///
     /// # Errors
     /// When the grid does not fit.
