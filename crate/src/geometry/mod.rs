@@ -12,4 +12,4 @@ pub mod rotation;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;
-pub use pose::{Pose2, Pose3, RigidMotion};
+pub use pose::{Embedding, Pose2, Pose3, RigidMotion};

@@ -6,8 +6,7 @@ use nalgebra::{Translation3, Vector2};
 
 use super::{RegistrationOptions, check_points, plane, pose_from, row_major, space};
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3};
-use crate::io::trajectory::in_space;
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3};
 use crate::registration::problem::IcpProblem;
 use crate::search::NearestTable;
 
@@ -69,7 +68,7 @@ impl PreparedClouds {
             let scan = |cloud| space::Near::new(cloud, target.origin).scan();
             let (source, target) = (scan(source), scan(target));
             let table = table(&target.points);
-            let guess = plane::in_plane(&guess);
+            let guess = Pose2::from_space(&guess);
             let (problem, guess) = plane::prepare(&source, &target, guess, options, table.as_ref())?;
             return Ok(Self { problem: CloudProblem::Plane(problem, guess), table, origin });
         }
@@ -108,7 +107,7 @@ impl CloudProblem {
     /// The initial guess in space.
     pub fn guess(&self) -> Pose3 {
         match self {
-            Self::Plane(_, guess) => in_space(guess),
+            Self::Plane(_, guess) => guess.in_space(),
             Self::Space(_, guess) => *guess,
         }
     }

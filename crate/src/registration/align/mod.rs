@@ -14,8 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::plain::{RegistrationResult, register_clouds};
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
-use crate::io::trajectory::in_space;
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
@@ -106,7 +105,7 @@ impl Alignable for PlanarScan {
         for (scan, role) in [(self, "source"), (target, "target")] {
             check_points(role, scan.points.iter().any(|p| p.iter().all(|x| x.is_finite())))?;
         }
-        let (problem, guess) = plane::prepare(self, target, plane::in_plane(&options.guess()?), options, None)?;
+        let (problem, guess) = plane::prepare(self, target, Pose2::from_space(&options.guess()?), options, None)?;
         Ok(problem.register(guess))
     }
 }
@@ -258,7 +257,7 @@ impl Default for RegistrationOptions {
 impl RegistrationOptions {
     /// The same options with this initial guess: a [`Pose3`], or a [`Pose2`] for scans in the plane.
     #[must_use]
-    pub fn starting_at(self, init_T_target_source: &impl Guess) -> Self {
+    pub fn starting_at(self, init_T_target_source: &impl Embedding) -> Self {
         Self { init_T_target_source: Some(row_major(&init_T_target_source.in_space())), ..self }
     }
 
@@ -307,24 +306,6 @@ impl RegistrationOptions {
             format!("robust_kernel_width = {width} m is not positive"),
             "Give a positive width (m), or robust_kernel none",
         ))
-    }
-}
-
-/// A motion that can be an initial guess.
-pub trait Guess {
-    /// The same motion in space, where the plane is z = 0.
-    fn in_space(&self) -> Pose3;
-}
-
-impl Guess for Pose2 {
-    fn in_space(&self) -> Pose3 {
-        in_space(self)
-    }
-}
-
-impl Guess for Pose3 {
-    fn in_space(&self) -> Pose3 {
-        *self
     }
 }
 

@@ -19,7 +19,7 @@ use self::grid::{Grid, GridOptions};
 use self::iteration::TracedIteration;
 use self::motion::LabMotion;
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3, Vector};
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3, Vector};
 use crate::registration::align::RegistrationOptions;
 use crate::registration::align::clouds::{CloudProblem, PreparedClouds};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, SearchedBlock};
@@ -181,7 +181,7 @@ impl IcpLab {
             return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
         }
         let near = self.clouds.near("T_target_source", T_target_source)?;
-        either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near), stride))
+        either!(self, |problem, _guess| self.details(problem, &Embedding::from_space(&near), stride))
     }
 
     /// Iteration `index` of the last [`trace`](Self::trace), from the unrounded pose of the loop; one past the last is the iteration
