@@ -9,6 +9,7 @@ pub(crate) mod point_cloud;
 pub(crate) mod pose;
 pub(crate) mod quantile;
 pub mod rotation;
+pub(crate) mod scalar;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use crate::camera::pinhole::RayTable;
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::camera::{DepthImage, Pinhole};
+use crate::geometry::scalar::larger;
 
 /// How depth is measured: scale, range and noise of the raw values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -261,7 +262,7 @@ fn oriented(
     // The error by quantisation decreases with the number of steps in the window, that by noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
     let noise_of_pixel = model.square_noise * depth * depth;
-    let noise = noise_of_pixel / larger(plane.num_pixels / CORRELATED_PIXELS, 1.0).sqrt();
+    let noise = noise_of_pixel / larger(1.0, plane.num_pixels / CORRELATED_PIXELS).sqrt();
     let sigma = (step_deviation * step_deviation + noise * noise).sqrt();
     // Both ends of the window may be off by the deviation; its width lies across the line of sight.
     if sigma * cosine > MAX_NORMAL_DEVIATION * half_width * depth {
@@ -272,12 +273,6 @@ fn oriented(
     let variance_along_normal = (sigma * sigma + shared * shared) * towards * towards;
     let sigma = (variance_along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
     Some(Surfel { point: ray * depth, normal, sigma })
-}
-
-/// As `f64::max`, which is a call in WebAssembly.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Pixels over which errors of triangulating cameras are correlated.
@@ -306,7 +301,7 @@ fn fit(window: &Moments) -> Option<InversePlane> {
     let inverse = 1.0 / determinant;
     let a = (xr * yy - yr * xy) * inverse;
     let b = (yr * xx - xr * xy) * inverse;
-    let misfit = larger(rr - a * xr - b * yr, 0.0) * w / num_pixels;
+    let misfit = larger(0.0, rr - a * xr - b * yr) * w / num_pixels;
     Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
 }
 

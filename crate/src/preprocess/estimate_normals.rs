@@ -130,11 +130,8 @@ fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::scalar::wave;
     use nalgebra::Matrix3;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
 
     fn normals(points: &[Vec3], neighbourhood: Neighbourhood, viewpoint: DVec3) -> Vec<Option<Vector3<f64>>> {
         estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighbourhood, viewpoint)

@@ -186,10 +186,7 @@ fn weighted(simple: &[Feature], index: usize, neighbors: &[Neighbor]) -> Feature
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
+    use crate::geometry::scalar::wave;
 
     fn unit(i: usize) -> Vec3 {
         Vec3::new(wave(i, 1.9) as f32, wave(i, 2.7) as f32, wave(i, 3.3) as f32).normalize()

@@ -136,10 +136,7 @@ pub fn mutual_matches(source: &FeatureIndex, target: &FeatureIndex, max_points: 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
+    use crate::geometry::scalar::wave;
 
     /// Features near a curved surface, some of them not finite.
     fn features(count: usize, shift: f64) -> Vec<Feature> {

@@ -6,6 +6,7 @@ use super::motion::LabMotion;
 use crate::error::Result;
 use crate::geometry::{SquareMatrix, Vector};
 use crate::registration::degeneracy::{Directions, UNDETERMINED_SHARE};
+use crate::registration::icp::root_mean_square;
 use crate::registration::problem::{IcpProblem, Iteration};
 
 /// The figures of one iteration. Tangent vectors and matrices are over (theta, x, y) for planar clouds and over
@@ -116,7 +117,6 @@ fn summary<M: LabMotion>(
 ) -> Result<IterationSummary> {
     let Iteration { T_target_source, step, correspondences, equations, .. } = iteration;
     let num_inliers = correspondences.len();
-    let sq_sum: f64 = correspondences.iter().map(|pair| pair.residual * pair.residual).sum();
     Ok(IterationSummary {
         T_target_source: between_clouds(T_target_source)?,
         T_next: between_clouds(&step.map_or(*T_target_source, |step| (step * *T_target_source).renormalized()))?,
@@ -125,7 +125,7 @@ fn summary<M: LabMotion>(
         num_inliers,
         num_points: iteration.num_points,
         fitness: num_inliers as f64 / iteration.num_points.max(1) as f64,
-        inlier_rmse: (sq_sum / num_inliers.max(1) as f64).sqrt(),
+        inlier_rmse: root_mean_square(correspondences),
         H: equations.H.as_slice().to_vec(), // symmetric: rows are columns
         b: equations.b.as_slice().to_vec(),
         x: step.map(|step| step.log().as_slice().to_vec()),
