@@ -10,11 +10,12 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::{LocalMap, MetricName, PlanarRegistration, QueryScan};
+use crate::map::local::{LocalMap, PlanarRegistration, QueryScan};
 use crate::odometry::assessment::{Assessment, MIN_POINTS, Status, assess};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
+use crate::registration::planar::PlanarMetric;
 
 pub mod ablation;
 pub mod hypothesis;
@@ -49,7 +50,7 @@ pub struct PlanarOptions {
     /// Half widths of the correlative search.
     pub search: SearchWindow,
     /// What a correspondence measures.
-    pub metric: MetricName,
+    pub metric: PlanarMetric,
     /// The registration loop.
     pub icp: IcpOptions,
     /// Parts that are left out.
