@@ -292,7 +292,7 @@ impl Odometry {
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
-            let guess = search.rival((&known, MIN_RIVAL_DISTANCE), (share * score, score))?.T_target_source;
+            let guess = search.rival(&known, MIN_RIVAL_DISTANCE, share * score, score)?.T_target_source;
             known.push(guess);
             let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);

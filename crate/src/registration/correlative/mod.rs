@@ -158,17 +158,23 @@ impl WindowSearch<'_> {
         path
     }
 
-    /// The best pose of the window that lies apart from known ones by more than the window beside them, and
-    /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
-    /// no better one is looked for.
-    pub fn rival(&self, (known, apart): (&[Pose2], SearchWindow), scores: (f64, f64)) -> Option<CorrelativeMatch> {
+    /// The best pose of the window that differs from each of the `known` ones by more than `min_distance` in translation or in
+    /// rotation, if its score is at least `min_score`: the second basin, where there is one. The search ends at the first pose
+    /// that scores at least `enough_score`.
+    pub fn rival(
+        &self,
+        known: &[Pose2],
+        min_distance: SearchWindow,
+        min_score: f64,
+        enough_score: f64,
+    ) -> Option<CorrelativeMatch> {
         let excluded = |known: &Pose2| {
             let (away, turn) = self.place(known);
-            let radius = apart.translation / self.grid.resolution;
-            Excluded { away, turn, radius, turns: apart.rotation / self.turn_step }
+            let radius = min_distance.translation / self.grid.resolution;
+            Excluded { away, turn, radius, turns: min_distance.rotation / self.turn_step }
         };
         let whole = 255.0 * self.source.len() as f64;
-        let sums = ((scores.0 * whole) as u32, (scores.1 * whole) as u32); // saturates
+        let sums = ((min_score * whole) as u32, (enough_score * whole) as u32); // saturates
         self.run(known.iter().map(excluded).collect(), sums, |_| ())
     }
 
