@@ -41,9 +41,9 @@ const KEYFRAME_SPACING: f64 = 0.3;
 const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.
 const MAX_NEARBY: usize = 6;
-/// Memory above which the keyframes are thinned (bytes), ...
+/// Memory above which the keyframes are thinned (bytes).
 const MAX_BYTES: usize = 96 << 20;
-/// ... until they take no more than this: thinning again at each frame would cost too much.
+/// Most memory of thinned keyframes (bytes): less than [`MAX_BYTES`], since thinning again at each frame would cost too much.
 const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
 /// Factor by which the spacing grows in each round of thinning.
 const SPACING_GROWTH: f64 = 1.25;

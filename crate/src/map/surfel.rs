@@ -34,9 +34,9 @@ struct Block {
 const BLOCK_SIZE: f64 = 1.0;
 /// Margin of a view beyond the image on every side, as a share of the image's size.
 const VIEW_MARGIN: f64 = 0.25;
-/// Depth up to which the map is rendered (m), ...
-const MAX_VIEW_DEPTH: f64 = 12.0;
-/// ... or this much beyond the frame's largest depth (m): a pose hypothesis may be off by a few metres.
+/// Depth up to which the map is always rendered (m).
+const MIN_VIEW_DEPTH: f64 = 12.0;
+/// Depth beyond the frame's largest up to which the map is rendered as well (m): a pose hypothesis may be off by a few metres.
 const DEPTH_MARGIN: f64 = 4.0;
 /// Stride of the cells of which the largest depth is taken.
 const DEPTH_STRIDE: usize = 13;
@@ -67,7 +67,7 @@ impl SurfelMap {
     pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
         let camera = with_margin(&frame.cell_camera());
         let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
-        let max_depth = MAX_VIEW_DEPTH.max(depths.fold(0.0, f64::max) + DEPTH_MARGIN);
+        let max_depth = MIN_VIEW_DEPTH.max(depths.fold(0.0, f64::max) + DEPTH_MARGIN);
         let frustum = Frustum::new(&camera, T_world_view, max_depth);
         let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {

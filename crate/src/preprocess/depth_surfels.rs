@@ -67,7 +67,7 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
     let cells = cell_camera(camera, CELL_SIZE);
     let sums = SummedMoments::new(image, usable, camera, model);
     let mut surfels = vec![None; cells.width * cells.height];
-    // Of the cells above, and of those to the left in this row; one more, that nothing is known of.
+    // Misfits of the last visited cell of each column; one column more, which has none.
     let mut known = vec![Misfits::default(); cells.width + 1];
     let rays = cells.ray_table();
     for (row, row_of_surfels) in surfels.chunks_exact_mut(cells.width.max(1)).enumerate() {

@@ -44,7 +44,7 @@ pub struct Iteration<M: RigidMotion> {
     pub rejected: Vec<Rejected>,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
-    /// The normal equations of the pairs, with directions that are not free fixed.
+    /// The normal equations of the pairs, restricted to the free directions of the solver.
     pub equations: NormalEquations<M>,
     /// The motion that the loop applies after the pose; `None` where the pairs do not determine it.
     pub step: Option<M>,

@@ -13,8 +13,8 @@ const POINTS_AT_ONCE: usize = 256;
 /// Number of neighbouring turns that are bounded together.
 const TURNS_TOGETHER: usize = 8;
 
-/// The bound of a quarter is computed until it is below the sum to beat by one part in so many: later searches, which have less
-/// to beat, then need not compute it again. This saves 2 % of the time of a search for three rivals.
+/// The bound of a quarter is computed until it is below the sum to beat by 1 / `MARGIN` of that sum: later searches, which have
+/// less to beat, then need not compute it again. This saves 2 % of the time of a search for three rivals.
 const MARGIN: u32 = 16;
 
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.

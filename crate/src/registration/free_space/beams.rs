@@ -31,9 +31,9 @@ struct Beam {
     range: f64,
 }
 
-/// Ranges this close are equal (m) ...
+/// Smallest tolerance for a difference of ranges (m).
 const MIN_TOLERANCE: f64 = 0.15;
-/// ... or within this share of the range: a small error in heading moves far walls.
+/// Tolerance for a difference of ranges, as a share of the range: a small error in heading moves far walls.
 const RELATIVE_TOLERANCE: f64 = 0.03;
 
 impl RangeProfile {

@@ -23,7 +23,7 @@ pub struct PreparedSurfels {
     pub(crate) coarse: Vec<PackedSurfel>,
     /// Points of high image gradient, where there is a colour image.
     pub(crate) textured: Vec<TexturedPoint>,
-    /// Whether those colours are those of the depth's pixels.
+    /// Slopes of the brightness on the outlines of objects and beside them: whether the colours are registered to the depth.
     pub outline_contrast: OutlineContrast,
 }
 
