@@ -94,7 +94,8 @@ fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
     if size > 0.0 && size.is_finite() {
         return Ok(size);
     }
-    Err(Error::whole(format!("Voxels of {size} m hold no points"), "Give a positive gaussian_voxel_size"))
+    let problem = format!("gaussian_voxel_size = {size} m is not positive and finite");
+    Err(Error::whole(problem, "Give a positive gaussian_voxel_size"))
 }
 
 /// The downsampled cloud, or the whole cloud where `voxel_size` is 0.

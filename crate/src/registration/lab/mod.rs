@@ -15,7 +15,7 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use self::basin::{Basin, Ends};
-use self::grid::{Grid, GridOptions};
+use self::grid::{Grid, GridOptions, check_stride};
 use self::iteration::TracedIteration;
 use self::motion::LabMotion;
 use crate::error::{Error, Result};
@@ -177,9 +177,7 @@ impl IcpLab {
     /// # Errors
     /// When the pose is not a rigid motion, or the stride is 0.
     pub fn sampled_iteration(&self, T_target_source: &[f64; 16], stride: usize) -> Result<TracedIteration> {
-        if stride == 0 {
-            return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
-        }
+        check_stride(stride)?;
         let near = self.clouds.near("T_target_source", T_target_source)?;
         either!(self, |problem, _guess| self.details(problem, &Embedding::from_space(&near), stride))
     }
