@@ -61,11 +61,11 @@ impl PreparedClouds {
                 "Give two planar scans (z = 0) or two clouds in space",
             ));
         }
-        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_relative * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
         if source.is_planar() {
-            let scan = |cloud| space::Near::new(cloud, target.origin).scan();
+            let scan = |cloud| space::RelativeCloud::new(cloud, target.origin).scan();
             let (source, target) = (scan(source), scan(target));
             let table = table(&target.points);
             let guess = Pose2::from_space(&guess);
@@ -85,15 +85,17 @@ impl PreparedClouds {
     ///
     /// # Errors
     /// When it is not finite.
-    pub fn between_clouds(&self, near: &Pose3) -> Result<[f64; 16]> {
-        Ok(row_major(&(self.origin * pose_from("T_target_source", &row_major(near))? * self.origin.inverse())))
+    pub fn to_absolute(&self, T_target_source: &Pose3) -> Result<[f64; 16]> {
+        Ok(row_major(
+            &(self.origin * pose_from("T_target_source", &row_major(T_target_source))? * self.origin.inverse()),
+        ))
     }
 
     /// The inverse of the conversion above, of the field or argument of this `name`.
     ///
     /// # Errors
     /// When it is not a rigid motion: the error says its name.
-    pub fn near(&self, name: &str, T_target_source: &[f64; 16]) -> Result<Pose3> {
+    pub fn to_relative(&self, name: &str, T_target_source: &[f64; 16]) -> Result<Pose3> {
         Ok(self.origin.inverse() * pose_from(name, T_target_source)? * self.origin)
     }
 

@@ -121,7 +121,7 @@ impl Alignable for PointCloud {
             let problem = "A cloud is planar: all its points lie in z = 0, which fixes no motion in space";
             return Err(Error::whole(problem, "Give two PlanarScans, or use register_clouds"));
         }
-        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_relative * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
         let (problem, guess) = space::prepare(self, target, guess, options)?;

@@ -36,13 +36,12 @@ pub(super) fn prepare(
         let problem = "point_to_line is for planar clouds, and these are clouds in space";
         return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
     }
-    let gaussian_voxel_size =
-        if metric == CloudMetric::Vgicp { Some(gaussian_voxel_size(options)?) } else { None };
+    let gaussian_voxel_size = if metric == CloudMetric::Vgicp { Some(gaussian_voxel_size(options)?) } else { None };
     let [source, target] = [thinned(source, options)?, thinned(target, options)?];
     if options.init == RegistrationInit::Global {
         guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
     }
-    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
+    let (mut source, target) = (RelativeCloud::new(&source, target.origin), RelativeCloud::new(&target, target.origin));
     if metric == CloudMetric::PointToPoint {
         let (num_target, target) = (target.points.len(), PointTarget::new(target.points));
         return Ok((problem(source, (target, num_target), PointToPoint, options, &solver), guess));
@@ -69,7 +68,7 @@ pub(super) fn prepare(
 }
 
 fn problem<T, F>(
-    source: Near,
+    source: RelativeCloud,
     (target, num_target): (T, usize),
     factor: F,
     options: &RegistrationOptions,
@@ -111,13 +110,13 @@ pub(super) fn origin_of(cloud: &PointCloud) -> Translation3<f64> {
     Translation3::new(cloud.origin.x, cloud.origin.y, cloud.origin.z)
 }
 
-/// Finite points in double precision, with their normals.
-pub(super) struct Near {
+/// The finite points of a cloud relative to an origin (m), in double precision, with their normals.
+pub(super) struct RelativeCloud {
     points: Vec<Vector3<f64>>,
     normals: Option<Vec<Option<Vector3<f64>>>>,
 }
 
-impl Near {
+impl RelativeCloud {
     pub(super) fn new(cloud: &PointCloud, origin: DVec3) -> Self {
         let shift = cloud.origin - origin;
         let points = cloud.finite_points().map(|(_, p)| Vector3::from((p + shift).to_array())).collect();
