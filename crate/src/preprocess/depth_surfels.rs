@@ -178,6 +178,7 @@ impl SummedMoments {
         ]
     }
 
+    /// The surfel of a cell from the largest window around it that is a plane.
     fn surfel(
         &self,
         column: usize,
@@ -212,11 +213,7 @@ impl SummedMoments {
                 continue;
             }
             let depth = 1.0 / r;
-            // The deviation of the cell's mean 1 / z from the plane, and the same in z (m).
-            let cell = between(cell);
-            let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
-            let cell_offset = mean_offset * depth * depth;
-            if cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth) {
+            if lies_off(&plane, &between(cell), depth, model) {
                 return None;
             }
             return oriented(&plane, ray, depth, reach, cells, model);
@@ -236,6 +233,15 @@ fn count(corners: [&Moments; 4]) -> f64 {
 #[inline]
 fn between([a, b, c, d]: [&Moments; 4]) -> Moments {
     std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
+}
+
+/// Whether the mean depth of a cell deviates from the depth of the plane by more than the noise.
+#[inline]
+fn lies_off(plane: &InversePlane, cell: &Moments, depth: f64, model: &DepthModel) -> bool {
+    // The deviation of the cell's mean 1 / z from the plane, and the same in z (m).
+    let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
+    let cell_offset = mean_offset * depth * depth;
+    cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth)
 }
 
 /// The surfel, if its normal is certain enough.
