@@ -238,7 +238,7 @@ fn voxels_of_no_size_are_refused_and_tiny_ones_fix_nothing() {
     };
     for size in [-0.1, f64::NAN, f64::INFINITY] {
         let error = with(size).unwrap_err().to_string();
-        assert!(error.contains("hold no points") && error.contains("gaussian_voxel_size"), "{error}");
+        assert!(error.contains("is not positive and finite") && error.contains("gaussian_voxel_size"), "{error}");
     }
     let found = with(1e-12).unwrap();
     assert!(!found.converged && found.num_correspondences == 0);

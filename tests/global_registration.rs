@@ -12,7 +12,9 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaterni
 use scanstitch::geometry::{PointCloud, Pose3};
 use scanstitch::io::{depth_png, ply};
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
-use scanstitch::registration::align::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
+use scanstitch::registration::align::{
+    CloudMetric, RegistrationInit, RegistrationOptions, StepMethod, register_clouds,
+};
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
 use scanstitch::search::Neighbourhood;
 use scanstitch_scene::random::Random;
@@ -130,6 +132,22 @@ fn a_cloud_without_surfaces_is_refused() {
     assert!(between(&points, &points, 0.25).unwrap_err().to_string().starts_with("0 points look alike"));
     let options = RegistrationOptions { init: RegistrationInit::Global, ..RegistrationOptions::default() };
     assert!(register_clouds(&points, &points, &options).unwrap_err().to_string().contains("All points"));
+}
+
+#[test]
+fn options_that_do_not_fit_are_refused_before_the_search() {
+    let points = PointCloud::from_positions(vec![Vec3::ONE; 500]); // the search fails with these
+    let refused = |options: RegistrationOptions| {
+        let options = RegistrationOptions { init: RegistrationInit::Global, ..options };
+        register_clouds(&points, &points, &options).unwrap_err().to_string()
+    };
+    let with = |metric| RegistrationOptions { metric: Some(metric), ..RegistrationOptions::default() };
+    assert!(refused(with(CloudMetric::PointToLine)).contains("point_to_line is for planar clouds"));
+    let step = Some(StepMethod::ClosedForm);
+    assert!(refused(RegistrationOptions { step, ..with(CloudMetric::Gicp) }).contains("step closed_form"));
+    let gaussian_voxel_size = -0.1;
+    let vgicp = RegistrationOptions { gaussian_voxel_size, ..with(CloudMetric::Vgicp) };
+    assert!(refused(vgicp).contains("gaussian_voxel_size"));
 }
 
 /// The public way: no guess, no voxel size, no normals.

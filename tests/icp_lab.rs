@@ -12,6 +12,7 @@ use scanstitch::registration::CloudMetric::{self, Gicp, PointToLine, PointToPlan
 use scanstitch::registration::RegistrationOptions;
 use scanstitch::registration::align::{StepMethod, register_clouds};
 use scanstitch::registration::lab::IcpLab;
+use scanstitch::registration::lab::basin::Ends;
 use scanstitch::registration::lab::grid::GridOptions;
 use scanstitch::registration::lab::iteration::TracedIteration;
 use scanstitch::registration::robust_kernel::RobustKernel;
@@ -108,6 +109,23 @@ fn grid(center: [f64; 16], axes: &[usize], half_widths: &[f64], size: &[usize]) 
 }
 
 #[test]
+fn a_matrix_that_is_no_rigid_motion_is_refused_by_its_name() {
+    let Pair { source, target, .. } = pair(&corridor(), ["3.ply", "2.ply"], RegistrationOptions::default());
+    let mut lab = IcpLab::new(&source, &target, &RegistrationOptions::default()).unwrap();
+    let (skewed, center) = ([1.0; 16], lab.initial().unwrap());
+    let errors = [
+        ("T_center", lab.pose_at(&skewed, &[0.0; 3]).unwrap_err()),
+        ("T_target_source", lab.offsets(&center, &skewed).unwrap_err()),
+        ("T_center", lab.cost_landscape(&grid(skewed, &[1, 2], &[0.1; 2], &[3; 2])).unwrap_err()),
+        ("reference", lab.label_ends(&Ends::default(), &skewed).unwrap_err()),
+        ("init_T_target_source", lab.trace(Some(&skewed)).unwrap_err()),
+    ];
+    for (name, error) in errors {
+        assert_eq!(error.problem, format!("{name} is not a rigid motion"));
+    }
+}
+
+#[test]
 fn a_landscape_is_the_cost_of_every_pose() {
     for Pair { name, source, target, options } in planar_pairs() {
         let mut lab = IcpLab::new(&source, &target, &options).expect("a lab");
@@ -171,7 +189,7 @@ fn a_sampled_grid_is_that_of_its_points() {
             assert!(agrees, "{name}: {again} {cost}");
         }
         let none = lab.cost_landscape(&GridOptions { stride: 0, ..sampled }).expect_err("no points");
-        assert!(none.to_string().contains("stride of 0"), "{name}: {none}");
+        assert!(none.to_string().contains("stride must be at least 1"), "{name}: {none}");
     }
 }
 

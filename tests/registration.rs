@@ -286,7 +286,36 @@ fn options_that_do_not_fit_the_clouds_are_refused_with_a_remedy() {
     assert!(refused(&solid, &solid, metric(CloudMetric::PointToLine)).contains("clouds in space"));
     assert!(refused(&PointCloud::default(), &flat, RegistrationOptions::default()).contains("no finite point"));
     let skewed = RegistrationOptions { init_T_target_source: Some([1.0; 16]), ..RegistrationOptions::default() };
-    assert!(refused(&solid, &solid, skewed).contains("not a rigid motion"));
+    assert!(refused(&solid, &solid, skewed).contains("init_T_target_source is not a rigid motion"));
+}
+
+#[test]
+fn search_windows_that_are_negative_or_too_large_are_refused() {
+    let room = PointCloud::from_positions(vec![glam::Vec3::new(1.0, 2.0, 0.0); 3]);
+    for (search_translation, search_rotation) in [(1e9, 0.0), (0.5, f64::INFINITY), (-1.0, 0.5), (f64::NAN, 0.0)] {
+        let options = RegistrationOptions { search_translation, search_rotation, ..RegistrationOptions::default() };
+        let error = register_clouds(&room, &room, &options).unwrap_err().to_string();
+        assert!(error.contains("search window") && error.contains("negative or too large"), "{error}");
+    }
+}
+
+#[test]
+fn robust_kernels_without_a_width_are_refused() {
+    let flat: Vec<glam::Vec3> =
+        scan_inside(&ROOM).iter().map(|p| glam::Vec3::new(p.x as f32, p.y as f32, 0.0)).collect();
+    let solid = PointCloud::from_positions(flat.iter().map(|p| p.with_z(p.x * p.y)).collect());
+    for cloud in [PointCloud::from_positions(flat), solid] {
+        let with = |robust_kernel, robust_kernel_width| {
+            let options = RegistrationOptions { robust_kernel, robust_kernel_width, ..RegistrationOptions::default() };
+            register_clouds(&cloud, &cloud, &options)
+        };
+        for width in [0.0, -0.1, f64::NAN] {
+            let error = with(RobustKernel::Cauchy, width).unwrap_err().to_string();
+            assert!(error.contains("robust_kernel_width") && error.contains("is not positive"), "{error}");
+        }
+        // Without a kernel there is no width to check.
+        assert!(with(RobustKernel::None, 0.0).unwrap().converged);
+    }
 }
 
 /// A pair with normals and a known motion between.

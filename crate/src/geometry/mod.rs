@@ -9,7 +9,8 @@ pub(crate) mod point_cloud;
 pub(crate) mod pose;
 pub(crate) mod quantile;
 pub mod rotation;
+pub(crate) mod scalar;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;
-pub use pose::{Pose2, Pose3, RigidMotion};
+pub use pose::{Embedding, Pose2, Pose3, RigidMotion};

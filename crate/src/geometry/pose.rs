@@ -227,6 +227,37 @@ impl RigidMotion for Pose3 {
     }
 }
 
+/// A motion as one of space, where the plane is z = 0.
+pub trait Embedding: RigidMotion {
+    /// The same motion in space.
+    fn in_space(&self) -> Pose3;
+    /// The part of a motion in space that this type can hold: in the plane x, y and the rotation about z.
+    fn from_space(pose: &Pose3) -> Self;
+}
+
+impl Embedding for Pose2 {
+    fn in_space(&self) -> Pose3 {
+        let t = self.translation.vector;
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.rotation.angle());
+        Pose3::from_parts(Translation3::new(t.x, t.y, 0.0), rotation)
+    }
+
+    fn from_space(pose: &Pose3) -> Self {
+        let rotation = pose.rotation.to_rotation_matrix().matrix().fixed_view::<2, 2>(0, 0).into_owned();
+        <Self as RigidMotion>::from_parts(&rotation, &pose.translation.vector.xy())
+    }
+}
+
+impl Embedding for Pose3 {
+    fn in_space(&self) -> Pose3 {
+        *self
+    }
+
+    fn from_space(pose: &Pose3) -> Self {
+        *pose
+    }
+}
+
 /// Limit of the iterations of a singular value decomposition; a finite 3 x 3 matrix takes fewer than ten.
 const MAX_SVD_SWEEPS: usize = 100;
 

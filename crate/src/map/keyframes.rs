@@ -1,4 +1,4 @@
-//! Keyframes: views of single frames, for the test of free space and for the comparison of brightness.
+//! Keyframes: single frames at their poses, for the test of free space and for the comparison of brightness.
 //!
 //! A map of surfaces rendered from a new pose also shows surfaces behind walls that have not been measured yet. Only frames
 //! whose rays crossed a volume prove that it is free.
@@ -15,14 +15,14 @@ use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::projective::ProjectiveTarget;
 
-/// The view of one frame.
+/// One frame at its pose.
 #[derive(Clone)]
 pub struct Keyframe {
     /// Pose of the camera.
     pub T_world_camera: Pose3,
     /// Number of the frame.
     frame: u32,
-    /// In the camera's own frame.
+    /// Its surfaces, in the camera's own frame.
     view: Arc<ProjectiveTarget>,
     picture: Option<Picture>,
 }
@@ -30,7 +30,7 @@ pub struct Keyframe {
 /// The keyframes so far.
 #[derive(Clone, Default)]
 pub struct Keyframes {
-    views: Vec<Keyframe>,
+    keyframes: Vec<Keyframe>,
     /// Memory on the heap (bytes).
     num_bytes: usize,
 }
@@ -41,9 +41,9 @@ const KEYFRAME_SPACING: f64 = 0.3;
 const MAX_VIEW_DISTANCE: f64 = 4.0;
 /// Largest number of keyframes that are compared with a camera.
 const MAX_NEARBY: usize = 6;
-/// Memory above which the keyframes are thinned (bytes), ...
+/// Memory above which the keyframes are thinned (bytes).
 const MAX_BYTES: usize = 96 << 20;
-/// ... until they take no more than this: thinning again at each frame would cost too much.
+/// Most memory of thinned keyframes (bytes): less than [`MAX_BYTES`], since thinning again at each frame would cost too much.
 const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
 /// Factor by which the spacing grows in each round of thinning.
 const SPACING_GROWTH: f64 = 1.25;
@@ -54,7 +54,7 @@ impl Keyframes {
     /// Adds a frame, unless it is nearer to another keyframe than the spacing.
     pub fn add(&mut self, frame: &PreparedSurfels, number: u32, T_world_camera: &Pose3) {
         if self
-            .views
+            .keyframes
             .iter()
             .any(|known| apart_within(&known.T_world_camera, T_world_camera, KEYFRAME_SPACING).is_some())
         {
@@ -68,10 +68,10 @@ impl Keyframes {
 
     fn push(&mut self, added: Keyframe) {
         self.num_bytes += added.num_bytes();
-        self.views.push(added);
+        self.keyframes.push(added);
         if self.num_bytes > MAX_BYTES {
             let mut spacing = KEYFRAME_SPACING;
-            while self.num_bytes > TARGET_BYTES && self.views.len() > 1 {
+            while self.num_bytes > TARGET_BYTES && self.keyframes.len() > 1 {
                 spacing *= SPACING_GROWTH;
                 self.thin(spacing);
             }
@@ -80,45 +80,46 @@ impl Keyframes {
 
     /// Removes the earlier of any two that are nearer to each other than this (m, two metres per radian).
     fn thin(&mut self, spacing: f64) {
-        let mut kept: Vec<Keyframe> = Vec::with_capacity(self.views.len());
-        for view in std::mem::take(&mut self.views).into_iter().rev() {
-            if kept.iter().all(|other| apart(&other.T_world_camera, &view.T_world_camera) >= spacing) {
-                kept.push(view);
+        let mut kept: Vec<Keyframe> = Vec::with_capacity(self.keyframes.len());
+        for keyframe in std::mem::take(&mut self.keyframes).into_iter().rev() {
+            if kept.iter().all(|other| apart(&other.T_world_camera, &keyframe.T_world_camera) >= spacing) {
+                kept.push(keyframe);
             }
         }
         kept.reverse();
         self.num_bytes = kept.iter().map(Keyframe::num_bytes).sum();
-        self.views = kept;
+        self.keyframes = kept;
     }
 
     /// Moves each by `motion` (of the world) of its frame's number.
     pub fn apply_corrections(&mut self, motion: impl Fn(u32) -> Pose3) {
-        for view in &mut self.views {
-            view.T_world_camera = motion(view.frame) * view.T_world_camera;
+        for keyframe in &mut self.keyframes {
+            keyframe.T_world_camera = motion(keyframe.frame) * keyframe.T_world_camera;
         }
     }
 
     /// Adds the keyframes of another set that have a `motion` (of the world) by their frame's number, moved by it.
     pub fn merge(&mut self, other: &Self, motion: impl Fn(u32) -> Option<Pose3>) {
-        for view in &other.views {
-            if let Some(motion) = motion(view.frame) {
-                self.push(Keyframe { T_world_camera: motion * view.T_world_camera, ..view.clone() });
+        for keyframe in &other.keyframes {
+            if let Some(motion) = motion(keyframe.frame) {
+                self.push(Keyframe { T_world_camera: motion * keyframe.T_world_camera, ..keyframe.clone() });
             }
         }
     }
 
-    /// All of them, in the order they were taken.
+    /// All of them, in the order in which they were added.
     pub fn all(&self) -> &[Keyframe] {
-        &self.views
+        &self.keyframes
     }
 
     /// The keyframes that share most of the view of a camera at this pose, judged by their distance.
     pub fn near(&self, T_world_camera: &Pose3) -> Vec<&Keyframe> {
-        let within = |view: &Keyframe| apart_within(&view.T_world_camera, T_world_camera, MAX_VIEW_DISTANCE);
-        let mut near: Vec<_> = self.views.iter().filter_map(|view| Some((within(view)?, view))).collect();
+        let distance = |keyframe: &Keyframe| apart_within(&keyframe.T_world_camera, T_world_camera, MAX_VIEW_DISTANCE);
+        let mut near: Vec<_> =
+            self.keyframes.iter().filter_map(|keyframe| Some((distance(keyframe)?, keyframe))).collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.truncate(MAX_NEARBY);
-        near.into_iter().map(|(_, view)| view).collect()
+        near.into_iter().map(|(_, keyframe)| keyframe).collect()
     }
 }
 
@@ -192,7 +193,7 @@ mod tests {
             assert!(keyframes.num_bytes <= MAX_BYTES, "{} bytes", keyframes.num_bytes);
         }
         let bytes_each = keyframes.num_bytes / keyframes.all().len();
-        assert!(bytes_each < 560_000, "{bytes_each} bytes a key frame");
+        assert!(bytes_each < 560_000, "{bytes_each} bytes a keyframe");
         let counted: usize = keyframes.all().iter().map(Keyframe::num_bytes).sum();
         assert_eq!(counted, keyframes.num_bytes);
         // The last frame is a keyframe, and every pose of the path has keyframes near it.
@@ -209,13 +210,14 @@ mod tests {
             others.add(&frame, number, &Pose3::from(Translation3::new(f64::from(number), 0.0, 0.0)));
         }
         keyframes.merge(&others, |number| (number > 0).then(|| Translation3::new(0.0, 0.5, 0.0).into()));
-        let places: Vec<_> = keyframes.all().iter().map(|view| view.T_world_camera.translation.vector).collect();
+        let places: Vec<_> =
+            keyframes.all().iter().map(|keyframe| keyframe.T_world_camera.translation.vector).collect();
         assert_eq!(places, [Vector3::new(1.0, 0.5, 0.0), Vector3::new(2.0, 0.5, 0.0)]);
         assert_eq!(keyframes.num_bytes, keyframes.all().iter().map(Keyframe::num_bytes).sum::<usize>());
     }
 
     #[test]
-    fn a_short_walk_keeps_every_key_frame() {
+    fn a_short_walk_keeps_every_keyframe() {
         let (frame, mut keyframes) = (wall(), Keyframes::default());
         for index in 0..100 {
             keyframes.add(&frame, index, &Pose3::from(Translation3::new(0.0, 0.0, -0.31 * f64::from(index))));

@@ -6,7 +6,6 @@ use std::rc::Rc;
 
 use glam::Vec3;
 use nalgebra::Vector2;
-use serde::{Deserialize, Serialize};
 
 use crate::geometry::{PointCloud, Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
@@ -14,18 +13,8 @@ use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::free_space::FreeSpaceTally;
 use crate::registration::free_space::beams::RangeProfile;
 use crate::registration::icp::{IcpOptions, Registration, Source, register};
+use crate::registration::planar::PlanarMetric;
 use crate::registration::target::{OrientedTarget, PointTarget, Target};
-
-/// The distance that a correspondence measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum MetricName {
-    /// Distance to the nearest point.
-    PointToPoint,
-    /// Distance to the line through the nearest point.
-    PointToLine,
-}
 
 /// A registration in the plane.
 pub(crate) type PlanarRegistration = Registration<Pose2>;
@@ -41,7 +30,7 @@ const SURFACE_SPACING: f64 = 0.1;
 /// The last few scans in the world frame, to which the next scan is registered.
 pub(crate) struct LocalMap {
     capacity: usize,
-    metric: MetricName,
+    metric: PlanarMetric,
     scans: VecDeque<PlacedScan>,
     /// The scans as a registration target; built on first use, dropped when a scan is added.
     target: OnceCell<MapTarget>,
@@ -82,7 +71,7 @@ enum MapTarget {
 
 impl LocalMap {
     /// An empty map of at most `capacity` scans (at least one).
-    pub(crate) fn new(capacity: usize, metric: MetricName) -> Self {
+    pub(crate) fn new(capacity: usize, metric: PlanarMetric) -> Self {
         Self { capacity: capacity.max(1), metric, scans: VecDeque::new(), target: OnceCell::new() }
     }
 
@@ -97,7 +86,7 @@ impl LocalMap {
         if self.scans.len() == self.capacity {
             self.scans.pop_front();
         }
-        let surface = if self.metric == MetricName::PointToLine { scan.surface(SURFACE_SPACING) } else { Vec::new() };
+        let surface = if self.metric == PlanarMetric::PointToLine { scan.surface(SURFACE_SPACING) } else { Vec::new() };
         self.scans.push_back(PlacedScan {
             profile: RangeProfile::new(&scan.points),
             scan,
@@ -121,8 +110,8 @@ impl LocalMap {
 
     fn target(&self) -> &MapTarget {
         self.target.get_or_init(|| match self.metric {
-            MetricName::PointToPoint => MapTarget::Points(PointTarget::new(self.points())),
-            MetricName::PointToLine => {
+            PlanarMetric::PointToPoint => MapTarget::Points(PointTarget::new(self.points())),
+            PlanarMetric::PointToLine => {
                 let points = self.scans.iter().flat_map(|placed| placed.surface.iter().copied()).collect();
                 let normals = self.scans.iter().flat_map(|placed| placed.normals.iter().copied()).collect();
                 MapTarget::Oriented(OrientedTarget::new(points, normals))
@@ -138,8 +127,8 @@ impl LocalMap {
     /// The target points in the world frame (m), with normals for point to line.
     pub(crate) fn target_points(&self) -> Vec<(Vector2<f64>, Option<Vector2<f64>>)> {
         match self.metric {
-            MetricName::PointToPoint => self.points().into_iter().map(|point| (point, None)).collect(),
-            MetricName::PointToLine => {
+            PlanarMetric::PointToPoint => self.points().into_iter().map(|point| (point, None)).collect(),
+            PlanarMetric::PointToLine => {
                 let surfaces = self.scans.iter().flat_map(|placed| placed.surface.iter().zip(&placed.normals));
                 surfaces.map(|(point, normal)| (*point, *normal)).collect()
             }

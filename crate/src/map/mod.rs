@@ -13,4 +13,4 @@ pub mod picture;
 pub(crate) mod surfel;
 pub mod voxel;
 
-pub use local::{MetricName, StitchedMap};
+pub use local::StitchedMap;

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::geometry::quantile::quantile;
+
 /// Space on each side of a picture that the map leaves free (pixels).
 #[derive(Clone, Copy, Debug)]
 pub struct Margin {
@@ -162,26 +164,19 @@ fn bounds_of(
         Some((x - sensor[0]).hypot(y - sensor[1]))
     };
     let ranges: Vec<f64> = (0..points.len()).map(|index| range(index).unwrap_or(0.0)).collect();
-    let mut sorted = ranges.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let limit = quantile(&sorted, NEAR_QUANTILE).max(NEAR_MEDIANS * quantile(&sorted, 0.5));
+    let mut reordered = ranges.clone();
+    let mut range_at = |share| quantile(&mut reordered, share).unwrap_or(0.0);
+    let limit = range_at(NEAR_QUANTILE).max(NEAR_MEDIANS * range_at(0.5));
     let span = |axis: usize| {
         let near = points.iter().zip(&ranges).filter(|&(_, &range)| range <= limit);
         let mut along: Vec<f64> = near.map(|(point, _)| f64::from(point.position[axis])).collect();
-        along.sort_unstable_by(f64::total_cmp);
-        let ends = [OUTLIER_SHARE, 1.0 - OUTLIER_SHARE].map(|share| quantile(&along, share));
-        let ends = ends.into_iter().take(2 * usize::from(!along.is_empty()));
-        let all = ends.chain(path.iter().map(|place| place[axis]));
+        let ends = [OUTLIER_SHARE, 1.0 - OUTLIER_SHARE].map(|share| quantile(&mut along, share));
+        let all = ends.into_iter().flatten().chain(path.iter().map(|place| place[axis]));
         all.fold(None, |span: Option<[f64; 2]>, value| {
             Some(span.map_or([value; 2], |[low, high]| [low.min(value), high.max(value)]))
         })
     };
     Some([span(0)?, span(1)?])
-}
-
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
 }
 
 /// Length of the mean of the unit vectors to the returns above which a scanner has a viewing direction: that of a field of view

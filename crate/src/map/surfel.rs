@@ -21,7 +21,6 @@ pub struct SurfelMap {
     blocks: Vec<Arc<Block>>,
     /// Indices of the blocks by their position.
     hash: VoxelHash,
-    len: usize,
 }
 
 /// The surfels of a block, each with the number of the frame that measured it first.
@@ -35,9 +34,9 @@ struct Block {
 const BLOCK_SIZE: f64 = 1.0;
 /// Margin of a view beyond the image on every side, as a share of the image's size.
 const VIEW_MARGIN: f64 = 0.25;
-/// Depth up to which the map is rendered (m), ...
-const MAX_VIEW_DEPTH: f64 = 12.0;
-/// ... or this much beyond the frame's largest depth (m): a pose hypothesis may be off by a few metres.
+/// Depth up to which the map is always rendered (m).
+const MIN_VIEW_DEPTH: f64 = 12.0;
+/// Depth beyond the frame's largest up to which the map is rendered as well (m): a pose hypothesis may be off by a few metres.
 const DEPTH_MARGIN: f64 = 4.0;
 /// Stride of the cells of which the largest depth is taken.
 const DEPTH_STRIDE: usize = 13;
@@ -53,7 +52,7 @@ const MIN_DEVIATION: f64 = 1e-3;
 
 impl Default for SurfelMap {
     fn default() -> Self {
-        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK_SIZE), len: 0 }
+        Self { blocks: Vec::new(), hash: VoxelHash::new(BLOCK_SIZE) }
     }
 }
 
@@ -68,7 +67,7 @@ impl SurfelMap {
     pub fn view(&self, frame: &SurfelImage, T_world_view: &Pose3) -> ProjectiveTarget {
         let camera = with_margin(&frame.cell_camera());
         let depths = frame.cells.iter().step_by(DEPTH_STRIDE).flatten().map(|surfel| surfel.point.z);
-        let max_depth = MAX_VIEW_DEPTH.max(depths.fold(0.0, f64::max) + DEPTH_MARGIN);
+        let max_depth = MIN_VIEW_DEPTH.max(depths.fold(0.0, f64::max) + DEPTH_MARGIN);
         let frustum = Frustum::new(&camera, T_world_view, max_depth);
         let mut rasterizer = SurfelRasterizer::new(&camera, T_world_view);
         for (number, block) in (0u64..).zip(&self.blocks) {
@@ -133,7 +132,6 @@ impl SurfelMap {
             self.blocks.push(Arc::new(Block { center, ..Block::default() }));
         }
         Arc::make_mut(&mut self.blocks[number]).surfels.push(PackedSurfel::new(&surfel, frame));
-        self.len += 1;
     }
 }
 
@@ -211,6 +209,10 @@ mod tests {
         SurfelImage { camera, cell_size: 4, columns, rows, cells: surfels, brightness: None }
     }
 
+    fn len(map: &SurfelMap) -> usize {
+        map.surfels().count()
+    }
+
     fn insert(map: &mut SurfelMap, frame: &SurfelImage, T: &Pose3) {
         let view = map.view(frame, T);
         map.insert(frame, 0, T, &view);
@@ -219,13 +221,12 @@ mod tests {
     #[test]
     fn a_surfel_measured_again_is_averaged_by_inverse_variance() {
         let mut map = SurfelMap::default();
-        assert!(map.len == 0);
+        assert_eq!(len(&map), 0);
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
-        let num_surfels = map.len;
+        let num_surfels = len(&map);
         assert_eq!(num_surfels, wall(2.0, 0.01).cells.len());
         insert(&mut map, &wall(2.009, 0.02), &Pose3::identity());
-        assert_eq!(map.len, num_surfels);
-        assert_eq!(map.surfels().count(), num_surfels);
+        assert_eq!(len(&map), num_surfels);
         for surfel in map.surfels() {
             let expected = (2.0 / 0.01f64.powi(2) + 2.009 / 0.02f64.powi(2)) / (0.01f64.powi(-2) + 0.02f64.powi(-2));
             assert!((surfel.point.z - expected).abs() < 1e-6);
@@ -237,9 +238,9 @@ mod tests {
     fn another_surface_is_added() {
         let mut map = SurfelMap::default();
         insert(&mut map, &wall(2.0, 0.01), &Pose3::identity());
-        let num_surfels = map.len;
+        let num_surfels = len(&map);
         insert(&mut map, &wall(1.5, 0.01), &Pose3::identity());
-        assert_eq!(map.len, 2 * num_surfels);
+        assert_eq!(len(&map), 2 * num_surfels);
     }
 
     #[test]
@@ -251,7 +252,7 @@ mod tests {
         }
         let before: Vec<Surfel> = map.surfels().collect();
         map.apply_corrections(|frame| Pose3::translation(0.0, 0.0, 1.5 * f64::from(frame)));
-        assert_eq!(map.len, before.len());
+        assert_eq!(len(&map), before.len());
         let at_depth = |z: f64| map.surfels().filter(|surfel| (surfel.point.z - z).abs() < 1e-6).count();
         assert_eq!((at_depth(2.0), at_depth(8.5)), (before.len() / 2, before.len() / 2));
         let (camera, T) = (wall(2.0, 0.01), Pose3::translation(0.0, 0.0, 6.5));
@@ -267,9 +268,9 @@ mod tests {
         }
         let mut map = SurfelMap::default();
         insert(&mut map, &wall(1.0, 0.01), &Pose3::identity());
-        let (before, added) = (map.len, other.len / 2);
+        let (before, added) = (len(&map), len(&other) / 2);
         map.merge(&other, |frame| (frame == 1).then(|| Pose3::translation(0.0, 0.0, 2.0)));
-        assert_eq!(map.len, before + added);
+        assert_eq!(len(&map), before + added);
         assert_eq!(map.surfels().filter(|surfel| (surfel.point.z - 9.0).abs() < 1e-6).count(), added);
     }
 

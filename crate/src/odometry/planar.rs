@@ -10,11 +10,12 @@ use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::{LocalMap, MetricName, PlanarRegistration, QueryScan};
+use crate::map::local::{LocalMap, PlanarRegistration, QueryScan};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
+use crate::registration::planar::PlanarMetric;
 
 pub mod ablation;
 pub(crate) mod assess;
@@ -51,7 +52,7 @@ pub struct PlanarOptions {
     /// Half widths of the correlative search.
     pub search: SearchWindow,
     /// What a correspondence measures.
-    pub metric: MetricName,
+    pub metric: PlanarMetric,
     /// The registration loop.
     pub icp: IcpOptions,
     /// Parts that are left out.
@@ -298,7 +299,7 @@ impl Odometry {
         let score = search.score(&found);
         let mut known = vec![found];
         for _ in 0..MAX_RIVALS {
-            let guess = search.rival((&known, MIN_RIVAL_DISTANCE), (share * score, score))?.T_target_source;
+            let guess = search.rival(&known, MIN_RIVAL_DISTANCE, share * score, score)?.T_target_source;
             known.push(guess);
             let Some(rival) = self.plausible(scan, guess, best) else { continue };
             let rival = self.register_from(scan, rival);

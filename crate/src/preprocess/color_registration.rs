@@ -12,11 +12,11 @@ use crate::preprocess::depth_surfels::DepthModel;
 const MIN_STEP: f64 = 0.1;
 /// Most pixels without depth between the two sides of an outline: the part that is occluded for one lens.
 const MAX_GAP: usize = 24;
-/// Distances from an outline (pixels of the finest brightness, which are two of the image) up to which edges belong to it, ...
+/// Largest distance from an outline at which an edge belongs to it (pixels of the finest brightness, which are two of the image).
 const SAME_EDGE: isize = 1;
-/// ... from which they do not, ...
+/// Smallest distance from an outline at which an edge lies beside it (pixels of the finest brightness).
 const NEAREST_OTHER: isize = 5;
-/// ... and up to which they are compared.
+/// Largest distance from an outline at which edges beside it are compared with it (pixels of the finest brightness).
 const FARTHEST_OTHER: isize = 24;
 /// Bound of the slope of the brightness (grey levels per pixel), so that single edges do not outweigh the others.
 const MAX_SLOPE: f64 = 15.0;

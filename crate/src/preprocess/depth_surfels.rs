@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use crate::camera::pinhole::RayTable;
 use crate::camera::surfel_image::{Surfel, SurfelImage, cell_camera};
 use crate::camera::{DepthImage, Pinhole};
+use crate::geometry::scalar::larger;
 
 /// How depth is measured: scale, range and noise of the raw values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +67,7 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
     let cells = cell_camera(camera, CELL_SIZE);
     let sums = SummedMoments::new(image, usable, camera, model);
     let mut surfels = vec![None; cells.width * cells.height];
-    // Of the cells above, and of those to the left in this row; one more, that nothing is known of.
+    // Misfits of the last visited cell of each column; one column more, which has none.
     let mut known = vec![Misfits::default(); cells.width + 1];
     let rays = cells.ray_table();
     for (row, row_of_surfels) in surfels.chunks_exact_mut(cells.width.max(1)).enumerate() {
@@ -177,6 +178,7 @@ impl SummedMoments {
         ]
     }
 
+    /// The surfel of a cell from the largest window around it that is a plane.
     fn surfel(
         &self,
         column: usize,
@@ -211,11 +213,7 @@ impl SummedMoments {
                 continue;
             }
             let depth = 1.0 / r;
-            // Deviation in 1 / z, in standard deviations of one pixel.
-            let cell = between(cell);
-            let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
-            let cell_offset = mean_offset * depth * depth;
-            if cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth) {
+            if lies_off(&plane, &between(cell), depth, model) {
                 return None;
             }
             return oriented(&plane, ray, depth, reach, cells, model);
@@ -235,6 +233,15 @@ fn count(corners: [&Moments; 4]) -> f64 {
 #[inline]
 fn between([a, b, c, d]: [&Moments; 4]) -> Moments {
     std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
+}
+
+/// Whether the mean depth of a cell deviates from the depth of the plane by more than the noise.
+#[inline]
+fn lies_off(plane: &InversePlane, cell: &Moments, depth: f64, model: &DepthModel) -> bool {
+    // The deviation of the cell's mean 1 / z from the plane, and the same in z (m).
+    let mean_offset = (cell[6] - plane.a * cell[1] - plane.b * cell[2] - plane.c * cell[0]) / cell[0];
+    let cell_offset = mean_offset * depth * depth;
+    cell_offset * cell_offset > MAX_CELL_OFFSET * MAX_CELL_OFFSET * model.variance(depth)
 }
 
 /// The surfel, if its normal is certain enough.
@@ -261,7 +268,7 @@ fn oriented(
     // The error by quantisation decreases with the number of steps in the window, that by noise with the number of pixels.
     let step_deviation = model.step / 12f64.sqrt() / (1.0 + steps);
     let noise_of_pixel = model.square_noise * depth * depth;
-    let noise = noise_of_pixel / larger(plane.num_pixels / CORRELATED_PIXELS, 1.0).sqrt();
+    let noise = noise_of_pixel / larger(1.0, plane.num_pixels / CORRELATED_PIXELS).sqrt();
     let sigma = (step_deviation * step_deviation + noise * noise).sqrt();
     // Both ends of the window may be off by the deviation; its width lies across the line of sight.
     if sigma * cosine > MAX_NORMAL_DEVIATION * half_width * depth {
@@ -272,12 +279,6 @@ fn oriented(
     let variance_along_normal = (sigma * sigma + shared * shared) * towards * towards;
     let sigma = (variance_along_normal + MIN_DEVIATION * MIN_DEVIATION).sqrt();
     Some(Surfel { point: ray * depth, normal, sigma })
-}
-
-/// As `f64::max`, which is a call in WebAssembly.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// Pixels over which errors of triangulating cameras are correlated.
@@ -306,7 +307,7 @@ fn fit(window: &Moments) -> Option<InversePlane> {
     let inverse = 1.0 / determinant;
     let a = (xr * yy - yr * xy) * inverse;
     let b = (yr * xx - xr * xy) * inverse;
-    let misfit = larger(rr - a * xr - b * yr, 0.0) * w / num_pixels;
+    let misfit = larger(0.0, rr - a * xr - b * yr) * w / num_pixels;
     Some(InversePlane { a, b, c: r - a * x - b * y, misfit, num_pixels })
 }
 

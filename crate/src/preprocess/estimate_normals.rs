@@ -16,7 +16,7 @@ const MIN_NEIGHBORS: usize = 5;
 const LINE_SHARE: f64 = 1e-3;
 /// Neighbours clearly lie in a plane when their smallest variance is at most this share of the second largest: 20 points with
 /// noise across a line have 0.3 to 1 of it, and a plane then has a normal to within 6 degrees (1 / (2 sqrt(20)) rad).
-const CLEAR_FLATNESS: f64 = 0.25;
+const MAX_CLEAR_THICKNESS: f64 = 0.25;
 
 /// The unit normal of every point of `tree`, which was built from `points` (m), towards `viewpoint` (m, same frame).
 /// `None` for points that are not finite, have too few neighbours, or whose neighbours lie on a line.
@@ -38,21 +38,21 @@ pub fn estimate_clear_normals(
     neighbourhood: Neighbourhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighbourhood, viewpoint, CLEAR_FLATNESS)
+    normals(points, tree, neighbourhood, viewpoint, MAX_CLEAR_THICKNESS)
 }
 
-/// `max_flatness`: largest ratio of the smallest spread to the second largest (variances).
+/// `max_thickness`: largest ratio of the smallest spread to the second largest (variances).
 fn normals(
     points: &[Vec3],
     tree: &KdTree<3>,
     neighbourhood: Neighbourhood,
     viewpoint: DVec3,
-    max_flatness: f64,
+    max_thickness: f64,
 ) -> Vec<Option<Vector3<f64>>> {
     let mut neighbors = Vec::with_capacity(neighbourhood.max_neighbors);
     let normal = |point: &Vec3| {
         find_neighbors(tree, *point, neighbourhood, &mut neighbors);
-        let normal = least_spread(points, *point, &neighbors, max_flatness)?;
+        let normal = least_spread(points, *point, &neighbors, max_thickness)?;
         let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
         Some(Vector3::new(towards.x, towards.y, towards.z))
     };
@@ -72,7 +72,7 @@ fn find_neighbors(
 
 /// The direction in which the neighbours spread least; a function of its own for the same reason.
 #[inline(never)]
-fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatness: f64) -> Option<DVec3> {
+fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_thickness: f64) -> Option<DVec3> {
     if neighbors.len() < MIN_NEIGHBORS {
         return None;
     }
@@ -88,16 +88,16 @@ fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_flatne
     let mean = sum.as_dvec3() * share;
     let diagonal = diagonal.as_dvec3() * share - mean * mean;
     let others = others.as_dvec3() * share - DVec3::new(mean.x * mean.y, mean.x * mean.z, mean.y * mean.z);
-    smallest_eigenvector(diagonal, others, max_flatness)
+    smallest_eigenvector(diagonal, others, max_thickness)
 }
 
 /// The eigenvector with the smallest eigenvalue of the symmetric matrix with this diagonal and these entries (0, 1),
 /// (0, 2) and (1, 2); `None` where the two smallest are both next to nothing, or the smallest is a larger share of the second
-/// than `max_flatness`.
+/// than `max_thickness`.
 ///
 /// Eigenvalues in closed form (Smith, "Eigenvalues of a symmetric 3 x 3 matrix", CACM 4 (1961)). The columns of the
 /// product (A - l2 I)(A - l3 I), with the other two eigenvalues, are multiples of the eigenvector; the longest is the most accurate.
-fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Option<DVec3> {
+fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_thickness: f64) -> Option<DVec3> {
     let mean = (diagonal.x + diagonal.y + diagonal.z) / 3.0;
     let d = diagonal - mean;
     let sq_others = others.length_squared();
@@ -112,7 +112,7 @@ fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Op
     let smallest = 2.0 * scale * (angle + std::f64::consts::TAU / 3.0).cos();
     let middle = -largest - smallest;
     let is_line = middle + mean <= LINE_SHARE * (largest + mean);
-    if is_line || smallest + mean > max_flatness * (middle + mean) {
+    if is_line || smallest + mean > max_thickness * (middle + mean) {
         return None;
     }
     // Rows of A - smallest: all perpendicular to the eigenvector.
@@ -130,11 +130,8 @@ fn smallest_eigenvector(diagonal: DVec3, others: DVec3, max_flatness: f64) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::scalar::wave;
     use nalgebra::Matrix3;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
 
     fn normals(points: &[Vec3], neighbourhood: Neighbourhood, viewpoint: DVec3) -> Vec<Option<Vector3<f64>>> {
         estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighbourhood, viewpoint)

@@ -45,9 +45,7 @@ impl PlanarScan {
         }
         surface
     }
-}
 
-impl PlanarScan {
     /// The finite points of a cloud by their x and y, in the order of the beams; z is left out.
     pub fn from_cloud(cloud: &PointCloud) -> Self {
         let point = |(_, point): (usize, DVec3)| Vector2::from((point + cloud.origin).truncate().to_array());

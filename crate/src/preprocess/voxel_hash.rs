@@ -1,8 +1,8 @@
-//! The hash table of voxels that all modules share.
+//! The hash table of voxels, which all modules but the stitched map share.
 //!
-//! It numbers the voxels in the order of their insertion; the caller keeps the data of each in a vector under that number. (The
+//! It numbers the voxels in the order of their insertion; the caller keeps the data of each in a vector under that number. The
 //! stitched map, [`map::voxel`](crate::map::voxel), instead hashes blocks of 8 x 8 x 8 voxels by one packed key, which it computes
-//! in single precision for several points at a time.)
+//! in single precision for several points at a time.
 
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;

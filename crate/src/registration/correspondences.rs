@@ -149,9 +149,7 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
     {
         let normal = self.source.normals.and_then(|normals| normals[source as usize].as_ref());
         let normal = normal.map(|normal| T_target_source.rotate(normal));
-        if let (Some(normal), Some(target_normal)) = (&normal, self.target.normal(target))
-            && normal.dot(&target_normal) < min_normal_cosine
-        {
+        if face_apart(normal.as_ref(), self.target.normal(target), min_normal_cosine) {
             return Err(RejectionReason::Normals);
         }
         let residual = self.factor.residual(self.target, target, &moved, normal.as_ref());
@@ -161,6 +159,12 @@ impl<P: Vector, T: Target<Point = P>, F> CorrespondenceSearch<'_, P, T, F> {
         let weight = self.weighting.weight(residual) * precision;
         Ok(Correspondence { source, target, moved, normal, residual, weight })
     }
+}
+
+/// Whether the normals of a pair, where both are known, have a smaller cosine than this.
+#[inline]
+pub(super) fn face_apart<P: Vector>(normal: Option<&P>, target_normal: Option<P>, min_cosine: f64) -> bool {
+    matches!((normal, target_normal), (Some(normal), Some(other)) if normal.dot(&other) < min_cosine)
 }
 
 /// The weight of a pair by the standard deviations of its two points (m), 1 where both are zero.

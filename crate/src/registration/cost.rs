@@ -67,8 +67,8 @@ impl LossSum {
 /// Mean robust loss of a source point (m^2): pairs contribute the loss of their residual, points without a partner or with one
 /// whose normal differs too much that of the distance limit; NaN where there is no pair.
 ///
-/// As long as no pair changes, its derivative for a perturbation on the left of the pose is `b` of the normal equations divided by
-/// the number of points.
+/// Points that were trimmed and those without a residual are left out of the mean. As long as no pair changes, its derivative for a
+/// perturbation on the left of the pose is `b` of the unrestricted normal equations divided by the number of points in the mean.
 pub(super) fn cost<P>(
     correspondences: &[Correspondence<P>],
     charged: &[u32],

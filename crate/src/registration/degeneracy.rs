@@ -33,13 +33,13 @@ impl<M: RigidMotion> Observability<M> {
     }
 }
 
-/// Smallest cosine between a normal and a degenerate direction for which the surface constrains it, ...
+/// Smallest cosine between a normal and a direction for which the surface constrains a motion along the direction.
 const CONSTRAINING_COSINE: f64 = 0.3;
-/// ... where such surfaces are at least this share of all.
+/// Smallest share of surfaces that constrain a direction for which the direction is constrained.
 const CONSTRAINING_SHARE: f64 = 0.01;
 
-/// Along the direction that is constrained least, most surfaces do not face at all: what the cosines of their normals scatter by is noise,
-/// and a surface faces along it beyond so many standard deviations.
+/// Smallest cosine between a normal and the least constrained direction for which the surface faces along it (standard deviations
+/// of the cosines' noise). The noise is the scatter of all cosines, since most surfaces do not face along that direction.
 const NOISE_SIGMAS: f64 = 3.0;
 
 /// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces

@@ -244,7 +244,8 @@ fn is_below<M: RigidMotion>(motion: &M, criteria: &Criteria, share: f64) -> bool
         && motion.translation_norm() < share * criteria.translation_eps
 }
 
-fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {
+/// Root mean square of the residuals (m); 0 without correspondences.
+pub(super) fn root_mean_square<P>(correspondences: &[Correspondence<P>]) -> f64 {
     let sum: f64 = correspondences.iter().map(|c| c.residual * c.residual).sum();
     (sum / correspondences.len().max(1) as f64).sqrt()
 }

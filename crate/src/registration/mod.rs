@@ -18,6 +18,7 @@ pub mod global;
 pub mod icp;
 pub mod lab;
 pub mod photometric;
+pub mod planar;
 pub mod prepared_surfels;
 pub mod problem;
 pub mod projective;

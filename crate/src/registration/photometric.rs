@@ -180,16 +180,13 @@ impl Light {
     /// The gain and offset that make the weighted means and spreads of both sides equal, which is symmetric in the two.
     fn between(comparisons: &[Comparison], weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
-        let mean = |of: fn(&Comparison) -> f64| {
+        let mean = |of: &dyn Fn(&Comparison) -> f64| {
             comparisons.iter().zip(weights).map(|(c, weight)| weight * of(c)).sum::<f64>() / sum
         };
-        let (here, there) = (mean(|c| c.here), mean(|c| c.there));
-        let spread = |of: &dyn Fn(&Comparison) -> f64| {
-            comparisons.iter().zip(weights).map(|(c, weight)| weight * of(c)).sum::<f64>() / sum
-        };
-        let spread_here = spread(&|c| (c.here - here).powi(2));
-        let spread_there = spread(&|c| (c.there - there).powi(2));
-        let common = spread(&|c| (c.here - here) * (c.there - there));
+        let (here, there) = (mean(&|c| c.here), mean(&|c| c.there));
+        let spread_here = mean(&|c| (c.here - here).powi(2));
+        let spread_there = mean(&|c| (c.there - there).powi(2));
+        let common = mean(&|c| (c.here - here) * (c.there - there));
         let gain = (spread_there / spread_here).sqrt();
         let is_light = gain.is_finite() && (MAX_GAIN.recip()..=MAX_GAIN).contains(&gain);
         let correlation = common / (spread_here * spread_there).sqrt();
@@ -208,7 +205,7 @@ struct Sums {
 fn sums(points: &[TexturedPoint], references: &[ReferenceKeyframe<'_>], T: &Pose3, level: usize) -> Sums {
     let num_patches = points.iter().map(|point| point.patch as usize + 1).max().unwrap_or(0);
     let mut sums = Sums {
-        equations: NormalEquations { H: Matrix6::zeros(), b: Vector6::zeros() },
+        equations: NormalEquations::zeros(),
         patches: vec![Vector6::zeros(); num_patches],
         correlation: 0.0,
         num_compared: 0,

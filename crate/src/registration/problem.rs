@@ -3,13 +3,13 @@
 //! A [`Problem`] holds all inputs of the loop. The trait [`IcpProblem`] hides the types of its metric and target, so that the
 //! analysis of a registration (iterations, cost, basin of attraction) is written once.
 
-use super::correspondences::{CorrespondenceSearch, Rejected, RejectionReason};
+use super::correspondences::{CorrespondenceSearch, Rejected, RejectionReason, face_apart};
 use super::cost::{RowSums, cost};
 use super::factors::{Correspondence, Factor, NormalEquations};
 use super::icp::{IcpOptions, Registration, Source, register_with};
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
-use crate::geometry::{RigidMotion, Vector};
+use crate::geometry::RigidMotion;
 use crate::search::nearest_table::Span;
 
 /// A source, its target, and the options of the registration.
@@ -44,7 +44,7 @@ pub struct Iteration<M: RigidMotion> {
     pub rejected: Vec<Rejected>,
     /// Pairs within the distance limit.
     pub num_correspondences: usize,
-    /// The normal equations of the pairs, with directions that are not free fixed.
+    /// The normal equations of the pairs, restricted to the free directions of the solver.
     pub equations: NormalEquations<M>,
     /// The motion that the loop applies after the pose; `None` where the pairs do not determine it.
     pub step: Option<M>,
@@ -109,12 +109,6 @@ where
     /// Their normals.
     fn sampled_normals(&self, stride: usize) -> Option<Vec<Option<M::Point>>> {
         self.normals.as_ref().map(|normals| normals.iter().step_by(stride).copied().collect())
-    }
-
-    /// Whether the normals of a pair differ by more than the limit.
-    fn face_apart(&self, normal: Option<&M::Point>, partner: u32) -> bool {
-        let (Some(normal), Some(target_normal)) = (normal, self.target.normal(partner)) else { return false };
-        normal.dot(&target_normal) < self.options.rejection.max_normal_angle.cos()
     }
 }
 
@@ -181,6 +175,7 @@ where
 
     fn costs_along(&self, rotation: &M, translations: &[M::Point], find: &mut FindAlong<M::Point>) -> Vec<f64> {
         let losses = self.options.losses();
+        let min_normal_cosine = self.options.rejection.max_normal_angle.cos();
         let mut sums = RowSums::new(translations.len(), &losses);
         let mut spans = Vec::new();
         for (index, point) in self.points.iter().enumerate() {
@@ -194,7 +189,9 @@ where
                 first = end;
                 match nearest {
                     None => sums.charge(places, &losses),
-                    Some(partner) if self.face_apart(normal.as_ref(), partner) => sums.charge(places, &losses),
+                    Some(partner) if face_apart(normal.as_ref(), self.target.normal(partner), min_normal_cosine) => {
+                        sums.charge(places, &losses);
+                    }
                     Some(partner) => sums.add(places, &losses, |place| {
                         let moved = rotated + translations[place];
                         self.factor.residual(&self.target, partner, &moved, normal.as_ref())

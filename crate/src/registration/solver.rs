@@ -153,7 +153,7 @@ impl<M: RigidMotion> Solver<M> {
         Self { subspace: Some(Subspace::across(&projection, direction)), ..*self }
     }
 
-    /// The normal equations with the directions that are not free fixed.
+    /// The normal equations restricted to the free directions.
     pub(crate) fn restricted(&self, equations: NormalEquations<M>) -> NormalEquations<M> {
         self.subspace.as_ref().map_or(equations, |subspace| subspace.restrict(&equations))
     }

@@ -1,8 +1,8 @@
 //! Voxelised GICP: plane to plane against a grid of Gaussians, with a look-up in place of a nearest-neighbour search.
 //!
 //! Koide, Yokozuka, Oishi and Banno, "Voxelized GICP for Fast and Accurate 3D Point Cloud Registration", ICRA 2021: a voxel
-//! stands for the points in it, with the mean of their positions and of their covariances, and each source point is a partner
-//! of the voxel that it lies in.
+//! stands for the points in it, with the mean of their positions and of their covariances, and each source point is paired with
+//! the voxel that it lies in.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
-use crate::geometry::{Pose2, Pose3};
+use crate::geometry::{Embedding, Pose2, Pose3};
 use crate::io::text::refuse_pointer;
 use crate::{Error, Result};
 
@@ -268,9 +268,7 @@ pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8
 
 /// A pose of the plane as one of space: z = 0, turned about the z axis.
 pub fn in_space(pose: &Pose2) -> Pose3 {
-    let t = pose.translation.vector;
-    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.rotation.angle());
-    Isometry3::from_parts(Translation3::new(t.x, t.y, 0.0), rotation)
+    pose.in_space()
 }
 
 /// A rotation matrix and a translation (m), the matrix as the file wrote it.

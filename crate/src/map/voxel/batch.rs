@@ -5,7 +5,7 @@
 
 use glam::{Mat3A, Vec3, Vec3A};
 
-use super::cell::{NORMAL_ZERO, packed};
+use super::cell::{NORMAL_ZERO, packed, packed_color};
 use super::grid::{Grid, MAX_COORDINATE};
 
 /// Points of a batch.
@@ -23,6 +23,8 @@ pub(super) struct Batch {
     positions: Axes<f32>,
     /// Normals in the sensor frame, of any length; once placed, in the world frame and as integers.
     normals: Axes<f32>,
+    has_colors: bool,
+    /// [`packed_color`]; 0 where the frame has no colours.
     colors: [u64; BATCH],
     /// The voxels of the points.
     corners: Axes<i32>,
@@ -38,18 +40,20 @@ pub(super) struct Point {
 }
 
 impl Batch {
-    pub(super) fn new() -> Self {
+    /// An empty batch of a frame with or without colours.
+    pub(super) fn new(has_colors: bool) -> Self {
         Self {
             len: 0,
             positions: [[0.0; BATCH]; 3],
             normals: [[0.0; BATCH]; 3],
+            has_colors,
             colors: [0; BATCH],
             corners: [[0; BATCH]; 3],
             is_inside: [false; BATCH],
         }
     }
 
-    /// Adds a point; there is room for [`BATCH`].
+    /// Adds a point; there is room for [`BATCH`]. The colour of a frame without colours is not used.
     #[inline]
     pub(super) fn push(&mut self, position: Vec3, normal: [f32; 3], color: [u8; 3]) {
         let at = self.len % BATCH;
@@ -57,7 +61,7 @@ impl Batch {
             self.positions[axis][at] = position[axis];
             self.normals[axis][at] = normal[axis];
         }
-        self.colors[at] = packed(color.map(u32::from));
+        self.colors[at] = if self.has_colors { packed_color(color) } else { 0 };
         self.len = at + 1;
     }
 

@@ -76,8 +76,8 @@ impl VoxelMap {
     /// Adds the points of a frame at its pose. Points higher than `max_height` (m) above the world's origin are left out;
     /// the world's y axis points down.
     pub fn insert(&mut self, cloud: &PointCloud, T_world_sensor: &Pose3, frame: usize, max_height: f64) {
-        self.has_colors |= cloud.colors.is_some();
-        let mut stitching = Stitching::new(self, T_world_sensor, 1.0, frame, max_height);
+        let has_colors = cloud.colors.is_some();
+        let mut stitching = Stitching::new(self, T_world_sensor, 1.0, has_colors, frame, max_height);
         for (index, &position) in cloud.positions.iter().enumerate() {
             let normal = cloud.normals.as_ref().map_or(Vec3::ZERO, |normals| normals[index].normalize_or_zero());
             let color = cloud.colors.as_ref().map_or([0; 3], |colors| colors[index]);
@@ -95,8 +95,8 @@ impl VoxelMap {
         frame: usize,
         max_height: f64,
     ) {
-        self.has_colors |= image.colors.is_some();
-        let mut stitching = Stitching::new(self, T_world_sensor, IMAGE_UNIT, frame, max_height);
+        let has_colors = image.colors.is_some();
+        let mut stitching = Stitching::new(self, T_world_sensor, IMAGE_UNIT, has_colors, frame, max_height);
         image.for_each_point(shift, |position, normal, color| {
             stitching.add(position, normal.map(f32::from), color);
         });
@@ -192,12 +192,20 @@ struct Stitching<'a> {
 }
 
 impl<'a> Stitching<'a> {
-    /// `unit` is the length of a normal.
-    fn new(map: &'a mut VoxelMap, T_world_sensor: &Pose3, unit: f32, frame: usize, max_height: f64) -> Self {
+    /// `unit` is the length of a normal; `has_colors` says whether the frame has colours.
+    fn new(
+        map: &'a mut VoxelMap,
+        T_world_sensor: &Pose3,
+        unit: f32,
+        has_colors: bool,
+        frame: usize,
+        max_height: f64,
+    ) -> Self {
+        map.has_colors |= has_colors;
         let grid = Grid::new(map.voxel_size, T_world_sensor, max_height);
         let R_world_normal = rotation(T_world_sensor) * (NORMAL_SCALE / unit);
         let recent = [(u64::MAX, 0); NUM_RECENT_BLOCKS];
-        Self { map, grid, R_world_normal, frame: frame as u32, recent, batch: Batch::new() }
+        Self { map, grid, R_world_normal, frame: frame as u32, recent, batch: Batch::new(has_colors) }
     }
 
     /// A position and a normal in the sensor's frame (m).
@@ -353,6 +361,24 @@ mod tests {
         assert!(found.normals.unwrap()[0].distance(normal) < 2e-3);
         assert_eq!(found.colors.unwrap(), [[255, 128, 7]]);
         assert!((found.positions[0].x - 0.0525).abs() < 1e-5, "{}", found.positions[0]);
+    }
+
+    #[test]
+    fn points_of_frames_without_colours_do_not_darken_the_mean_colour() {
+        let coloured = cloud(&[[0.02, 0.0, 1.0]; 40]);
+        let plain = PointCloud { colors: None, ..coloured.clone() };
+        let color_of = |clouds: &[&PointCloud]| {
+            let mut map = VoxelMap::new(0.1);
+            for cloud in clouds {
+                map.insert(cloud, &Pose3::identity(), 0, 100.0);
+            }
+            map.cloud().colors.map(|colors| colors[0])
+        };
+        let expected = color_of(&[&coloured]);
+        assert!(expected.is_some_and(|color| color[2] == 255));
+        assert_eq!(color_of(&[&coloured, &plain]), expected);
+        assert_eq!(color_of(&[&plain, &plain, &coloured]), expected);
+        assert_eq!(color_of(&[&plain]), None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::estimate_normals::NORMAL_NEIGHBORS;
 use crate::registration::global::GlobalMethod;
-use crate::registration::global::scale::telling_voxel_size;
+use crate::registration::global::scale::feature_voxel_size;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Motion;
@@ -120,8 +120,8 @@ impl CloudOptions {
 
     /// The voxels (m) in which clouds like this one are described for a global registration: courses describe every point.
     pub(super) fn global_voxel_size(&self, first: &PointCloud) -> f64 {
-        let telling = if self.robust { telling_voxel_size(first).unwrap_or(0.0) } else { 0.0 };
-        telling.max(self.voxel_size)
+        let feature_size = if self.robust { feature_voxel_size(first).unwrap_or(0.0) } else { 0.0 };
+        feature_size.max(self.voxel_size)
     }
 
     /// Stages that find a motion far from its prediction, before those of [`stages`](Self::stages).

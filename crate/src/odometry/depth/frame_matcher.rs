@@ -125,7 +125,7 @@ impl<'a> FrameMatcher<'a> {
         let mut options = fine_options();
         let mut depths: Vec<f64> = self.middle.points.iter().map(|point| point.z).collect();
         if let Some(depth) = quantile(&mut depths, 0.5) {
-            let noise = self.noise.over_square * depth * depth / INDEPENDENT_POINTS.sqrt();
+            let noise = self.noise.square_noise * depth * depth / INDEPENDENT_POINTS.sqrt();
             let Criteria { rotation_eps, translation_eps, .. } = &mut options.criteria;
             (*rotation_eps, *translation_eps) = (rotation_eps.max(noise / depth), translation_eps.max(noise));
         }

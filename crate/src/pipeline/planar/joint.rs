@@ -5,11 +5,11 @@ use std::rc::Rc;
 use super::keyframe_graph::KeyframeGraph;
 use crate::geometry::Pose2;
 use crate::graph::joint_scan_registration::{JointScanRegistration, Node};
-use crate::map::local::MetricName;
 use crate::pipeline::settings::Settings;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::factors::{PointToPlane, PointToPoint};
 use crate::registration::icp::{IcpOptions, Source};
+use crate::registration::planar::PlanarMetric;
 use crate::registration::target::{OrientedTarget, PointTarget};
 use nalgebra::Vector2;
 
@@ -34,10 +34,10 @@ impl Joint {
         let frames = graph.nodes.clone();
         let keyframes = frames.iter().map(|&frame| &scans[frame]);
         let targets = match settings.metric {
-            MetricName::PointToPoint => {
+            PlanarMetric::PointToPoint => {
                 JointTargets::Points(keyframes.map(|scan| PointTarget::new(scan.points.clone())).collect())
             }
-            MetricName::PointToLine => JointTargets::Oriented(
+            PlanarMetric::PointToLine => JointTargets::Oriented(
                 keyframes.map(|scan| OrientedTarget::new(scan.points.clone(), scan.normals.clone())).collect(),
             ),
         };

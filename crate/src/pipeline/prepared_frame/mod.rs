@@ -58,7 +58,7 @@ pub struct DepthDecodeConfig {
     /// Whether the bytes of a raw value are in the wrong order.
     pub has_swapped_bytes: bool,
     /// Standard deviation of the depth over its square (1/m), as measured in the first image.
-    pub noise: f64,
+    pub square_noise: f64,
     /// The even spacing of the first image's inverse raw values, where they have one (1 / raw).
     pub disparity_step: Option<f64>,
     /// The ways of reading the depth that are open at the beginning, the likeliest first.
@@ -116,7 +116,7 @@ impl DecodeConfig {
             notes,
             bits: first.bits,
             has_swapped_bytes,
-            noise: 0.0,
+            square_noise: 0.0,
             disparity_step: disparity_step(&first),
             quantisations,
             decided: None,
@@ -124,7 +124,7 @@ impl DecodeConfig {
         let config = Self { settings, depth: None };
         if depth.bits > 8 {
             let model = config.depth_model(&depth, Quantisation::Rounded);
-            depth.noise = estimate_depth_noise(&first, &usable_pixels(&first), &depth.camera, &model);
+            depth.square_noise = estimate_depth_noise(&first, &usable_pixels(&first), &depth.camera, &model);
         }
         Ok(Self { depth: Some(depth), ..config })
     }
@@ -133,7 +133,7 @@ impl DecodeConfig {
         DepthModel {
             step: depth.depth_step,
             offset: quantisation.offset(),
-            square_noise: if depth.bits > 8 { depth.noise.max(TRIANGULATION_NOISE) } else { 0.0 },
+            square_noise: if depth.bits > 8 { depth.square_noise.max(TRIANGULATION_NOISE) } else { 0.0 },
             min_range: self.settings.min_range,
             max_range: self.settings.max_range,
         }

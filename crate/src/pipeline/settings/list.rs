@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::description::{Preset, Setting, SettingDescription, settings_table};
-use super::{InitialGuess, MetricName, Settings, Strategy};
+use super::{InitialGuess, PlanarMetric, Settings, Strategy};
 use crate::registration::robust_kernel::RobustKernel;
 
 /// The presets; the first is the default.
@@ -28,7 +28,7 @@ pub fn presets() -> Vec<Preset<Settings>> {
             settings: Settings {
                 strategy: Strategy::ScanToScan,
                 initial_guess: InitialGuess::ConstantVelocity,
-                metric: MetricName::PointToPoint,
+                metric: PlanarMetric::PointToPoint,
                 robust_kernel: RobustKernel::None,
                 trim_fraction: 0.1,
                 max_correspondence_distance: 1.0,

@@ -10,12 +10,12 @@ pub use self::description::{Choice, Preset, SettingDescription, SettingKind};
 use self::description::{check_limits, check_range};
 pub use self::list::{descriptions, presets};
 use crate::error::Result;
-use crate::map::local::MetricName;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{InitialGuess, PlanarOptions};
 use crate::preprocess::clean::RangeLimits;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
+use crate::registration::planar::PlanarMetric;
 use crate::registration::robust_kernel::RobustKernel;
 
 /// What scans are registered to.
@@ -71,7 +71,7 @@ pub struct Settings {
     /// Half width of the correlative search in heading (rad).
     pub search_rotation: f64,
     /// The distance that a correspondence measures.
-    pub metric: MetricName,
+    pub metric: PlanarMetric,
     /// Largest distance of a pair (m).
     pub max_correspondence_distance: f64,
     /// Largest angle between the normals of a pair (rad).
@@ -102,7 +102,7 @@ impl Default for Settings {
             odometry: OdometrySource::Auto,
             search_translation: 1.5,
             search_rotation: 35f64.to_radians(),
-            metric: MetricName::PointToLine,
+            metric: PlanarMetric::PointToLine,
             max_correspondence_distance: 0.5,
             max_normal_angle: 45f64.to_radians(),
             trim_fraction: 0.0,

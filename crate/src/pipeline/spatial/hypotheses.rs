@@ -127,7 +127,7 @@ enum Odometry {
 impl QuantisationHypothesis {
     fn new(quantisation: Quantisation, config: &DecodeConfig) -> Result<Self> {
         let settings = &config.settings;
-        let noise = DepthNoise { over_square: config.depth.as_ref().map_or(0.0, |depth| depth.noise) };
+        let noise = DepthNoise { square_noise: config.depth.as_ref().map_or(0.0, |depth| depth.square_noise) };
         let odometry = match settings.method {
             Method::SurfelMap => {
                 Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))

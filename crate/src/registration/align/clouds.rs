@@ -6,8 +6,7 @@ use nalgebra::{Translation3, Vector2};
 
 use super::{RegistrationOptions, check_points, plane, pose_from, row_major, space};
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3};
-use crate::io::trajectory::in_space;
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3};
 use crate::registration::problem::IcpProblem;
 use crate::search::NearestTable;
 
@@ -62,14 +61,14 @@ impl PreparedClouds {
                 "Give two planar scans (z = 0) or two clouds in space",
             ));
         }
-        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_relative * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
         if source.is_planar() {
-            let scan = |cloud| space::Near::new(cloud, target.origin).scan();
+            let scan = |cloud| space::RelativeCloud::new(cloud, target.origin).scan();
             let (source, target) = (scan(source), scan(target));
             let table = table(&target.points);
-            let guess = plane::in_plane(&guess);
+            let guess = Pose2::from_space(&guess);
             let (problem, guess) = plane::prepare(&source, &target, guess, options, table.as_ref())?;
             return Ok(Self { problem: CloudProblem::Plane(problem, guess), table, origin });
         }
@@ -86,16 +85,18 @@ impl PreparedClouds {
     ///
     /// # Errors
     /// When it is not finite.
-    pub fn between_clouds(&self, near: &Pose3) -> Result<[f64; 16]> {
-        Ok(row_major(&(self.origin * pose_from(&row_major(near))? * self.origin.inverse())))
+    pub fn to_absolute(&self, T_target_source: &Pose3) -> Result<[f64; 16]> {
+        Ok(row_major(
+            &(self.origin * pose_from("T_target_source", &row_major(T_target_source))? * self.origin.inverse()),
+        ))
     }
 
-    /// The inverse of the conversion above.
+    /// The inverse of the conversion above, of the field or argument of this `name`.
     ///
     /// # Errors
-    /// When it is not a rigid motion.
-    pub fn near(&self, T_target_source: &[f64; 16]) -> Result<Pose3> {
-        Ok(self.origin.inverse() * pose_from(T_target_source)? * self.origin)
+    /// When it is not a rigid motion: the error says its name.
+    pub fn to_relative(&self, name: &str, T_target_source: &[f64; 16]) -> Result<Pose3> {
+        Ok(self.origin.inverse() * pose_from(name, T_target_source)? * self.origin)
     }
 
     /// The target's origin (m), to which the points of the problem are relative.
@@ -108,7 +109,7 @@ impl CloudProblem {
     /// The initial guess in space.
     pub fn guess(&self) -> Pose3 {
         match self {
-            Self::Plane(_, guess) => in_space(guess),
+            Self::Plane(_, guess) => guess.in_space(),
             Self::Space(_, guess) => *guess,
         }
     }

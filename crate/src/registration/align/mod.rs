@@ -14,8 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::plain::{RegistrationResult, register_clouds};
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
-use crate::io::trajectory::in_space;
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
@@ -106,7 +105,7 @@ impl Alignable for PlanarScan {
         for (scan, role) in [(self, "source"), (target, "target")] {
             check_points(role, scan.points.iter().any(|p| p.iter().all(|x| x.is_finite())))?;
         }
-        let (problem, guess) = plane::prepare(self, target, plane::in_plane(&options.guess()?), options, None)?;
+        let (problem, guess) = plane::prepare(self, target, Pose2::from_space(&options.guess()?), options, None)?;
         Ok(problem.register(guess))
     }
 }
@@ -122,7 +121,7 @@ impl Alignable for PointCloud {
             let problem = "A cloud is planar: all its points lie in z = 0, which fixes no motion in space";
             return Err(Error::whole(problem, "Give two PlanarScans, or use register_clouds"));
         }
-        // Both clouds relative to the target's origin, which may be far away: T = shift * T_near * shift^-1.
+        // Both clouds relative to the target's origin, which may be far away: T = shift * T_relative * shift^-1.
         let origin = space::origin_of(target);
         let guess = origin.inverse() * options.guess()? * origin;
         let (problem, guess) = space::prepare(self, target, guess, options)?;
@@ -205,7 +204,7 @@ pub struct RegistrationOptions {
     pub voxel_size: f64,
     /// `vgicp`: side of the target's voxels (m); 0 is `max_correspondence_distance`.
     pub gaussian_voxel_size: f64,
-    /// Planar clouds: half width of a search around the guess in x and y (m); 0 disables the search.
+    /// Planar clouds: half width of a search around the guess in x and y (m); there is no search where `search_rotation` is 0, too.
     pub search_translation: f64,
     /// Planar clouds: half width of the search in heading (rad).
     pub search_rotation: f64,
@@ -258,7 +257,7 @@ impl Default for RegistrationOptions {
 impl RegistrationOptions {
     /// The same options with this initial guess: a [`Pose3`], or a [`Pose2`] for scans in the plane.
     #[must_use]
-    pub fn starting_at(self, init_T_target_source: &impl Guess) -> Self {
+    pub fn starting_at(self, init_T_target_source: &impl Embedding) -> Self {
         Self { init_T_target_source: Some(row_major(&init_T_target_source.in_space())), ..self }
     }
 
@@ -293,25 +292,20 @@ impl RegistrationOptions {
     }
 
     fn guess(&self) -> Result<Pose3> {
-        self.init_T_target_source.as_ref().map_or(Ok(Pose3::identity()), pose_from)
+        let parsed = |rows: &_| pose_from("init_T_target_source", rows);
+        self.init_T_target_source.as_ref().map_or(Ok(Pose3::identity()), parsed)
     }
-}
 
-/// A motion that can be an initial guess.
-pub trait Guess {
-    /// The same motion in space, where the plane is z = 0.
-    fn in_space(&self) -> Pose3;
-}
-
-impl Guess for Pose2 {
-    fn in_space(&self) -> Pose3 {
-        in_space(self)
-    }
-}
-
-impl Guess for Pose3 {
-    fn in_space(&self) -> Pose3 {
-        *self
+    /// Refuses a robust kernel without a width, which would divide by it.
+    fn check_kernel(&self) -> Result<()> {
+        let width = self.robust_kernel_width;
+        if self.robust_kernel == RobustKernel::None || width > 0.0 {
+            return Ok(());
+        }
+        Err(Error::whole(
+            format!("robust_kernel_width = {width} m is not positive"),
+            "Give a positive width (m), or robust_kernel none",
+        ))
     }
 }
 
@@ -324,7 +318,8 @@ pub(crate) fn row_major(pose: &Pose3) -> [f64; 16] {
 /// Largest deviation of a rotation matrix from orthonormal: the rounding of a file with six digits.
 const MAX_ROTATION_DEFECT: f64 = 1e-4;
 
-fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
+/// A pose from the matrix of a field or argument, by its `name` in errors.
+fn pose_from(name: &str, rows: &[f64; 16]) -> Result<Pose3> {
     let matrix = Matrix4::from_row_slice(rows);
     let R: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
     let defect = (R * R.transpose() - Matrix3::identity()).norm();
@@ -332,7 +327,7 @@ fn pose_from(rows: &[f64; 16]) -> Result<Pose3> {
     let sound = defect < MAX_ROTATION_DEFECT && R.determinant() > 0.0 && bottom_is_right;
     if !(sound && rows.iter().all(|value| value.is_finite())) {
         return Err(Error::whole(
-            "init_T_target_source is not a rigid motion",
+            format!("{name} is not a rigid motion"),
             "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
         ));
     }

@@ -66,12 +66,12 @@ fn result<M: LabMotion>(
     with_trace: bool,
 ) -> Result<RegistrationResult> {
     let registration = problem.register(*guess);
-    let between_clouds = |pose: &M| clouds.between_clouds(&pose.in_space());
-    let trace = with_trace.then(|| trace(&registration, problem, &between_clouds)).transpose()?;
+    let to_absolute = |pose: &M| clouds.to_absolute(&pose.in_space());
+    let trace = with_trace.then(|| trace(&registration, problem, &to_absolute)).transpose()?;
     let Registration { last, observability, .. } = &registration;
     let weakest = observability.weakest_direction.as_slice().to_vec();
     Ok(RegistrationResult {
-        T_target_source: between_clouds(&registration.T_target_source)?,
+        T_target_source: to_absolute(&registration.T_target_source)?,
         converged: registration.converged,
         end_reason: registration.end_reason,
         iterations: registration.history.len(),
@@ -90,8 +90,8 @@ fn result<M: LabMotion>(
 fn trace<M: LabMotion>(
     registration: &Registration<M>,
     problem: &dyn IcpProblem<M>,
-    between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
+    to_absolute: &impl Fn(&M) -> Result<[f64; 16]>,
 ) -> Result<Vec<TracedIteration>> {
     let before = registration.trace.iter().take(registration.history.len());
-    before.map(|pose| TracedIteration::of(&problem.iteration(pose, 1), problem, between_clouds)).collect()
+    before.map(|pose| TracedIteration::of(&problem.iteration(pose, 1), problem, to_absolute)).collect()
 }

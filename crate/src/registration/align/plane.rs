@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use super::{CloudMetric, RegistrationOptions};
 use crate::error::{Error, Result};
-use crate::geometry::{Pose2, Pose3, RigidMotion};
+use crate::geometry::Pose2;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::{Factor, PointToPlane, PointToPoint};
@@ -24,8 +24,10 @@ pub(super) fn prepare(
     options: &RegistrationOptions,
     table: Option<&Rc<NearestTable>>,
 ) -> Result<(Box<dyn IcpProblem<Pose2>>, Pose2)> {
-    if options.search_translation > 0.0 || options.search_rotation > 0.0 {
-        let window = SearchWindow { translation: options.search_translation, rotation: options.search_rotation };
+    options.check_kernel()?;
+    let window =
+        SearchWindow { translation: options.search_translation, rotation: options.search_rotation }.checked()?;
+    if window.translation > 0.0 || window.rotation > 0.0 {
         let found = LikelihoodGrid::new(&target.points).search(&source.points, &guess, window);
         guess = found.map_or(guess, |found| found.T_target_source);
     }
@@ -69,10 +71,4 @@ where
 {
     let (points, normals) = (source.points.clone(), Some(source.normals.clone()));
     Box::new(Problem { points, normals, target, num_target, factor, options, solver })
-}
-
-/// The part of a motion in space within the plane z = 0.
-pub(super) fn in_plane(pose: &Pose3) -> Pose2 {
-    let rotation = pose.rotation.to_rotation_matrix().matrix().fixed_view::<2, 2>(0, 0).into_owned();
-    <Pose2 as RigidMotion>::from_parts(&rotation, &pose.translation.vector.xy())
 }

@@ -26,20 +26,22 @@ pub(super) fn prepare(
     mut guess: Pose3,
     options: &RegistrationOptions,
 ) -> Result<(Box<dyn IcpProblem<Pose3>>, Pose3)> {
-    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
-    if options.init == RegistrationInit::Global {
-        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
-    }
+    options.check_kernel()?;
     let metric = options.metric.unwrap_or(match target.normals {
         Some(_) => CloudMetric::PointToPlane,
         None => CloudMetric::PointToPoint,
     });
     let solver = options.solver(options.motion.solver(), metric)?;
-    let (mut source, target) = (Near::new(&source, target.origin), Near::new(&target, target.origin));
     if metric == CloudMetric::PointToLine {
         let problem = "point_to_line is for planar clouds, and these are clouds in space";
         return Err(Error::whole(problem, "Use point_to_plane or point_to_point"));
     }
+    let gaussian_voxel_size = if metric == CloudMetric::Vgicp { Some(gaussian_voxel_size(options)?) } else { None };
+    let [source, target] = [thinned(source, options)?, thinned(target, options)?];
+    if options.init == RegistrationInit::Global {
+        guess = options.motion.nearest(&without_a_guess(&source, &target, options)?);
+    }
+    let (mut source, target) = (RelativeCloud::new(&source, target.origin), RelativeCloud::new(&target, target.origin));
     if metric == CloudMetric::PointToPoint {
         let (num_target, target) = (target.points.len(), PointTarget::new(target.points));
         return Ok((problem(source, (target, num_target), PointToPoint, options, &solver), guess));
@@ -52,8 +54,8 @@ pub(super) fn prepare(
     if metric != CloudMetric::PointToPlane {
         source.normals = Some(source.known_or_estimated_normals());
     }
-    if metric == CloudMetric::Vgicp {
-        let target = GaussianVoxels::new(&target.points, &normals, gaussian_voxel_size(options)?);
+    if let Some(size) = gaussian_voxel_size {
+        let target = GaussianVoxels::new(&target.points, &normals, size);
         let num_target = target.len();
         return Ok((problem(source, (target, num_target), PlaneToVoxel, options, &solver), guess));
     }
@@ -66,7 +68,7 @@ pub(super) fn prepare(
 }
 
 fn problem<T, F>(
-    source: Near,
+    source: RelativeCloud,
     (target, num_target): (T, usize),
     factor: F,
     options: &RegistrationOptions,
@@ -91,7 +93,8 @@ fn gaussian_voxel_size(options: &RegistrationOptions) -> Result<f64> {
     if size > 0.0 && size.is_finite() {
         return Ok(size);
     }
-    Err(Error::whole(format!("Voxels of {size} m hold no points"), "Give a positive gaussian_voxel_size"))
+    let problem = format!("gaussian_voxel_size = {size} m is not positive and finite");
+    Err(Error::whole(problem, "Give a positive gaussian_voxel_size"))
 }
 
 /// The downsampled cloud, or the whole cloud where `voxel_size` is 0.
@@ -107,13 +110,13 @@ pub(super) fn origin_of(cloud: &PointCloud) -> Translation3<f64> {
     Translation3::new(cloud.origin.x, cloud.origin.y, cloud.origin.z)
 }
 
-/// Finite points in double precision, with their normals.
-pub(super) struct Near {
+/// The finite points of a cloud relative to an origin (m), in double precision, with their normals.
+pub(super) struct RelativeCloud {
     points: Vec<Vector3<f64>>,
     normals: Option<Vec<Option<Vector3<f64>>>>,
 }
 
-impl Near {
+impl RelativeCloud {
     pub(super) fn new(cloud: &PointCloud, origin: DVec3) -> Self {
         let shift = cloud.origin - origin;
         let points = cloud.finite_points().map(|(_, p)| Vector3::from((p + shift).to_array())).collect();

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_normals};
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::registration::global::scale::{MATCH_DISTANCE, feature_neighbourhood, telling_voxel_size};
+use crate::registration::global::scale::{MATCH_DISTANCE, feature_neighbourhood, feature_voxel_size};
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::search::KdTree;
 
@@ -18,7 +18,7 @@ pub(super) fn without_a_guess(
     target: &PointCloud,
     options: &RegistrationOptions,
 ) -> Result<Pose3> {
-    let voxel_size = if options.voxel_size > 0.0 { options.voxel_size } else { telling_voxel_size(target)? };
+    let voxel_size = if options.voxel_size > 0.0 { options.voxel_size } else { feature_voxel_size(target)? };
     let describe = |cloud: &PointCloud| -> Result<(DescribedCloud, KdTree<3>)> {
         let cloud = voxel_downsample(cloud, voxel_size)?;
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));

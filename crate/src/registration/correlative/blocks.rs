@@ -6,15 +6,15 @@ use std::ops::Range;
 use super::grid::{BlockRows, Buffers, LANES, NUM_LEVELS};
 use super::turns::{RotatedSource, Segment, Turns};
 
-/// Blocks across a window.
+/// Most blocks across a window.
 const MOST_ACROSS: i32 = 16;
 /// Number of points whose sum of likelihoods, at most 255 each, fits 16 bits.
 const POINTS_AT_ONCE: usize = 256;
 /// Number of neighbouring turns that are bounded together.
 const TURNS_TOGETHER: usize = 8;
 
-/// Bounds that are kept for later searches, which have less to beat, are made closer by this part of it: it saves 2 % of the
-/// search for three rivals.
+/// The bound of a quarter is computed until it is below the sum to beat by 1 / `MARGIN` of that sum: later searches, which have
+/// less to beat, then need not compute it again. This saves 2 % of the time of a search for three rivals.
 const MARGIN: u32 = 16;
 
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
@@ -33,29 +33,29 @@ pub(super) struct Candidate {
 /// Rows of [`LANES`] blocks, one below the other; 0 where the window has no such block.
 type Column = Vec<[u32; LANES]>;
 
-/// All blocks of one level: the finest that has [`MOST_ACROSS`] of them across the window or fewer, half as many where that are
-/// blocks of one cell or two. (Coarser ones bound too loosely; finer ones are too many.)
+/// All blocks of one level of the pyramid: of the finest that has at most [`MOST_ACROSS`] blocks across the window, on levels 0 and
+/// 1 half as many. The bounds of larger blocks are too loose, and smaller blocks are too many.
 pub(super) struct Blocks<'a> {
     pub turns: Turns<'a>,
     pub level: usize,
     /// Shifts of the blocks' corners, in x and in y.
     shifts: Vec<i32>,
-    /// Turns that are bounded together, ...
+    /// Turns that are bounded together.
     groups: Vec<Range<usize>>,
-    /// ... the bounds of each group, column by column, ...
+    /// The bounds of the blocks under each group of turns, column by column.
     bounds: Vec<Column>,
-    /// ... and the largest of each.
+    /// The largest entry of each column of `bounds`.
     largest: Vec<u32>,
     /// The bounds of single turns, column by column, where they were needed.
     of_turns: Vec<OnceCell<Column>>,
     known: RefCell<Known>,
 }
 
-/// All blocks whose bounds are at least `least`, as far as searches have needed them.
+/// All blocks whose bounds are at least `least`, which is the smallest bound that a search has needed.
 struct Known {
     least: u32,
     candidates: Vec<Candidate>,
-    /// For each the bounds of its quarters, as close as searches have needed them.
+    /// The bounds of the quarters of each candidate, as tight as searches have needed them.
     quarters: Vec<[u32; 4]>,
 }
 
@@ -95,7 +95,7 @@ impl<'a> Blocks<'a> {
         bounds
     }
 
-    /// No bound is larger.
+    /// The largest of all bounds.
     pub(super) fn largest(&self) -> u32 {
         self.largest.iter().fold(0, |most, &bound| bound.max(most))
     }
@@ -125,13 +125,13 @@ impl<'a> Blocks<'a> {
         *known
     }
 
-    /// The bound of a candidate; no closer than it takes to see that it is less than `to_beat`.
+    /// The bound of a candidate. The computation ends as soon as the bound is known to be below `to_beat`.
     pub(super) fn bound(&self, candidate: &Candidate, to_beat: u32) -> u32 {
         let Turns { grid, .. } = self.turns;
         self.turns.get(candidate.rotated).bound(grid, candidate.level, (candidate.x, candidate.y), to_beat)
     }
 
-    /// Shows all blocks whose bound is at least `least`.
+    /// Calls `visit` with every block whose bound is at least `least`.
     fn visit(&self, least: u32, mut visit: impl FnMut(Candidate)) {
         let num_columns = self.shifts.len().div_ceil(LANES);
         for (index, (column, &largest)) in self.bounds.iter().zip(&self.largest).enumerate() {
@@ -163,7 +163,8 @@ impl<'a> Blocks<'a> {
         column
     }
 
-    /// Shows the blocks of a column under one turn, by its bounds where they are known.
+    /// Calls `visit` with the blocks of a column under one turn whose bound is at least `least`; `known` are the column's bounds
+    /// under this turn, where they have been computed.
     fn visit_column(
         &self,
         (turn, column_index): (usize, usize),

@@ -29,12 +29,12 @@ impl Excluded {
 pub(super) struct Search<'a, V> {
     pub blocks: &'a Blocks<'a>,
     pub excluded: Vec<Excluded>,
-    /// Sums below this are not looked for.
+    /// Smallest sum of a pose that is searched for.
     pub floor: u32,
     /// A sum of this much ends the search.
     pub enough: u32,
     pub best: Option<Candidate>,
-    /// Is told of every candidate that is looked into.
+    /// Called with every candidate that is expanded.
     pub visit: V,
 }
 
@@ -53,7 +53,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
             while let Some(Promising(candidate)) = candidates.pop()
                 && !self.is_beaten(&candidate)
             {
-                self.look_into(&candidate);
+                self.expand(&candidate);
             }
             done = least;
         }
@@ -73,7 +73,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
     }
 
     /// Finds the best pose of a candidate, if it beats the best so far.
-    fn look_into(&mut self, candidate: &Candidate) {
+    fn expand(&mut self, candidate: &Candidate) {
         if self.is_excluded(candidate) {
             return;
         }
@@ -89,7 +89,7 @@ impl<V: FnMut(&Candidate)> Search<'_, V> {
             if self.is_beaten(child) {
                 return;
             }
-            self.look_into(child);
+            self.expand(child);
         }
     }
 

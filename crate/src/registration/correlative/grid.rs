@@ -8,9 +8,9 @@ use crate::geometry::{Pose2, RigidMotion};
 
 /// Side of a cell (m).
 pub const RESOLUTION: f64 = 0.1;
-/// Standard deviation of the likelihood around a target point, in cells of that side (m).
+/// Standard deviation of the likelihood around a target point, at cells of [`RESOLUTION`] (m).
 const SIGMA: f64 = 0.12;
-/// Levels of the pyramid; the coarsest looks at 2^5 cells at once.
+/// Levels of the pyramid; an entry of the coarsest is the maximum of 2^5 x 2^5 cells.
 pub(super) const NUM_LEVELS: usize = 6;
 /// Most cells of a grid; a larger target gets larger cells.
 const MAX_CELLS: f64 = 4e6;
@@ -21,7 +21,7 @@ const PADDING: i32 = 8;
 /// Blocks across the largest squares.
 pub(super) const MAX_SQUARE: i32 = 8;
 
-/// A target drawn into a pyramid of likelihoods. Levels are made when a search first needs them.
+/// A target drawn into a pyramid of likelihoods. Levels are computed on first use.
 pub struct LikelihoodGrid {
     pub(super) resolution: f64,
     /// Standard deviation of the likelihood around a target point (m).
@@ -167,8 +167,8 @@ impl LikelihoodGrid {
     }
 }
 
-/// A level of the pyramid in another order: what lies `stride` cells apart in a row comes one after the other, so that
-/// [`LANES`] blocks in a row are looked at in one step. Rows end and begin with zeros.
+/// A level of the pyramid in another order: entries that are `stride` cells apart in a row are adjacent, so that [`LANES`]
+/// blocks of a row are read in one step. Rows begin and end with zeros.
 pub(super) struct BlockRows {
     level: usize,
     /// Entries of a row, the zeros on both sides included.
@@ -178,7 +178,7 @@ pub(super) struct BlockRows {
     cells: Vec<u8>,
 }
 
-/// What [`BlockRows::add_to`] works with, kept between calls.
+/// Memory of [`BlockRows::add_to`], used again in the next call.
 #[derive(Default)]
 pub(super) struct Buffers {
     /// Rows of the points, and where their entries are.

@@ -1,4 +1,4 @@
-//! The globally best pose of a planar scan in a window, without a first guess.
+//! The best of all poses of a planar scan in a window around a first guess: a global search, which no local minimum ends.
 //!
 //! The target is drawn into a grid of likelihoods; a pose scores the sum over the source's points. Branch and bound over
 //! a pyramid of sliding maxima finds the best of all poses on the grid without looking at most of them: Olson,
@@ -13,6 +13,7 @@ mod branch_and_bound;
 mod grid;
 mod turns;
 
+use crate::error::{Error, Result};
 use crate::geometry::{Pose2, RigidMotion};
 use blocks::{Blocks, Candidate};
 use branch_and_bound::{Excluded, Search};
@@ -26,6 +27,24 @@ pub struct SearchWindow {
     pub translation: f64,
     /// Half width of the turn (rad).
     pub rotation: f64,
+}
+
+/// Largest half width of a search that a caller may ask for (m, rad).
+const MAX_SEARCH: f64 = 20.0;
+
+impl SearchWindow {
+    /// This window, if its half widths are neither negative nor too large: time and memory grow with them.
+    ///
+    /// # Errors
+    /// When a half width is not from 0 to 20 m or rad.
+    pub fn checked(self) -> Result<Self> {
+        let Self { translation, rotation } = self;
+        if [translation, rotation].iter().all(|half_width| (0.0..=MAX_SEARCH).contains(half_width)) {
+            return Ok(self);
+        }
+        let problem = format!("The search window of {translation} m and {rotation} rad is negative or too large");
+        Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")))
+    }
 }
 
 /// The best pose of a window.
@@ -69,8 +88,8 @@ pub struct WindowSearch<'a> {
 }
 
 impl LikelihoodGrid {
-    /// Prepares the search for a source within `window` around `center`, on a grid of the map's cells and of rotations that
-    /// move a point 10 m away by one cell.
+    /// Prepares the search for a source within `window` around `center`: translations in steps of one cell, rotations in steps
+    /// that move the source's furthest point by one cell, or a point 10 m away where the furthest is farther away.
     pub fn window<'a>(&'a self, source: &'a [Vector2<f64>], center: &Pose2, window: SearchWindow) -> WindowSearch<'a> {
         let furthest = source.iter().map(Vector2::norm).fold(0.0, f64::max);
         // The cells of a target of many kilometres are larger than 10 m.
@@ -139,17 +158,23 @@ impl WindowSearch<'_> {
         path
     }
 
-    /// The best pose of the window that lies apart from known ones by more than the window beside them, and
-    /// scores at least the first of `scores`: the second basin, where there is one. One that scores the second is enough:
-    /// no better one is looked for.
-    pub fn rival(&self, (known, apart): (&[Pose2], SearchWindow), scores: (f64, f64)) -> Option<CorrelativeMatch> {
+    /// The best pose of the window that differs from each of the `known` ones by more than `min_distance` in translation or in
+    /// rotation, if its score is at least `min_score`: the second basin, where there is one. The search ends at the first pose
+    /// that scores at least `enough_score`.
+    pub fn rival(
+        &self,
+        known: &[Pose2],
+        min_distance: SearchWindow,
+        min_score: f64,
+        enough_score: f64,
+    ) -> Option<CorrelativeMatch> {
         let excluded = |known: &Pose2| {
             let (away, turn) = self.place(known);
-            let radius = apart.translation / self.grid.resolution;
-            Excluded { away, turn, radius, turns: apart.rotation / self.turn_step }
+            let radius = min_distance.translation / self.grid.resolution;
+            Excluded { away, turn, radius, turns: min_distance.rotation / self.turn_step }
         };
         let whole = 255.0 * self.source.len() as f64;
-        let sums = ((scores.0 * whole) as u32, (scores.1 * whole) as u32); // saturates
+        let sums = ((min_score * whole) as u32, (enough_score * whole) as u32); // saturates
         self.run(known.iter().map(excluded).collect(), sums, |_| ())
     }
 
@@ -252,6 +277,18 @@ mod tests {
             let [once, often] = [&once, &often].map(|source| grid.window(source, &Pose2::identity(), window));
             assert_eq!(often.best().map(|best| best.score), once.best().map(|best| best.score), "{count} times");
             assert_eq!(often.best_from(&T).map(|best| best.score), once.best().map(|best| best.score));
+        }
+    }
+
+    #[test]
+    fn windows_of_zero_to_twenty_metres_can_be_searched() {
+        let window = |translation, rotation| SearchWindow { translation, rotation };
+        for searched in [window(0.0, 0.0), window(MAX_SEARCH, 0.5)] {
+            assert_eq!(searched.checked(), Ok(searched));
+        }
+        let too_much = [(-0.1, 0.0), (0.0, 1.01 * MAX_SEARCH), (f64::NAN, 0.0), (1.0, f64::INFINITY)];
+        for refused in too_much.map(|(translation, rotation)| window(translation, rotation)) {
+            assert!(refused.checked().is_err(), "{refused:?}");
         }
     }
 

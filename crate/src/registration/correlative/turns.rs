@@ -15,7 +15,7 @@ const POINTS_TO_A_CHECK: usize = 16;
 /// Rounding moves a cell by less than this share of its side.
 const ROUNDING: f64 = 1e-6;
 
-/// The source under one turn, as cells of the grid; what no shift brings onto it is left out.
+/// The source under one turn, as cells of the grid. Points that no shift of the window moves onto the grid are left out.
 pub(super) struct RotatedSource {
     /// Neighbouring points in one cell are one entry. Segment after segment: those of one point that some shift moves off
     /// the grid (which score little, so that a bad pose is known sooner), those of one point that stay on it under every
@@ -95,8 +95,8 @@ impl RotatedSource {
         self.segments().map(of_segment).sum()
     }
 
-    /// Bounds the sums of all shifts from (x, y) to (x, y) + 2^level - 1; no closer than it takes to see that they are less
-    /// than `to_beat`.
+    /// An upper bound of the sums of all shifts from (x, y) to (x, y) + 2^level - 1. The computation ends as soon as the bound is
+    /// known to be below `to_beat`.
     pub(super) fn bound(&self, grid: &LikelihoodGrid, level: usize, (x, y): (i32, i32), to_beat: u32) -> u32 {
         let (cells, width) = (grid.level(level), grid.width);
         let mut left = 255 * self.num_points;

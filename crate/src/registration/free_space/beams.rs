@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 
 use super::{FreeSpaceTally, FreeSpaceTest};
 use crate::geometry::quantile::quantile;
+use crate::geometry::scalar::larger;
 use crate::search::order::ascending;
 
 /// Ranges by bearing of one scan.
@@ -30,9 +31,9 @@ struct Beam {
     range: f64,
 }
 
-/// Ranges this close are equal (m) ...
+/// Smallest tolerance for a difference of ranges (m).
 const MIN_TOLERANCE: f64 = 0.15;
-/// ... or within this share of the range: a small error in heading moves far walls.
+/// Tolerance for a difference of ranges, as a share of the range: a small error in heading moves far walls.
 const RELATIVE_TOLERANCE: f64 = 0.03;
 
 impl RangeProfile {
@@ -92,11 +93,6 @@ impl RangeProfile {
 fn order_of(point: &Vector2<f64>) -> f64 {
     let along = point.x / larger(f64::MIN_POSITIVE, point.x.abs() + point.y.abs());
     if point.y < 0.0 { along - 1.0 } else { 1.0 - along }
-}
-
-/// The larger of two numbers; the first where the second is not one. (`f64::max` is a call of a function in WebAssembly.)
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// The sector, of so many, that holds this [`order_of`].

@@ -45,7 +45,7 @@ impl FreeSpaceTest<Surfel> {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DepthNoise {
     /// Standard deviation of the depth over its square (1/m), beyond that of the raw values' steps.
-    pub over_square: f64,
+    pub square_noise: f64,
 }
 
 /// Surfaces that differ by fewer standard deviations of the sensor's noise are not told apart. With 2.5, a frame of a
@@ -56,12 +56,12 @@ impl DepthNoise {
     /// That of the difference between two frames, each with this noise.
     #[must_use]
     pub fn of_difference(self) -> Self {
-        Self { over_square: self.over_square * SQRT_2 }
+        Self { square_noise: self.square_noise * SQRT_2 }
     }
 
     /// The tolerance (m) for a surface at a depth (m): `least`, or what the noise explains.
     pub fn tolerance(self, least: f64, depth: f64) -> f64 {
-        least.max(NOISE_SIGMAS * self.over_square * depth * depth)
+        least.max(NOISE_SIGMAS * self.square_noise * depth * depth)
     }
 }
 

@@ -10,7 +10,7 @@ use super::Consensus;
 use crate::geometry::Pose3;
 use crate::registration::factors::best_rigid_motion;
 
-/// Most matches that are used, evenly spread; they form half a million pairs.
+/// Most matches that are used, evenly spread; they form 1.1 million pairs.
 const MAX_MATCHES: usize = 1500;
 /// Most matches that are tried as the seed of a consensus.
 const MAX_SEEDS: usize = 40;
@@ -151,11 +151,8 @@ impl Graph {
 mod tests {
     use super::*;
     use crate::geometry::RigidMotion;
+    use crate::geometry::scalar::wave;
     use nalgebra::Vector6;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
 
     fn somewhere(i: usize) -> Vector3<f64> {
         Vector3::new(5.0 * wave(i, 12.9898), 4.0 * wave(i, 78.233), 2.0 * wave(i, 37.719))

@@ -124,20 +124,20 @@ fn simple_histogram(points: &[Vec3], normals: &[Vec3], index: usize, neighbors: 
     counts.map(|count| count as f32 * share)
 }
 
-/// The angles of a pair with the line d from the first to the second point: theta = atan2(w . n2, u . n2), as the two numbers in the
-/// brackets, alpha = v . n2 and phi = u . d in the frame u = n1, v = d x u, w = u x v. They follow from the cosines a = n1 . d, b =
-/// n2 . d, c = n1 . n2 and the triple product t = n2 . (d x n1) without the frame itself. An exchange of the points exchanges a
-/// and b and negates both; c and t do not change.
+/// w . n2, u . n2, alpha = v . n2 and phi = u . d of a pair, with theta = atan2(w . n2, u . n2). d is the unit vector from the first
+/// point to the second, and u = n1, v = d x u, w = u x v is the frame of the first. They are computed from the cosines a = n1 . d,
+/// b = n2 . d, c = n1 . n2 and the triple product t = n2 . (d x n1), without the frame. Exchanging the points exchanges a and b
+/// and negates both; c and t do not change.
 #[inline]
 fn pair_angles(a: f32, b: f32, c: f32, t: f32) -> (f32, f32, f32, f32) {
     let exchanged = a.abs() < b.abs();
     let (phi, other) = if exchanged { (-b, -a) } else { (a, b) };
     let sq_sine = 1.0 - phi * phi;
-    // With a normal along the line the frame is undefined: all angles are set to zero.
-    let open = sq_sine < 1e-12;
-    let inverse_sine = if open { 0.0 } else { 1.0 / sq_sine.sqrt() };
-    let cosine = if open { 1.0 } else { c };
-    let phi_or_zero = if open { 0.0 } else { phi };
+    // Where n1 is parallel to d, the frame is undefined, and all angles are set to zero.
+    let is_undefined = sq_sine < 1e-12;
+    let inverse_sine = if is_undefined { 0.0 } else { 1.0 / sq_sine.sqrt() };
+    let cosine = if is_undefined { 1.0 } else { c };
+    let phi_or_zero = if is_undefined { 0.0 } else { phi };
     ((other - c * phi) * inverse_sine, cosine, t * inverse_sine, phi_or_zero)
 }
 
@@ -186,10 +186,7 @@ fn weighted(simple: &[Feature], index: usize, neighbors: &[Neighbor]) -> Feature
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn wave(i: usize, k: f64) -> f64 {
-        ((i as f64) * k + 1.0).sin()
-    }
+    use crate::geometry::scalar::wave;
 
     fn unit(i: usize) -> Vec3 {
         Vec3::new(wave(i, 1.9) as f32, wave(i, 2.7) as f32, wave(i, 3.3) as f32).normalize()

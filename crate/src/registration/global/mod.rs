@@ -100,16 +100,16 @@ const MAX_MATCHED_POINTS: usize = 5000;
 /// Fewest inliers of an accepted motion. Measured on pairs of frames of two rendered floors: at most 23 of hundreds or thousands
 /// of matches agree where the frames show different rooms, 90 and more where they overlap by a third.
 const MIN_INLIERS: usize = 30;
-/// Share of inliers among the matches for which fewer inliers suffice, ...
+/// Smallest share of inliers among the matches for which [`MIN_SURE_INLIERS`] inliers suffice.
 const SURE_SHARE: f64 = 0.4;
-/// ... and their number.
+/// Fewest inliers of an accepted motion where their share of the matches is at least [`SURE_SHARE`].
 const MIN_SURE_INLIERS: usize = 12;
 
-/// Registers `source` to `target` without a guess; `target_tree` was built from the target's points, and matches that the motion brings together to within
-/// `max_correspondence_distance` (m) speak for it.
+/// Registers `source` to `target` without a guess. `target_tree` was built from the target's points. A match agrees with a motion
+/// that brings its two points to within `max_correspondence_distance` (m).
 ///
 /// # Errors
-/// When too few points look alike, or too few of those agree on one motion: the clouds may not overlap.
+/// When there are too few matches, or too few of them agree on one motion: the clouds may not overlap.
 pub fn register_globally(
     source: &DescribedCloud,
     target: &DescribedCloud,

@@ -67,7 +67,7 @@ pub fn ransac(
         if Consensus::of(&T, &sample, max_distance).num_inliers == sample.len() && overlap.improves(&T) {
             let consensus = Consensus::of(&T, pairs, max_distance);
             let share = consensus.num_inliers as f64 / pairs.len() as f64;
-            let needed = (1.0 - options.confidence).ln() / (1.0 - share.powi(3)).ln();
+            let needed = samples_needed(share, options.confidence);
             if needed < options.max_iterations as f64 {
                 last = needed.ceil() as usize;
             }
@@ -75,6 +75,13 @@ pub fn ransac(
         }
     }
     best
+}
+
+/// Number of samples of three pairs of which one holds inliers only, with this confidence, where so large a share of the pairs
+/// are inliers.
+fn samples_needed(share: f64, confidence: f64) -> f64 {
+    // 1 - share^3 would round to 1 for a small share.
+    (1.0 - confidence).ln() / (-share.powi(3)).ln_1p()
 }
 
 /// Counts the points of the source within the distance limit of the target, and keeps the best count so far.
@@ -150,5 +157,20 @@ impl SplitMix {
         c += usize::from(c >= low);
         c += usize::from(c >= high);
         [a, b, c]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fewer_the_inliers_the_more_samples_are_needed() {
+        let needed = samples_needed(0.5, 0.999);
+        assert!((needed - (1e-3f64.ln() / 0.875f64.ln())).abs() < 1e-9, "{needed}");
+        // 3 inliers of a million pairs: 1 - share^3 is 1 in double precision.
+        let needed = samples_needed(3e-6, 0.999);
+        assert!((needed * 3e-6f64.powi(3) - 1e3f64.ln()).abs() < 1e-6, "{needed}");
+        assert_eq!(samples_needed(1.0, 0.999).ceil(), 0.0);
     }
 }

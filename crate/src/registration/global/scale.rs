@@ -18,7 +18,7 @@ const FEATURE_NEIGHBORS: usize = 100;
 /// Largest distance of a match that agrees with a motion (voxels), as in Open3D's tutorial.
 pub(crate) const MATCH_DISTANCE: f64 = 1.5;
 
-/// What a feature describes of a cloud in voxels of this side (m).
+/// The neighbourhood that a feature describes, in a cloud of one point per voxel of this side (m).
 pub(crate) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
     Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
 }
@@ -26,13 +26,13 @@ pub(crate) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
 /// A voxel size (m) that leaves about 6,000 points, so that features describe rooms, not the roughness of a wall.
 ///
 /// # Errors
-/// When all points are one.
-pub fn telling_voxel_size(cloud: &PointCloud) -> Result<f64> {
+/// When all points coincide.
+pub fn feature_voxel_size(cloud: &PointCloud) -> Result<f64> {
     let finite = || cloud.positions.iter().copied().filter(|p| p.is_finite());
     let (low, high) = (finite().reduce(Vec3::min).unwrap_or_default(), finite().reduce(Vec3::max).unwrap_or_default());
     let mut size = f64::from((high - low).max_element()) / 100.0;
     if size <= 0.0 {
-        let problem = "All points of the target coincide: no feature tells one from another";
+        let problem = "All points of the target coincide, so that their features are undefined";
         return Err(Error::whole(problem, "Give a cloud of surfaces"));
     }
     for _ in 0..SIZE_TRIES {

@@ -26,7 +26,7 @@ pub struct Ends {
 /// Results grouped by minimum.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Basin {
-    /// Index in `minima` for each start; -1 where the loop did not converge.
+    /// Index in `minima` for each start; -1 where the loop neither converged nor ran in a cycle.
     pub labels: Vec<i16>,
     /// The minima: the reference's first, the others by the number of starts that end there.
     pub minima: Vec<Minimum>,
@@ -48,14 +48,14 @@ pub struct Minimum {
 pub(super) fn ends<M: LabMotion>(
     problem: &dyn IcpProblem<M>,
     grid: &Grid<M>,
-    between_clouds: &impl Fn(&Pose3) -> Result<[f64; 16]>,
+    to_absolute: &impl Fn(&Pose3) -> Result<[f64; 16]>,
 ) -> Result<Ends> {
     let mut ends = Ends::default();
     for row in grid.rows() {
         for column in 0..grid.width() {
             let registration = problem.register(grid.pose(row, column));
             let pose = registration.T_target_source;
-            ends.T_target_source.push(between_clouds(&pose.in_space())?);
+            ends.T_target_source.push(to_absolute(&pose.in_space())?);
             ends.end_reason.push(registration.end_reason);
             ends.iterations.push(registration.history.len().min(usize::from(u16::MAX)) as u16);
             ends.cost.extend(problem.costs(&mut std::iter::once(pose)));
@@ -71,7 +71,7 @@ pub(super) fn labelled<M: LabMotion>(
     problem: &dyn IcpProblem<M>,
     ends: &Ends,
     reference: &Pose3,
-    near: &impl Fn(&[f64; 16]) -> Result<Pose3>,
+    to_relative: &impl Fn(&[f64; 16]) -> Result<Pose3>,
 ) -> Result<Basin> {
     let (tolerance, radius) = (median_spacing(problem), rms_distance(problem.source_points()));
     let is_same = |a: &M, b: &M| {
@@ -80,7 +80,8 @@ pub(super) fn labelled<M: LabMotion>(
         let scaled = away.as_slice().iter().enumerate().map(|(i, x)| if i < num_rotations { x * radius } else { *x });
         scaled.map(|x| x * x).sum::<f64>() <= tolerance * tolerance
     };
-    let poses = ends.T_target_source.iter().map(|rows| Ok(M::from_space(&near(rows)?))).collect::<Result<Vec<M>>>()?;
+    let poses =
+        ends.T_target_source.iter().map(|rows| Ok(M::from_space(&to_relative(rows)?))).collect::<Result<Vec<M>>>()?;
     let mut waiting: Vec<usize> = (0..poses.len()).filter(|&end| is_at_rest(ends.end_reason[end])).collect();
     waiting.sort_by(|&a, &b| ends.cost[a].total_cmp(&ends.cost[b]));
     let mut groups: Vec<Vec<usize>> = Vec::new();

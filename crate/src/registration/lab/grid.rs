@@ -20,7 +20,7 @@ pub struct GridOptions {
     pub axes: Vec<usize>,
     /// Half width of the grid along each (rad, m).
     pub half_widths: Vec<f64>,
-    /// Number of nodes along each; one node is at the centre.
+    /// Number of nodes along each; of an odd number, one is at the centre.
     pub size: Vec<usize>,
     /// Rows to compute, from the first to before the second, counted through all layers, so that workers can share a grid; null
     /// is all.
@@ -47,6 +47,14 @@ pub struct Grid<M: LabMotion> {
     rows: Range<usize>,
 }
 
+/// Refuses a stride of 0.
+pub(super) fn check_stride(stride: usize) -> Result<()> {
+    if stride > 0 {
+        return Ok(());
+    }
+    Err(Error::whole("stride must be at least 1", "Give 1 for all points, 2 for every second one"))
+}
+
 impl<M: LabMotion> Grid<M> {
     /// Checks a grid over a number of unknowns within `num_axes`.
     pub(super) fn new(center: &Pose3, options: &GridOptions, num_axes: RangeInclusive<usize>) -> Result<Self> {
@@ -54,13 +62,15 @@ impl<M: LabMotion> Grid<M> {
         let fail = |problem: &str, remedy: String| Err(Error::whole(problem, remedy));
         let count = axes.len();
         if !num_axes.contains(&count) || half_widths.len() != count || size.len() != count {
-            let remedy = format!("Give {} to {} of each", num_axes.start(), num_axes.end());
+            let (least, most) = num_axes.into_inner();
+            let remedy =
+                if least == most { format!("Give {most} of each") } else { format!("Give {least} to {most} of each") };
             return fail("axes, half_widths and size of a grid do not fit together", remedy);
         }
         let repeated = (1..count).any(|i| axes[..i].contains(&axes[i]));
         if repeated || axes.iter().any(|&axis| axis >= M::Tangent::LEN) {
             let remedy = format!("Give different indices below {}", M::Tangent::LEN);
-            return fail(&format!("axes {axes:?} name no unknowns"), remedy);
+            return fail(&format!("axes = {axes:?} repeats an unknown or names one that does not exist"), remedy);
         }
         if !half_widths.iter().all(|width| width.is_finite() && *width >= 0.0) {
             return fail(
@@ -68,9 +78,7 @@ impl<M: LabMotion> Grid<M> {
                 "Give finite numbers from 0 (rad, m)".into(),
             );
         }
-        if options.stride == 0 {
-            return fail("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one".into());
-        }
+        check_stride(options.stride)?;
         let num_nodes = size.iter().try_fold(1usize, |product, &n| product.checked_mul(n).filter(|_| n > 0));
         if num_nodes.is_none_or(|count| count > MAX_NODES) {
             return fail(&format!("A grid cannot have {size:?} nodes"), format!("Give 1 to {MAX_NODES} nodes in all"));

@@ -6,6 +6,7 @@ use super::motion::LabMotion;
 use crate::error::Result;
 use crate::geometry::{SquareMatrix, Vector};
 use crate::registration::degeneracy::{Directions, UNDETERMINED_SHARE};
+use crate::registration::icp::root_mean_square;
 use crate::registration::problem::{IcpProblem, Iteration};
 
 /// The figures of one iteration. Tangent vectors and matrices are over (theta, x, y) for planar clouds and over
@@ -87,7 +88,7 @@ impl TracedIteration {
     pub(crate) fn of<M: LabMotion>(
         iteration: &Iteration<M>,
         problem: &dyn IcpProblem<M>,
-        between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
+        to_absolute: &impl Fn(&M) -> Result<[f64; 16]>,
     ) -> Result<Self> {
         let (pairs, rejected) = (&iteration.correspondences, &iteration.rejected);
         let directions = Directions::<M>::of(&iteration.equations.H, pairs);
@@ -96,7 +97,7 @@ impl TracedIteration {
             pairs.iter().copied().map(of_pair).collect()
         });
         Ok(Self {
-            summary: summary(iteration, directions.as_ref(), between_clouds)?,
+            summary: summary(iteration, directions.as_ref(), to_absolute)?,
             source: pairs.iter().map(|pair| pair.source).collect(),
             target: pairs.iter().map(|pair| pair.target).collect(),
             residual: pairs.iter().map(|pair| pair.residual).collect(),
@@ -112,20 +113,19 @@ impl TracedIteration {
 fn summary<M: LabMotion>(
     iteration: &Iteration<M>,
     directions: Option<&Directions<M>>,
-    between_clouds: &impl Fn(&M) -> Result<[f64; 16]>,
+    to_absolute: &impl Fn(&M) -> Result<[f64; 16]>,
 ) -> Result<IterationSummary> {
     let Iteration { T_target_source, step, correspondences, equations, .. } = iteration;
     let num_inliers = correspondences.len();
-    let sq_sum: f64 = correspondences.iter().map(|pair| pair.residual * pair.residual).sum();
     Ok(IterationSummary {
-        T_target_source: between_clouds(T_target_source)?,
-        T_next: between_clouds(&step.map_or(*T_target_source, |step| (step * *T_target_source).renormalized()))?,
+        T_target_source: to_absolute(T_target_source)?,
+        T_next: to_absolute(&step.map_or(*T_target_source, |step| (step * *T_target_source).renormalized()))?,
         cost: iteration.cost,
         num_correspondences: iteration.num_correspondences,
         num_inliers,
         num_points: iteration.num_points,
         fitness: num_inliers as f64 / iteration.num_points.max(1) as f64,
-        inlier_rmse: (sq_sum / num_inliers.max(1) as f64).sqrt(),
+        inlier_rmse: root_mean_square(correspondences),
         H: equations.H.as_slice().to_vec(), // symmetric: rows are columns
         b: equations.b.as_slice().to_vec(),
         x: step.map(|step| step.log().as_slice().to_vec()),

@@ -15,11 +15,11 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use self::basin::{Basin, Ends};
-use self::grid::{Grid, GridOptions};
+use self::grid::{Grid, GridOptions, check_stride};
 use self::iteration::TracedIteration;
 use self::motion::LabMotion;
 use crate::error::{Error, Result};
-use crate::geometry::{PointCloud, Pose2, Pose3, Vector};
+use crate::geometry::{Embedding, PointCloud, Pose2, Pose3, Vector};
 use crate::registration::align::RegistrationOptions;
 use crate::registration::align::clouds::{CloudProblem, PreparedClouds};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow, SearchedBlock};
@@ -65,9 +65,6 @@ pub struct LabPoints {
     pub normals: Vec<f64>,
 }
 
-/// Largest half width of a search (m, rad).
-const MAX_SEARCH: f64 = 20.0;
-
 /// Evaluates one expression for the problem of either dimension.
 macro_rules! either {
     ($lab:expr, |$problem:ident, $guess:ident| $body:expr) => {
@@ -108,7 +105,7 @@ impl IcpLab {
     /// # Errors
     /// When it is not finite.
     pub fn initial(&self) -> Result<[f64; 16]> {
-        self.clouds.between_clouds(&self.clouds.problem.guess())
+        self.clouds.to_absolute(&self.clouds.problem.guess())
     }
 
     /// The source's points in its own frame, relative to the target's origin.
@@ -137,7 +134,8 @@ impl IcpLab {
     /// # Errors
     /// When the pose is not a rigid motion.
     pub fn trace(&mut self, init_T_target_source: Option<&[f64; 16]>) -> Result<IcpTrace> {
-        let init = init_T_target_source.map(|rows| self.clouds.near(rows)).transpose()?;
+        let init =
+            init_T_target_source.map(|rows| self.clouds.to_relative("init_T_target_source", rows)).transpose()?;
         let (trace, traced) = match &self.clouds.problem {
             CloudProblem::Plane(problem, guess) => {
                 let (trace, poses) =
@@ -155,7 +153,7 @@ impl IcpLab {
 
     fn run<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, init: M) -> Result<(IcpTrace, Vec<M>)> {
         let registration = problem.register(init);
-        let rows = |pose: &M| self.clouds.between_clouds(&pose.in_space());
+        let rows = |pose: &M| self.clouds.to_absolute(&pose.in_space());
         let trace = IcpTrace {
             converged: registration.converged,
             end_reason: registration.end_reason,
@@ -180,11 +178,9 @@ impl IcpLab {
     /// # Errors
     /// When the pose is not a rigid motion, or the stride is 0.
     pub fn sampled_iteration(&self, T_target_source: &[f64; 16], stride: usize) -> Result<TracedIteration> {
-        if stride == 0 {
-            return Err(Error::whole("A stride of 0 takes no points", "Give 1 for all points, 2 for every second one"));
-        }
-        let near = self.clouds.near(T_target_source)?;
-        either!(self, |problem, _guess| self.details(problem, &LabMotion::from_space(&near), stride))
+        check_stride(stride)?;
+        let pose = self.clouds.to_relative("T_target_source", T_target_source)?;
+        either!(self, |problem, _guess| self.details(problem, &Embedding::from_space(&pose), stride))
     }
 
     /// Iteration `index` of the last [`trace`](Self::trace), from the unrounded pose of the loop; one past the last is the iteration
@@ -209,8 +205,8 @@ impl IcpLab {
     }
 
     fn details<M: LabMotion>(&self, problem: &dyn IcpProblem<M>, pose: &M, stride: usize) -> Result<TracedIteration> {
-        let between_clouds = |pose: &M| self.clouds.between_clouds(&pose.in_space());
-        TracedIteration::of(&problem.iteration(pose, stride), problem, &between_clouds)
+        let to_absolute = |pose: &M| self.clouds.to_absolute(&pose.in_space());
+        TracedIteration::of(&problem.iteration(pose, stride), problem, &to_absolute)
     }
 
     /// The pose at offsets from a centre, in the coordinates of landscapes and basins (rotation first).
@@ -227,9 +223,9 @@ impl IcpLab {
             offsets.iter().enumerate().for_each(|(axis, &offset)| tangent[axis] = offset);
             Ok(M::from_space(center).offset(&tangent).in_space())
         }
-        let center = self.clouds.near(T_center)?;
+        let center = self.clouds.to_relative("T_center", T_center)?;
         let at = if self.is_planar() { moved::<Pose2>(&center, offsets) } else { moved::<Pose3>(&center, offsets) };
-        self.clouds.between_clouds(&at?)
+        self.clouds.to_absolute(&at?)
     }
 
     /// The offsets of a pose from a centre: the coordinates of landscapes and basins.
@@ -240,7 +236,8 @@ impl IcpLab {
         fn between<M: LabMotion>(center: &Pose3, pose: &Pose3) -> Vec<f64> {
             M::from_space(center).offsets_to(&M::from_space(pose)).as_slice().to_vec()
         }
-        let (center, pose) = (self.clouds.near(T_center)?, self.clouds.near(T_target_source)?);
+        let center = self.clouds.to_relative("T_center", T_center)?;
+        let pose = self.clouds.to_relative("T_target_source", T_target_source)?;
         let is_planar = self.is_planar();
         Ok(if is_planar { between::<Pose2>(&center, &pose) } else { between::<Pose3>(&center, &pose) })
     }
@@ -250,7 +247,7 @@ impl IcpLab {
     /// # Errors
     /// When the grid does not fit.
     pub fn cost_landscape(&self, options: &GridOptions) -> Result<Vec<f64>> {
-        let center = self.clouds.near(&options.T_center)?;
+        let center = self.clouds.to_relative("T_center", &options.T_center)?;
         Ok(match &self.clouds.problem {
             CloudProblem::Plane(problem, _) => {
                 let grid = Grid::new(&center, options, 2..=2)?;
@@ -263,13 +260,13 @@ impl IcpLab {
         })
     }
 
-    /// The results of registrations that start at every node of a grid over two or three unknowns: see [`basin`].
+    /// The results of registrations that start at every node of a grid over one to three unknowns: see [`basin`].
     ///
     /// # Errors
     /// When the grid does not fit.
     pub fn basin_of_attraction(&self, options: &GridOptions) -> Result<Ends> {
-        let center = self.clouds.near(&options.T_center)?;
-        let rows = |pose: &Pose3| self.clouds.between_clouds(pose);
+        let center = self.clouds.to_relative("T_center", &options.T_center)?;
+        let rows = |pose: &Pose3| self.clouds.to_absolute(pose);
         either!(self, |problem, _guess| {
             let grid = Grid::new(&center, options, 1..=3)?;
             basin::ends(problem.every(options.stride).as_ref(), &grid, &rows)
@@ -279,18 +276,15 @@ impl IcpLab {
     /// The levels of the correlative search around a centre. `window`: half widths in x and y (m) and in rotation (rad).
     ///
     /// # Errors
-    /// When the clouds are not planar, the centre is not a rigid motion, or the window is not finite.
+    /// When the clouds are not planar, the centre is not a rigid motion, or the window is negative or too large.
     pub fn search_path(&self, T_center: &[f64; 16], window: SearchWindow) -> Result<Vec<SearchedBlock>> {
         let CloudProblem::Plane(problem, _) = &self.clouds.problem else {
             let problem = "The correlative search is for planar clouds, and these are clouds in space";
             return Err(Error::whole(problem, "Give two planar scans"));
         };
-        if !(0.0..=MAX_SEARCH).contains(&window.translation) || !(0.0..=MAX_SEARCH).contains(&window.rotation) {
-            let problem = format!("A window of {} m and {} rad", window.translation, window.rotation);
-            return Err(Error::whole(problem, format!("Give half widths from 0 to {MAX_SEARCH}")));
-        }
+        let window = window.checked()?;
         let target: Vec<Vector2<f64>> = problem.target_points().into_iter().map(|(point, _)| point).collect();
-        let center = Pose2::from_space(&self.clouds.near(T_center)?);
+        let center = Pose2::from_space(&self.clouds.to_relative("T_center", T_center)?);
         Ok(LikelihoodGrid::new(&target).window(problem.source_points(), &center, window).path())
     }
 
@@ -299,7 +293,8 @@ impl IcpLab {
     /// # Errors
     /// When a pose is not a rigid motion.
     pub fn label_ends(&self, ends: &Ends, reference: &[f64; 16]) -> Result<Basin> {
-        let near = |rows: &[f64; 16]| self.clouds.near(rows);
-        either!(self, |problem, _guess| basin::labelled(problem, ends, &near(reference)?, &near))
+        let reference = self.clouds.to_relative("reference", reference)?;
+        let to_relative = |rows: &[f64; 16]| self.clouds.to_relative("T_target_source", rows);
+        either!(self, |problem, _guess| basin::labelled(problem, ends, &reference, &to_relative))
     }
 }

@@ -2,17 +2,12 @@
 
 use nalgebra::{Translation2, Translation3, UnitComplex, UnitQuaternion, Vector3, Vector6};
 
-use crate::geometry::{Pose2, Pose3, RigidMotion};
-use crate::io::trajectory::in_space;
+use crate::geometry::{Embedding, Pose2, Pose3};
 
 /// A motion by offsets from another: (theta, x, y) in the plane, (wx, wy, wz, x, y, z) in space. The source turns about its own
 /// origin, around the axes of the target's frame, and moves along those. Offsets are coordinates and no tangent vector: x and y
 /// do not depend on the turn.
-pub trait LabMotion: RigidMotion {
-    /// The same in space, where the plane is z = 0.
-    fn in_space(&self) -> Pose3;
-    /// What of a motion in space is left.
-    fn from_space(pose: &Pose3) -> Self;
+pub trait LabMotion: Embedding {
     /// This pose, turned and moved.
     #[must_use]
     fn offset(&self, offsets: &Self::Tangent) -> Self;
@@ -23,15 +18,6 @@ pub trait LabMotion: RigidMotion {
 }
 
 impl LabMotion for Pose2 {
-    fn in_space(&self) -> Pose3 {
-        in_space(self)
-    }
-
-    fn from_space(pose: &Pose3) -> Self {
-        let rotation = pose.rotation.to_rotation_matrix().matrix().fixed_view::<2, 2>(0, 0).into_owned();
-        <Self as RigidMotion>::from_parts(&rotation, &pose.translation.vector.xy())
-    }
-
     fn offset(&self, offsets: &Vector3<f64>) -> Self {
         let translation = Translation2::from(self.translation.vector + offsets.yz());
         Self::from_parts(translation, UnitComplex::new(offsets.x) * self.rotation)
@@ -48,14 +34,6 @@ impl LabMotion for Pose2 {
 }
 
 impl LabMotion for Pose3 {
-    fn in_space(&self) -> Pose3 {
-        *self
-    }
-
-    fn from_space(pose: &Pose3) -> Self {
-        *pose
-    }
-
     fn offset(&self, offsets: &Vector6<f64>) -> Self {
         let translation = Translation3::from(self.translation.vector + offsets.fixed_rows::<3>(3));
         let turn = UnitQuaternion::from_scaled_axis(offsets.fixed_rows::<3>(0).into_owned());

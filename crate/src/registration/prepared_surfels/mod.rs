@@ -3,7 +3,7 @@
 
 mod surfel_cloud;
 
-use self::surfel_cloud::Directions;
+use self::surfel_cloud::NormalBins;
 pub(crate) use self::surfel_cloud::SurfelCloud;
 use crate::camera::Pinhole;
 use crate::camera::surfel_image::{SurfelImage, cell_camera};
@@ -23,7 +23,7 @@ pub struct PreparedSurfels {
     pub(crate) coarse: Vec<PackedSurfel>,
     /// Points of high image gradient, where there is a colour image.
     pub(crate) textured: Vec<TexturedPoint>,
-    /// Whether those colours are those of the depth's pixels.
+    /// Slopes of the brightness on the outlines of objects and beside them: whether the colours are registered to the depth.
     pub outline_contrast: OutlineContrast,
 }
 
@@ -61,8 +61,8 @@ impl PreparedSurfels {
     pub(crate) fn new(image: SurfelImage, num_fine: usize) -> Self {
         let filled = (0u32..).zip(&image.cells).filter(|(_, surfel)| surfel.is_some());
         let filled: Vec<u32> = filled.map(|(cell, _)| cell).collect();
-        let directions = Directions::of(image.surfels().map(|surfel| &surfel.normal));
-        let pick = |most| directions.evenly(most).into_iter().map(|index| filled[index]).collect();
+        let bins = NormalBins::of(image.surfels().map(|surfel| &surfel.normal));
+        let pick = |most| bins.sample_evenly(most).into_iter().map(|index| filled[index]).collect();
         let picked = PickedCells {
             sparse: pick(SPARSE_POINTS),
             middle: pick(MIDDLE_POINTS),

@@ -43,7 +43,7 @@ impl SurfelCloud {
     /// About `most` of them, sampled evenly over the directions of their normals, so that the few surfels that constrain the
     /// position along a corridor count beside those of its walls (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 3DIM 2001).
     pub(crate) fn at_most(&self, most: usize) -> Self {
-        let kept = Directions::of(self.normals.iter()).evenly(most);
+        let kept = NormalBins::of(self.normals.iter()).sample_evenly(most);
         Self {
             points: kept.iter().map(|&index| self.points[index]).collect(),
             normals: kept.iter().map(|&index| self.normals[index]).collect(),
@@ -62,51 +62,50 @@ impl SurfelCloud {
     }
 }
 
-/// Threshold on the components of a normal that separates the bins of directions.
-const DIRECTION_COMPONENT: f64 = 0.4;
-/// Bins of directions: each component of a normal is low, about zero or high.
-const NUM_DIRECTIONS: usize = 27;
+/// Size of a component of a normal up to which it counts as about zero.
+const BIN_COMPONENT: f64 = 0.4;
+/// Bins of normals: each component is negative, about zero or positive.
+const NUM_BINS: usize = 27;
 
-/// The direction bin of each normal, one of [`NUM_DIRECTIONS`], and the number of normals in each bin.
-pub(super) struct Directions {
-    of: Vec<u8>,
-    counts: [usize; NUM_DIRECTIONS],
+/// The bin of each normal, by its direction, and the number of normals in each bin.
+pub(super) struct NormalBins {
+    bins: Vec<u8>,
+    counts: [usize; NUM_BINS],
 }
 
-impl Directions {
+impl NormalBins {
     pub(super) fn of<'a>(normals: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
-        let third =
-            |component: f64| u8::from(component > -DIRECTION_COMPONENT) + u8::from(component > DIRECTION_COMPONENT);
-        let direction = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
-        let of: Vec<u8> = normals.map(direction).collect();
-        let mut counts = [0usize; NUM_DIRECTIONS];
-        for &direction in &of {
-            counts[usize::from(direction)] += 1;
+        let third = |component: f64| u8::from(component > -BIN_COMPONENT) + u8::from(component > BIN_COMPONENT);
+        let bin = |normal: &Vector3<f64>| 9 * third(normal.x) + 3 * third(normal.y) + third(normal.z);
+        let bins: Vec<u8> = normals.map(bin).collect();
+        let mut counts = [0usize; NUM_BINS];
+        for &bin in &bins {
+            counts[usize::from(bin)] += 1;
         }
-        Self { of, counts }
+        Self { bins, counts }
     }
 
     /// Indices, ascending, of about `most` of the normals, sampled evenly over the bins as far as they are filled.
-    pub(super) fn evenly(&self, most: usize) -> Vec<usize> {
+    pub(super) fn sample_evenly(&self, most: usize) -> Vec<usize> {
         let counts = &self.counts;
         // The quota that small bins do not use is shared among the larger ones.
-        let mut by_size: [usize; NUM_DIRECTIONS] = std::array::from_fn(|index| index);
+        let mut by_size: [usize; NUM_BINS] = std::array::from_fn(|index| index);
         by_size.sort_by_key(|&index| (counts[index], index));
-        let (mut quotas, mut left) = ([0usize; NUM_DIRECTIONS], most);
+        let (mut quotas, mut left) = ([0usize; NUM_BINS], most);
         for (place, &index) in by_size.iter().enumerate() {
-            quotas[index] = counts[index].min(left / (NUM_DIRECTIONS - place));
+            quotas[index] = counts[index].min(left / (NUM_BINS - place));
             left -= quotas[index];
         }
         // Keeps an index whenever the accumulated quota of its bin passes another whole number.
-        let mut filled = [0usize; NUM_DIRECTIONS];
-        let is_kept = |&direction: &u8| {
-            let index = usize::from(direction);
+        let mut filled = [0usize; NUM_BINS];
+        let is_kept = |&bin: &u8| {
+            let index = usize::from(bin);
             filled[index] += quotas[index];
             let is_full = filled[index] >= counts[index];
             filled[index] -= if is_full { counts[index] } else { 0 };
             is_full
         };
-        let kept: Vec<bool> = self.of.iter().map(is_kept).collect();
+        let kept: Vec<bool> = self.bins.iter().map(is_kept).collect();
         (0..kept.len()).filter(|&index| kept[index]).collect()
     }
 }

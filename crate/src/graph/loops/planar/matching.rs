@@ -122,8 +122,8 @@ pub fn match_stretches(
         let search = target.grid.window(&searched, guess, window);
         let best = search.best_above(MIN_SCORE).filter(|best| best.score > MIN_SCORE)?;
         start = best.T_target_source;
-        let known = (&[start][..], MIN_RIVAL_DISTANCE);
-        let other = search.rival(known, (MAX_RIVAL * best.score, MAX_RIVAL * best.score));
+        let score = MAX_RIVAL * best.score;
+        let other = search.rival(&[start], MIN_RIVAL_DISTANCE, score, score);
         rival = other.map_or(0.0, |other| other.score / best.score);
     }
     let found: PlanarRegistration = register(
