@@ -407,6 +407,10 @@ fn bad_tables_are_told_with_line_and_remedy() {
         let error = format.parse::<TableFormat>().unwrap_err();
         assert!(error.problem.contains(words) && error.remedy.contains("ranges="), "{format}: {error}");
     }
+    for (names, given) in [("angle,range\n", "range=2,angle=1:deg"), ("a,b\n", "ranges=1:2,start=0,step=1")] {
+        let error = read_given(names.as_bytes(), given).unwrap_err();
+        assert_eq!(error.problem, "The file holds no line of numbers", "{given}");
+    }
     let format = "ranges=2:4,start=0,step=1".parse().unwrap();
     let error = read_as(b"1 2 3 4\n1 2 x 4\n1 2 3 4\n", &format).unwrap_err();
     assert!(error.to_string().contains("line 2"), "{error}");

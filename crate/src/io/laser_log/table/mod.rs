@@ -237,6 +237,9 @@ pub fn read_as(text: &[u8], format: &TableFormat) -> Result<LaserLog> {
 }
 
 fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
+    if table.rows.is_empty() {
+        return Err(no_rows());
+    }
     let mut damaged: Vec<(usize, Error)> = table.strays.iter().map(|&line| (line, no_number(line))).collect();
     let mut losses = Vec::new();
     let mut rows: Vec<&Row> = Vec::with_capacity(table.rows.len());
@@ -271,6 +274,10 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
     let odometry_origin = if format.has_wheels { OdometryOrigin::Wheels } else { OdometryOrigin::Unknown };
     Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored: false, losses, notes: Vec::new() })
+}
+
+fn no_rows() -> Error {
+    Error::whole("The file holds no line of numbers", "Give a table of ranges")
 }
 
 fn no_number(line: usize) -> Error {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::rows::Table;
-use super::{Guess, format_given, guess_of, read_rows};
+use super::{Guess, format_given, guess_of, no_rows, read_rows};
 use crate::Result;
 
 /// Lines that are shown.
@@ -46,7 +46,7 @@ pub fn describe(text: &[u8], given: Option<&str>, scan: usize) -> Result<TableFa
     let guess = guess_of(&table);
     if table.rows.is_empty() {
         guess?;
-        return Err(crate::Error::whole("The file holds no line of numbers", "Give a table of ranges"));
+        return Err(no_rows());
     }
     let doubt = guess.as_ref().ok().and_then(|guess| guess.doubt.clone()).unwrap_or_default();
     let format = match given {
