@@ -55,7 +55,8 @@ impl Relation {
 /// Reads relations.
 ///
 /// # Errors
-/// When there is none, or a line that is one has too few numbers or what is none.
+/// When the file has no relation, or a line of one has too few numbers, a word in the place of a number, pose indices that are
+/// not whole numbers from 0, or a quaternion of length zero.
 pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
     let mut relations = Vec::new();
     for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
@@ -76,12 +77,13 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
             let value = number(word).filter(|value| value.is_finite());
             numbers.push(value.ok_or_else(|| fault(format!("{} is not a finite number", quote(word))))?);
         }
-        relations.push(relation(kind.is_some(), &numbers).ok_or_else(|| {
-            fault(format!(
-                "The line is not a relation: {} numbers, or indices of poses that are not whole numbers",
-                numbers.len()
-            ))
-        })?);
+        if numbers.len() < num_numbers {
+            return Err(fault(format!("The line has {} of {num_numbers} numbers", numbers.len())));
+        }
+        let relation = relation(kind.is_some(), &numbers).ok_or_else(|| {
+            fault("The pose indices are not whole numbers from 0, or the quaternion is zero".to_owned())
+        })?;
+        relations.push(relation);
     }
     if relations.is_empty() {
         let remedy = "Give lines EDGE2 i j dx dy dtheta, or time_i time_j dx dy dz roll pitch yaw";
