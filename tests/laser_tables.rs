@@ -95,6 +95,20 @@ fn rostopics_tables_are_read_by_the_names_of_their_columns() {
     assert!(odometry.orientations.is_some());
 }
 
+/// The clock of a simulation begins at zero.
+#[test]
+fn rostopics_times_are_nanoseconds_however_small() {
+    let head = "%time,field.header.stamp,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n";
+    let log = read(format!("{head}12600000000,12500000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.5).abs() < 1e-9);
+    let head = "%time,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n";
+    let log = read(format!("{head}12600000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.6).abs() < 1e-9);
+    let head = "Time,header.stamp.secs,header.stamp.nsecs,angle_min,angle_increment,ranges_0,ranges_1\n";
+    let log = read(format!("{head}12.6,12,500000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.5).abs() < 1e-9);
+}
+
 #[test]
 fn a_step_and_its_range_a_line_is_one_scan() {
     let Some((bytes, log)) = text_log("lidar0f.csv") else { return };

@@ -4,7 +4,7 @@
 use crate::io::text::{number, quote, without_byte_order_mark};
 use crate::{Error, Result};
 
-/// Times from here on are nanoseconds since 1970: a day after its beginning.
+/// Times above this are nanoseconds since 1970 (a day after its beginning), whoever wrote them.
 const FIRST_NANOSECONDS: f64 = 1e14;
 /// What to do about a line that is wrong.
 pub(super) const REMEDY: &str = "The line may be cut off: complete it or remove it";
@@ -14,6 +14,8 @@ pub(super) struct MessageTable {
     pub names: Vec<String>,
     /// Seconds or nanoseconds.
     time: Option<usize>,
+    /// Whether `time` is in nanoseconds, however small: as `rostopic echo -p` writes all times.
+    is_in_nanoseconds: bool,
     /// Nanoseconds beside a time in whole seconds.
     nanoseconds: Option<usize>,
 }
@@ -22,13 +24,19 @@ impl MessageTable {
     /// The table that begins with this line of names.
     pub fn from_head(bytes: &[u8]) -> Self {
         let line = without_byte_order_mark(bytes).split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let is_of_rostopic = line.starts_with(b"%time");
         let names: Vec<String> = cells(line).map(name_of).collect();
         let find = |wanted: &str| names.iter().position(|name| name == wanted);
         let stamp = find("header.stamp");
         let seconds = find("header.stamp.secs").or_else(|| find("header.stamp.sec"));
         let nanoseconds = find("header.stamp.nsecs").or_else(|| find("header.stamp.nanosec"));
         let time = stamp.or(seconds).or_else(|| find("time")).or_else(|| find("__time"));
-        Self { time, nanoseconds: nanoseconds.filter(|_| stamp.is_none()), names }
+        Self {
+            time,
+            is_in_nanoseconds: is_of_rostopic && (stamp.is_some() || seconds.is_none()),
+            nanoseconds: nanoseconds.filter(|_| stamp.is_none()),
+            names,
+        }
     }
 
     /// The column of this name.
@@ -66,7 +74,7 @@ impl MessageTable {
     pub fn time(&self, row: &Row) -> Result<Option<f64>> {
         let Some(time) = self.time.map(|column| row.value(column)).transpose()? else { return Ok(None) };
         let nanoseconds = self.nanoseconds.map(|column| row.value(column)).transpose()?.unwrap_or(0.0);
-        let seconds = if time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
+        let seconds = if self.is_in_nanoseconds || time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
         Ok(Some(seconds + 1e-9 * nanoseconds).filter(|time| time.is_finite()))
     }
 }
