@@ -268,6 +268,10 @@ fn scans_of_ros_2_without_names_are_read_by_their_angles() {
     assert_eq!((scan.ranges.len(), scan.ranges[0], scan.ranges[100]), (101, 2.5, 2.5));
     assert_eq!(scan.bearings, Bearings::Even { start: -1.57, step: 0.0314 });
     assert_eq!(scan.points().len(), 100);
+
+    // An increment so small that the ranges cannot be counted.
+    let text = format!("-1,1,1e-300,0,0,0.1,10{}\n", ",2.5".repeat(30)).repeat(4);
+    assert!(TableFormat::guess(text.as_bytes()).is_ok());
 }
 
 #[test]

@@ -176,7 +176,7 @@ fn message_columns(values: &[f64]) -> Option<TableFormat> {
         let [low, high, step, _, _, nearest, farthest] = values[*at..*at + 7] else { return false };
         let steps = (high - low) / step;
         let is_angle = low < high && high - low < 1.01 * TAU && step > 0.0 && (steps - steps.round()).abs() < 0.1;
-        is_angle && nearest >= 0.0 && farthest > nearest && *at + 8 + steps.round() as usize <= values.len()
+        is_angle && nearest >= 0.0 && farthest > nearest && steps.round() <= (values.len() - *at - 8) as f64
     };
     let at = (0..values.len().saturating_sub(7).min(MIN_SCAN_NUMBERS)).find(is_even)?;
     let (first, step) = (at + 7, values[at + 2]);
