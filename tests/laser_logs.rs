@@ -103,6 +103,12 @@ fn errors_name_the_line_and_the_remedy() {
         ("ODOM 1 2\nFLASER 1 1 0 0 0 0 0 0\n", 1, "ends before"),
         ("{\"readings\": [1, 2], \"theta\": [0]}", 1, "bearings"),
         ("{\"readings\": [1, 2]}", 1, "neither theta"),
+        (
+            "[{\"theta\": [0], \"readings\": [1]},\n{\"theta\": [0], \"readings\":\n[\"a\"]}]\n",
+            3,
+            "invalid type: string",
+        ),
+        ("[{\"theta\": [0], \"readings\": [1]},\n{\"theta\": [0]}]", 2, "missing field `readings`"),
         ("{\"theta\": [0], \"readings\": [1]}\n{\"theta\": [0], \"readings\": [\"a\"]}\n", 2, "not a CSM scan"),
     ] {
         let error = read(text.as_bytes()).unwrap_err();

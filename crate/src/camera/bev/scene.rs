@@ -161,15 +161,8 @@ impl BevScene {
     /// # Errors
     /// When the file is no such scene, with the line; what the numbers in it mean is checked where they are used.
     pub fn read(bytes: &[u8]) -> Result<Self> {
-        serde_json::from_slice(bytes).map_err(|error| {
-            let said = error.to_string();
-            let problem = said.split(" at line ").next().unwrap_or_default().to_owned();
-            let remedy = "A scene has axes, plane, top and front, as the documentation shows";
-            match error.line() {
-                0 => Error::whole(problem, remedy),
-                line => Error::line(line, problem, remedy),
-            }
-        })
+        let remedy = "A scene has axes, plane, top and front, as the documentation shows";
+        serde_json::from_slice(bytes).map_err(|error| Error::json(&error, remedy))
     }
 
     /// From pixels of the top view to pixels of the front view.

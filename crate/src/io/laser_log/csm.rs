@@ -45,13 +45,6 @@ enum Timestamp {
     SecondsAndMicroseconds([f64; 2]),
 }
 
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrMany {
-    Many(Vec<RawScan>),
-    One(Box<RawScan>),
-}
-
 const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
 
 #[inline(never)]
@@ -63,16 +56,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut lines = Lines { bytes, offset: 0, line: 1 };
     if is_list {
         let whole = serde_json::from_slice(bytes).or_else(|error| {
-            let part = complete_part(bytes).filter(|_| is_cut_off(bytes, &error)).ok_or(error)?;
+            let part = complete_part(bytes).filter(|_| error.is_eof()).ok_or(error)?;
             losses.push(CUT_OFF.to_owned());
             serde_json::from_slice(&part)
         });
-        let many: OneOrMany = whole.map_err(|error| fault(1, bytes, &error))?;
-        let many = match many {
-            OneOrMany::Many(many) => many,
-            OneOrMany::One(one) => vec![*one],
-        };
-        for raw in many {
+        let raw_scans: Vec<RawScan> = whole.map_err(|error| fault(&error))?;
+        for raw in raw_scans {
             may_be_mirrored |= raw.may_be_mirrored;
             scans.push(scan(raw, scans.len(), 1)?);
         }
@@ -87,19 +76,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
                 Err(error) if error.is_eof() && !scans.is_empty() => {
                     losses.push(CUT_OFF.to_owned());
                 }
-                Err(error) => return Err(fault(lines.at(objects.byte_offset()), bytes, &error)),
+                Err(error) => return Err(fault(&error)),
             }
         }
     }
     let T_robot_laser = Pose2::identity();
     let odometry_origin = OdometryOrigin::Unknown;
     Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored, losses, notes: Vec::new() })
-}
-
-/// Whether a list ends before it is closed.
-fn is_cut_off(bytes: &[u8], error: &serde_json::Error) -> bool {
-    // The kind of a list is known after it was read: the end is then not where the error is.
-    error.is_eof() || bytes.iter().rfind(|byte| !byte.is_ascii_whitespace()) != Some(&b']')
 }
 
 /// A list that was cut off, up to its last whole scan, and closed.
@@ -141,13 +124,9 @@ impl Lines<'_> {
     }
 }
 
-fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
-    let line = if error.line() > 0 { error.line() } else { line };
-    // The message of serde ends with the position, which is reported already.
-    let text = error.to_string();
-    let problem = text.split(" at line ").next().unwrap_or(&text);
-    let cut_off = if bytes.is_empty() { "" } else { ": every scan is an object with readings and theta" };
-    Error::line(line, format!("This is not a CSM scan ({problem})"), format!("Correct the JSON{cut_off}"))
+fn fault(error: &serde_json::Error) -> Error {
+    let error = Error::json(error, "Correct the JSON: every scan is an object with readings and theta");
+    Error { problem: format!("This is not a CSM scan ({})", error.problem), ..error }
 }
 
 fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
