@@ -409,6 +409,8 @@ fn a_table_is_described_before_it_is_read() {
     let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=furlongs"), 0).unwrap();
     assert!(facts.problem.contains("not a value of unit") && facts.num_scans == 0);
     assert!(describe(b"no numbers\n", None, 0).is_err());
+    let facts = describe("1500 ".repeat(2500).as_bytes(), None, 0).unwrap();
+    assert_eq!((facts.num_columns, facts.cells[0].len()), (2500, 2500));
 }
 
 #[test]
