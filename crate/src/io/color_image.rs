@@ -13,7 +13,7 @@ use png::{ColorType, Transformations};
 
 use super::depth_png::{FREE_PIXELS, MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE, broken_png, first_picture, most_pixels};
 use super::netpbm;
-use super::text::{quote, refuse_pointer};
+use super::text::{quote, refuse_pointer_and_utf16};
 use crate::camera::ColorImage;
 use crate::{Error, Result};
 
@@ -26,7 +26,7 @@ const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
 /// # Errors
 /// Neither PNG nor JPEG nor PPM; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<ColorImage> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"\xFF\xD8") {

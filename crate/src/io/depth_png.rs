@@ -4,7 +4,7 @@
 //! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
 use super::netpbm::{self, next_whole, pfm_values};
-use super::text::{quote, refuse_pointer};
+use super::text::{quote, refuse_pointer_and_utf16};
 use crate::camera::DepthImage;
 use crate::{Error, Result};
 
@@ -24,7 +24,7 @@ pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// # Errors
 /// Neither PNG nor PGM nor PFM; a colour image; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<DepthImage> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"P5") || bytes.starts_with(b"P2") {

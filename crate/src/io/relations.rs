@@ -8,7 +8,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::text::{number, quote, without_byte_order_mark};
+use super::text::{number, quote, refuse_pointer_and_utf16, without_byte_order_mark};
 use crate::geometry::Pose3;
 use crate::{Error, Result};
 
@@ -58,6 +58,7 @@ impl Relation {
 /// When the file has no relation, or a line of one has too few numbers, a word in the place of a number, pose indices that are
 /// not whole numbers from 0, or a quaternion of length zero.
 pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
+    refuse_pointer_and_utf16(bytes)?;
     let mut relations = Vec::new();
     for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
         let values = line.split(|&byte| byte == b'#').next().unwrap_or_default();

@@ -6,7 +6,7 @@ use crate::{Error, Result};
 /// Windows write it.
 ///
 /// Source: the specification of Git LFS, "The Pointer".
-pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
+pub(super) fn refuse_pointer_and_utf16(bytes: &[u8]) -> Result<()> {
     if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
         let problem = "This is a Git LFS pointer, not the file itself";
         return Err(Error::line(1, problem, "Fetch the file with git lfs pull"));
@@ -100,6 +100,9 @@ mod tests {
             told(crate::io::color_image::read(text).map(drop));
             told(crate::io::laser_log::read(text).map(drop));
             told(crate::io::trajectory::read(text).map(drop));
+            told(crate::io::pcd::read(text).map(drop));
+            told(crate::io::intrinsics::read(text).map(drop));
+            told(crate::io::relations::read(text).map(drop));
         }
     }
 

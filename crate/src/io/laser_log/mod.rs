@@ -14,7 +14,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::io::text::{refuse_pointer, without_byte_order_mark};
+use crate::io::text::{refuse_pointer_and_utf16, without_byte_order_mark};
 use crate::{Error, Result};
 
 pub(crate) mod carmen;
@@ -148,7 +148,7 @@ pub fn is_laser_log(head: &[u8]) -> bool {
 /// # Errors
 /// Names the line that is wrong; or says that there is no scan in the file, or that it cannot be in metres and radians.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     let text = without_byte_order_mark(bytes);
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace());
     let head = &text[..text.len().min(HEAD_BYTES)];

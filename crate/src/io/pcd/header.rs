@@ -174,7 +174,9 @@ fn whole(entry: Option<&Entry>, name: &str, index: usize, line: usize) -> Result
     let word = words.get(index).copied().unwrap_or_default();
     let digits = std::str::from_utf8(word).ok().filter(|word| word.bytes().all(|byte| byte.is_ascii_digit()));
     digits.and_then(|digits| digits.parse().ok()).ok_or_else(|| {
+        let is_per_field = matches!(name, "SIZE" | "COUNT");
+        let remedy = if is_per_field { "Give a whole number for each field" } else { "Give one whole number" };
         let problem = format!("Value {} of {name} is {}, not a whole number", index + 1, quote(word));
-        Error::line(line, problem, "Give one for each field")
+        Error::line(line, problem, remedy)
     })
 }

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 use self::header::{Encoding, Field, Header, Kind};
 use super::ply::{origin_of, rounding_of, unit_normals, unless_zero};
-use super::text::{line_number, number, quote};
+use super::text::{line_number, number, quote, refuse_pointer_and_utf16};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
 
@@ -32,6 +32,7 @@ pub use write::{Format, write};
 /// No PCD file; a header that breaks the format's rules; points without x or y; a value that is not a number; a file that
 /// ends early or whose compressed data are broken. The error names the line or the byte.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
+    refuse_pointer_and_utf16(bytes)?;
     let header = header::parse(bytes)?;
     let columns = Columns::of(&header)?;
     match header.encoding {
