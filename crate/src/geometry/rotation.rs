@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::Pose3;
 
-/// Largest magnitude of an off-diagonal entry of R^T R for which the columns of R count as perpendicular.
+/// Largest magnitude of an off-diagonal entry of R R^T for which the rows of R count as perpendicular.
 const MAX_OFF_DIAGONAL: f64 = 1e-12;
 /// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
 const MAX_ITERATIONS: usize = 50;
@@ -18,8 +18,9 @@ pub(crate) fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>
 /// decomposition U S V^T, by the quadratically convergent iteration X <- (X + X^-T) / 2 (Higham, "Computing the polar
 /// decomposition - with applications", SIAM J. Sci. Stat. Comput. 7, 1986).
 ///
-/// A matrix whose columns are perpendicular to 1e-12 is only scaled, as SciPy's `Rotation.from_matrix` does, so that the
-/// angles of rounded matrices agree with SciPy's to the last digits. `None` when the determinant is not positive or an
+/// A matrix whose rows are perpendicular to 1e-12 and whose squared lengths differ from 1 by at most 1e-5 is not projected: its
+/// quaternion is only normalised, as SciPy's `Rotation.from_matrix` does, so that the angles of rounded matrices agree with
+/// SciPy's to the last digits. `None` when the determinant is not positive or an
 /// entry is not finite.
 pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let determinant = matrix.determinant();
@@ -30,7 +31,7 @@ pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f
     let perpendicular = gramian.m12.abs() <= MAX_OFF_DIAGONAL
         && gramian.m13.abs() <= MAX_OFF_DIAGONAL
         && gramian.m23.abs() <= MAX_OFF_DIAGONAL;
-    let unit = gramian.diagonal().iter().all(|length| (length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
+    let unit = gramian.diagonal().iter().all(|sq_length| (sq_length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
     let rotation = if perpendicular && unit { *matrix } else { polar_factor(matrix)? };
     Some(quaternion_of(&rotation))
 }

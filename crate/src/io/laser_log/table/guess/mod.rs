@@ -54,7 +54,7 @@ pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
     let range = find(&RANGES).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
     let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
-    // OtherColumns a position, an angle is a heading where the beams are counted.
+    // Where the beams are counted, an angle beside x and y is a heading.
     let is_heading = beam.is_some() && is_there("x") && is_there("y");
     let angle = bearings(names).find(|&column| !is_heading && column != range);
     angle.map(|angle| NamedReading::Angle(angle, range)).or(beam)
