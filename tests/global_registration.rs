@@ -10,7 +10,7 @@ use common::shared_data;
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{depth_png, ply};
+use scanstitch::io::{depth_image, ply};
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::registration::align::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
@@ -39,7 +39,7 @@ fn kitti_truth(folder: &Path) -> Pose3 {
 /// A frame of the rendered rooms, every pixel a point.
 fn room(folder: &Path, floor: &str, frame: usize) -> PointCloud {
     let path = folder.join(format!("apartment_{floor}_floor/depth/{frame}.png"));
-    let image = depth_png::read(&std::fs::read(path).unwrap()).unwrap();
+    let image = depth_image::read(&std::fs::read(path).unwrap()).unwrap();
     let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
     let points = pixels.map(|(index, &value)| {
         let z = f32::from(value) * 10.0 / 255.0;

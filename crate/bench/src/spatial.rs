@@ -9,7 +9,7 @@ use scanstitch::Error;
 use scanstitch::camera::SurfelImage;
 use scanstitch::camera::{DepthImage, DepthScale, Pinhole};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{color_image, depth_png, ply};
+use scanstitch::io::{color_image, depth_image, ply};
 use scanstitch::map::voxel::VoxelMap;
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::odometry::depth::{DepthOdometry, DepthOptions};
@@ -90,7 +90,7 @@ struct Decoded {
 
 fn decoded(files: &Files) -> Result<Decoded, String> {
     let (_, bytes) = files.first().ok_or("no frame was given")?;
-    let image = depth_png::read(bytes).map_err(words)?;
+    let image = depth_image::read(bytes).map_err(words)?;
     let usable = usable_pixels(&image);
     let DepthScale { step, sensor, .. } = DepthScale::estimate(&image);
     let camera = SpatialSettings::default().camera(image.width, image.height, image.bits, sensor).map_err(words)?;
@@ -103,7 +103,7 @@ fn decoded(files: &Files) -> Result<Decoded, String> {
 fn decode_depth(files: Files) -> Outcome {
     decoded(&files)?;
     frame(move || {
-        black_box(depth_png::read(black_box(&files[0].1)).ok());
+        black_box(depth_image::read(black_box(&files[0].1)).ok());
     })
 }
 

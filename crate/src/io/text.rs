@@ -96,7 +96,7 @@ mod tests {
             let told = |result: Result<()>| assert!(result.unwrap_err().to_string().contains(remedy));
             told(crate::io::ply::read(text).map(drop));
             told(crate::io::point_cloud::read(text).map(drop));
-            told(crate::io::depth_png::read(text).map(drop));
+            told(crate::io::depth_image::read(text).map(drop));
             told(crate::io::color_image::read(text).map(drop));
             told(crate::io::laser_log::read(text).map(drop));
             told(crate::io::trajectory::read(text).map(drop));

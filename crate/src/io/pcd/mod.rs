@@ -19,7 +19,7 @@ mod write;
 use glam::DVec3;
 
 use self::header::{Encoding, Field, Header, Kind};
-use super::ply::{origin_of, rounding_of, unit_normals, unless_zero};
+use super::cloud_parts::{origin_of, rounding_of, unit_normals, unless_zero};
 use super::text::{line_number, number, quote, refuse_pointer_and_utf16};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
