@@ -1,7 +1,7 @@
 //! Tables of ROS messages, one a row, with the names of their fields in the first line: what `rostopic echo -p` writes
 //! (`%time,field.header.stamp,field.ranges0,...`), or exporters of bags (`Time,header.stamp.secs,ranges_0,...`).
 
-use crate::io::text::{number, quote, without_byte_order_mark};
+use crate::io::text::{lines, number, quote, without_byte_order_mark};
 use crate::{Error, Result};
 
 /// Times above this are nanoseconds since 1970 (a day after its beginning), whoever wrote them.
@@ -23,7 +23,7 @@ pub(super) struct MessageTable {
 impl MessageTable {
     /// The table that begins with this line of names.
     pub fn from_head(bytes: &[u8]) -> Self {
-        let line = without_byte_order_mark(bytes).split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let (_, line) = lines(without_byte_order_mark(bytes)).next().unwrap_or_default();
         let is_of_rostopic = line.starts_with(b"%time");
         let names: Vec<String> = cells(line).map(name_of).collect();
         let find = |wanted: &str| names.iter().position(|name| name == wanted);
@@ -53,10 +53,10 @@ impl MessageTable {
     /// The rows with their lines, from 2; the last one is left out where it is cut off and others are there, and its
     /// line told.
     pub fn rows<'a>(&self, bytes: &'a [u8]) -> Result<(Vec<Row<'a>>, Option<usize>)> {
-        let lines = bytes.split(|&byte| byte == b'\n').zip(1..).skip(1);
-        let mut rows: Vec<Row<'_>> = lines
-            .filter(|(text, _)| !text.trim_ascii().is_empty())
-            .map(|(text, line)| Row { line, cells: cells(text).collect() })
+        let mut rows: Vec<Row<'_>> = lines(bytes)
+            .skip(1)
+            .filter(|(_, text)| !text.trim_ascii().is_empty())
+            .map(|(line, text)| Row { line, cells: cells(text).collect() })
             .collect();
         let is_whole = |row: &Row| row.cells.len() == self.names.len();
         let cut = rows.last().filter(|row| !is_whole(row) && rows.len() > 1).map(|row| row.line);

@@ -8,7 +8,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::text::{number, quote, refuse_pointer_and_utf16, without_byte_order_mark};
+use super::text::{lines, number, quote, refuse_pointer_and_utf16, without_byte_order_mark};
 use crate::geometry::Pose3;
 use crate::{Error, Result};
 
@@ -60,11 +60,10 @@ impl Relation {
 pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
     refuse_pointer_and_utf16(bytes)?;
     let mut relations = Vec::new();
-    for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
-        let values = line.split(|&byte| byte == b'#').next().unwrap_or_default();
+    for (line, text) in lines(without_byte_order_mark(bytes)) {
+        let values = text.split(|&byte| byte == b'#').next().unwrap_or_default();
         let mut words = values.split(|byte| b" \t,;".contains(byte)).filter(|word| !word.is_empty()).peekable();
-        let fault =
-            |problem: String| Error::line(line_of(bytes, index), problem, "See the forms of relations in the help");
+        let fault = |problem: String| Error::line(line, problem, "See the forms of relations in the help");
         let Some(&first) = words.peek() else { continue };
         let kind = if number(first).is_some() { None } else { words.next() };
         let num_numbers = match kind {
@@ -91,13 +90,6 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
         return Err(Error::whole("The file has no relation", remedy));
     }
     Ok(relations)
-}
-
-/// Number of the line with this index when LF and CR both end lines: CRLF ends one, not two.
-fn line_of(bytes: &[u8], index: usize) -> usize {
-    let ends = bytes.iter().enumerate().filter(|&(_, &byte)| byte == b'\n' || byte == b'\r').take(index);
-    let pairs = ends.filter(|&(at, &byte)| byte == b'\n' && at > 0 && bytes[at - 1] == b'\r').count();
-    1 + index - pairs
 }
 
 fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {

@@ -9,12 +9,12 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use super::fields::{Fields, is_comment, lines, tolerate, words};
+use super::fields::{Fields, is_comment, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
 use crate::geometry::Pose2;
-use crate::io::text::number;
+use crate::io::text::{lines, number};
 use crate::{Error, Result};
 
 /// Kinds of lines that hold a scan, the preferred first.

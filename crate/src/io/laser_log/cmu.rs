@@ -4,11 +4,11 @@
 //!   180 degrees, from the right to the left;
 //! - `O x y theta time`: the robot's pose alone.
 
-use super::fields::{Fields, is_comment, lines, words};
+use super::fields::{Fields, is_comment, words};
 use super::{LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, common_offset, front_laser};
 use crate::Result;
 use crate::geometry::Pose2;
-use crate::io::text::{number, quote};
+use crate::io::text::{lines, number, quote};
 
 /// Metres of the log's unit.
 const CENTIMETRE: f64 = 0.01;

@@ -3,10 +3,10 @@
 
 use std::borrow::Cow;
 
-use super::super::fields::{is_comment, lines};
+use super::super::fields::is_comment;
 use super::clock::clock;
 use super::names::{is_pose, series};
-use crate::io::text::number;
+use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
 const FORMAT_COMMENT: &[u8] = b"table:";
