@@ -41,11 +41,6 @@ impl Relation {
         }
     }
 
-    /// Whether it names its poses by time.
-    pub(crate) fn is_by_time(&self) -> bool {
-        self.times().is_some()
-    }
-
     /// Whether it names poses by their number and joins one with the next.
     pub fn is_step(&self) -> bool {
         matches!((self.from, self.to), (Place::Index(i), Place::Index(j)) if i.abs_diff(j) == 1)

@@ -278,9 +278,9 @@ impl Reader {
             scans: self.scans,
             T_robot_laser: offset.unwrap_or_else(Pose2::identity),
             odometry_origin: origin,
-            may_be_mirrored: false,
             losses,
             notes,
+            ..LaserLog::default()
         }
     }
 

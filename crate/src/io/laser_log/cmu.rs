@@ -51,14 +51,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         }
     }
     let T_robot_laser = common_offset(offsets.into_iter()).unwrap_or_else(Pose2::identity);
-    Ok(LaserLog {
-        scans,
-        T_robot_laser,
-        odometry_origin: OdometryOrigin::Wheels,
-        may_be_mirrored: false,
-        losses: Vec::new(),
-        notes: Vec::new(),
-    })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin: OdometryOrigin::Wheels, ..LaserLog::default() })
 }
 
 /// A scan, and where the laser was by the robot's wheels.

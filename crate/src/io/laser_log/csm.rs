@@ -7,8 +7,7 @@
 
 use serde::Deserialize;
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
-use crate::geometry::Pose2;
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
 use crate::{Error, Result};
 
 /// Whether the beginning of a JSON file is one of scans.
@@ -80,9 +79,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
             }
         }
     }
-    let T_robot_laser = Pose2::identity();
-    let odometry_origin = OdometryOrigin::Unknown;
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored, losses, notes: Vec::new() })
+    Ok(LaserLog { scans, may_be_mirrored, losses, ..LaserLog::default() })
 }
 
 /// A list that was cut off, up to its last whole scan, and closed.

@@ -98,7 +98,7 @@ pub enum OdometryOrigin {
 }
 
 /// A log: its scans in their order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaserLog {
     /// At least one.
     pub scans: Vec<LaserScan>,

@@ -273,7 +273,7 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
     };
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
     let odometry_origin = if format.has_wheels { OdometryOrigin::Wheels } else { OdometryOrigin::Unknown };
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored: false, losses, notes: Vec::new() })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin, losses, ..LaserLog::default() })
 }
 
 fn no_rows() -> Error {
