@@ -113,22 +113,10 @@ impl DepthScale {
         }
         let levels = Levels::new(image);
         let step = levels.disparity_step();
-        let likelihood = |candidate: &Candidate| match step {
-            Some(step) => {
-                let c = step * candidate.per_metre;
-                let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
-                of_sensor.iter().zip(candidate.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max)
-            }
-            None if candidate.stores_smooth_depth(image, levels.holes) => {
-                let room = gaussian((levels.median / candidate.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
-                let is_camera = levels.holes >= MAX_RENDERED_HOLES;
-                let beyond = (levels.far / candidate.per_metre / MAX_SENSOR_RANGE.0).ln().max(0.0) / MAX_SENSOR_RANGE.1;
-                room * if is_camera { gaussian(beyond) } else { 1.0 }
-            }
-            None => 0.0,
-        };
-        let mut ranked: Vec<(f64, f64)> =
-            CANDIDATES.iter().map(|candidate| (candidate.prior * likelihood(candidate), candidate.per_metre)).collect();
+        let mut ranked: Vec<(f64, f64)> = CANDIDATES
+            .iter()
+            .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre))
+            .collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let (best, per_metre) = ranked[0];
         let alternatives =
@@ -201,6 +189,22 @@ fn trimmed(number: &str) -> String {
 }
 
 impl Candidate {
+    /// How well an image fits this way to store depth; `step` is that of its inverse raw values, if they are evenly spaced.
+    fn likelihood(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
+        if let Some(step) = step {
+            let c = step * self.per_metre;
+            let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
+            return of_sensor.iter().zip(self.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max);
+        }
+        if !self.stores_smooth_depth(image, levels.holes) {
+            return 0.0;
+        }
+        let room = gaussian((levels.median / self.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
+        let is_camera = levels.holes >= MAX_RENDERED_HOLES;
+        let beyond = (levels.far / self.per_metre / MAX_SENSOR_RANGE.0).ln().max(0.0) / MAX_SENSOR_RANGE.1;
+        room * if is_camera { gaussian(beyond) } else { 1.0 }
+    }
+
     /// Whether depth without disparity steps is stored like this: what only cameras use, not without holes; what only
     /// renderers use, only without; TUM's way outside of cameras, by ICL-NUIM, which has TUM's size of images.
     fn stores_smooth_depth(&self, image: &DepthImage, holes: f64) -> bool {

@@ -44,6 +44,15 @@ enum Timestamp {
     SecondsAndMicroseconds([f64; 2]),
 }
 
+impl Timestamp {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds(seconds) => seconds,
+            Self::SecondsAndMicroseconds([seconds, microseconds]) => seconds + 1e-6 * microseconds,
+        }
+    }
+}
+
 const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
 
 #[inline(never)]
@@ -127,21 +136,8 @@ fn fault(error: &serde_json::Error) -> Error {
 }
 
 fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
-    let count = raw.readings.len();
     let wrong = |problem: String| Error::line(line, problem, "Give one bearing for each reading");
-    if count > MAX_BEAMS {
-        return Err(wrong(format!("{count} readings are not a planar scan")));
-    }
-    let bearings = match (raw.theta, raw.min_theta, raw.max_theta) {
-        (Some(theta), _, _) => {
-            if theta.len() != count {
-                return Err(wrong(format!("There are {} bearings (theta) for {count} readings", theta.len())));
-            }
-            Bearings::Listed(theta.into_iter().map(|angle| angle.unwrap_or(f64::NAN)).collect())
-        }
-        (None, Some(start), Some(end)) => Bearings::Even { start, step: (end - start) / (count.max(2) - 1) as f64 },
-        _ => return Err(wrong("The scan has neither theta nor min_theta and max_theta".to_owned())),
-    };
+    let bearings = bearings(raw.theta, [raw.min_theta, raw.max_theta], raw.readings.len()).map_err(wrong)?;
     let is_valid = |beam: usize| {
         let listed = raw.valid.as_ref().and_then(|valid| valid.get(beam)).copied().flatten();
         listed.is_none_or(|valid| valid != 0.0) && bearings.of(beam).is_finite()
@@ -155,10 +151,6 @@ fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
         let [x, y, theta] = values?;
         pose(x?, y?, theta?)
     };
-    let time = raw.timestamp.map(|time| match time {
-        Timestamp::Seconds(seconds) => seconds,
-        Timestamp::SecondsAndMicroseconds([seconds, micros]) => seconds + 1e-6 * micros,
-    });
     let odometry = known(raw.odometry);
     Ok(LaserScan {
         number,
@@ -166,8 +158,29 @@ fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
         bearings,
         ranges,
         max_range: raw.max_range.filter(|&range| range > 0.0).unwrap_or(f64::INFINITY),
-        time,
+        time: raw.timestamp.map(Timestamp::seconds),
         reference: known(raw.true_pose).or_else(|| known(raw.estimate)).or(odometry),
         odometry,
     })
+}
+
+/// The bearings of `count` readings: one each, or the first and the last one. The error is the problem.
+fn bearings(
+    theta: Option<Vec<Option<f64>>>,
+    ends: [Option<f64>; 2],
+    count: usize,
+) -> std::result::Result<Bearings, String> {
+    if count > MAX_BEAMS {
+        return Err(format!("{count} readings are not a planar scan"));
+    }
+    match (theta, ends) {
+        (Some(theta), _) if theta.len() != count => {
+            Err(format!("There are {} bearings (theta) for {count} readings", theta.len()))
+        }
+        (Some(theta), _) => Ok(Bearings::Listed(theta.into_iter().map(|angle| angle.unwrap_or(f64::NAN)).collect())),
+        (None, [Some(start), Some(end)]) => {
+            Ok(Bearings::Even { start, step: (end - start) / (count.max(2) - 1) as f64 })
+        }
+        _ => Err("The scan has neither theta nor min_theta and max_theta".to_owned()),
+    }
 }
