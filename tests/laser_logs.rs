@@ -129,7 +129,7 @@ fn millimetres_and_degrees_are_refused() {
     assert_eq!(log(1.0, 3.2).unwrap().scans.len(), 3);
     let told = |log: scanstitch::Result<LaserLog>| log.unwrap_err().to_string();
     assert!(told(log(1000.0, 1.0)).contains("Half of its ranges are 2450 or more, as in millimetres"));
-    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180"));
+    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180 rad"));
 }
 
 /// Outdoors nearly all readings may stand for no return.

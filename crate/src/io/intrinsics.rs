@@ -1,6 +1,6 @@
 //! Intrinsics of a pinhole camera in a file.
 //!
-//! Read are a 3 x 3 matrix (numbers apart by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
+//! Read are a 3 x 3 matrix (numbers separated by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
 //! JSON with the fields `fx fy cx cy`, or `intrinsic_matrix` of nine numbers, column by column as Open3D writes it, or in
 //! three rows; and with `depth_scale`, if it has that field.
 

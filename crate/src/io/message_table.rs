@@ -44,14 +44,14 @@ impl MessageTable {
         self.names.iter().position(|known| known == name)
     }
 
-    /// The first column whose name ends so, at a point or as a whole.
+    /// The first column whose name is `ending` or ends in `.ending`.
     pub fn column_ending(&self, ending: &str) -> Option<usize> {
         let ends = |name: &String| name.strip_suffix(ending).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
         self.names.iter().position(ends)
     }
 
-    /// The rows with their lines, from 2; the last one is left out where it is cut off and others are there, and its
-    /// line told.
+    /// The rows, whose lines are counted from 2. A last row that is cut off is left out if there are others, and the number of its
+    /// line is returned as well.
     pub fn rows<'a>(&self, bytes: &'a [u8]) -> Result<(Vec<Row<'a>>, Option<usize>)> {
         let mut rows: Vec<Row<'_>> = lines(bytes)
             .skip(1)

@@ -1,4 +1,4 @@
-//! What the text formats share: where a line begins, what a number looks like, how to quote what is none.
+//! What the readers of text share: lines, numbers, and how an error message quotes the input.
 
 use crate::{Error, Result};
 

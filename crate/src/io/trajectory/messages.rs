@@ -22,7 +22,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Builder> {
     let columns = COLUMNS.map(|column| table.column_ending(column).unwrap_or_default());
     let tum = tum::table();
     let mut builder = Builder::new();
-    // Of a last row that is cut off, nothing is missed.
+    // A last row that is cut off is left out without a note.
     for row in &table.rows(bytes)?.0 {
         let mut numbers = vec![table.time(row)?.unwrap_or_default()];
         for column in columns {

@@ -137,7 +137,7 @@ pub enum TrajectoryFormat {
     Tum,
     /// The upper three rows of the pose's matrix in one line.
     Kitti,
-    /// `timestamp [ns], x, y, z, qw, qx, qy, qz`, apart by commas.
+    /// `timestamp [ns], x, y, z, qw, qx, qy, qz`, separated by commas.
     Euroc,
     /// Columns that the first line names, or `x, y, z, qw, qx, qy, qz`.
     PoseTable,
@@ -199,7 +199,7 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
         }
         let read = |format| read_lenient(bytes, format).map_err(|error| error.in_file(name));
         let one = match read(None)? {
-            // Of a frame, rows of four are a matrix, though its last be missing.
+            // In the file of a single frame, rows of four numbers are those of a matrix, even if its last row is missing.
             planar if planar.format == TrajectoryFormat::Planar => read(Some(TrajectoryFormat::Matrices))?,
             other => other,
         };

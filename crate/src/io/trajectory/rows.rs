@@ -25,7 +25,7 @@ pub(super) fn column_names(bytes: &[u8]) -> Option<Vec<String>> {
     None
 }
 
-/// Names apart by commas where there are any, by blanks otherwise; `timestamp [ns]` is kept as `timestamp_ns`.
+/// Names, separated by commas or semicolons where there are any, by blanks otherwise; `timestamp [ns]` is kept as `timestamp_ns`.
 fn names(text: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(&text[..text.len().min(2000)]).trim_start_matches('#').to_ascii_lowercase();
     let text = text.replace(" [ns]", "_ns").replace("[ns]", "_ns").replace(" (ns)", "_ns").replace("(ns)", "_ns");
