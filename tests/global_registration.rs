@@ -14,7 +14,7 @@ use scanstitch::io::{depth_image, ply};
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::registration::align::{CloudMetric, RegistrationInit, RegistrationOptions, register_clouds};
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
-use scanstitch::search::Neighbourhood;
+use scanstitch::search::Neighborhood;
 use scanstitch_scene::random::Random;
 
 const KITTI: &str = "lidar/kitti_pair";
@@ -53,7 +53,7 @@ fn described(cloud: &PointCloud, voxel_size: f64, viewpoint: DVec3) -> (Prepared
     let options = CloudOptions { viewpoint, ..CloudOptions::new(voxel_size) };
     let prepared = PreparedCloud::new(cloud, &options).unwrap();
     let target = prepared.target();
-    let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * voxel_size };
+    let around = Neighborhood { max_neighbors: 100, radius: 5.0 * voxel_size };
     let described = DescribedCloud::new(&prepared.cloud().positions, target.normals(), target.tree(), around);
     (prepared, described)
 }

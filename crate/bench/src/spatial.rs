@@ -26,7 +26,7 @@ use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
-use scanstitch::search::{KdTree, Neighbourhood};
+use scanstitch::search::{KdTree, Neighborhood};
 
 use crate::benchmark::{Benchmark, Files, Prepared};
 
@@ -186,8 +186,8 @@ fn thinned(files: &Files) -> Result<(PointCloud, KdTree<3>), String> {
     Ok((cloud, tree))
 }
 
-const NORMAL_NEIGHBOURS: Neighbourhood = Neighbourhood { max_neighbors: 30, radius: 2.0 * VOXEL_SIZE };
-const FEATURE_NEIGHBOURS: Neighbourhood = Neighbourhood { max_neighbors: 100, radius: 5.0 * VOXEL_SIZE };
+const NORMAL_NEIGHBOURS: Neighborhood = Neighborhood { max_neighbors: 30, radius: 2.0 * VOXEL_SIZE };
+const FEATURE_NEIGHBOURS: Neighborhood = Neighborhood { max_neighbors: 100, radius: 5.0 * VOXEL_SIZE };
 
 fn normals(files: Files) -> Outcome {
     let (cloud, tree) = thinned(&files)?;
@@ -250,10 +250,7 @@ fn map(files: Files) -> Outcome {
 const PAIR_VOXEL: f64 = 0.25;
 
 fn pair_options() -> CloudOptions {
-    CloudOptions {
-        normals: Neighbourhood { max_neighbors: 10, radius: f64::INFINITY },
-        ..CloudOptions::new(PAIR_VOXEL)
-    }
+    CloudOptions { normals: Neighborhood { max_neighbors: 10, radius: f64::INFINITY }, ..CloudOptions::new(PAIR_VOXEL) }
 }
 
 fn pair_prepare(files: Files) -> Outcome {

@@ -1,4 +1,4 @@
-//! Rotation matrices that files hold in few digits, made orthonormal; angles of rotations; swing-twist decomposition.
+//! Rotation matrices that files hold in few digits, made orthonormal; swing-twist decomposition.
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -65,11 +65,6 @@ fn quaternion_of(R: &Matrix3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
-/// Angle of a rotation in [0, pi] (rad), accurate even near 0 and pi, where the cosine alone is not.
-pub fn angle_of(rotation: &UnitQuaternion<f64>) -> f64 {
-    2.0 * rotation.imag().norm().atan2(rotation.w.abs())
-}
-
 /// Angle of [`twist_about`] (rad), in [-2 pi, 2 pi].
 pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
     2.0 * rotation.imag().dot(axis).atan2(rotation.w)
@@ -78,16 +73,6 @@ pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f6
 /// The twist of a rotation's swing-twist decomposition: the rotation about `axis` that is nearest to it.
 pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(axis, twist_angle(rotation, axis))
-}
-
-/// Translation (m) that changes the view as much as a rotation by a radian: the typical distance of the surfaces that a camera in a
-/// room sees.
-pub(crate) const METRES_PER_RADIAN: f64 = 2.0;
-
-/// Distance of two poses by its effect on the view (m, two metres per radian).
-pub(crate) fn apart(a: &Pose3, b: &Pose3) -> f64 {
-    let between = a.inverse() * b;
-    between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
 #[cfg(test)]
@@ -101,12 +86,12 @@ mod tests {
                 let expected = UnitQuaternion::from_scaled_axis(axis.normalize() * angle);
                 let matrix = expected.to_rotation_matrix().into_inner();
                 let exact = nearest_rotation(&matrix).unwrap();
-                assert!(angle_of(&(exact.inverse() * expected)) < 1e-15, "{angle} about {axis}");
-                assert!((angle_of(&exact) - angle).abs() < 1e-15);
+                assert!((exact.inverse() * expected).angle() < 1e-15, "{angle} about {axis}");
+                assert!((exact.angle() - angle).abs() < 1e-15);
 
                 let rounded = matrix.map(|value| (value * 1e4).round() / 1e4);
                 let near = nearest_rotation(&rounded).unwrap();
-                assert!(angle_of(&(near.inverse() * expected)) < 2e-4);
+                assert!((near.inverse() * expected).angle() < 2e-4);
                 // It is the nearest: every rotation close to it is further from the matrix.
                 let distance = |q: &UnitQuaternion<f64>| (q.to_rotation_matrix().into_inner() - rounded).norm();
                 for turn in [Vector3::x(), Vector3::y(), Vector3::z()] {
@@ -125,8 +110,8 @@ mod tests {
         for angle in [-3.0, -0.7, 0.0, 1e-9, 2.5] {
             let rotation = swing * UnitQuaternion::from_axis_angle(&axis, angle);
             assert!((twist_angle(&rotation, &axis) - angle).abs() < 1e-12);
-            let distance = |turn: f64| angle_of(&(UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation));
-            assert!((distance(angle) - angle_of(&(twist_about(&rotation, &axis).inverse() * rotation))).abs() < 1e-12);
+            let distance = |turn: f64| (UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation).angle();
+            assert!((distance(angle) - (twist_about(&rotation, &axis).inverse() * rotation).angle()).abs() < 1e-12);
             assert!(distance(angle) < distance(angle - 0.01) && distance(angle) < distance(angle + 0.01));
         }
     }

@@ -14,7 +14,7 @@ use crate::{Error, Result};
 
 /// How a relation names a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum PoseKey {
     /// By its number, from 0.
     Index(usize),
     /// By its time (s).
@@ -25,9 +25,9 @@ pub enum Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
     /// Pose i.
-    pub from: Place,
+    pub from: PoseKey,
     /// Pose j.
-    pub to: Place,
+    pub to: PoseKey,
     /// T_i_j: pose j in the frame of pose i.
     pub motion: Pose3,
 }
@@ -36,14 +36,14 @@ impl Relation {
     /// The times of its two poses (s), where it names them so.
     pub fn times(&self) -> Option<[f64; 2]> {
         match (self.from, self.to) {
-            (Place::Time(i), Place::Time(j)) => Some([i, j]),
+            (PoseKey::Time(i), PoseKey::Time(j)) => Some([i, j]),
             _ => None,
         }
     }
 
     /// Whether it names poses by their number and joins one with the next.
     pub fn is_step(&self) -> bool {
-        matches!((self.from, self.to), (Place::Index(i), Place::Index(j)) if i.abs_diff(j) == 1)
+        matches!((self.from, self.to), (PoseKey::Index(i), PoseKey::Index(j)) if i.abs_diff(j) == 1)
     }
 }
 
@@ -94,12 +94,12 @@ fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
         [_, _, x, y, z, qx, qy, qz, qw] => (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?),
         _ => return None,
     };
-    let place = |value: f64| {
+    let key = |value: f64| {
         if !is_edge {
-            return Some(Place::Time(value));
+            return Some(PoseKey::Time(value));
         }
-        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(Place::Index(value as usize))
+        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(PoseKey::Index(value as usize))
     };
     let motion = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-    Some(Relation { from: place(numbers[0])?, to: place(numbers[1])?, motion })
+    Some(Relation { from: key(numbers[0])?, to: key(numbers[1])?, motion })
 }
