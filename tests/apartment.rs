@@ -17,7 +17,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 use scanstitch::camera::Pinhole;
 use scanstitch::camera::bev::BevScene;
 use scanstitch::geometry::{Pose3, RigidMotion};
-use scanstitch::io::{depth_png, trajectory};
+use scanstitch::io::{depth_image, trajectory};
 use scanstitch::pipeline::spatial_settings::{Quantisation, SpatialSettings};
 use scanstitch_scene::apartment::walk::{in_homework_axes, level_pose};
 use scanstitch_scene::apartment::{Apartment, CLEARANCE, Tour, WalkOptions};
@@ -55,7 +55,7 @@ fn the_committed_recording_is_what_the_flat_renders() {
         let image = DepthSensor::HOMEWORK.measure(&depth, 512, &mut Random::new(0));
         let bytes = fs::read(format!("{APARTMENT}/depth/{}.png", index + 1)).unwrap();
         assert!(bytes == recording::depth_png(&image).unwrap(), "depth/{}.png", index + 1);
-        assert!(depth_png::read(&bytes).unwrap() == image);
+        assert!(depth_image::read(&bytes).unwrap() == image);
     }
     for index in WHOLE_FRAMES {
         let frame = sample.apartment.space.render(&walk[index], &sample.camera);

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, SMatrix, Translation3, UnitQuaternion, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::io::point_cloud;
-use scanstitch::io::{depth_png, ply, trajectory};
+use scanstitch::io::{depth_image, ply, trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::cloud::{
     CloudEstimate, CloudMethod, CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud,
@@ -384,7 +384,7 @@ fn rooms_error(recordings: &Path, floor: &str, num_frames: usize, options: Cloud
     let mut odometry = CloudOdometry::new(options).unwrap();
     let errors = (0..num_frames).map(|index| {
         let image = std::fs::read(folder.join(format!("depth/{}.png", index + 1))).unwrap();
-        let image = depth_png::read(&image).unwrap();
+        let image = depth_image::read(&image).unwrap();
         let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
         let points = pixels.map(|(pixel, &value)| {
             let z = f32::from(value) * 10.0 / 255.0;

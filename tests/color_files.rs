@@ -141,7 +141,7 @@ fn pixmaps_keep_their_colours() {
     let refused = |bytes: &[u8]| color_image::read(bytes).unwrap_err().to_string();
     assert!(refused(&ppm[..ppm.len() - 1]).contains("can hold"));
     assert!(refused(b"P6 4294967297 4294967297 255\n\x01\x02\x03").contains("can hold"));
-    assert!(refused(b"P6 0 1 255\n").contains("can hold"));
+    assert!(refused(b"P6 0 1 255\n").contains("0 x 1 pixels is empty"));
     assert!(refused(b"P5 1 1 65535\n\x00\x00").contains("65535"));
     assert!(refused(b"P6 3").contains("no height"));
 }

@@ -5,7 +5,7 @@ mod common;
 
 use common::shared_data;
 use scanstitch::camera::{DepthScale, DepthSensor};
-use scanstitch::io::depth_png;
+use scanstitch::io::depth_image;
 
 fn png(width: u32, height: u32, color: png::ColorType, depth: png::BitDepth, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -29,7 +29,7 @@ fn pfm(header: &str, values: &[f32], low_first: bool) -> Vec<u8> {
 fn metres_become_millimetres() {
     let values = [1.2345, f32::NAN, 0.0, f32::INFINITY, 65.535, 65.54, -1.0, 0.0004, 2.0];
     for (scale, low_first) in [("-1.0", true), ("1", false)] {
-        let image = depth_png::read(&pfm(&format!("Pf\n3 3\n{scale}\n"), &values, low_first)).unwrap();
+        let image = depth_image::read(&pfm(&format!("Pf\n3 3\n{scale}\n"), &values, low_first)).unwrap();
         assert_eq!((image.width, image.height, image.bits), (3, 3, 32));
         assert_eq!(image.values, [0, 0, 2000, 0, 65535, 0, 1235, 0, 0], "rows from the top");
     }
@@ -43,29 +43,34 @@ fn metres_become_millimetres() {
 }
 
 fn refused(bytes: &[u8]) -> String {
-    depth_png::read(bytes).unwrap_err().to_string()
+    depth_image::read(bytes).unwrap_err().to_string()
 }
 
 #[test]
 fn grey_png_of_every_depth_keeps_its_values() {
     use png::{BitDepth, ColorType};
-    let image =
-        depth_png::read(&png(3, 2, ColorType::Grayscale, BitDepth::Sixteen, &[0, 1, 2, 3, 255, 255, 0, 0, 1, 0, 0, 9]))
-            .unwrap();
+    let image = depth_image::read(&png(
+        3,
+        2,
+        ColorType::Grayscale,
+        BitDepth::Sixteen,
+        &[0, 1, 2, 3, 255, 255, 0, 0, 1, 0, 0, 9],
+    ))
+    .unwrap();
     assert_eq!((image.width, image.height, image.bits), (3, 2, 16));
     assert_eq!(image.values, [1, 0x203, 65535, 0, 256, 9]);
-    let image = depth_png::read(&png(3, 1, ColorType::Grayscale, BitDepth::Eight, &[0, 7, 255])).unwrap();
+    let image = depth_image::read(&png(3, 1, ColorType::Grayscale, BitDepth::Eight, &[0, 7, 255])).unwrap();
     assert_eq!((image.values, image.bits), (vec![0, 7, 255], 8));
     // Four bits a pixel: rows begin at a byte.
-    let image = depth_png::read(&png(3, 2, ColorType::Grayscale, BitDepth::Four, &[0x12, 0x30, 0xFE, 0xD0])).unwrap();
+    let image = depth_image::read(&png(3, 2, ColorType::Grayscale, BitDepth::Four, &[0x12, 0x30, 0xFE, 0xD0])).unwrap();
     assert_eq!(image.values, [1, 2, 3, 15, 14, 13]);
-    let image = depth_png::read(&png(9, 1, ColorType::Grayscale, BitDepth::One, &[0b1010_0001, 0x80])).unwrap();
+    let image = depth_image::read(&png(9, 1, ColorType::Grayscale, BitDepth::One, &[0b1010_0001, 0x80])).unwrap();
     assert_eq!(image.values, [1, 0, 1, 0, 0, 0, 0, 1, 1]);
     let image =
-        depth_png::read(&png(2, 1, ColorType::GrayscaleAlpha, BitDepth::Sixteen, &[1, 0, 255, 255, 2, 0, 0, 0]))
+        depth_image::read(&png(2, 1, ColorType::GrayscaleAlpha, BitDepth::Sixteen, &[1, 0, 255, 255, 2, 0, 0, 0]))
             .unwrap();
     assert_eq!(image.values, [256, 512]);
-    let image = depth_png::read(&png(2, 1, ColorType::Rgba, BitDepth::Eight, &[5, 5, 5, 255, 6, 6, 6, 0])).unwrap();
+    let image = depth_image::read(&png(2, 1, ColorType::Rgba, BitDepth::Eight, &[5, 5, 5, 255, 6, 6, 6, 0])).unwrap();
     assert_eq!(image.values, [5, 6]);
 }
 
@@ -96,7 +101,7 @@ fn cut_off_and_lying_pngs_are_refused_without_a_large_allocation() {
     for offset in (8..whole.len()).step_by(13) {
         let mut broken = whole.clone();
         broken[offset] ^= 0x55;
-        let _ = depth_png::read(&broken); // an error or not, but no panic
+        let _ = depth_image::read(&broken); // an error or not, but no panic
     }
     // A header of 2^31 - 1 by 2^31 - 1 pixels, with the right checksum.
     let mut lying = whole.clone();
@@ -114,11 +119,11 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 #[test]
 fn pgm_in_both_forms() {
-    let image = depth_png::read(b"P5\n# a comment\n2 2\n65535\n\x01\x00\x00\x02\xFF\xFF\x00\x00").unwrap();
+    let image = depth_image::read(b"P5\n# a comment\n2 2\n65535\n\x01\x00\x00\x02\xFF\xFF\x00\x00").unwrap();
     assert_eq!((image.values, image.bits), (vec![256, 2, 65535, 0], 16));
-    let image = depth_png::read(b"P5 2 1 255 \x0A\x20").unwrap();
+    let image = depth_image::read(b"P5 2 1 255 \x0A\x20").unwrap();
     assert_eq!((image.values, image.bits), (vec![10, 32], 8));
-    let image = depth_png::read(b"P2\n3 1 # wide\n1000\n0 17\n1000\n").unwrap();
+    let image = depth_image::read(b"P2\n3 1 # wide\n1000\n0 17\n1000\n").unwrap();
     assert_eq!((image.values, image.bits), (vec![0, 17, 1000], 16));
     for (bytes, reason) in [
         (&b"P5 2 2 65535\n\x01\x00\x00"[..], "ends in value 2 of 4"),
@@ -142,7 +147,7 @@ fn real_depth_images() {
         ("redwood5/other_formats/TUM_depth.png", 640, 480, 16),
         ("redwood5/other_formats/NYU_depth.pgm", 640, 480, 16),
     ] {
-        let image = depth_png::read(&std::fs::read(folder.join(path)).unwrap()).unwrap();
+        let image = depth_image::read(&std::fs::read(folder.join(path)).unwrap()).unwrap();
         assert_eq!((image.width, image.height, image.bits), (width, height, bits), "{path}");
         assert!(image.values.iter().filter(|&&value| value > 0).count() * 2 > image.values.len(), "{path}");
     }
@@ -166,7 +171,7 @@ fn the_depth_scale_of_four_kinds_of_cameras_is_estimated() {
         ("habitat_16bit/depth/1.png", 6553.5, DepthSensor::Unknown),
     ] {
         let Some(path) = shared_data(&format!("rgbd/{name}")) else { return };
-        let scale = DepthScale::estimate(&depth_png::read(&std::fs::read(path).unwrap()).unwrap());
+        let scale = DepthScale::estimate(&depth_image::read(&std::fs::read(path).unwrap()).unwrap());
         assert_eq!(scale.per_metre(), per_metre, "{name}: {scale:?}");
         let is_alike = match (scale.sensor, sensor) {
             (DepthSensor::RealSense { focal_length: a }, DepthSensor::RealSense { focal_length: b }) => {

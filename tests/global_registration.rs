@@ -10,13 +10,13 @@ use common::shared_data;
 use glam::{DVec3, Vec3};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{depth_png, ply};
+use scanstitch::io::{depth_image, ply};
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::registration::align::{
     CloudMetric, RegistrationInit, RegistrationOptions, StepMethod, register_clouds,
 };
 use scanstitch::registration::global::{DescribedCloud, GlobalMethod, GlobalRegistration, register_globally};
-use scanstitch::search::Neighbourhood;
+use scanstitch::search::Neighborhood;
 use scanstitch_scene::random::Random;
 
 const KITTI: &str = "lidar/kitti_pair";
@@ -41,7 +41,7 @@ fn kitti_truth(folder: &Path) -> Pose3 {
 /// A frame of the rendered rooms, every pixel a point.
 fn room(folder: &Path, floor: &str, frame: usize) -> PointCloud {
     let path = folder.join(format!("apartment_{floor}_floor/depth/{frame}.png"));
-    let image = depth_png::read(&std::fs::read(path).unwrap()).unwrap();
+    let image = depth_image::read(&std::fs::read(path).unwrap()).unwrap();
     let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
     let points = pixels.map(|(index, &value)| {
         let z = f32::from(value) * 10.0 / 255.0;
@@ -55,7 +55,7 @@ fn described(cloud: &PointCloud, voxel_size: f64, viewpoint: DVec3) -> (Prepared
     let options = CloudOptions { viewpoint, ..CloudOptions::new(voxel_size) };
     let prepared = PreparedCloud::new(cloud, &options).unwrap();
     let target = prepared.target();
-    let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * voxel_size };
+    let around = Neighborhood { max_neighbors: 100, radius: 5.0 * voxel_size };
     let described = DescribedCloud::new(&prepared.cloud().positions, target.normals(), target.tree(), around);
     (prepared, described)
 }

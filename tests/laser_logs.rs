@@ -103,6 +103,12 @@ fn errors_name_the_line_and_the_remedy() {
         ("ODOM 1 2\nFLASER 1 1 0 0 0 0 0 0\n", 1, "ends before"),
         ("{\"readings\": [1, 2], \"theta\": [0]}", 1, "bearings"),
         ("{\"readings\": [1, 2]}", 1, "neither theta"),
+        (
+            "[{\"theta\": [0], \"readings\": [1]},\n{\"theta\": [0], \"readings\":\n[\"a\"]}]\n",
+            3,
+            "invalid type: string",
+        ),
+        ("[{\"theta\": [0], \"readings\": [1]},\n{\"theta\": [0]}]", 2, "missing field `readings`"),
         ("{\"theta\": [0], \"readings\": [1]}\n{\"theta\": [0], \"readings\": [\"a\"]}\n", 2, "not a CSM scan"),
     ] {
         let error = read(text.as_bytes()).unwrap_err();
@@ -123,7 +129,7 @@ fn millimetres_and_degrees_are_refused() {
     assert_eq!(log(1.0, 3.2).unwrap().scans.len(), 3);
     let told = |log: scanstitch::Result<LaserLog>| log.unwrap_err().to_string();
     assert!(told(log(1000.0, 1.0)).contains("Half of its ranges are 2450 or more, as in millimetres"));
-    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180"));
+    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180 rad"));
 }
 
 /// Outdoors nearly all readings may stand for no return.

@@ -95,6 +95,20 @@ fn rostopics_tables_are_read_by_the_names_of_their_columns() {
     assert!(odometry.orientations.is_some());
 }
 
+/// The clock of a simulation begins at zero.
+#[test]
+fn rostopics_times_are_nanoseconds_however_small() {
+    let head = "%time,field.header.stamp,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n";
+    let log = read(format!("{head}12600000000,12500000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.5).abs() < 1e-9);
+    let head = "%time,field.angle_min,field.angle_increment,field.ranges0,field.ranges1\n";
+    let log = read(format!("{head}12600000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.6).abs() < 1e-9);
+    let head = "Time,header.stamp.secs,header.stamp.nsecs,angle_min,angle_increment,ranges_0,ranges_1\n";
+    let log = read(format!("{head}12.6,12,500000000,0,0.1,1,2\n").as_bytes()).unwrap();
+    assert!((log.scans[0].time.unwrap() - 12.5).abs() < 1e-9);
+}
+
 #[test]
 fn a_step_and_its_range_a_line_is_one_scan() {
     let Some((bytes, log)) = text_log("lidar0f.csv") else { return };
@@ -254,6 +268,10 @@ fn scans_of_ros_2_without_names_are_read_by_their_angles() {
     assert_eq!((scan.ranges.len(), scan.ranges[0], scan.ranges[100]), (101, 2.5, 2.5));
     assert_eq!(scan.bearings, Bearings::Even { start: -1.57, step: 0.0314 });
     assert_eq!(scan.points().len(), 100);
+
+    // An increment so small that the ranges cannot be counted.
+    let text = format!("-1,1,1e-300,0,0,0.1,10{}\n", ",2.5".repeat(30)).repeat(4);
+    assert!(TableFormat::guess(text.as_bytes()).is_ok());
 }
 
 #[test]
@@ -391,6 +409,8 @@ fn a_table_is_described_before_it_is_read() {
     let facts = describe(text.as_bytes(), Some("ranges=1:9,unit=furlongs"), 0).unwrap();
     assert!(facts.problem.contains("not a value of unit") && facts.num_scans == 0);
     assert!(describe(b"no numbers\n", None, 0).is_err());
+    let facts = describe("1500 ".repeat(2500).as_bytes(), None, 0).unwrap();
+    assert_eq!((facts.num_columns, facts.cells[0].len()), (2500, 2500));
 }
 
 #[test]
@@ -406,6 +426,10 @@ fn bad_tables_are_told_with_line_and_remedy() {
     ] {
         let error = format.parse::<TableFormat>().unwrap_err();
         assert!(error.problem.contains(words) && error.remedy.contains("ranges="), "{format}: {error}");
+    }
+    for (names, given) in [("angle,range\n", "range=2,angle=1:deg"), ("a,b\n", "ranges=1:2,start=0,step=1")] {
+        let error = read_given(names.as_bytes(), given).unwrap_err();
+        assert_eq!(error.problem, "The file holds no line of numbers", "{given}");
     }
     let format = "ranges=2:4,start=0,step=1".parse().unwrap();
     let error = read_as(b"1 2 3 4\n1 2 x 4\n1 2 3 4\n", &format).unwrap_err();

@@ -12,7 +12,7 @@ use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::frame_clouds::{FrameClouds, FrameResidual, FrameResidualOptions};
 use scanstitch::evaluation::map_quality::{MapQuality, MapQualityOptions, map_quality};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::{depth_png, trajectory};
+use scanstitch::io::{depth_image, trajectory};
 use scanstitch::preprocess::depth_cloud::depth_cloud;
 use scanstitch::preprocess::depth_surfels::DepthModel;
 use scanstitch::preprocess::wrap_around::usable_pixels;
@@ -69,7 +69,7 @@ fn fusion_demo(folder: &Path) -> Recording {
 fn clouds(recording: &Recording) -> FrameClouds {
     let mut clouds = FrameClouds::new();
     for path in &recording.images {
-        let image = depth_png::read(&fs::read(path).unwrap()).unwrap();
+        let image = depth_image::read(&fs::read(path).unwrap()).unwrap();
         let usable = usable_pixels(&image);
         clouds.push(&depth_cloud(&image, &usable, &recording.camera, &recording.model, None)).unwrap();
     }

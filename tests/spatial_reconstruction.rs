@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
-use scanstitch::io::{depth_png, intrinsics, trajectory};
+use scanstitch::io::{depth_image, intrinsics, trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, MapPoints, PreparedFrame, Surfaces};
 use scanstitch::pipeline::report::Stage;
@@ -231,7 +231,7 @@ fn truncated_and_rounded_depth_are_distinguished() {
 }
 
 fn coarser(bytes: &[u8], halved: impl Fn(u16) -> u16) -> Vec<u8> {
-    let image = depth_png::read(bytes).unwrap();
+    let image = depth_image::read(bytes).unwrap();
     let mut bytes = format!("P5 {} {} 255\n", image.width, image.height).into_bytes();
     bytes.extend(image.values.iter().map(|&value| halved(value) as u8));
     bytes

@@ -11,7 +11,7 @@ use std::time::Instant;
 use glam::Vec3;
 use nalgebra::{UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{depth_png, trajectory};
+use scanstitch::io::{depth_image, trajectory};
 use scanstitch::odometry::cloud::{CloudMethod, CloudOdometry, CloudOptions, PreparedCloud};
 use scanstitch::registration::global::GlobalMethod;
 use scanstitch::registration::spatial::SpatialMetric;
@@ -32,7 +32,7 @@ fn numbered(folder: &Path) -> Vec<PathBuf> {
 
 /// Every pixel with a depth, as a point in front of the camera.
 fn back_projected(path: &Path) -> PointCloud {
-    let image = depth_png::read(&std::fs::read(path).expect("readable")).expect("a depth image");
+    let image = depth_image::read(&std::fs::read(path).expect("readable")).expect("a depth image");
     let point = |(index, &value): (usize, &u16)| {
         let z = f32::from(value) * DEPTH_STEP;
         let (u, v) = ((index % image.width) as f32, (index / image.width) as f32);

@@ -18,7 +18,7 @@ use recordings::{Recording, pgm};
 use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::depth_consistency::{ConsistencyLimits, DepthView};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::depth_png;
+use scanstitch::io::depth_image;
 use scanstitch::odometry::depth::ColorUse;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch_scene::random::Random;
@@ -130,7 +130,7 @@ fn agreeing_steps(recording: &Recording, poses: &[Pose3]) -> Vec<bool> {
         .depth
         .iter()
         .map(|bytes| {
-            let image = depth_png::read(bytes).expect("a depth image");
+            let image = depth_image::read(bytes).expect("a depth image");
             let intrinsics = recording.intrinsics.expect("a camera");
             let camera = Pinhole::new(image.width, image.height, intrinsics).expect("a camera");
             let depths = image.values.iter().map(|&value| f64::from(value) / scale);
@@ -152,7 +152,7 @@ fn damaged(bytes: &[u8], index: usize, scale: f64, noise: f64, holes: f64) -> Ve
     if noise == 0.0 && holes == 0.0 {
         return bytes.to_vec();
     }
-    let mut image = depth_png::read(bytes).expect("a depth image");
+    let mut image = depth_image::read(bytes).expect("a depth image");
     let mut random = Random::new(index as u64);
     let across = image.width.div_ceil(16);
     let is_missing: Vec<bool> =

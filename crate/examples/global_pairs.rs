@@ -32,7 +32,7 @@ use scanstitch::registration::global::matching::{FeatureIndex, mutual_matches};
 use scanstitch::registration::global::ransac::{RansacOptions, ransac};
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
 use scanstitch::registration::projective::ProjectiveTarget;
-use scanstitch::search::{KdTree, Neighbourhood};
+use scanstitch::search::{KdTree, Neighborhood};
 use scanstitch_scene::apartment::Tour;
 use scanstitch_scene::random::Random;
 
@@ -185,7 +185,7 @@ impl Described {
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
         let double = |v: &glam::Vec3| Some(Vector3::from(v.as_dvec3().to_array()));
         let normals: Vec<_> = cloud.normals.iter().flatten().map(double).collect();
-        let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * voxel_size };
+        let around = Neighborhood { max_neighbors: 100, radius: 5.0 * voxel_size };
         let index = FeatureIndex::new(fpfh(&cloud.positions, &normals, &tree, around));
         Self { points: cloud.positions, tree, index }
     }

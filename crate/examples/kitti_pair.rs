@@ -21,7 +21,7 @@ use scanstitch::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
-use scanstitch::search::{KdTree, Neighbourhood};
+use scanstitch::search::{KdTree, Neighborhood};
 use scanstitch_scene::random::Random;
 
 /// Median time of several runs (ms), and the result of the last one.
@@ -104,7 +104,7 @@ fn plain_icp(max_correspondence_distance: f64) -> IcpOptions {
 
 fn align(pair: &Pair) {
     let (voxel_size, name) = (pair.voxel_size, pair.name);
-    let ten = Neighbourhood { max_neighbors: 10, radius: f64::INFINITY };
+    let ten = Neighborhood { max_neighbors: 10, radius: f64::INFINITY };
     let (voxels_ms, cloud) = timed(|| voxel_downsample(&pair.target, voxel_size).expect("a voxel"));
     let points: &[[f32; 3]] = bytemuck::cast_slice(&cloud.positions);
     let (tree_ms, tree) = timed(|| KdTree::build(points));
@@ -136,7 +136,7 @@ fn align(pair: &Pair) {
             );
         }
     }
-    let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * voxel_size };
+    let around = Neighborhood { max_neighbors: 100, radius: 5.0 * voxel_size };
     let (feature_ms, features) = timed(|| fpfh(&cloud.positions, &normals, &tree, around));
     let (build_ms, index) = timed(|| FeatureIndex::new(features.clone()));
     let others = voxel_downsample(&pair.source, voxel_size).expect("a voxel");
@@ -154,7 +154,7 @@ fn align(pair: &Pair) {
 fn without_a_guess(pair: &Pair, num_seeds: u64) {
     let options = CloudOptions::new(pair.voxel_size);
     let prepare = |cloud: &PointCloud| PreparedCloud::new(cloud, &options).expect("sound options");
-    let around = Neighbourhood { max_neighbors: 100, radius: 5.0 * pair.voxel_size };
+    let around = Neighborhood { max_neighbors: 100, radius: 5.0 * pair.voxel_size };
     let describe = |cloud: &PreparedCloud| {
         let target = cloud.target();
         DescribedCloud::new(&cloud.cloud().positions, target.normals(), target.tree(), around)

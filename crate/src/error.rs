@@ -47,6 +47,15 @@ impl Error {
         Self::at(Place::Byte(offset), problem, remedy)
     }
 
+    /// An error that the parser of JSON found, at its line.
+    pub(crate) fn json(error: &serde_json::Error, remedy: impl Into<String>) -> Self {
+        // The parser's message ends with the position, which `place` has.
+        let text = error.to_string();
+        let problem = text.split(" at line ").next().unwrap_or(&text);
+        let place = if error.line() > 0 { Place::Line(error.line()) } else { Place::Whole };
+        Self::at(place, problem, remedy)
+    }
+
     fn at(place: Place, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { file: None, place, problem: problem.into(), remedy: remedy.into() }
     }

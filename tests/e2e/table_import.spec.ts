@@ -59,7 +59,7 @@ test('a format that fits nothing is told, and cancelling leaves what was there',
   await app.drop([{ name: 'odd.dat', content: `${line}\n`.repeat(3) }]);
   const dialog = page.getByRole('dialog');
   await dialog.getByLabel('Last column').fill('70');
-  await expect(dialog.getByRole('alert')).toContainText('its ranges reach to the 70th');
+  await expect(dialog.getByRole('alert')).toContainText("but the table's format needs 70");
   await expect(dialog.getByRole('button', { name: /^Read/ })).toBeDisabled();
   await page.keyboard.press('Escape');
   await expect(dialog).toBeHidden();

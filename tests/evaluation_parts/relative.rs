@@ -124,9 +124,15 @@ fn relations_of_every_form() {
     }
     for (text, told) in [
         ("", "The file has no relation."),
-        ("EDGE2 0 1 0.5\n", "line 1: The line is not a relation: 3 numbers"),
+        ("EDGE2 0 1 0.5\n", "line 1: The line has 3 of 5 numbers"),
+        ("EDGE3 0 1 1.0 0.0 0.5\n", "line 1: The line has 5 of 8 numbers"),
+        ("EDGE_SE3:QUAT 0 1 1 0 0 0 0 0.7071\n", "line 1: The line has 8 of 9 numbers"),
+        (
+            "EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 0\n",
+            "line 1: The pose indices are not whole numbers from 0, or the quaternion",
+        ),
         ("# a\r\nEDGE2 0 1 0.5 nan 1\r\n", "line 2: \"nan\" is not a finite number"),
-        ("EDGE2 0 1.5 0 0 0\n", "line 1: The line is not a relation"),
+        ("EDGE2 0 1.5 0 0 0\n", "line 1: The pose indices are not whole numbers from 0"),
     ] {
         let error = relations::read(text.as_bytes()).unwrap_err().to_string();
         assert!(error.starts_with(told), "{error}");

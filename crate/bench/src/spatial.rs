@@ -9,7 +9,7 @@ use scanstitch::Error;
 use scanstitch::camera::SurfelImage;
 use scanstitch::camera::{DepthImage, DepthScale, Pinhole};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{color_image, depth_png, ply};
+use scanstitch::io::{color_image, depth_image, ply};
 use scanstitch::map::voxel::VoxelMap;
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::odometry::depth::{DepthOdometry, DepthOptions};
@@ -26,7 +26,7 @@ use scanstitch::registration::robust_kernel::RobustKernel;
 use scanstitch::registration::solver::Motion;
 use scanstitch::registration::spatial::{SpatialMetric, register_in_space};
 use scanstitch::registration::voxelized::{GaussianVoxels, PlaneToVoxel};
-use scanstitch::search::{KdTree, Neighbourhood};
+use scanstitch::search::{KdTree, Neighborhood};
 
 use crate::benchmark::{Benchmark, Files, Prepared};
 
@@ -90,7 +90,7 @@ struct Decoded {
 
 fn decoded(files: &Files) -> Result<Decoded, String> {
     let (_, bytes) = files.first().ok_or("no frame was given")?;
-    let image = depth_png::read(bytes).map_err(words)?;
+    let image = depth_image::read(bytes).map_err(words)?;
     let usable = usable_pixels(&image);
     let DepthScale { step, sensor, .. } = DepthScale::estimate(&image);
     let camera = SpatialSettings::default().camera(image.width, image.height, image.bits, sensor).map_err(words)?;
@@ -103,7 +103,7 @@ fn decoded(files: &Files) -> Result<Decoded, String> {
 fn decode_depth(files: Files) -> Outcome {
     decoded(&files)?;
     frame(move || {
-        black_box(depth_png::read(black_box(&files[0].1)).ok());
+        black_box(depth_image::read(black_box(&files[0].1)).ok());
     })
 }
 
@@ -186,8 +186,8 @@ fn thinned(files: &Files) -> Result<(PointCloud, KdTree<3>), String> {
     Ok((cloud, tree))
 }
 
-const NORMAL_NEIGHBOURS: Neighbourhood = Neighbourhood { max_neighbors: 30, radius: 2.0 * VOXEL_SIZE };
-const FEATURE_NEIGHBOURS: Neighbourhood = Neighbourhood { max_neighbors: 100, radius: 5.0 * VOXEL_SIZE };
+const NORMAL_NEIGHBOURS: Neighborhood = Neighborhood { max_neighbors: 30, radius: 2.0 * VOXEL_SIZE };
+const FEATURE_NEIGHBOURS: Neighborhood = Neighborhood { max_neighbors: 100, radius: 5.0 * VOXEL_SIZE };
 
 fn normals(files: Files) -> Outcome {
     let (cloud, tree) = thinned(&files)?;
@@ -250,10 +250,7 @@ fn map(files: Files) -> Outcome {
 const PAIR_VOXEL: f64 = 0.25;
 
 fn pair_options() -> CloudOptions {
-    CloudOptions {
-        normals: Neighbourhood { max_neighbors: 10, radius: f64::INFINITY },
-        ..CloudOptions::new(PAIR_VOXEL)
-    }
+    CloudOptions { normals: Neighborhood { max_neighbors: 10, radius: f64::INFINITY }, ..CloudOptions::new(PAIR_VOXEL) }
 }
 
 fn pair_prepare(files: Files) -> Outcome {

@@ -1,7 +1,7 @@
 //! What happens to recordings: frames of elsewhere, blanks, blocks out of order, and depth that is not what it should be.
 
 use scanstitch::camera::DepthImage;
-use scanstitch::io::depth_png;
+use scanstitch::io::depth_image;
 use scanstitch_scene::random::Random;
 
 use super::recordings::{Recording, pgm};
@@ -138,7 +138,7 @@ fn ordered(recording: &Recording, order: &[usize]) -> Recording {
 }
 
 fn changed(bytes: &[u8], change: impl FnOnce(&mut DepthImage)) -> Vec<u8> {
-    let mut image = depth_png::read(bytes).expect("a depth image");
+    let mut image = depth_image::read(bytes).expect("a depth image");
     change(&mut image);
     pgm(&image)
 }

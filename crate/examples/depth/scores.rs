@@ -2,7 +2,6 @@
 
 use nalgebra::Isometry3;
 use scanstitch::geometry::Pose3;
-use scanstitch::geometry::rotation::angle_of;
 use scanstitch::odometry::assessment::{Assessment, Status};
 use scanstitch::odometry::depth::SpatialEstimate;
 use scanstitch::pipeline::prepared_frame::{ColorFile, FrameLabel, PreparedFrame};
@@ -148,7 +147,7 @@ pub fn score(recording: &Recording, settings: &SpatialSettings, each: bool) -> (
     for index in 0..frames {
         let step = poses[last_good].inverse() * poses[index];
         let off = (truth[last_good].inverse() * truth[index]).inverse() * step;
-        let (moved, turned) = (off.translation.vector.norm(), angle_of(&off.rotation).to_degrees());
+        let (moved, turned) = (off.translation.vector.norm(), off.rotation.angle().to_degrees());
         let status = assessments[index].status;
         if each {
             println!(

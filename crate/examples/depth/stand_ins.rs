@@ -5,7 +5,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use scanstitch::camera::{ColorImage, DepthImage};
 use scanstitch::geometry::Pose3;
-use scanstitch::io::{color_image, depth_png};
+use scanstitch::io::{color_image, depth_image};
 
 use super::recordings::{Recording, jpeg_of, pgm};
 
@@ -44,7 +44,7 @@ pub fn changed(recording: &Recording, poses: &[Pose3], changes: &Changes) -> Rec
     let scale = recording.depth_scale.unwrap_or(1000.0);
     let mut result = recording.clone();
     for (index, bytes) in recording.depth.iter().enumerate() {
-        let mut depth = depth_png::read(bytes).expect("a depth image");
+        let mut depth = depth_image::read(bytes).expect("a depth image");
         let color = recording.color.get(index).map(|bytes| color_image::read(bytes).expect("a picture"));
         let moved = motion(poses, index);
         let camera = [fx, fy, cx, cy];
@@ -60,7 +60,7 @@ pub fn changed(recording: &Recording, poses: &[Pose3], changes: &Changes) -> Rec
         }
     }
     if let Some((width, height)) = changes.size {
-        let image = depth_png::read(&recording.depth[0]).expect("a depth image");
+        let image = depth_image::read(&recording.depth[0]).expect("a depth image");
         let factor = width as f64 / image.width as f64;
         let cut = (image.height as f64 * factor - height as f64) / 2.0;
         result.intrinsics = Some([fx * factor, fy * factor, cx * factor, cy * factor - cut]);

@@ -26,7 +26,7 @@ use nalgebra::Rotation3;
 use scanstitch::evaluation::relations::{WRONG_ROTATION_DEG, WRONG_TRANSLATION};
 use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
 use scanstitch::io::laser_log;
-use scanstitch::io::relations::{self, Place, Relation};
+use scanstitch::io::relations::{self, PoseKey, Relation};
 use scanstitch::io::trajectory::{self, Trajectory};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::planar::ablation::Ablation;
@@ -345,10 +345,10 @@ fn calibration(input: &Input, reconstruction: &Reconstruction) -> Option<String>
     ))
 }
 
-fn index_of(place: Place, Input { log, numbers, .. }: &Input) -> Option<usize> {
-    match place {
-        Place::Index(index) => numbers.iter().position(|&number| number == index),
-        Place::Time(time) => {
+fn index_of(key: PoseKey, Input { log, numbers, .. }: &Input) -> Option<usize> {
+    match key {
+        PoseKey::Index(index) => numbers.iter().position(|&number| number == index),
+        PoseKey::Time(time) => {
             let off = |index: usize| log.scans[index].time.map_or(f64::INFINITY, |t| (t - time).abs());
             let nearest = (0..log.scans.len()).min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
             (off(nearest) < 0.05).then_some(nearest)

@@ -25,7 +25,7 @@ pub(crate) struct Sample {
     /// Brightness (grey levels, 0 to 255).
     pub value: f64,
     /// Gradient along the rows and along the columns (grey levels per pixel of the level).
-    pub slope: [f64; 2],
+    pub gradient: [f64; 2],
 }
 
 /// Levels of the pyramid.
@@ -90,10 +90,10 @@ impl Brightness {
         }
     }
 
-    /// The slope of the brightness at a pixel of a level (grey levels a pixel), along the rows and along the columns; `None` at
+    /// The gradient of the brightness at a pixel of a level (grey levels a pixel), along the rows and along the columns; `None` at
     /// the border.
     #[inline]
-    pub(crate) fn slope(&self, level: usize, column: usize, row: usize) -> Option<[f64; 2]> {
+    pub(crate) fn gradient(&self, level: usize, column: usize, row: usize) -> Option<[f64; 2]> {
         let Level { width, height, values } = &self.levels[level];
         if column == 0 || row == 0 || column + 1 >= *width || row + 1 >= *height {
             return None;
@@ -124,7 +124,7 @@ impl Brightness {
         let blend = |upper: f64, lower: f64| upper + down * (lower - upper);
         Some(Sample {
             value: GREY_UNIT * blend(between(upper), between(lower)),
-            slope: [
+            gradient: [
                 0.5 * GREY_UNIT * blend(across(upper), across(lower)),
                 0.5 * GREY_UNIT * blend(between(lower) - between(above), between(below) - between(upper)),
             ],
@@ -193,24 +193,27 @@ mod tests {
         for level in 0..NUM_LEVELS {
             let pixel = camera.ray(47.3, 33.8);
             let place = brightness.camera(&camera, level).project(&pixel).unwrap();
-            let Sample { value, slope } = brightness.sample(level, place.x, place.y).unwrap();
+            let Sample { value, gradient } = brightness.sample(level, place.x, place.y).unwrap();
             assert!((value - ramp(47.3, 33.8)).abs() < 0.3, "level {level}: {value}");
             let scale = f64::from(2 << level);
-            assert!((slope[0] / scale - 1.5).abs() < 0.05 && (slope[1] / scale - 0.7).abs() < 0.05, "{slope:?}");
+            assert!(
+                (gradient[0] / scale - 1.5).abs() < 0.05 && (gradient[1] / scale - 0.7).abs() < 0.05,
+                "{gradient:?}"
+            );
         }
     }
 
     #[test]
-    fn the_slope_is_that_of_the_values_of_a_smooth_image() {
+    fn the_gradient_is_that_of_the_values_of_a_smooth_image() {
         let wave = |u: f64, v: f64| 128.0 + 90.0 * (u / 9.0).sin() * (v / 11.0).cos();
         let brightness = Brightness::new(&image(128, 96, wave));
         for (u, v) in [(20.2, 17.9), (40.5, 30.5), (33.1, 12.0)] {
             let value = |u, v| brightness.sample(0, u, v).unwrap().value;
             let numeric = [(value(u + 0.5, v) - value(u - 0.5, v)), (value(u, v + 0.5) - value(u, v - 0.5))];
-            let slope = brightness.sample(0, u, v).unwrap().slope;
+            let gradient = brightness.sample(0, u, v).unwrap().gradient;
             assert!(
-                (slope[0] - numeric[0]).abs() < 0.4 && (slope[1] - numeric[1]).abs() < 0.4,
-                "{slope:?} {numeric:?}"
+                (gradient[0] - numeric[0]).abs() < 0.4 && (gradient[1] - numeric[1]).abs() < 0.4,
+                "{gradient:?} {numeric:?}"
             );
         }
     }

@@ -86,15 +86,15 @@ const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)]
 const REALSENSE_DEVIATION: f64 = 0.1;
 /// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
 const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
-/// What cameras measure ends at about this depth (m), with this deviation as a logarithm.
-const SENSOR_REACH: (f64, f64) = (10.0, 0.2);
+/// Largest depth that cameras measure (m), and its deviation as a logarithm.
+const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
 /// Steps within this number of deviations of a sensor's nominal ones are its own: normal deviations beyond are 0.3 %.
 const MAX_STEP_DEVIATIONS: f64 = 3.0;
 /// A candidate this much less probable than the best is not named.
 const MIN_ALTERNATIVE: f64 = 0.05;
-/// Fewer levels than this do not show how they are spaced.
+/// This many levels or fewer do not show how they are spaced.
 const MIN_LEVELS: usize = 20;
 /// Levels closer than this (raw steps, median) show rounding, not disparity.
 const MIN_LEVEL_GAP: f64 = 4.0;
@@ -113,22 +113,10 @@ impl DepthScale {
         }
         let levels = Levels::new(image);
         let step = levels.disparity_step();
-        let likelihood = |candidate: &Candidate| match step {
-            Some(step) => {
-                let c = step * candidate.per_metre;
-                let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
-                of_sensor.iter().zip(candidate.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max)
-            }
-            None if candidate.stores_smooth_depth(image, levels.holes) => {
-                let room = gaussian((levels.median / candidate.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
-                let is_camera = levels.holes >= MAX_RENDERED_HOLES;
-                let beyond = (levels.far / candidate.per_metre / SENSOR_REACH.0).ln().max(0.0) / SENSOR_REACH.1;
-                room * if is_camera { gaussian(beyond) } else { 1.0 }
-            }
-            None => 0.0,
-        };
-        let mut ranked: Vec<(f64, f64)> =
-            CANDIDATES.iter().map(|candidate| (candidate.prior * likelihood(candidate), candidate.per_metre)).collect();
+        let mut ranked: Vec<(f64, f64)> = CANDIDATES
+            .iter()
+            .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre))
+            .collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let (best, per_metre) = ranked[0];
         let alternatives =
@@ -201,6 +189,22 @@ fn trimmed(number: &str) -> String {
 }
 
 impl Candidate {
+    /// How well an image fits this way to store depth; `step` is that of its inverse raw values, if they are evenly spaced.
+    fn likelihood(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
+        if let Some(step) = step {
+            let c = step * self.per_metre;
+            let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
+            return of_sensor.iter().zip(self.sensors).map(|(p, used)| if used { *p } else { 0.0 }).fold(0.0, f64::max);
+        }
+        if !self.stores_smooth_depth(image, levels.holes) {
+            return 0.0;
+        }
+        let room = gaussian((levels.median / self.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
+        let is_camera = levels.holes >= MAX_RENDERED_HOLES;
+        let beyond = (levels.far / self.per_metre / MAX_SENSOR_RANGE.0).ln().max(0.0) / MAX_SENSOR_RANGE.1;
+        room * if is_camera { gaussian(beyond) } else { 1.0 }
+    }
+
     /// Whether depth without disparity steps is stored like this: what only cameras use, not without holes; what only
     /// renderers use, only without; TUM's way outside of cameras, by ICL-NUIM, which has TUM's size of images.
     fn stores_smooth_depth(&self, image: &DepthImage, holes: f64) -> bool {

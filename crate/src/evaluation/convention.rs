@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose3;
+use crate::geometry::pose_distance::pose_distance;
 use crate::geometry::quantile::quantile;
-use crate::geometry::rotation::apart;
 use crate::io::trajectory::{Trajectory, TrajectoryFormat};
 
 /// Order of a quaternion's numbers in a file.
@@ -205,7 +205,7 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
         .filter_map(|pair| {
             let (from, to) = (poses.get(pair[0].1)?, poses.get(pair[1].1)?);
             let estimated = pair[0].0.inverse() * pair[1].0;
-            Some(apart(&(from.inverse() * to), &estimated))
+            Some(pose_distance(&(from.inverse() * to), &estimated))
         })
         .collect();
     quantile(&mut misfits, 0.5).unwrap_or(0.0)
@@ -215,7 +215,6 @@ fn misfit(poses: &[Pose3], partners: &[(Pose3, usize)]) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::RigidMotion;
-    use crate::geometry::rotation::angle_of;
     use nalgebra::Vector6;
 
     /// A walk with rotations about several axes.
@@ -257,7 +256,7 @@ mod tests {
                     assert_eq!(found, PoseConvention { quaternion_order: Some(order), sensor_axes, direction });
                     for (pose, expected) in poses.iter().zip(&truth) {
                         let off = (poses[0].inverse() * pose).inverse() * expected;
-                        assert!(off.translation.vector.norm() + angle_of(&off.rotation) < 1e-9);
+                        assert!(off.translation.vector.norm() + off.rotation.angle() < 1e-9);
                     }
                 }
             }

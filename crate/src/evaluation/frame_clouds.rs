@@ -8,7 +8,7 @@ use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::beam_normals::beam_normals;
 use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::search::{KdTree, Neighbourhood};
+use crate::search::{KdTree, Neighborhood};
 use crate::{Error, Result};
 
 /// Pairing distance and number of points of [`FrameClouds::residual`].
@@ -100,8 +100,8 @@ impl FrameClouds {
             let flat: Vec<_> = points.iter().map(|p| nalgebra::Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
             beam_normals(&flat).into_iter().map(|normal| normal.map(|n| Vector3::new(n.x, n.y, 0.0))).collect()
         } else {
-            let neighbourhood = Neighbourhood { max_neighbors: 20, radius: 4.0 * Self::VOXEL_SIZE };
-            estimate_normals(&points, &tree, neighbourhood, glam::DVec3::ZERO)
+            let neighborhood = Neighborhood { max_neighbors: 20, radius: 4.0 * Self::VOXEL_SIZE };
+            estimate_normals(&points, &tree, neighborhood, glam::DVec3::ZERO)
         };
         let ball = ball_around(&positions);
         self.frames.push(FrameCloud { positions, normals, tree, ball });

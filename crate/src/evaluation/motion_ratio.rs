@@ -4,7 +4,6 @@
 
 use crate::geometry::Pose3;
 use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
-use crate::geometry::rotation::angle_of;
 
 /// Motions of the estimate divided by those of the reference; `None` where the pairs are too few or disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -74,7 +73,7 @@ pub(super) struct MotionSize {
 pub(super) fn motions(pairs: &[(Pose3, Pose3)], gap: usize) -> impl Iterator<Item = (MotionSize, MotionSize)> {
     let size = |a: &Pose3, b: &Pose3| {
         let motion = a.inverse() * b;
-        MotionSize { step: motion.translation.vector.norm(), turn: angle_of(&motion.rotation) }
+        MotionSize { step: motion.translation.vector.norm(), turn: motion.rotation.angle() }
     };
     pairs.iter().zip(pairs.iter().skip(gap)).map(move |(a, b)| (size(&a.0, &b.0), size(&a.1, &b.1)))
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::path::{Path, angle, relative};
-use crate::geometry::rotation::{angle_of, nearest_rotation};
+use crate::geometry::rotation::nearest_rotation;
 use crate::{Error, Result};
 
 /// Most pairs (all pairs by angle); more would exceed the memory of a browser tab.
@@ -196,7 +196,7 @@ fn by_angle(path: &Path, delta: f64, tolerance: f64, all_pairs: bool) -> Result<
             if cosine < above || cosine > below {
                 continue;
             }
-            let angle = angle_of(&(q_i.inverse() * q_j));
+            let angle = (q_i.inverse() * q_j).angle();
             if low <= angle && angle <= high {
                 pairs.push((i, j));
             }

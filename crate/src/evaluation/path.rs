@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::umeyama::Similarity;
 use crate::geometry::Pose3;
-use crate::geometry::rotation::{angle_of, nearest_rotation};
+use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
 use crate::{Error, Result};
 
@@ -92,5 +92,5 @@ pub(super) fn relative(
 /// The angle (rad) of the rotation nearest to a matrix.
 pub(super) fn angle(R: &Matrix3<f64>) -> Result<f64> {
     let rotation = nearest_rotation(R);
-    rotation.map(|rotation| angle_of(&rotation)).ok_or_else(|| Error::whole("A matrix is not a rotation", ""))
+    rotation.map(|rotation| rotation.angle()).ok_or_else(|| Error::whole("A matrix is not a rotation", ""))
 }

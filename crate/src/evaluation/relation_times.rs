@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::path::Path;
 use crate::geometry::quantile::quantile;
-use crate::io::relations::{Place, Relation};
+use crate::io::relations::{PoseKey, Relation};
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
@@ -63,10 +63,10 @@ impl<'a> PoseLookup<'a> {
         Ok(())
     }
 
-    pub(super) fn find(&self, place: Place) -> Option<usize> {
-        match place {
-            Place::Index(index) => (index < self.num_poses).then_some(index),
-            Place::Time(time) => {
+    pub(super) fn find(&self, key: PoseKey) -> Option<usize> {
+        match key {
+            PoseKey::Index(index) => (index < self.num_poses).then_some(index),
+            PoseKey::Time(time) => {
                 let stamps = self.stamps?;
                 let after = self.order.partition_point(|&index| stamps[index] < time);
                 let candidates = self.order[after.saturating_sub(1)..].iter().take(2);
@@ -92,7 +92,7 @@ pub(super) fn misfit(
     let times: Vec<f64> = relations.iter().filter_map(Relation::times).flatten().collect();
     let stamps = estimate.stamps.as_deref().unwrap_or_default();
     if times.is_empty() || stamps.is_empty() {
-        let index = |place| if let Place::Index(index) = place { index } else { 0 };
+        let index = |key| if let PoseKey::Index(index) = key { index } else { 0 };
         let largest = relations.iter().map(|relation| index(relation.from).max(index(relation.to))).max()?;
         let problem = format!(
             "The estimate has {has} of the {} relations: they count poses up to {largest}, and the estimate has {}",

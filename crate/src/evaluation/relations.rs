@@ -90,7 +90,7 @@ pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -
         num_relations: relations.len(),
         num_compared,
         num_left_out: relations.len() - num_compared,
-        max_diff: relations.iter().any(Relation::is_by_time).then_some(max_diff),
+        max_diff: relations.iter().any(|relation| relation.times().is_some()).then_some(max_diff),
         mean_squared_translation: translation.sse / n,
         mean_squared_rotation: rotation.sse / n,
         translation,

@@ -7,8 +7,9 @@ pub(crate) mod algebra;
 pub(crate) mod mahalanobis;
 pub(crate) mod point_cloud;
 pub(crate) mod pose;
+pub(crate) mod pose_distance;
 pub(crate) mod quantile;
-pub mod rotation;
+pub(crate) mod rotation;
 pub(crate) mod scalar;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};

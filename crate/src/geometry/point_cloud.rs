@@ -50,6 +50,19 @@ impl PointCloud {
         self.positions[index].as_dvec3() + rounded_off
     }
 
+    /// A point with the origin in it (m).
+    ///
+    /// # Panics
+    /// When `index` is out of range.
+    pub(crate) fn absolute_point(&self, index: usize) -> DVec3 {
+        self.point(index) + self.origin
+    }
+
+    /// Whether absolute points need double precision: the cloud has an origin, or was read from doubles.
+    pub(crate) fn needs_doubles(&self) -> bool {
+        self.origin != DVec3::ZERO || self.rounded_off.is_some()
+    }
+
     /// The finite points in the precision of the file (m), relative to `origin`, with their indices.
     pub fn finite_points(&self) -> impl Iterator<Item = (usize, DVec3)> {
         let finite = (0..self.len()).filter(|&index| self.positions[index].is_finite());

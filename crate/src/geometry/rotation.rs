@@ -1,10 +1,10 @@
-//! Rotation matrices that files hold in few digits, made orthonormal; angles of rotations; swing-twist decomposition.
+//! Rotation matrices that files hold in few digits, made orthonormal; swing-twist decomposition.
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::Pose3;
 
-/// Largest magnitude of an off-diagonal entry of R^T R for which the columns of R count as perpendicular.
+/// Largest magnitude of an off-diagonal entry of R R^T for which the rows of R count as perpendicular.
 const MAX_OFF_DIAGONAL: f64 = 1e-12;
 /// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
 const MAX_ITERATIONS: usize = 50;
@@ -18,8 +18,9 @@ pub(crate) fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>
 /// decomposition U S V^T, by the quadratically convergent iteration X <- (X + X^-T) / 2 (Higham, "Computing the polar
 /// decomposition - with applications", SIAM J. Sci. Stat. Comput. 7, 1986).
 ///
-/// A matrix whose columns are perpendicular to 1e-12 is only scaled, as SciPy's `Rotation.from_matrix` does, so that the
-/// angles of rounded matrices agree with SciPy's to the last digits. `None` when the determinant is not positive or an
+/// A matrix whose rows are perpendicular to 1e-12 and whose squared lengths differ from 1 by at most 1e-5 is not projected: its
+/// quaternion is only normalised, as SciPy's `Rotation.from_matrix` does, so that the angles of rounded matrices agree with
+/// SciPy's to the last digits. `None` when the determinant is not positive or an
 /// entry is not finite.
 pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let determinant = matrix.determinant();
@@ -30,7 +31,7 @@ pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f
     let perpendicular = gramian.m12.abs() <= MAX_OFF_DIAGONAL
         && gramian.m13.abs() <= MAX_OFF_DIAGONAL
         && gramian.m23.abs() <= MAX_OFF_DIAGONAL;
-    let unit = gramian.diagonal().iter().all(|length| (length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
+    let unit = gramian.diagonal().iter().all(|sq_length| (sq_length - 1.0).abs() <= 1e-5 + MAX_OFF_DIAGONAL);
     let rotation = if perpendicular && unit { *matrix } else { polar_factor(matrix)? };
     Some(quaternion_of(&rotation))
 }
@@ -64,11 +65,6 @@ fn quaternion_of(R: &Matrix3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
 }
 
-/// Angle of a rotation in [0, pi] (rad), accurate even near 0 and pi, where the cosine alone is not.
-pub fn angle_of(rotation: &UnitQuaternion<f64>) -> f64 {
-    2.0 * rotation.imag().norm().atan2(rotation.w.abs())
-}
-
 /// Angle of [`twist_about`] (rad), in [-2 pi, 2 pi].
 pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
     2.0 * rotation.imag().dot(axis).atan2(rotation.w)
@@ -77,16 +73,6 @@ pub(crate) fn twist_angle(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f6
 /// The twist of a rotation's swing-twist decomposition: the rotation about `axis` that is nearest to it.
 pub(crate) fn twist_about(rotation: &UnitQuaternion<f64>, axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(axis, twist_angle(rotation, axis))
-}
-
-/// Translation (m) that changes the view as much as a rotation by a radian: the typical distance of the surfaces that a camera in a
-/// room sees.
-pub(crate) const METRES_PER_RADIAN: f64 = 2.0;
-
-/// Distance of two poses by its effect on the view (m, two metres per radian).
-pub(crate) fn apart(a: &Pose3, b: &Pose3) -> f64 {
-    let between = a.inverse() * b;
-    between.translation.vector.norm() + METRES_PER_RADIAN * angle_of(&between.rotation)
 }
 
 #[cfg(test)]
@@ -100,12 +86,12 @@ mod tests {
                 let expected = UnitQuaternion::from_scaled_axis(axis.normalize() * angle);
                 let matrix = expected.to_rotation_matrix().into_inner();
                 let exact = nearest_rotation(&matrix).unwrap();
-                assert!(angle_of(&(exact.inverse() * expected)) < 1e-15, "{angle} about {axis}");
-                assert!((angle_of(&exact) - angle).abs() < 1e-15);
+                assert!((exact.inverse() * expected).angle() < 1e-15, "{angle} about {axis}");
+                assert!((exact.angle() - angle).abs() < 1e-15);
 
                 let rounded = matrix.map(|value| (value * 1e4).round() / 1e4);
                 let near = nearest_rotation(&rounded).unwrap();
-                assert!(angle_of(&(near.inverse() * expected)) < 2e-4);
+                assert!((near.inverse() * expected).angle() < 2e-4);
                 // It is the nearest: every rotation close to it is further from the matrix.
                 let distance = |q: &UnitQuaternion<f64>| (q.to_rotation_matrix().into_inner() - rounded).norm();
                 for turn in [Vector3::x(), Vector3::y(), Vector3::z()] {
@@ -124,8 +110,8 @@ mod tests {
         for angle in [-3.0, -0.7, 0.0, 1e-9, 2.5] {
             let rotation = swing * UnitQuaternion::from_axis_angle(&axis, angle);
             assert!((twist_angle(&rotation, &axis) - angle).abs() < 1e-12);
-            let distance = |turn: f64| angle_of(&(UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation));
-            assert!((distance(angle) - angle_of(&(twist_about(&rotation, &axis).inverse() * rotation))).abs() < 1e-12);
+            let distance = |turn: f64| (UnitQuaternion::from_axis_angle(&axis, turn).inverse() * rotation).angle();
+            assert!((distance(angle) - (twist_about(&rotation, &axis).inverse() * rotation).angle()).abs() < 1e-12);
             assert!(distance(angle) < distance(angle - 0.01) && distance(angle) < distance(angle + 0.01));
         }
     }

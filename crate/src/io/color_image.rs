@@ -11,9 +11,11 @@
 use jpeg_decoder::{CodingProcess, Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
-use super::depth_png::{FREE_PIXELS, MAX_INFLATION, MAX_PIXELS, PNG_SIGNATURE, broken_png, first_picture, most_pixels};
 use super::netpbm;
-use super::text::{quote, refuse_pointer};
+use super::png::{
+    FREE_PIXELS, MAX_INFLATION, PNG_SIGNATURE, broken_png, check_size, first_picture, most_pixels, unknown_format,
+};
+use super::text::refuse_pointer_and_utf16;
 use crate::camera::ColorImage;
 use crate::{Error, Result};
 
@@ -26,18 +28,15 @@ const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
 /// # Errors
 /// Neither PNG nor JPEG nor PPM; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<ColorImage> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"\xFF\xD8") {
         read_jpeg(bytes)
     } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P5") {
         read_pixmap(bytes)
-    } else if bytes.is_empty() {
-        Err(Error::whole("The file is empty", "Export it again, or leave it out"))
     } else {
-        let start = quote(&bytes[..bytes.len().min(8)]);
-        Err(Error::byte(0, format!("This is neither a PNG nor a JPEG nor a PPM: it begins with {start}"), REMEDY))
+        Err(unknown_format(bytes, "a PNG nor a JPEG nor a PPM", REMEDY))
     }
 }
 
@@ -47,7 +46,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width, height, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
+    check_size(width as u64, height as u64, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
     let mut reader = decoder.read_info().map_err(broken_png)?;
     check_palette(reader.info())?;
     let (color_type, data) = first_picture(&mut reader, REMEDY)?;
@@ -84,7 +83,7 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     let (width, height) = (usize::from(info.width), usize::from(info.height));
     // A progressive one is decoded as a whole, which takes twice as much memory.
     let free = if info.coding_process == CodingProcess::DctProgressive { FREE_PIXELS / 2 } else { FREE_PIXELS };
-    check_size(width, height, most_pixels(bytes, free, MAX_JPEG_PIXELS_A_BYTE))?;
+    check_size(width as u64, height as u64, most_pixels(bytes, free, MAX_JPEG_PIXELS_A_BYTE))?;
     let data = decoder.decode().map_err(broken)?;
     let pixels: Vec<[u8; 3]> = match info.pixel_format {
         PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),
@@ -105,28 +104,18 @@ fn read_pixmap(bytes: &[u8]) -> Result<ColorImage> {
     let (format, channels) = if bytes[1] == b'6' { ("PPM", 3) } else { ("PGM", 1) };
     let mut position = 0;
     let [width, height, largest] = netpbm::header(bytes, format, &mut position)?;
-    let [width, height] = [width, height].map(|value| usize::try_from(value).unwrap_or(usize::MAX));
     if largest != 255 {
         let problem = format!("The {format}'s largest value is {largest}");
         return Err(Error::byte(position, problem, "Colour images have 8 bits a channel, up to 255"));
     }
     let data = bytes.get(position + 1..).unwrap_or_default();
-    check_size(width, height, (data.len() / channels) as u64)?;
-    let pixels = data[..width * height * channels].chunks_exact(channels);
+    let num_pixels = check_size(width, height, (data.len() / channels) as u64)?;
+    let [width, height] = [width, height].map(|value| value as usize);
+    let pixels = data[..num_pixels * channels].chunks_exact(channels);
     let pixels = if channels == 3 { pixels.map(color).collect() } else { pixels.map(|grey| [grey[0]; 3]).collect() };
     Ok(ColorImage { width, height, pixels })
 }
 
 fn color(pixel: &[u8]) -> [u8; 3] {
     [pixel[0], pixel[1], pixel[2]]
-}
-
-/// A header must not make us allocate what the file cannot hold.
-fn check_size(width: usize, height: usize, most: u64) -> Result<()> {
-    let pixels = (width as u64).saturating_mul(height as u64);
-    if pixels == 0 || pixels > MAX_PIXELS || pixels > most {
-        let problem = format!("The header claims {width} x {height} pixels, more than the file can hold");
-        return Err(Error::whole(problem, "Copy or export it again"));
-    }
-    Ok(())
 }

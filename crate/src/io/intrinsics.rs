@@ -1,12 +1,12 @@
 //! Intrinsics of a pinhole camera in a file.
 //!
-//! Read are a 3 x 3 matrix (numbers apart by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
+//! Read are a 3 x 3 matrix (numbers separated by blanks, commas or semicolons, row by row), four numbers `fx fy cx cy`, and
 //! JSON with the fields `fx fy cx cy`, or `intrinsic_matrix` of nine numbers, column by column as Open3D writes it, or in
 //! three rows; and with `depth_scale`, if it has that field.
 
 use serde_json::Value;
 
-use super::text::quote;
+use super::text::{quote, refuse_pointer_and_utf16};
 use crate::{Error, Result};
 
 const REMEDY: &str = "Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels";
@@ -31,6 +31,7 @@ pub struct Intrinsics {
 /// # Errors
 /// When the file holds no camera.
 pub fn read(bytes: &[u8]) -> Result<Intrinsics> {
+    refuse_pointer_and_utf16(bytes)?;
     let text =
         std::str::from_utf8(bytes).map_err(|error| Error::byte(error.valid_up_to(), "This is not text", REMEDY))?;
     let text = text.trim_start_matches('\u{feff}').trim();
@@ -46,12 +47,15 @@ pub fn read(bytes: &[u8]) -> Result<Intrinsics> {
     .and_then(|camera| {
         let [fx, fy, cx, cy] = camera;
         if !(fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite())) {
-            return Err(Error::whole(format!("fx = {fx}, fy = {fy} is not a valid camera"), REMEDY));
+            return Err(Error::whole(
+                format!("fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy} is not a valid camera"),
+                REMEDY,
+            ));
         }
         if let Some(scale) = depth_scale.filter(|scale| !(*scale > 0.0 && scale.is_finite())) {
             return Err(Error::whole(
                 format!("depth_scale = {scale} is not positive"),
-                "Give the raw depth values of a metre",
+                "Give the number of raw depth values per metre",
             ));
         }
         Ok(Intrinsics { fx, fy, cx, cy, depth_scale })

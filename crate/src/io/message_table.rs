@@ -1,10 +1,10 @@
 //! Tables of ROS messages, one a row, with the names of their fields in the first line: what `rostopic echo -p` writes
 //! (`%time,field.header.stamp,field.ranges0,...`), or exporters of bags (`Time,header.stamp.secs,ranges_0,...`).
 
-use crate::io::text::{number, quote, without_byte_order_mark};
+use crate::io::text::{lines, number, quote, without_byte_order_mark};
 use crate::{Error, Result};
 
-/// Times from here on are nanoseconds since 1970: a day after its beginning.
+/// Times above this are nanoseconds since 1970 (a day after its beginning), whoever wrote them.
 const FIRST_NANOSECONDS: f64 = 1e14;
 /// What to do about a line that is wrong.
 pub(super) const REMEDY: &str = "The line may be cut off: complete it or remove it";
@@ -14,6 +14,8 @@ pub(super) struct MessageTable {
     pub names: Vec<String>,
     /// Seconds or nanoseconds.
     time: Option<usize>,
+    /// Whether `time` is in nanoseconds, however small: as `rostopic echo -p` writes all times.
+    is_in_nanoseconds: bool,
     /// Nanoseconds beside a time in whole seconds.
     nanoseconds: Option<usize>,
 }
@@ -21,14 +23,20 @@ pub(super) struct MessageTable {
 impl MessageTable {
     /// The table that begins with this line of names.
     pub fn from_head(bytes: &[u8]) -> Self {
-        let line = without_byte_order_mark(bytes).split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let (_, line) = lines(without_byte_order_mark(bytes)).next().unwrap_or_default();
+        let is_of_rostopic = line.starts_with(b"%time");
         let names: Vec<String> = cells(line).map(name_of).collect();
         let find = |wanted: &str| names.iter().position(|name| name == wanted);
         let stamp = find("header.stamp");
         let seconds = find("header.stamp.secs").or_else(|| find("header.stamp.sec"));
         let nanoseconds = find("header.stamp.nsecs").or_else(|| find("header.stamp.nanosec"));
         let time = stamp.or(seconds).or_else(|| find("time")).or_else(|| find("__time"));
-        Self { time, nanoseconds: nanoseconds.filter(|_| stamp.is_none()), names }
+        Self {
+            time,
+            is_in_nanoseconds: is_of_rostopic && (stamp.is_some() || seconds.is_none()),
+            nanoseconds: nanoseconds.filter(|_| stamp.is_none()),
+            names,
+        }
     }
 
     /// The column of this name.
@@ -36,19 +44,19 @@ impl MessageTable {
         self.names.iter().position(|known| known == name)
     }
 
-    /// The first column whose name ends so, at a point or as a whole.
+    /// The first column whose name is `ending` or ends in `.ending`.
     pub fn column_ending(&self, ending: &str) -> Option<usize> {
         let ends = |name: &String| name.strip_suffix(ending).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
         self.names.iter().position(ends)
     }
 
-    /// The rows with their lines, from 2; the last one is left out where it is cut off and others are there, and its
-    /// line told.
+    /// The rows, whose lines are counted from 2. A last row that is cut off is left out if there are others, and the number of its
+    /// line is returned as well.
     pub fn rows<'a>(&self, bytes: &'a [u8]) -> Result<(Vec<Row<'a>>, Option<usize>)> {
-        let lines = bytes.split(|&byte| byte == b'\n').zip(1..).skip(1);
-        let mut rows: Vec<Row<'_>> = lines
-            .filter(|(text, _)| !text.trim_ascii().is_empty())
-            .map(|(text, line)| Row { line, cells: cells(text).collect() })
+        let mut rows: Vec<Row<'_>> = lines(bytes)
+            .skip(1)
+            .filter(|(_, text)| !text.trim_ascii().is_empty())
+            .map(|(line, text)| Row { line, cells: cells(text).collect() })
             .collect();
         let is_whole = |row: &Row| row.cells.len() == self.names.len();
         let cut = rows.last().filter(|row| !is_whole(row) && rows.len() > 1).map(|row| row.line);
@@ -66,7 +74,7 @@ impl MessageTable {
     pub fn time(&self, row: &Row) -> Result<Option<f64>> {
         let Some(time) = self.time.map(|column| row.value(column)).transpose()? else { return Ok(None) };
         let nanoseconds = self.nanoseconds.map(|column| row.value(column)).transpose()?.unwrap_or(0.0);
-        let seconds = if time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
+        let seconds = if self.is_in_nanoseconds || time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
         Ok(Some(seconds + 1e-9 * nanoseconds).filter(|time| time.is_finite()))
     }
 }

@@ -16,14 +16,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cloud_parts;
 pub mod color_image;
-pub mod depth_png;
+pub mod depth_image;
 pub mod intrinsics;
 pub mod laser_log;
 mod message_table;
 mod netpbm;
 pub mod pcd;
 pub mod ply;
+mod png;
 pub mod point_cloud;
 pub mod relations;
 mod text;

@@ -1,6 +1,6 @@
 //! Point clouds in whichever of the formats that are read.
 
-use super::text::refuse_pointer;
+use super::text::refuse_pointer_and_utf16;
 use super::{pcd, ply};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
@@ -16,7 +16,7 @@ pub fn is_cloud(bytes: &[u8]) -> bool {
 /// # Errors
 /// When it is neither, or broken.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if bytes.trim_ascii_start().starts_with(b"ply") {
         return ply::read(bytes);
     }

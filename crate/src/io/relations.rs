@@ -8,13 +8,13 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::text::{number, quote, without_byte_order_mark};
+use super::text::{lines, number, quote, refuse_pointer_and_utf16, without_byte_order_mark};
 use crate::geometry::Pose3;
 use crate::{Error, Result};
 
 /// How a relation names a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum PoseKey {
     /// By its number, from 0.
     Index(usize),
     /// By its time (s).
@@ -25,9 +25,9 @@ pub enum Place {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relation {
     /// Pose i.
-    pub from: Place,
+    pub from: PoseKey,
     /// Pose j.
-    pub to: Place,
+    pub to: PoseKey,
     /// T_i_j: pose j in the frame of pose i.
     pub motion: Pose3,
 }
@@ -36,33 +36,29 @@ impl Relation {
     /// The times of its two poses (s), where it names them so.
     pub fn times(&self) -> Option<[f64; 2]> {
         match (self.from, self.to) {
-            (Place::Time(i), Place::Time(j)) => Some([i, j]),
+            (PoseKey::Time(i), PoseKey::Time(j)) => Some([i, j]),
             _ => None,
         }
     }
 
-    /// Whether it names its poses by time.
-    pub(crate) fn is_by_time(&self) -> bool {
-        self.times().is_some()
-    }
-
     /// Whether it names poses by their number and joins one with the next.
     pub fn is_step(&self) -> bool {
-        matches!((self.from, self.to), (Place::Index(i), Place::Index(j)) if i.abs_diff(j) == 1)
+        matches!((self.from, self.to), (PoseKey::Index(i), PoseKey::Index(j)) if i.abs_diff(j) == 1)
     }
 }
 
 /// Reads relations.
 ///
 /// # Errors
-/// When there is none, or a line that is one has too few numbers or what is none.
+/// When the file has no relation, or a line of one has too few numbers, a word in the place of a number, pose indices that are
+/// not whole numbers from 0, or a quaternion of length zero.
 pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
+    refuse_pointer_and_utf16(bytes)?;
     let mut relations = Vec::new();
-    for (index, line) in without_byte_order_mark(bytes).split(|&byte| byte == b'\n' || byte == b'\r').enumerate() {
-        let values = line.split(|&byte| byte == b'#').next().unwrap_or_default();
+    for (line, text) in lines(without_byte_order_mark(bytes)) {
+        let values = text.split(|&byte| byte == b'#').next().unwrap_or_default();
         let mut words = values.split(|byte| b" \t,;".contains(byte)).filter(|word| !word.is_empty()).peekable();
-        let fault =
-            |problem: String| Error::line(line_of(bytes, index), problem, "See the forms of relations in the help");
+        let fault = |problem: String| Error::line(line, problem, "See the forms of relations in the help");
         let Some(&first) = words.peek() else { continue };
         let kind = if number(first).is_some() { None } else { words.next() };
         let num_numbers = match kind {
@@ -76,25 +72,19 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Relation>> {
             let value = number(word).filter(|value| value.is_finite());
             numbers.push(value.ok_or_else(|| fault(format!("{} is not a finite number", quote(word))))?);
         }
-        relations.push(relation(kind.is_some(), &numbers).ok_or_else(|| {
-            fault(format!(
-                "The line is not a relation: {} numbers, or indices of poses that are not whole numbers",
-                numbers.len()
-            ))
-        })?);
+        if numbers.len() < num_numbers {
+            return Err(fault(format!("The line has {} of {num_numbers} numbers", numbers.len())));
+        }
+        let relation = relation(kind.is_some(), &numbers).ok_or_else(|| {
+            fault("The pose indices are not whole numbers from 0, or the quaternion is zero".to_owned())
+        })?;
+        relations.push(relation);
     }
     if relations.is_empty() {
         let remedy = "Give lines EDGE2 i j dx dy dtheta, or time_i time_j dx dy dz roll pitch yaw";
         return Err(Error::whole("The file has no relation", remedy));
     }
     Ok(relations)
-}
-
-/// Number of the line with this index when LF and CR both end lines: CRLF ends one, not two.
-fn line_of(bytes: &[u8], index: usize) -> usize {
-    let ends = bytes.iter().enumerate().filter(|&(_, &byte)| byte == b'\n' || byte == b'\r').take(index);
-    let pairs = ends.filter(|&(at, &byte)| byte == b'\n' && at > 0 && bytes[at - 1] == b'\r').count();
-    1 + index - pairs
 }
 
 fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
@@ -104,12 +94,12 @@ fn relation(is_edge: bool, numbers: &[f64]) -> Option<Relation> {
         [_, _, x, y, z, qx, qy, qz, qw] => (x, y, z, UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?),
         _ => return None,
     };
-    let place = |value: f64| {
+    let key = |value: f64| {
         if !is_edge {
-            return Some(Place::Time(value));
+            return Some(PoseKey::Time(value));
         }
-        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(Place::Index(value as usize))
+        (value >= 0.0 && value.fract() == 0.0 && value < 1e9).then_some(PoseKey::Index(value as usize))
     };
     let motion = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-    Some(Relation { from: place(numbers[0])?, to: place(numbers[1])?, motion })
+    Some(Relation { from: key(numbers[0])?, to: key(numbers[1])?, motion })
 }

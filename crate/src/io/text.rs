@@ -1,4 +1,4 @@
-//! What the text formats share: where a line begins, what a number looks like, how to quote what is none.
+//! What the readers of text share: lines, numbers, and how an error message quotes the input.
 
 use crate::{Error, Result};
 
@@ -6,7 +6,7 @@ use crate::{Error, Result};
 /// Windows write it.
 ///
 /// Source: the specification of Git LFS, "The Pointer".
-pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
+pub(super) fn refuse_pointer_and_utf16(bytes: &[u8]) -> Result<()> {
     if bytes.starts_with(b"version https://git-lfs.github.com/spec/") {
         let problem = "This is a Git LFS pointer, not the file itself";
         return Err(Error::line(1, problem, "Fetch the file with git lfs pull"));
@@ -19,6 +19,22 @@ pub(super) fn refuse_pointer(bytes: &[u8]) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// Lines with their numbers, from 1. LF, CRLF and lone CR end one.
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || next_line(&mut rest)).enumerate().map(|(index, line)| (index + 1, line))
+}
+
+/// Takes the first line off. `rest` is `None` after the last one.
+#[inline(never)]
+fn next_line<'a>(rest: &mut Option<&'a [u8]>) -> Option<&'a [u8]> {
+    let bytes = (*rest)?;
+    let end = bytes.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(bytes.len());
+    let length = if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
+    *rest = if bytes[end..] == *b"\r" { None } else { bytes.get(end + length..) };
+    Some(&bytes[..end])
 }
 
 /// Number of the line (from 1) that the byte at `offset` belongs to. LF, CRLF and lone CR end a line.
@@ -96,10 +112,13 @@ mod tests {
             let told = |result: Result<()>| assert!(result.unwrap_err().to_string().contains(remedy));
             told(crate::io::ply::read(text).map(drop));
             told(crate::io::point_cloud::read(text).map(drop));
-            told(crate::io::depth_png::read(text).map(drop));
+            told(crate::io::depth_image::read(text).map(drop));
             told(crate::io::color_image::read(text).map(drop));
             told(crate::io::laser_log::read(text).map(drop));
             told(crate::io::trajectory::read(text).map(drop));
+            told(crate::io::pcd::read(text).map(drop));
+            told(crate::io::intrinsics::read(text).map(drop));
+            told(crate::io::relations::read(text).map(drop));
         }
     }
 
@@ -134,6 +153,20 @@ mod tests {
             assert_eq!(line_number(text, offset), line);
         }
         assert_eq!(line_number(text, 1000), 6);
+    }
+
+    #[test]
+    fn lines_are_numbered_and_end_with_any_of_the_three_endings() {
+        let read = |text: &'static str| lines(text.as_bytes()).collect::<Vec<_>>();
+        let expected: Vec<(usize, &[u8])> = vec![(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
+        assert_eq!(read("a\nb\n\nc\n"), expected);
+        assert_eq!(read("a\r\nb\r\n\r\nc\r\n"), expected);
+        assert_eq!(read("a\rb\r\rc\r"), expected[..4], "nothing follows the last CR");
+        assert_eq!(read("a\r\r\nb"), [(1, &b"a"[..]), (2, b""), (3, b"b")]);
+        assert_eq!(
+            (read(""), read("\r"), read("\n")),
+            (vec![(1, &b""[..])], vec![(1, &b""[..])], vec![(1, &b""[..]), (2, b"")])
+        );
     }
 
     #[test]

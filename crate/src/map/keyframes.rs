@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::camera::surfel_image::SurfelImage;
 use crate::geometry::Pose3;
-pub(crate) use crate::geometry::rotation::apart;
+use crate::geometry::pose_distance::pose_distance;
 use crate::registration::free_space::{DepthNoise, FreeSpaceTest};
 use crate::registration::photometric::Picture;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -82,7 +82,7 @@ impl Keyframes {
     fn thin(&mut self, spacing: f64) {
         let mut kept: Vec<Keyframe> = Vec::with_capacity(self.keyframes.len());
         for keyframe in std::mem::take(&mut self.keyframes).into_iter().rev() {
-            if kept.iter().all(|other| apart(&other.T_world_camera, &keyframe.T_world_camera) >= spacing) {
+            if kept.iter().all(|other| pose_distance(&other.T_world_camera, &keyframe.T_world_camera) >= spacing) {
                 kept.push(keyframe);
             }
         }
@@ -147,10 +147,10 @@ impl Keyframe {
     }
 }
 
-/// [`apart`], if it is less than `limit`. For most poses the translation alone exceeds it.
+/// [`pose_distance`], if it is less than `limit`. For most poses the translation alone exceeds it.
 pub fn apart_within(a: &Pose3, b: &Pose3, limit: f64) -> Option<f64> {
     let moved = a.translation.vector - b.translation.vector;
-    (moved.norm_squared() < limit * limit).then(|| apart(a, b)).filter(|distance| *distance < limit)
+    (moved.norm_squared() < limit * limit).then(|| pose_distance(a, b)).filter(|distance| *distance < limit)
 }
 
 #[cfg(test)]

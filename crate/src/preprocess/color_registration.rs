@@ -44,12 +44,12 @@ impl OutlineContrast {
         let (mut along_rows, mut along_columns) = (Vec::new(), Vec::new());
         for row in (1..image.height).step_by(2) {
             let line = (0..image.width).map(|column| depth(row * image.width + column));
-            let slope = |column: usize| Some(brightness.slope(0, column, row / 2)?[0]);
+            let slope = |column: usize| Some(brightness.gradient(0, column, row / 2)?[0]);
             along_rows.extend(outlines(line).into_iter().filter_map(|column| slopes(column, slope)));
         }
         for column in (1..image.width).step_by(2) {
             let line = (0..image.height).map(|row| depth(row * image.width + column));
-            let slope = |row: usize| Some(brightness.slope(0, column / 2, row)?[1]);
+            let slope = |row: usize| Some(brightness.gradient(0, column / 2, row)?[1]);
             along_columns.extend(outlines(line).into_iter().filter_map(|row| slopes(row, slope)));
         }
         let axes = [along_rows, along_columns];

@@ -6,10 +6,10 @@
 use glam::{DVec3, Vec3};
 use nalgebra::Vector3;
 
-use crate::search::{KdTree, Neighbor, Neighbourhood};
+use crate::search::{KdTree, Neighbor, Neighborhood};
 
 /// Neighbourhood from which normals of clouds are estimated, whatever their spacing.
-pub(crate) const NORMAL_NEIGHBORS: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
+pub(crate) const NORMAL_NEIGHBORS: Neighborhood = Neighborhood { max_neighbors: 20, radius: f64::INFINITY };
 /// Fewest points for a normal.
 const MIN_NEIGHBORS: usize = 5;
 /// Ratio of the second largest to the largest variance below which the neighbours lie on a line and determine no plane.
@@ -23,10 +23,10 @@ const MAX_CLEAR_THICKNESS: f64 = 0.25;
 pub fn estimate_normals(
     points: &[Vec3],
     tree: &KdTree<3>,
-    neighbourhood: Neighbourhood,
+    neighborhood: Neighborhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighbourhood, viewpoint, f64::INFINITY)
+    normals(points, tree, neighborhood, viewpoint, f64::INFINITY)
 }
 
 /// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
@@ -35,23 +35,23 @@ pub fn estimate_normals(
 pub fn estimate_clear_normals(
     points: &[Vec3],
     tree: &KdTree<3>,
-    neighbourhood: Neighbourhood,
+    neighborhood: Neighborhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighbourhood, viewpoint, MAX_CLEAR_THICKNESS)
+    normals(points, tree, neighborhood, viewpoint, MAX_CLEAR_THICKNESS)
 }
 
 /// `max_thickness`: largest ratio of the smallest spread to the second largest (variances).
 fn normals(
     points: &[Vec3],
     tree: &KdTree<3>,
-    neighbourhood: Neighbourhood,
+    neighborhood: Neighborhood,
     viewpoint: DVec3,
     max_thickness: f64,
 ) -> Vec<Option<Vector3<f64>>> {
-    let mut neighbors = Vec::with_capacity(neighbourhood.max_neighbors);
+    let mut neighbors = Vec::with_capacity(neighborhood.max_neighbors);
     let normal = |point: &Vec3| {
-        find_neighbors(tree, *point, neighbourhood, &mut neighbors);
+        find_neighbors(tree, *point, neighborhood, &mut neighbors);
         let normal = least_spread(points, *point, &neighbors, max_thickness)?;
         let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
         Some(Vector3::new(towards.x, towards.y, towards.z))
@@ -64,7 +64,7 @@ fn normals(
 fn find_neighbors(
     tree: &KdTree<3>,
     point: Vec3,
-    Neighbourhood { max_neighbors, radius }: Neighbourhood,
+    Neighborhood { max_neighbors, radius }: Neighborhood,
     neighbors: &mut Vec<Neighbor>,
 ) {
     tree.k_nearest(&point.to_array(), radius as f32, max_neighbors, neighbors);
@@ -133,11 +133,11 @@ mod tests {
     use crate::geometry::scalar::wave;
     use nalgebra::Matrix3;
 
-    fn normals(points: &[Vec3], neighbourhood: Neighbourhood, viewpoint: DVec3) -> Vec<Option<Vector3<f64>>> {
-        estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighbourhood, viewpoint)
+    fn normals(points: &[Vec3], neighborhood: Neighborhood, viewpoint: DVec3) -> Vec<Option<Vector3<f64>>> {
+        estimate_normals(points, &KdTree::build(bytemuck::cast_slice(points)), neighborhood, viewpoint)
     }
 
-    const TWENTY_NEAREST: Neighbourhood = Neighbourhood { max_neighbors: 20, radius: f64::INFINITY };
+    const TWENTY_NEAREST: Neighborhood = Neighborhood { max_neighbors: 20, radius: f64::INFINITY };
 
     #[test]
     fn the_smallest_eigenvector_is_that_of_an_iterative_solver() {
@@ -173,7 +173,7 @@ mod tests {
                 assert!(cosine > 0.95 && (found.norm() - 1.0).abs() < 1e-12, "{cosine}");
             }
         }
-        let within = Neighbourhood { max_neighbors: 20, radius: 1e-4 };
+        let within = Neighborhood { max_neighbors: 20, radius: 1e-4 };
         assert!(normals(&points, within, DVec3::ZERO).iter().all(Option::is_none));
     }
 

@@ -107,9 +107,9 @@ impl Picture {
     fn look(&self, level: usize, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
         let camera = &self.cameras[level];
         let place = camera.project(point)?;
-        let Sample { value, slope } = self.brightness.sample(level, place.x, place.y)?;
-        let slope = camera.projection_jacobian(point).tr_mul(&nalgebra::Vector2::from(slope));
-        Some((value, slope))
+        let Sample { value, gradient } = self.brightness.sample(level, place.x, place.y)?;
+        let gradient = camera.projection_jacobian(point).tr_mul(&nalgebra::Vector2::from(gradient));
+        Some((value, gradient))
     }
 }
 
@@ -126,7 +126,7 @@ pub fn textured_points(frame: &SurfelImage) -> Vec<TexturedPoint> {
         let mut best = (MIN_SLOPE * MIN_SLOPE, None);
         for row in top..(top + SPACING).min(frame.rows) {
             for column in left..(left + SPACING).min(frame.columns) {
-                let [across, along] = brightness.slope(CELL_LEVEL, column, row).unwrap_or_default();
+                let [across, along] = brightness.gradient(CELL_LEVEL, column, row).unwrap_or_default();
                 let sq_steepness = across * across + along * along;
                 if sq_steepness > best.0
                     && let Some(surfel) = &frame.cells[row * frame.columns + column]

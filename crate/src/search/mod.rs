@@ -5,11 +5,11 @@
 
 pub(crate) mod kd_tree;
 pub(crate) mod nearest_table;
-pub(crate) mod neighbourhood;
+pub(crate) mod neighborhood;
 pub(crate) mod order;
 pub(crate) mod radius_grid;
 
 pub use kd_tree::{KdTree, Neighbor};
 pub use nearest_table::NearestTable;
-pub use neighbourhood::Neighbourhood;
+pub use neighborhood::Neighborhood;
 pub use radius_grid::RadiusGrid;

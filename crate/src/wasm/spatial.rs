@@ -11,7 +11,7 @@ use super::point_cloud::{MapFormat, map_format};
 use super::{from_object, plain};
 use crate::error::Error;
 use crate::geometry::{PointCloud, Pose3};
-use crate::io::{depth_png, intrinsics, pcd, ply, point_cloud, trajectory};
+use crate::io::{depth_image, intrinsics, pcd, ply, point_cloud, trajectory};
 use crate::map::voxel::VoxelMap;
 use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
 use crate::pipeline::report::Progress;
@@ -123,7 +123,7 @@ impl DepthPicture {
 /// When the file is not a valid depth image.
 #[wasm_bindgen]
 pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
-    let image = depth_png::read(bytes).map_err(|error| error.in_file(name))?;
+    let image = depth_image::read(bytes).map_err(|error| error.in_file(name))?;
     Ok(DepthPixels { image })
 }
 

@@ -46,7 +46,7 @@ export interface FetchHooks {
   fetched(done: number, total: number): void;
 }
 
-/** The addresses in `src`: apart by spaces, or a JSON list of them. */
+/** The addresses in `src`: separated by spaces, or a JSON list of them. */
 export function addressesOf(src: string): string[] {
   const text = src.trim();
   if (!text.startsWith('[')) return text.split(/\s+/).filter((address) => address !== '');

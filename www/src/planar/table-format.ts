@@ -1,5 +1,5 @@
 /**
- * A table's format as the fields of a form, and as the text that the engine and `--table` read: `name=value` pairs apart by
+ * A table's format as the fields of a form, and as the text that the engine and `--table` read: `name=value` pairs separated by
  * commas, columns counted from 1. What the text means is the engine's to judge; here it is only taken apart.
  */
 

@@ -13,6 +13,8 @@
 //!
 //! > (1)  `f = (width / 2) / tan(h / 2)`
 //!
+//! The optical axis is put at `cx = width / 2`, `cy = height / 2`: half a pixel right of and below the middle of the image.
+//!
 //! Pixels are square, so the same `f` holds down the columns, and the two fields of view are tied through their
 //! tangents. (Scaling the angle itself, `v = h height / width`, is right for square images only.)
 //!

@@ -99,7 +99,7 @@ pub fn points_csv(points: &[BevPoint], marked: &str, projected: &str) -> String 
     text
 }
 
-/// Pixels from a table: a line each, numbers apart by commas, semicolons, tabs or spaces, `#` before a comment. The first
+/// Pixels from a table: a line each, numbers separated by commas, semicolons, tabs or spaces, `#` before a comment. The first
 /// line may name the columns: then those called `u` and `v` (or `x` and `y`, or `top_u` and `top_v`, ...) count, in
 /// `columns` order; without names, the first ones.
 ///
@@ -145,7 +145,7 @@ pub fn read_pixels<const N: usize>(bytes: &[u8], columns: [&[&str]; N]) -> Resul
     Ok(rows)
 }
 
-/// Cells of a line. Commas and semicolons part cells that may be empty; where there are none, spaces do.
+/// Cells of a line. Commas, semicolons and tabs separate cells, which may be empty; in a line without any, spaces do.
 fn cells_of(line: &str) -> Vec<&str> {
     if line.contains([',', ';', '\t']) {
         line.split([',', ';', '\t']).map(|cell| cell.trim().trim_matches('"')).collect()

@@ -95,13 +95,13 @@ pub struct BevRefinement {
     pub rmse: f64,
     /// Number of steps.
     pub iterations: usize,
-    /// Whether the last step was below the limit.
+    /// Whether the last step was below the limit, or no part of it reduced the error.
     pub converged: bool,
 }
 
-/// Most Gauss-Newton steps; from clicks a few pixels off it takes fewer than ten.
+/// Largest number of Gauss-Newton steps; from marks a few pixels off, fewer than ten are needed.
 const MAX_ITERATIONS: usize = 60;
-/// Most times that a step which does not reduce the error is halved: by then it is below the rounding of a pose.
+/// Largest number of halvings of a step that does not reduce the error: by then it is below the rounding of a pose.
 const MAX_HALVINGS: i32 = 30;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;

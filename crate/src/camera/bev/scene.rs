@@ -153,7 +153,9 @@ const MAX_SIDE: usize = 100_000;
 /// Largest deviation of the rotation of a 4 x 4 matrix from orthonormal, as in files with few digits; it is made orthonormal.
 const ROTATION_TOLERANCE: f64 = 1e-3;
 /// Smallest distance of a camera from the plane (m).
-const EDGE_ON: f64 = 1e-9;
+const MIN_PLANE_DISTANCE: f64 = 1e-9;
+/// Smallest length of a plane's normal.
+const MIN_NORMAL_LENGTH: f64 = 1e-9;
 
 impl BevScene {
     /// Reads `scene.json`.
@@ -161,15 +163,8 @@ impl BevScene {
     /// # Errors
     /// When the file is no such scene, with the line; what the numbers in it mean is checked where they are used.
     pub fn read(bytes: &[u8]) -> Result<Self> {
-        serde_json::from_slice(bytes).map_err(|error| {
-            let said = error.to_string();
-            let problem = said.split(" at line ").next().unwrap_or_default().to_owned();
-            let remedy = "A scene has axes, plane, top and front, as the documentation shows";
-            match error.line() {
-                0 => Error::whole(problem, remedy),
-                line => Error::line(line, problem, remedy),
-            }
-        })
+        let remedy = "A scene has axes, plane, top and front, as the documentation shows";
+        serde_json::from_slice(bytes).map_err(|error| Error::json(&error, remedy))
     }
 
     /// From pixels of the top view to pixels of the front view.
@@ -181,7 +176,7 @@ impl BevScene {
         let top = self.top.resolve(self.axes, "top")?;
         let front = self.front.resolve(self.axes, "front")?;
         for (camera, name) in [(&top, "top"), (&front, "front")] {
-            if plane.height_of(camera).abs() < EDGE_ON {
+            if plane.height_of(camera).abs() < MIN_PLANE_DISTANCE {
                 let problem = format!("The ground passes through the {name} camera, which sees it edge on: as a line");
                 return Err(Error::whole(problem, "Give the camera a height above the ground, or move the ground"));
             }
@@ -249,7 +244,7 @@ impl BevPlane {
         if !(length.is_finite() && offset.is_finite()) {
             return Err(Error::whole("The ground has a number that is not finite", "Give decimal numbers"));
         }
-        if length < EDGE_ON {
+        if length < MIN_NORMAL_LENGTH {
             return Err(Error::whole(
                 "The ground's normal is zero, so it points nowhere",
                 "Give a direction, say 0 1 0",
@@ -385,7 +380,7 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
     let scale = R.norm();
     let determinant = R.determinant();
     if determinant.abs() <= 1e-9 * scale.powi(3) {
-        let what = format!("is singular (determinant {determinant}): it squeezes space flat");
+        let what = format!("is singular (determinant {determinant}): it maps space onto a plane");
         return refuse(what, "Its upper left 3 x 3 is a rotation, with determinant 1");
     }
     if rows[3] != [0.0, 0.0, 0.0, 1.0] {
@@ -395,7 +390,7 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
     }
     if determinant < 0.0 {
         let what = format!("mirrors (determinant {determinant})");
-        return refuse(what, "Its upper left 3 x 3 is a rotation; turn the sign of one axis");
+        return refuse(what, "Its upper left 3 x 3 is a rotation; flip the sign of one axis");
     }
     let Some(rotation) = nearest_rotation(&R).map(|q| q.to_rotation_matrix().into_inner()) else {
         return refuse("is not a rotation".into(), "Its upper left 3 x 3 is a rotation");

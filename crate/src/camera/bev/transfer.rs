@@ -55,7 +55,8 @@ impl PosedCamera {
         (left..=right).contains(&u) && (top..=bottom).contains(&v)
     }
 
-    /// Angles that a row and a column of the image span (rad), eq. (1) for either side.
+    /// Angles between the rays through (0, cy) and (width, cy), and through (cx, 0) and (cx, height) (rad): eq. (1) where the
+    /// optical axis is at (width / 2, height / 2).
     pub fn fields_of_view(&self) -> [f64; 2] {
         let Pinhole { width, height, fx, fy, cx, cy } = self.pinhole;
         let angle = |size: f64, f: f64, c: f64| ((size - c) / f).atan() + (c / f).atan();
@@ -80,7 +81,7 @@ impl Plane {
 }
 
 /// Depth in the other camera below which the ground is clipped (m): it would project to infinity.
-pub(crate) const MIN_PLANE_DISTANCE: f64 = 1e-6;
+const NEAR_DEPTH: f64 = 1e-6;
 
 /// Maps pixels of one camera to another by way of a plane. Made by [`super::BevScene`], which validates its parts.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,7 +150,7 @@ impl PlaneTransfer {
     pub(super) fn half_planes(&self) -> [HalfPlane; 6] {
         let [left, top, right, bottom] = self.projected.frame();
         let [h1, h2, h3] = [0, 1, 2].map(|row| self.H.row(row).into_owned());
-        [self.a, h3 - self.a * MIN_PLANE_DISTANCE, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
+        [self.a, h3 - self.a * NEAR_DEPTH, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
     }
 
     /// The part of the plane that the first camera sees, no deeper than `max_depth` (m, along its optical axis): corners

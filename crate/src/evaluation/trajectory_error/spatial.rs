@@ -7,7 +7,6 @@ use crate::error::{Error, Result};
 use crate::evaluation::associate::{MAX_TIME_DIFFERENCE, by_time};
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
 use crate::geometry::Pose3;
-use crate::geometry::rotation::angle_of;
 use crate::io::trajectory::{Contents, Trajectory};
 
 /// A frame whose pose was estimated, as far as it is to be compared.
@@ -53,7 +52,7 @@ pub(crate) fn spatial_error(
     let has_rotations = convention.is_some();
     let compare = |(frame, partner): (&EstimatedFrame, &Option<Pose3>)| {
         let (pose, partner) = (frame.T_world_sensor?, (*partner)?);
-        let angle = || angle_of(&(pose.rotation.inverse() * partner.rotation));
+        let angle = || (pose.rotation.inverse() * partner.rotation).angle();
         Some(((pose.translation.vector - partner.translation.vector).norm(), has_rotations.then(angle)))
     };
     let errors: Vec<_> = frames.iter().zip(&moved).map(compare).collect();

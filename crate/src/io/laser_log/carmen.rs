@@ -9,12 +9,12 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use super::fields::{Fields, is_comment, lines, tolerate, words};
+use super::fields::{Fields, is_comment, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
 use crate::geometry::Pose2;
-use crate::io::text::number;
+use crate::io::text::{lines, number};
 use crate::{Error, Result};
 
 /// Kinds of lines that hold a scan, the preferred first.
@@ -199,53 +199,24 @@ impl Reader {
     }
 
     fn scan(&mut self, fields: &mut Fields<'_>) -> Result<()> {
-        let mut bearings = None;
-        let mut max_range = self.max_range;
-        if self.kind != b"FLASER" {
-            let [_, start, _, step, limit, _, _] = fields.numbers::<7>("what the laser is like")?;
-            if step <= 0.0 {
-                return Err(fields.fault(format!("The angle from beam to beam is {step}"), "It has to be above zero"));
-            }
-            bearings = Some(Bearings::Even { start, step });
-            if limit > 0.0 {
-                max_range = limit;
-            }
-        }
+        let (bearings, max_range) = self.laser(fields)?;
         let ranges = fields.list("readings")?;
         if self.kind != b"FLASER" && fields.next < fields.words.len() {
             fields.list("remissions")?;
         }
-        let num_words_after = fields.left();
         let bearings = bearings.unwrap_or_else(|| front_laser(ranges.len(), self.field_of_view));
-        let (laser, robot) = match self.kind {
-            b"RAWLASER1" => (None, self.odometry),
-            _ if fields.left() >= 6 => (Some(fields.pose("the laser's pose")?), Some(fields.pose("the robot's pose")?)),
-            _ if fields.left() >= 3 && self.kind == b"FLASER" => (None, Some(fields.pose("the robot's pose")?)),
-            _ if fields.left() == 0 => (None, self.odometry),
-            _ => {
-                let problem = format!("After the readings there are {} of 6 numbers of poses", fields.left());
-                return Err(fields.fault(problem, "The line may be cut off: complete it or remove it"));
-            }
-        };
+        let num_words_after = fields.left();
+        let (laser, robot) = self.poses(fields)?;
         if self.kind == b"ROBOTLASER1" {
             fields.next += 5; // velocities, safety distances and the axis of turning
         }
-        if robot.is_some() && (self.kind == b"RAWLASER1" || num_words_after == 0) {
-            self.since_odometry.push((self.num_scans - 1, self.num_since_odometry));
-            self.num_since_odometry += 1;
-        }
+        self.count_odometry(robot, num_words_after);
         let time = fields.words.get(fields.next).and_then(|word| number(word)).filter(|time| time.is_finite());
-        let last = self.scans.last().and_then(|scan| scan.odometry);
-        if num_words_after > 0 && self.kind != b"RAWLASER1" && self.odometry.is_some() && robot != last {
-            self.num_moved += 1;
-            self.num_repeating += usize::from(robot == self.odometry);
-        }
         let reference = self.vertex.take().or(robot);
         self.laser_poses.push(laser);
         self.num_words_after.push(num_words_after);
-        let number = self.num_scans - 1;
         self.scans.push(LaserScan {
-            number,
+            number: self.num_scans - 1,
             line: fields.line,
             bearings,
             ranges,
@@ -255,6 +226,46 @@ impl Reader {
             odometry: robot,
         });
         Ok(())
+    }
+
+    /// The bearings, where the line gives them, and the limit (m) of its laser.
+    fn laser(&self, fields: &mut Fields<'_>) -> Result<(Option<Bearings>, f64)> {
+        if self.kind == b"FLASER" {
+            return Ok((None, self.max_range));
+        }
+        let [_, start, _, step, limit, _, _] = fields.numbers::<7>("what the laser is like")?;
+        if step <= 0.0 {
+            return Err(fields.fault(format!("The angle from beam to beam is {step}"), "It has to be above zero"));
+        }
+        Ok((Some(Bearings::Even { start, step }), if limit > 0.0 { limit } else { self.max_range }))
+    }
+
+    /// The poses of the laser and of the robot, which follow the readings.
+    fn poses(&self, fields: &mut Fields<'_>) -> Result<(Option<Pose2>, Option<Pose2>)> {
+        Ok(match self.kind {
+            b"RAWLASER1" => (None, self.odometry),
+            _ if fields.left() >= 6 => (Some(fields.pose("the laser's pose")?), Some(fields.pose("the robot's pose")?)),
+            _ if fields.left() >= 3 && self.kind == b"FLASER" => (None, Some(fields.pose("the robot's pose")?)),
+            _ if fields.left() == 0 => (None, self.odometry),
+            _ => {
+                let problem = format!("After the readings there are {} of 6 numbers of poses", fields.left());
+                return Err(fields.fault(problem, "The line may be cut off: complete it or remove it"));
+            }
+        })
+    }
+
+    /// Counts the scans since the last line of odometry, and those whose own pose repeats that line's.
+    fn count_odometry(&mut self, robot: Option<Pose2>, num_words_after: usize) {
+        let has_own_pose = num_words_after > 0 && self.kind != b"RAWLASER1";
+        if robot.is_some() && !has_own_pose {
+            self.since_odometry.push((self.num_scans - 1, self.num_since_odometry));
+            self.num_since_odometry += 1;
+        }
+        let last = self.scans.last().and_then(|scan| scan.odometry);
+        if has_own_pose && self.odometry.is_some() && robot != last {
+            self.num_moved += 1;
+            self.num_repeating += usize::from(robot == self.odometry);
+        }
     }
 
     /// Where laser and robot keep their distance, that is the offset; where they do not, the laser's poses have been
@@ -278,9 +289,9 @@ impl Reader {
             scans: self.scans,
             T_robot_laser: offset.unwrap_or_else(Pose2::identity),
             odometry_origin: origin,
-            may_be_mirrored: false,
             losses,
             notes,
+            ..LaserLog::default()
         }
     }
 

@@ -4,11 +4,11 @@
 //!   180 degrees, from the right to the left;
 //! - `O x y theta time`: the robot's pose alone.
 
-use super::fields::{Fields, is_comment, lines, words};
+use super::fields::{Fields, is_comment, words};
 use super::{LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, common_offset, front_laser};
 use crate::Result;
 use crate::geometry::Pose2;
-use crate::io::text::{number, quote};
+use crate::io::text::{lines, number, quote};
 
 /// Metres of the log's unit.
 const CENTIMETRE: f64 = 0.01;
@@ -51,14 +51,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
         }
     }
     let T_robot_laser = common_offset(offsets.into_iter()).unwrap_or_else(Pose2::identity);
-    Ok(LaserLog {
-        scans,
-        T_robot_laser,
-        odometry_origin: OdometryOrigin::Wheels,
-        may_be_mirrored: false,
-        losses: Vec::new(),
-        notes: Vec::new(),
-    })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin: OdometryOrigin::Wheels, ..LaserLog::default() })
 }
 
 /// A scan, and where the laser was by the robot's wheels.

@@ -7,8 +7,7 @@
 
 use serde::Deserialize;
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
-use crate::geometry::Pose2;
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
 use crate::{Error, Result};
 
 /// Whether the beginning of a JSON file is one of scans.
@@ -45,11 +44,13 @@ enum Timestamp {
     SecondsAndMicroseconds([f64; 2]),
 }
 
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrMany {
-    Many(Vec<RawScan>),
-    One(Box<RawScan>),
+impl Timestamp {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds(seconds) => seconds,
+            Self::SecondsAndMicroseconds([seconds, microseconds]) => seconds + 1e-6 * microseconds,
+        }
+    }
 }
 
 const CUT_OFF: &str = "The last scan of the file is cut off and was left out.";
@@ -63,16 +64,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let mut lines = Lines { bytes, offset: 0, line: 1 };
     if is_list {
         let whole = serde_json::from_slice(bytes).or_else(|error| {
-            let part = complete_part(bytes).filter(|_| is_cut_off(bytes, &error)).ok_or(error)?;
+            let part = complete_part(bytes).filter(|_| error.is_eof()).ok_or(error)?;
             losses.push(CUT_OFF.to_owned());
             serde_json::from_slice(&part)
         });
-        let many: OneOrMany = whole.map_err(|error| fault(1, bytes, &error))?;
-        let many = match many {
-            OneOrMany::Many(many) => many,
-            OneOrMany::One(one) => vec![*one],
-        };
-        for raw in many {
+        let raw_scans: Vec<RawScan> = whole.map_err(|error| fault(&error))?;
+        for raw in raw_scans {
             may_be_mirrored |= raw.may_be_mirrored;
             scans.push(scan(raw, scans.len(), 1)?);
         }
@@ -87,19 +84,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
                 Err(error) if error.is_eof() && !scans.is_empty() => {
                     losses.push(CUT_OFF.to_owned());
                 }
-                Err(error) => return Err(fault(lines.at(objects.byte_offset()), bytes, &error)),
+                Err(error) => return Err(fault(&error)),
             }
         }
     }
-    let T_robot_laser = Pose2::identity();
-    let odometry_origin = OdometryOrigin::Unknown;
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored, losses, notes: Vec::new() })
-}
-
-/// Whether a list ends before it is closed.
-fn is_cut_off(bytes: &[u8], error: &serde_json::Error) -> bool {
-    // The kind of a list is known after it was read: the end is then not where the error is.
-    error.is_eof() || bytes.iter().rfind(|byte| !byte.is_ascii_whitespace()) != Some(&b']')
+    Ok(LaserLog { scans, may_be_mirrored, losses, ..LaserLog::default() })
 }
 
 /// A list that was cut off, up to its last whole scan, and closed.
@@ -141,31 +130,14 @@ impl Lines<'_> {
     }
 }
 
-fn fault(line: usize, bytes: &[u8], error: &serde_json::Error) -> Error {
-    let line = if error.line() > 0 { error.line() } else { line };
-    // The message of serde ends with the position, which is reported already.
-    let text = error.to_string();
-    let problem = text.split(" at line ").next().unwrap_or(&text);
-    let cut_off = if bytes.is_empty() { "" } else { ": every scan is an object with readings and theta" };
-    Error::line(line, format!("This is not a CSM scan ({problem})"), format!("Correct the JSON{cut_off}"))
+fn fault(error: &serde_json::Error) -> Error {
+    let error = Error::json(error, "Correct the JSON: every scan is an object with readings and theta");
+    Error { problem: format!("This is not a CSM scan ({})", error.problem), ..error }
 }
 
 fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
-    let count = raw.readings.len();
     let wrong = |problem: String| Error::line(line, problem, "Give one bearing for each reading");
-    if count > MAX_BEAMS {
-        return Err(wrong(format!("{count} readings are not a planar scan")));
-    }
-    let bearings = match (raw.theta, raw.min_theta, raw.max_theta) {
-        (Some(theta), _, _) => {
-            if theta.len() != count {
-                return Err(wrong(format!("There are {} bearings (theta) for {count} readings", theta.len())));
-            }
-            Bearings::Listed(theta.into_iter().map(|angle| angle.unwrap_or(f64::NAN)).collect())
-        }
-        (None, Some(start), Some(end)) => Bearings::Even { start, step: (end - start) / (count.max(2) - 1) as f64 },
-        _ => return Err(wrong("The scan has neither theta nor min_theta and max_theta".to_owned())),
-    };
+    let bearings = bearings(raw.theta, [raw.min_theta, raw.max_theta], raw.readings.len()).map_err(wrong)?;
     let is_valid = |beam: usize| {
         let listed = raw.valid.as_ref().and_then(|valid| valid.get(beam)).copied().flatten();
         listed.is_none_or(|valid| valid != 0.0) && bearings.of(beam).is_finite()
@@ -179,10 +151,6 @@ fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
         let [x, y, theta] = values?;
         pose(x?, y?, theta?)
     };
-    let time = raw.timestamp.map(|time| match time {
-        Timestamp::Seconds(seconds) => seconds,
-        Timestamp::SecondsAndMicroseconds([seconds, micros]) => seconds + 1e-6 * micros,
-    });
     let odometry = known(raw.odometry);
     Ok(LaserScan {
         number,
@@ -190,8 +158,29 @@ fn scan(raw: RawScan, number: usize, line: usize) -> Result<LaserScan> {
         bearings,
         ranges,
         max_range: raw.max_range.filter(|&range| range > 0.0).unwrap_or(f64::INFINITY),
-        time,
+        time: raw.timestamp.map(Timestamp::seconds),
         reference: known(raw.true_pose).or_else(|| known(raw.estimate)).or(odometry),
         odometry,
     })
+}
+
+/// The bearings of `count` readings: one each, or the first and the last one. The error is the problem.
+fn bearings(
+    theta: Option<Vec<Option<f64>>>,
+    ends: [Option<f64>; 2],
+    count: usize,
+) -> std::result::Result<Bearings, String> {
+    if count > MAX_BEAMS {
+        return Err(format!("{count} readings are not a planar scan"));
+    }
+    match (theta, ends) {
+        (Some(theta), _) if theta.len() != count => {
+            Err(format!("There are {} bearings (theta) for {count} readings", theta.len()))
+        }
+        (Some(theta), _) => Ok(Bearings::Listed(theta.into_iter().map(|angle| angle.unwrap_or(f64::NAN)).collect())),
+        (None, [Some(start), Some(end)]) => {
+            Ok(Bearings::Even { start, step: (end - start) / (count.max(2) - 1) as f64 })
+        }
+        _ => Err("The scan has neither theta nor min_theta and max_theta".to_owned()),
+    }
 }

@@ -1,4 +1,4 @@
-//! Lines of a text log, and the words and numbers on them.
+//! The words and numbers on the lines of a text log.
 
 use super::{MAX_BEAMS, pose};
 use crate::geometry::Pose2;
@@ -99,45 +99,10 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Lines with their numbers, from 1. LF, CRLF and lone CR end one.
-pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    let mut rest = Some(bytes);
-    std::iter::from_fn(move || next_line(&mut rest)).enumerate().map(|(index, line)| (index + 1, line))
-}
-
-/// Takes the first line off. `rest` is `None` after the last one.
-#[inline(never)]
-fn next_line<'a>(rest: &mut Option<&'a [u8]>) -> Option<&'a [u8]> {
-    let bytes = (*rest)?;
-    let end = bytes.iter().position(|&byte| byte == b'\n' || byte == b'\r').unwrap_or(bytes.len());
-    let length = if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
-    *rest = if bytes[end..] == *b"\r" { None } else { bytes.get(end + length..) };
-    Some(&bytes[..end])
-}
-
 pub(super) fn is_comment(line: &[u8]) -> bool {
     line.iter().find(|byte| !byte.is_ascii_whitespace()).is_none_or(|&byte| byte == b'#')
 }
 
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_end_with_each_of_the_three_ends() {
-        let read = |text: &'static str| lines(text.as_bytes()).collect::<Vec<_>>();
-        let expected: Vec<(usize, &[u8])> = vec![(1, b"a"), (2, b"b"), (3, b""), (4, b"c"), (5, b"")];
-        assert_eq!(read("a\nb\n\nc\n"), expected);
-        assert_eq!(read("a\r\nb\r\n\r\nc\r\n"), expected);
-        assert_eq!(read("a\rb\r\rc\r"), expected[..4], "nothing follows the last CR");
-        assert_eq!(read("a\r\r\nb"), [(1, &b"a"[..]), (2, b""), (3, b"b")]);
-        assert_eq!(
-            (read(""), read("\r"), read("\n")),
-            (vec![(1, &b""[..])], vec![(1, &b""[..])], vec![(1, &b""[..]), (2, b"")])
-        );
-    }
 }

@@ -29,7 +29,7 @@ pub(super) fn one_laser(scans: &[LaserScan], T_robot_laser: &[Option<Pose2>]) ->
     let offsets: Vec<Pose2> = T_robot_laser.iter().copied().collect::<Option<_>>()?;
     let mounts = groups(offsets.len(), |a, b| is_same_offset(&offsets[a], &offsets[b]));
     let front = |a: &&Pose2, b: &&Pose2| {
-        let key = |offset: &Pose2| (offset.rotation_angle().abs() / SAME_OFFSET).round();
+        let key = |offset: &Pose2| (offset.rotation_angle() / SAME_OFFSET).round();
         key(a).total_cmp(&key(b)).then(b.translation.x.total_cmp(&a.translation.x))
     };
     let first = offsets.iter().min_by(front)?;
@@ -39,8 +39,8 @@ pub(super) fn one_laser(scans: &[LaserScan], T_robot_laser: &[Option<Pose2>]) ->
 
 /// Whether two poses of a laser on its robot are the same but for the digits that were written.
 pub(super) fn is_same_offset(a: &Pose2, b: &Pose2) -> bool {
-    let apart = a.inverse() * b;
-    apart.translation_norm() < SAME_OFFSET && apart.rotation_angle().abs() < SAME_OFFSET
+    let difference = a.inverse() * b;
+    difference.translation_norm() < SAME_OFFSET && difference.rotation_angle() < SAME_OFFSET
 }
 
 fn keep(groups: &[usize], kept: usize, which: &str) -> (Vec<bool>, String) {

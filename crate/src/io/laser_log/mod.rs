@@ -14,7 +14,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::io::text::{refuse_pointer, without_byte_order_mark};
+use crate::io::text::{refuse_pointer_and_utf16, without_byte_order_mark};
 use crate::{Error, Result};
 
 pub(crate) mod carmen;
@@ -61,20 +61,20 @@ pub struct LaserScan {
     pub line: usize,
     /// Bearing of each beam.
     pub bearings: Bearings,
-    /// Range of each beam (m); NaN where the log says that the reading is none.
+    /// Range of each beam (m); NaN where the log marks the reading as invalid.
     pub ranges: Vec<f32>,
-    /// Readings at this range or beyond mean that nothing came back (m); infinite where the log does not tell.
+    /// Ranges at or beyond this value mean no return (m); infinite where the log does not state it.
     pub max_range: f64,
     /// Time (s), from whatever zero the recorder had.
     pub time: Option<f64>,
-    /// Where the robot was, by whoever corrected or measured it.
+    /// Reference pose of the robot: measured, or corrected by a program.
     pub reference: Option<Pose2>,
-    /// Where the robot thought it was, by its wheels.
+    /// Pose of the robot by odometry.
     pub odometry: Option<Pose2>,
 }
 
 impl LaserScan {
-    /// x and y of every reading that is one, in the laser's frame (m): readings beyond the limit are among them.
+    /// x and y of every reading with a finite range, in the laser's frame (m); readings beyond `max_range` are included.
     pub fn points(&self) -> Vec<[f32; 2]> {
         let readings = self.ranges.iter().enumerate().filter(|(_, range)| range.is_finite());
         let point = |(beam, &range): (usize, &f32)| {
@@ -85,29 +85,29 @@ impl LaserScan {
     }
 }
 
-/// Whose the poses are that a log gives as odometry.
+/// Where the odometry of a log comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OdometryOrigin {
-    /// The wheels', by the format.
+    /// From the wheels, by the format.
     Wheels,
-    /// They are those of the wheels' own lines in the log.
+    /// From the wheels: the poses repeat those of the log's own lines of odometry.
     RepeatsWheels,
-    /// Nothing in the log tells: a program may have corrected them.
+    /// The log does not tell: a program may have corrected the poses.
     #[default]
     Unknown,
 }
 
 /// A log: its scans in their order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LaserLog {
     /// At least one.
     pub scans: Vec<LaserScan>,
     /// Where the laser sits on the robot; the identity where the log does not tell.
     pub T_robot_laser: Pose2,
-    /// Whose the scans' odometry is.
+    /// Where the odometry of the scans comes from.
     pub odometry_origin: OdometryOrigin,
-    /// Whether nothing tells which way the laser turns, though its angles are counted as both kinds count them: read
-    /// counter-clockwise, the map may then be a mirror image, and its scans agree as well.
+    /// Whether the log does not tell which way the laser turns. The angles are read counter-clockwise; if the laser turns clockwise,
+    /// the map is a mirror image, although its scans agree.
     pub may_be_mirrored: bool,
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
@@ -115,11 +115,11 @@ pub struct LaserLog {
     pub notes: Vec<String>,
 }
 
-/// More readings than this are no planar scan: the finest lasers have some ten thousand.
+/// Largest number of readings of a planar scan: the finest lasers have some ten thousand.
 const MAX_BEAMS: usize = 100_000;
-/// The laser sits on its robot: poses further apart (m) are not those of one machine at one time.
+/// Largest distance of a laser from the centre of its robot (m): poses at a larger distance are not of one robot at one time.
 const MAX_OFFSET: f64 = 2.0;
-/// An offset that is one is the same in every scan, but for the digits that were written (m, rad).
+/// Largest difference between the offsets of one laser in several scans, from the rounding of the file (m, rad).
 const SAME_OFFSET: f64 = 0.01;
 
 /// First bytes from which a file's kind is told: enough for a table of a thousand named columns and its first row.
@@ -148,7 +148,7 @@ pub fn is_laser_log(head: &[u8]) -> bool {
 /// # Errors
 /// Names the line that is wrong; or says that there is no scan in the file, or that it cannot be in metres and radians.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     let text = without_byte_order_mark(bytes);
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace());
     let head = &text[..text.len().min(HEAD_BYTES)];

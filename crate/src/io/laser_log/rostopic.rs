@@ -1,7 +1,6 @@
 //! Laser scans as a [table of messages](crate::io::message_table): `sensor_msgs/LaserScan`, a scan a row.
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin};
-use crate::geometry::Pose2;
+use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS};
 use crate::io::message_table::{MessageTable, Row};
 use crate::{Error, Result};
 
@@ -19,14 +18,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     let scans =
         rows.iter().enumerate().map(|(number, row)| scan(&table, &ranges, row, number)).collect::<Result<_>>()?;
     let losses = cut.map(|line| format!("Line {line}, the last one, is cut off and was left out."));
-    Ok(LaserLog {
-        scans,
-        T_robot_laser: Pose2::identity(),
-        odometry_origin: OdometryOrigin::Unknown,
-        may_be_mirrored: false,
-        losses: losses.into_iter().collect(),
-        notes: Vec::new(),
-    })
+    Ok(LaserLog { scans, losses: losses.into_iter().collect(), ..LaserLog::default() })
 }
 
 /// The columns `ranges0`, `ranges_1`, `ranges[2]`, ... in their order.

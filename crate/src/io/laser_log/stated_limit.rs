@@ -2,9 +2,10 @@
 
 use super::LaserScan;
 
-/// Readings beyond the stated limit are measurements where this share of all readings lies between it and ...
+/// Readings beyond the stated limit are measurements if at least this share of all readings lies between the limit and
+/// `BELOW_LARGEST` times the largest reading.
 const MEASURED_SHARE: f64 = 0.01;
-/// ... this share of the largest reading: what a laser reports where nothing came back lies above.
+/// Share of the largest reading above which readings may mean no return.
 const BELOW_LARGEST: f64 = 0.95;
 
 /// Drops a limit that is not the laser's, and says so. A robot's software may use short ranges only and still record all: its

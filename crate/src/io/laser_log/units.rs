@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use super::{Bearings, LaserScan};
 use crate::{Error, Result};
 
-/// Smallest share of readings of a log in metres that is nearer than `MAX_INDOOR_RANGE` (m); the others may mean no return. ...
+/// Smallest share of the readings of a log in metres that are nearer than `MAX_INDOOR_RANGE`; the others may mean no return.
 const LEAST_SHARE: f64 = 0.05;
 /// Ranges in rooms and halls are below this (m).
 const MAX_INDOOR_RANGE: f32 = 60.0;
-/// ... Outdoors nearly all may; but what stands for no return is the limit of a planar laser, which is less than this (m).
+/// Largest range limit of a planar laser (m). Outdoors nearly all readings may be at the limit, which means no return.
 const MAX_LIMIT: f32 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
 const MAX_COVERAGE: f64 = 1.1 * TAU;
@@ -28,7 +28,7 @@ pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
         }
     }
     let Some(scan) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(()) };
-    let problem = format!("The readings of a scan cover an angle of {:.0}", coverage(scan));
+    let problem = format!("The readings of a scan cover an angle of {:.0} rad", coverage(scan));
     Err(Error::line(scan.line, problem, "Give the angles in radians: a turn has 6.28 of them"))
 }
 

@@ -119,46 +119,58 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header> {
 }
 
 impl Entries<'_> {
+    /// The header whose last line is `data` and ends before byte `end`.
     fn header(&self, data: &Entry, end: usize) -> Result<Header> {
-        let encoding = match data.1.first().map(|word| word.to_ascii_lowercase()).as_deref() {
-            Some(b"ascii") => Encoding::Ascii,
-            Some(b"binary") => Encoding::Binary,
-            Some(b"binary_compressed") => Encoding::BinaryCompressed,
-            other => {
-                let problem = format!("DATA is {}", quote(other.unwrap_or_default()));
-                return Err(Error::line(data.0, problem, "It must be ascii, binary or binary_compressed"));
-            }
-        };
+        let encoding = encoding_of(data)?;
         let (fields_line, names) = needed(self.fields.as_ref(), "FIELDS", data.0)?;
-        let mut offset = 0usize;
+        let mut stride = 0usize;
         let mut fields = Vec::with_capacity(names.len());
         for (index, name) in names.iter().enumerate() {
-            let size = whole(self.sizes.as_ref(), "SIZE", index, data.0)?;
-            let count = if self.counts.is_some() { whole(self.counts.as_ref(), "COUNT", index, data.0)? } else { 1 };
-            let (line, types) = needed(self.types.as_ref(), "TYPE", data.0)?;
-            let kind = match (types.get(index).copied().unwrap_or_default(), size) {
-                (b"I" | b"i", 1 | 2 | 4 | 8) => Kind::Signed,
-                (b"U" | b"u", 1 | 2 | 4 | 8) => Kind::Unsigned,
-                (b"F" | b"f", 4 | 8) => Kind::Float,
-                (other, size) => {
-                    let name = shorten(name);
-                    let problem = format!("Field {name} is of type {} with {size} bytes", quote(other));
-                    return Err(Error::line(line, problem, "Types are I or U of 1, 2, 4 or 8 bytes and F of 4 or 8"));
-                }
-            };
-            let name = String::from_utf8_lossy(name).to_ascii_lowercase();
-            fields.push(Field { name, size, kind, count, offset });
-            let next = size.checked_mul(count).and_then(|bytes| offset.checked_add(bytes));
-            offset = next.ok_or_else(|| Error::line(data.0, "A point is larger than any memory", "Export it again"))?;
+            let field = self.field(index, name, stride, data.0)?;
+            let next = field.size.checked_mul(field.count).and_then(|bytes| stride.checked_add(bytes));
+            stride = next.ok_or_else(|| Error::line(data.0, "A point is larger than any memory", "Export it again"))?;
+            fields.push(field);
         }
-        let num_points = if self.points.is_some() {
-            whole(self.points.as_ref(), "POINTS", 0, data.0)?
-        } else {
-            let (width, height) =
-                (whole(self.width.as_ref(), "WIDTH", 0, data.0)?, whole(self.height.as_ref(), "HEIGHT", 0, data.0)?);
-            width.saturating_mul(height)
+        Ok(Header { fields, fields_line, num_points: self.num_points(data.0)?, encoding, stride, end })
+    }
+
+    /// The field with this index; `line` is told where the header lacks one.
+    fn field(&self, index: usize, name: &[u8], offset: usize, line: usize) -> Result<Field> {
+        let size = whole(self.sizes.as_ref(), "SIZE", index, line)?;
+        let count = if self.counts.is_some() { whole(self.counts.as_ref(), "COUNT", index, line)? } else { 1 };
+        let (line, types) = needed(self.types.as_ref(), "TYPE", line)?;
+        let kind = match (types.get(index).copied().unwrap_or_default(), size) {
+            (b"I" | b"i", 1 | 2 | 4 | 8) => Kind::Signed,
+            (b"U" | b"u", 1 | 2 | 4 | 8) => Kind::Unsigned,
+            (b"F" | b"f", 4 | 8) => Kind::Float,
+            (other, size) => {
+                let name = shorten(name);
+                let problem = format!("Field {name} is of type {} with {size} bytes", quote(other));
+                return Err(Error::line(line, problem, "Types are I or U of 1, 2, 4 or 8 bytes and F of 4 or 8"));
+            }
         };
-        Ok(Header { fields, fields_line, num_points, encoding, stride: offset, end })
+        Ok(Field { name: String::from_utf8_lossy(name).to_ascii_lowercase(), size, kind, count, offset })
+    }
+
+    fn num_points(&self, line: usize) -> Result<usize> {
+        if self.points.is_some() {
+            return whole(self.points.as_ref(), "POINTS", 0, line);
+        }
+        let (width, height) =
+            (whole(self.width.as_ref(), "WIDTH", 0, line)?, whole(self.height.as_ref(), "HEIGHT", 0, line)?);
+        Ok(width.saturating_mul(height))
+    }
+}
+
+fn encoding_of(data: &Entry) -> Result<Encoding> {
+    match data.1.first().map(|word| word.to_ascii_lowercase()).as_deref() {
+        Some(b"ascii") => Ok(Encoding::Ascii),
+        Some(b"binary") => Ok(Encoding::Binary),
+        Some(b"binary_compressed") => Ok(Encoding::BinaryCompressed),
+        other => {
+            let problem = format!("DATA is {}", quote(other.unwrap_or_default()));
+            Err(Error::line(data.0, problem, "It must be ascii, binary or binary_compressed"))
+        }
     }
 }
 
@@ -174,7 +186,9 @@ fn whole(entry: Option<&Entry>, name: &str, index: usize, line: usize) -> Result
     let word = words.get(index).copied().unwrap_or_default();
     let digits = std::str::from_utf8(word).ok().filter(|word| word.bytes().all(|byte| byte.is_ascii_digit()));
     digits.and_then(|digits| digits.parse().ok()).ok_or_else(|| {
+        let is_per_field = matches!(name, "SIZE" | "COUNT");
+        let remedy = if is_per_field { "Give a whole number for each field" } else { "Give one whole number" };
         let problem = format!("Value {} of {name} is {}, not a whole number", index + 1, quote(word));
-        Error::line(line, problem, "Give one for each field")
+        Error::line(line, problem, remedy)
     })
 }

@@ -1,8 +1,8 @@
-//! Marc Lehmann's LZF, there and back.
+//! Marc Lehmann's LZF: decompression and compression.
 //!
-//! A byte below 32 is followed by that many bytes and one more, to be copied. Any other holds in its upper three bits the
-//! length of a copy of what came before, less 2 (7: a further byte is added), and in its lower five, with the byte after
-//! it, how far back that lies, less 1.
+//! A control byte below 32 begins a literal: that number of bytes plus 1 follow. Any other control byte begins a copy of earlier
+//! output. Its upper three bits are the length minus 2 (where they are 7, the next byte is added to the length); its lower five
+//! bits, with the byte after them, are the distance minus 1.
 
 /// Exactly `expected` bytes from `packed`.
 ///
@@ -46,11 +46,11 @@ pub(super) fn decompress(packed: &[u8], expected: usize) -> Result<Vec<u8>, usiz
     if data.len() == expected { Ok(data) } else { Err(packed.len()) }
 }
 
-/// Most bytes of one literal, ...
+/// Largest number of bytes of a literal.
 const MAX_LITERAL: usize = 32;
-/// ... of one copy, ...
+/// Largest number of bytes of a copy.
 const MAX_COPY: usize = 264;
-/// ... and how far back a copy reaches.
+/// Largest distance of a copy from its original (bytes).
 const MAX_BACK: usize = 1 << 13;
 /// Bits of a hash of three bytes: the table takes 64 kB.
 const TABLE_BITS: u32 = 14;

@@ -9,7 +9,7 @@
 //! - Colours are `rgb` or `rgba`: 0xAARRGGBB in 32 bits, which a file may announce as a float.
 //! - Points that are not finite are kept, as in organised clouds they hold a place.
 //! - `VIEWPOINT` is not applied: the points are as the file has them.
-//! - Numbers of ascii files are apart by blanks or by commas.
+//! - Numbers of ascii files are separated by blanks, commas or semicolons.
 //! - Map coordinates (over 10 km from zero) are kept relative to an origin, as those of PLY files are.
 
 mod header;
@@ -19,8 +19,8 @@ mod write;
 use glam::DVec3;
 
 use self::header::{Encoding, Field, Header, Kind};
-use super::ply::{origin_of, rounding_of, unit_normals, unless_zero};
-use super::text::{line_number, number, quote};
+use super::cloud_parts::{origin_of, rounding_of, unit_normals, unless_zero};
+use super::text::{line_number, number, quote, refuse_pointer_and_utf16};
 use crate::geometry::PointCloud;
 use crate::{Error, Result};
 
@@ -32,6 +32,7 @@ pub use write::{Format, write};
 /// No PCD file; a header that breaks the format's rules; points without x or y; a value that is not a number; a file that
 /// ends early or whose compressed data are broken. The error names the line or the byte.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
+    refuse_pointer_and_utf16(bytes)?;
     let header = header::parse(bytes)?;
     let columns = Columns::of(&header)?;
     match header.encoding {
@@ -67,9 +68,9 @@ fn cut_off(bytes: &[u8], fits: usize, header: &Header) -> Error {
     Error::byte(bytes.len(), problem, "Copy or export it again")
 }
 
-/// Bytes that compressed data of any size may unpack to; ...
+/// Number of bytes that compressed data may unpack to, whatever their size.
 const FREE_BYTES: usize = 1 << 24;
-/// ... beyond that, the largest ratio of unpacked to packed.
+/// Number of bytes beyond [`FREE_BYTES`] that a byte of compressed data may unpack to.
 const MOST_RATIO: usize = 8;
 
 /// Two sizes of 32 bits, compressed and not, then the data.
@@ -125,10 +126,10 @@ fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointC
         let line = &text[start..start + length];
         let offset = header.end + start;
         start += length + 1;
-        let is_apart = |byte: &u8| matches!(byte, b' ' | b'\t' | b',' | b';');
+        let is_separator = |byte: &u8| matches!(byte, b' ' | b'\t' | b',' | b';');
         let mut row = [0.0; NUM_COLUMNS];
         let mut index = 0;
-        for token in line.split(is_apart).filter(|token| !token.is_empty()) {
+        for token in line.split(is_separator).filter(|token| !token.is_empty()) {
             if let Some(slot) = columns.slot_of_value(index) {
                 row[slot] = number(token).ok_or_else(|| {
                     let problem =

@@ -17,57 +17,28 @@ pub enum Format {
     BinaryCompressed,
 }
 
-/// Writes a cloud as a PCD file, version 0.7: positions (m, single precision), then normals and colours where the cloud
-/// has them. Coordinates include the origin.
+/// Writes a cloud as a PCD file, version 0.7: positions (m), then normals and colours where the cloud has them.
+///
+/// Positions are of four bytes; of eight where the cloud was read from doubles or has an origin, which they include.
 pub fn write(cloud: &PointCloud, format: Format) -> Vec<u8> {
     let fields = fields_of(cloud);
-    let words = |per_field: fn(usize) -> &'static str| -> String {
-        (0..fields.len()).map(per_field).collect::<Vec<_>>().join(" ")
-    };
-    let names: Vec<&str> = fields.iter().map(|field| field.name).collect();
-    let kinds: Vec<&str> = fields.iter().map(|field| if field.is_color { "U" } else { "F" }).collect();
-    let data = match format {
-        Format::Ascii => "ascii",
-        Format::Binary => "binary",
-        Format::BinaryCompressed => "binary_compressed",
-    };
-    let num_points = cloud.len();
-    let mut bytes = format!(
-        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH {num_points}\n\
-         HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {num_points}\nDATA {data}\n",
-        names.join(" "),
-        words(|_| "4"),
-        kinds.join(" "),
-        words(|_| "1")
-    )
-    .into_bytes();
+    let mut bytes = header(&fields, cloud.len(), format).into_bytes();
     match format {
-        Format::Ascii => {
-            let mut text = String::new();
-            for point in 0..num_points {
-                for (index, field) in fields.iter().enumerate() {
-                    let separator = if index == 0 { "" } else { " " };
-                    let value = (field.value)(cloud, point);
-                    let _ = if field.is_color {
-                        write!(text, "{separator}{value}")
-                    } else {
-                        write!(text, "{separator}{:?}", f32::from_bits(value))
-                    };
-                }
-                text.push('\n');
-            }
-            bytes.extend(text.into_bytes());
-        }
+        Format::Ascii => bytes.extend(rows(&fields, cloud).into_bytes()),
         Format::Binary => {
-            for point in 0..num_points {
+            for point in 0..cloud.len() {
                 for field in &fields {
-                    bytes.extend((field.value)(cloud, point).to_le_bytes());
+                    (field.value)(cloud, point).push_bytes(&mut bytes);
                 }
             }
         }
         Format::BinaryCompressed => {
-            let values = fields.iter().flat_map(|field| (0..num_points).map(|point| (field.value)(cloud, point)));
-            let raw: Vec<u8> = values.flat_map(u32::to_le_bytes).collect();
+            let mut raw = Vec::new();
+            for field in &fields {
+                for point in 0..cloud.len() {
+                    (field.value)(cloud, point).push_bytes(&mut raw);
+                }
+            }
             let packed = lzf::compress(&raw);
             bytes.extend((packed.len() as u32).to_le_bytes());
             bytes.extend((raw.len() as u32).to_le_bytes());
@@ -77,40 +48,111 @@ pub fn write(cloud: &PointCloud, format: Format) -> Vec<u8> {
     bytes
 }
 
-/// Four bytes of every point.
+fn header(fields: &[Field], num_points: usize, format: Format) -> String {
+    let words = |word: fn(&Field) -> &'static str| fields.iter().map(word).collect::<Vec<_>>().join(" ");
+    let data = match format {
+        Format::Ascii => "ascii",
+        Format::Binary => "binary",
+        Format::BinaryCompressed => "binary_compressed",
+    };
+    format!(
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH {num_points}\n\
+         HEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {num_points}\nDATA {data}\n",
+        words(|field| field.name),
+        words(|field| field.size),
+        words(|field| field.kind),
+        words(|_| "1")
+    )
+}
+
+/// The points as text, one a line.
+fn rows(fields: &[Field], cloud: &PointCloud) -> String {
+    let mut text = String::new();
+    for point in 0..cloud.len() {
+        for (index, field) in fields.iter().enumerate() {
+            if index > 0 {
+                text.push(' ');
+            }
+            (field.value)(cloud, point).push_text(&mut text);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A number of a point as the file holds it.
+enum Value {
+    Single(f32),
+    Double(f64),
+    Color(u32),
+}
+
+impl Value {
+    fn push_bytes(self, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Single(value) => bytes.extend(value.to_le_bytes()),
+            Self::Double(value) => bytes.extend(value.to_le_bytes()),
+            Self::Color(value) => bytes.extend(value.to_le_bytes()),
+        }
+    }
+
+    fn push_text(self, text: &mut String) {
+        // Writing to a string cannot fail.
+        let _ = match self {
+            Self::Single(value) => write!(text, "{value:?}"),
+            Self::Double(value) => write!(text, "{value:?}"),
+            Self::Color(value) => write!(text, "{value}"),
+        };
+    }
+}
+
+/// A number of every point.
 struct Field {
     name: &'static str,
-    is_color: bool,
-    value: fn(&PointCloud, usize) -> u32,
+    /// Bytes of a value.
+    size: &'static str,
+    /// Type of a value, as the header names it.
+    kind: &'static str,
+    value: fn(&PointCloud, usize) -> Value,
+}
+
+fn single(name: &'static str, value: fn(&PointCloud, usize) -> Value) -> Field {
+    Field { name, size: "4", kind: "F", value }
+}
+
+fn double(name: &'static str, value: fn(&PointCloud, usize) -> Value) -> Field {
+    Field { name, size: "8", kind: "F", value }
 }
 
 fn fields_of(cloud: &PointCloud) -> Vec<Field> {
-    let number = |name, value| Field { name, is_color: false, value };
-    let mut fields = vec![
-        number("x", |cloud: &PointCloud, point: usize| coordinate(cloud, point, 0)),
-        number("y", |cloud, point| coordinate(cloud, point, 1)),
-        number("z", |cloud, point| coordinate(cloud, point, 2)),
-    ];
+    let mut fields = if cloud.needs_doubles() {
+        vec![
+            double("x", |cloud, point| Value::Double(cloud.absolute_point(point).x)),
+            double("y", |cloud, point| Value::Double(cloud.absolute_point(point).y)),
+            double("z", |cloud, point| Value::Double(cloud.absolute_point(point).z)),
+        ]
+    } else {
+        vec![
+            single("x", |cloud, point| Value::Single(cloud.absolute_point(point).x as f32)),
+            single("y", |cloud, point| Value::Single(cloud.absolute_point(point).y as f32)),
+            single("z", |cloud, point| Value::Single(cloud.absolute_point(point).z as f32)),
+        ]
+    };
     if cloud.normals.as_ref().is_some_and(|normals| normals.len() == cloud.len()) {
-        fields.push(number("normal_x", |cloud, point| normal(cloud, point, 0)));
-        fields.push(number("normal_y", |cloud, point| normal(cloud, point, 1)));
-        fields.push(number("normal_z", |cloud, point| normal(cloud, point, 2)));
+        fields.push(single("normal_x", |cloud, point| normal(cloud, point, 0)));
+        fields.push(single("normal_y", |cloud, point| normal(cloud, point, 1)));
+        fields.push(single("normal_z", |cloud, point| normal(cloud, point, 2)));
     }
     if cloud.colors.as_ref().is_some_and(|colors| colors.len() == cloud.len()) {
         let value = |cloud: &PointCloud, point: usize| {
             let [r, g, b] = cloud.colors.as_ref().map_or([0; 3], |colors| colors[point]);
-            u32::from_be_bytes([0, r, g, b])
+            Value::Color(u32::from_be_bytes([0, r, g, b]))
         };
-        fields.push(Field { name: "rgb", is_color: true, value });
+        fields.push(Field { name: "rgb", size: "4", kind: "U", value });
     }
     fields
 }
 
-fn coordinate(cloud: &PointCloud, point: usize, axis: usize) -> u32 {
-    let value = f64::from(cloud.positions[point][axis]) + cloud.origin[axis];
-    (value as f32).to_bits()
-}
-
-fn normal(cloud: &PointCloud, point: usize, axis: usize) -> u32 {
-    cloud.normals.as_ref().map_or(0.0, |normals| normals[point][axis]).to_bits()
+fn normal(cloud: &PointCloud, point: usize, axis: usize) -> Value {
+    Value::Single(cloud.normals.as_ref().map_or(0.0, |normals| normals[point][axis]))
 }

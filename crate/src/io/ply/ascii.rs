@@ -1,4 +1,4 @@
-//! Vertices as text: one to a line, values apart by blanks.
+//! Vertices as text: one to a line, values separated by blanks.
 
 use super::header::{Element, Kind, Scalar};
 use super::layout::{Layout, Row, Rows, collect};
@@ -170,7 +170,7 @@ impl<'a> TextRows<'a> {
         Err(self.fault(&problem, "Announce the property as double, or write whole numbers that fit"))
     }
 
-    /// The error that a line ends too early: by a blunder in it, or as the last of a file that is cut off.
+    /// The error of a line that ends before this property: it lacks a value, or the file is cut off.
     #[cold]
     fn missing_value(&self, property: usize) -> Error {
         let name = self.name(property);

@@ -4,10 +4,9 @@
 use glam::{DVec3, Vec3};
 
 use super::header::{Element, Kind, Property, Scalar};
-use super::layout::{
-    Column, Layout, Row, Rows, byte_colors, collect, origin_of, rounding_of, unit_normals, unless_zero,
-};
+use super::layout::{Column, Layout, Row, Rows, byte_colors, collect};
 use crate::geometry::PointCloud;
+use crate::io::cloud_parts::{origin_of, rounding_of, unit_normals, unless_zero};
 use crate::io::text::shorten;
 use crate::{Error, Result};
 

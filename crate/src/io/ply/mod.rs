@@ -21,6 +21,5 @@ mod layout;
 mod read;
 mod write;
 
-pub(in crate::io) use layout::{origin_of, rounding_of, unit_normals, unless_zero};
 pub use read::read;
 pub use write::{Format, write};

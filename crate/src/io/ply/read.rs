@@ -4,7 +4,7 @@ use super::header::{self, Encoding};
 use super::layout::Layout;
 use super::{ascii, binary};
 use crate::geometry::PointCloud;
-use crate::io::text::refuse_pointer;
+use crate::io::text::refuse_pointer_and_utf16;
 use crate::{Error, Result};
 
 /// Reads the vertices of a PLY file, given as its bytes: positions (m) in the order of the file, normals and colours
@@ -17,7 +17,7 @@ use crate::{Error, Result};
 /// No PLY file; a header that breaks the format's rules; vertices without x or y; a value that is not a number or does not
 /// fit its type; a file that ends early. The error names the line or the byte.
 pub fn read(bytes: &[u8]) -> Result<PointCloud> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     let header = header::parse(bytes)?;
     let Some(index) = header.elements.iter().position(|element| element.name == "vertex") else {
         return Err(Error::whole("The file has no vertices: its header has no element called vertex", "Export points"));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 use crate::geometry::PointCloud;
 
@@ -39,16 +39,12 @@ struct Points<'a> {
 }
 
 impl Points<'_> {
-    fn needs_doubles(&self) -> bool {
-        self.cloud.origin != DVec3::ZERO || self.cloud.rounded_off.is_some()
-    }
-
     fn header(&self, format: Format) -> String {
         let format = match format {
             Format::Ascii => "ascii",
             Format::BinaryLittleEndian => "binary_little_endian",
         };
-        let position = if self.needs_doubles() { "double" } else { "float" };
+        let position = if self.cloud.needs_doubles() { "double" } else { "float" };
         let mut properties = vec![(position, ["x", "y", "z"])];
         if self.normals.is_some() {
             properties.push(("float", ["nx", "ny", "nz"]));
@@ -66,16 +62,11 @@ impl Points<'_> {
         header + "end_header\n"
     }
 
-    /// The position of a point with the origin in it.
-    fn absolute(&self, index: usize) -> [f64; 3] {
-        (self.cloud.point(index) + self.cloud.origin).to_array()
-    }
-
     fn ascii(&self, header: String) -> Vec<u8> {
         let mut text = header;
         for (index, &position) in self.cloud.positions.iter().enumerate() {
-            if self.needs_doubles() {
-                push_numbers(&mut text, self.absolute(index));
+            if self.cloud.needs_doubles() {
+                push_numbers(&mut text, self.cloud.absolute_point(index).to_array());
             } else {
                 push_numbers(&mut text, position.to_array());
             }
@@ -93,13 +84,15 @@ impl Points<'_> {
     }
 
     fn binary(&self, header: String) -> Vec<u8> {
-        let position = if self.needs_doubles() { 24 } else { 12 };
+        let position = if self.cloud.needs_doubles() { 24 } else { 12 };
         let size = position + self.normals.map_or(0, |_| 12) + self.colors.map_or(0, |_| 3);
         let mut bytes = header.into_bytes();
         bytes.reserve_exact(size * self.cloud.len());
         for (index, &position) in self.cloud.positions.iter().enumerate() {
-            if self.needs_doubles() {
-                bytes.extend_from_slice(self.absolute(index).map(f64::to_le_bytes).as_flattened());
+            if self.cloud.needs_doubles() {
+                bytes.extend_from_slice(
+                    self.cloud.absolute_point(index).to_array().map(f64::to_le_bytes).as_flattened(),
+                );
             } else {
                 bytes.extend_from_slice(position.to_array().map(f32::to_le_bytes).as_flattened());
             }

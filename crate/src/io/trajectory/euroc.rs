@@ -1,4 +1,4 @@
-//! EuRoC's form: `timestamp, x, y, z, qw, qx, qy, qz` a line, apart by commas, the time in nanoseconds. The velocities
+//! EuRoC's form: `timestamp, x, y, z, qw, qx, qy, qz` a line, separated by commas, the time in nanoseconds. The velocities
 //! and biases that the data set's ground truth has in further columns are not read.
 
 use std::fmt::Write as _;

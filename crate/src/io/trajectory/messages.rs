@@ -1,7 +1,8 @@
 //! Poses as a [table of messages](crate::io::message_table): `nav_msgs/Odometry` or `geometry_msgs/PoseStamped`, a pose a
 //! row.
 
-use super::columns::{Builder, Table};
+use super::columns::Builder;
+use super::tum;
 use crate::io::message_table::MessageTable;
 use crate::{Error, Result};
 
@@ -19,9 +20,9 @@ pub(super) fn is_table(bytes: &[u8]) -> bool {
 pub(super) fn read(bytes: &[u8]) -> Result<Builder> {
     let table = MessageTable::from_head(bytes);
     let columns = COLUMNS.map(|column| table.column_ending(column).unwrap_or_default());
-    let tum = Table::stamped(1.0, [7, 4, 5, 6], false, "t x y z qx qy qz qw");
+    let tum = tum::table();
     let mut builder = Builder::new();
-    // Of a last row that is cut off, nothing is missed.
+    // A last row that is cut off is left out without a note.
     for row in &table.rows(bytes)?.0 {
         let mut numbers = vec![table.time(row)?.unwrap_or_default()];
         for column in columns {

@@ -7,21 +7,21 @@
 //! | EuRoC | a line `timestamp, x, y, z, qw, qx, qy, qz` (ns, m); further columns are not read |
 //! | [pose table](TrajectoryFormat::PoseTable) | a line of columns that a first line names, or of `x y z qw qx qy qz` |
 //! | matrices | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
-//! | NumPy | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 12), (N, 3, 4) or (N, 4, 4) |
+//! | NumPy | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 2) or (N, 3) of positions, (N, 12), (N, 16), (N, 3, 4) or (N, 4, 4) of matrices; (4, 4) is one pose |
 //! | positions | a line `x y` or `x y z` (m), without orientation |
 //! | planar poses | a line `number x y theta` (m, rad) |
 //!
-//! Values of text are apart by blanks, tabs, commas or semicolons. `#` begins a comment, empty lines do not count, LF,
-//! Tables of ROS messages with poses, as `rostopic echo -p` writes them, are read as TUM.
+//! Values of text are separated by blanks, tabs, commas or semicolons. `#` begins a comment, and empty lines do not count. LF,
+//! CRLF and lone CR end a line. A byte order mark is skipped, and so is a first line of column names.
 //!
-//! CRLF and lone CR end a line, a byte order mark is stepped over, and so is a first line of column names.
+//! Tables of ROS messages with poses, as `rostopic echo -p` writes them, are read as TUM.
 
 use std::fmt::Write as _;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use crate::geometry::{Embedding, Pose2, Pose3};
-use crate::io::text::refuse_pointer;
+use crate::io::text::refuse_pointer_and_utf16;
 use crate::{Error, Result};
 
 mod columns;
@@ -137,7 +137,7 @@ pub enum TrajectoryFormat {
     Tum,
     /// The upper three rows of the pose's matrix in one line.
     Kitti,
-    /// `timestamp [ns], x, y, z, qw, qx, qy, qz`, apart by commas.
+    /// `timestamp [ns], x, y, z, qw, qx, qy, qz`, separated by commas.
     Euroc,
     /// Columns that the first line names, or `x, y, z, qw, qx, qy, qz`.
     PoseTable,
@@ -199,7 +199,7 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
         }
         let read = |format| read_lenient(bytes, format).map_err(|error| error.in_file(name));
         let one = match read(None)? {
-            // Of a frame, rows of four are a matrix, though its last be missing.
+            // In the file of a single frame, rows of four numbers are those of a matrix, even if its last row is missing.
             planar if planar.format == TrajectoryFormat::Planar => read(Some(TrajectoryFormat::Matrices))?,
             other => other,
         };
@@ -242,11 +242,11 @@ pub fn read_times(bytes: &[u8]) -> Result<Vec<f64>> {
     times.and_then(|times| if times.is_empty() { Err(nothing()) } else { Ok(times) })
 }
 
-/// Writes a trajectory. Numbers have the fewest digits that read back as the same.
+/// Writes a trajectory. Numbers have the fewest digits that read back as the same. Where the form has times and the trajectory
+/// has none, the numbers of the poses from 0 take their place.
 ///
 /// # Errors
-/// When the form needs orientations and there are none. Where it needs times and there are none, the numbers of the
-/// poses take their place.
+/// When the form needs orientations and the trajectory has none.
 pub fn write(trajectory: &Trajectory, format: TrajectoryFormat) -> Result<Vec<u8>> {
     let poses = || {
         trajectory.poses().ok_or_else(|| {
@@ -306,7 +306,7 @@ fn nothing() -> Error {
 
 /// Reads the poses and finds out, where it is not given, which form they have.
 fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, TrajectoryFormat)> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if format == Some(TrajectoryFormat::Npy) || (format.is_none() && npy::is_npy(bytes)) {
         return Ok((npy::read(bytes)?, TrajectoryFormat::Npy));
     }

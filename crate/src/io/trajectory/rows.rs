@@ -1,11 +1,11 @@
 //! Lines of columns: what all text forms of a trajectory share.
 
-use crate::io::text::{number, quote, without_byte_order_mark};
+use crate::io::text::{lines, number, quote, without_byte_order_mark};
 use crate::{Error, Result};
 
 /// The lines that hold something, but for a first one of names.
 pub(super) fn rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
-    let mut rows = lines(bytes).filter(|row| row.columns().next().is_some()).peekable();
+    let mut rows = all_rows(bytes).filter(|row| row.columns().next().is_some()).peekable();
     rows.next_if(Row::is_of_names);
     rows
 }
@@ -14,7 +14,7 @@ pub(super) fn rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
 /// it. In lower case, without units.
 pub(super) fn column_names(bytes: &[u8]) -> Option<Vec<String>> {
     let mut comment = None;
-    for row in lines(bytes) {
+    for row in all_rows(bytes) {
         if row.columns().next().is_some() {
             return if row.is_of_names() { Some(names(row.text)) } else { comment.map(names) };
         }
@@ -25,7 +25,7 @@ pub(super) fn column_names(bytes: &[u8]) -> Option<Vec<String>> {
     None
 }
 
-/// Names apart by commas where there are any, by blanks otherwise; `timestamp [ns]` is kept as `timestamp_ns`.
+/// Names, separated by commas or semicolons where there are any, by blanks otherwise; `timestamp [ns]` is kept as `timestamp_ns`.
 fn names(text: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(&text[..text.len().min(2000)]).trim_start_matches('#').to_ascii_lowercase();
     let text = text.replace(" [ns]", "_ns").replace("[ns]", "_ns").replace(" (ns)", "_ns").replace("(ns)", "_ns");
@@ -38,12 +38,9 @@ fn names(text: &[u8]) -> Vec<String> {
     split.into_iter().map(name).collect()
 }
 
-fn lines(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
-    without_byte_order_mark(bytes)
-        .split(|&byte| byte == b'\n')
-        .flat_map(|line| line.strip_suffix(b"\r").unwrap_or(line).split(|&byte| byte == b'\r'))
-        .enumerate()
-        .map(|(index, text)| Row { line: index + 1, text })
+/// All lines, those that hold nothing among them.
+fn all_rows(bytes: &[u8]) -> impl Iterator<Item = Row<'_>> {
+    lines(without_byte_order_mark(bytes)).map(|(line, text)| Row { line, text })
 }
 
 /// A line of columns.

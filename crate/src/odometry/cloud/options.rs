@@ -12,7 +12,7 @@ use crate::registration::icp::{Criteria, IcpOptions, Rejection, Weighting};
 use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
-use crate::search::Neighbourhood;
+use crate::search::Neighborhood;
 
 /// What a cloud is registered to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -59,7 +59,7 @@ pub struct CloudOptions {
     /// Position of the sensor in its own frame (m): normals are oriented towards it.
     pub viewpoint: DVec3,
     /// Neighbours from which a normal is estimated.
-    pub normals: Neighbourhood,
+    pub normals: Neighborhood,
     /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
     /// normals differ are rejected. Course pipelines have none of these.
     pub robust: bool,
@@ -111,7 +111,7 @@ impl CloudOptions {
             global_registration: GlobalRegistrationUse::Always,
             global_method: GlobalMethod::Ransac { seed: COURSE_SEED },
             max_correspondence_distance: COURSE_DISTANCE * voxel_size,
-            normals: Neighbourhood { max_neighbors: 30, radius: COURSE_NORMAL_RADIUS * voxel_size },
+            normals: Neighborhood { max_neighbors: 30, radius: COURSE_NORMAL_RADIUS * voxel_size },
             robust: false,
             clear_normals: false,
             ..Self::new(voxel_size)

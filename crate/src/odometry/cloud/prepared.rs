@@ -13,7 +13,7 @@ use crate::preprocess::estimate_normals::{estimate_clear_normals, estimate_norma
 use crate::preprocess::voxel_downsample::{voxel_downsample, voxel_downsample_from};
 use crate::registration::free_space::sphere::SphericalView;
 use crate::registration::global::DescribedCloud;
-use crate::registration::global::scale::feature_neighbourhood;
+use crate::registration::global::scale::feature_neighborhood;
 use crate::registration::icp::Source;
 use crate::registration::target::OrientedTarget;
 use crate::search::KdTree;
@@ -114,7 +114,7 @@ pub(super) struct Described {
 
 impl Described {
     fn new(prepared: &PreparedCloud, options: &CloudOptions, voxel_size: f64) -> Self {
-        let around = feature_neighbourhood(voxel_size);
+        let around = feature_neighborhood(voxel_size);
         let coarse = (voxel_size > options.voxel_size).then(|| voxel_downsample(&prepared.cloud, voxel_size).ok());
         let Some(coarse) = coarse.flatten() else {
             let (normals, tree) = (prepared.target.normals(), prepared.target.tree());

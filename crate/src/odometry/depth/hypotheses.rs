@@ -3,7 +3,6 @@
 use nalgebra::{Isometry3, Vector3};
 
 use crate::geometry::Pose3;
-use crate::geometry::rotation::angle_of;
 
 /// Translation (m) up to which two hypotheses converge to the same pose; few repetitive structures have a period as short; ...
 pub(super) const CONVERGING_DISTANCE: f64 = 0.3;
@@ -62,7 +61,7 @@ pub(super) fn translated(T_world_camera: &Pose3, direction: &Vector3<f64>, dista
 /// Support to subtract for the motion from the last pose: of two poses with equal evidence the nearer one is more likely.
 pub(super) fn motion_penalty(T_world_last: &Pose3, T_world_camera: &Pose3) -> f64 {
     let motion = T_world_last.inverse() * T_world_camera;
-    let extent = motion.translation.vector.norm() + angle_of(&motion.rotation);
+    let extent = motion.translation.vector.norm() + motion.rotation.angle();
     PENALTY_PER_METRE * extent + PENALTY_PER_METRE_BEYOND_SEARCH * (extent - SEARCH_EXTENT).max(0.0)
 }
 

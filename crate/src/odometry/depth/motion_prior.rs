@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use nalgebra::{Vector3, Vector6};
 
 use crate::geometry::Pose3;
-use crate::geometry::rotation::METRES_PER_RADIAN;
+use crate::geometry::pose_distance::METRES_PER_RADIAN;
 
 /// The latest motions that are stored.
 const MAX_MOTIONS: usize = 64;

@@ -1,7 +1,6 @@
 //! How well a pose agrees with the prediction from neighbouring frames. It decides how much evidence a pose needs.
 
 use crate::geometry::Pose3;
-use crate::geometry::rotation::angle_of;
 
 /// Largest translation from one frame to the next inside the gate (m).
 const GATE_TRANSLATION: f64 = 1.5;
@@ -29,7 +28,7 @@ impl PredictionGate {
     /// Of a pose relative to a registered frame's, with `num_between` frames in between.
     pub(super) fn between(T_world_registered: &Pose3, T_world_sensor: &Pose3, num_between: u32) -> Self {
         let motion = T_world_registered.inverse() * T_world_sensor;
-        let (distance, angle) = (motion.translation.vector.norm(), angle_of(&motion.rotation));
+        let (distance, angle) = (motion.translation.vector.norm(), motion.rotation.angle());
         let is_outside = distance > GATE_TRANSLATION || angle > GATE_ROTATION;
         match num_between {
             0..=MAX_PREDICTED_GAP if is_outside && distance < MAX_STEP_TRANSLATION => Self::Outside,

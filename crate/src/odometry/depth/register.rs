@@ -7,7 +7,7 @@ use super::pose_hypothesis::PoseHypothesis;
 use super::propose::Proposals;
 use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
+use crate::geometry::pose_distance::pose_distance;
 
 /// Poses of a search of which the final registration is computed, at the most.
 const NUM_FINELY_REGISTERED: usize = 3;
@@ -47,7 +47,7 @@ impl FrameMatcher<'_> {
             if best.agreement > CLEAR_AGREEMENT || !is_compared(&best) {
                 break;
             }
-            if apart(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {
+            if pose_distance(&pose, best.T_world_sensor()) < SAME_POSE_DISTANCE {
                 continue;
             }
             let other = self.register_at(pose);

@@ -12,7 +12,7 @@ use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;
 use super::second_basin::SearchArea;
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
+use crate::geometry::pose_distance::pose_distance;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Cosine between a frame's undetermined direction and the observed error above which the frame may have caused it.
@@ -198,7 +198,7 @@ impl TentativeBranch {
     ) -> BranchOutcome {
         let matcher = FrameMatcher::new(&self.map_before, frame, options);
         let anchored = matcher.register_at(*T_world_sensor);
-        let leads_here = apart(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE;
+        let leads_here = pose_distance(anchored.T_world_sensor(), T_world_sensor) < SAME_POSE_DISTANCE;
         let is_accepted = anchored.is_constrained_by_map() && anchored.is_accepted(PredictionGate::InsideAfterGap);
         if !is_accepted || matcher.second_basin(&anchored, &SearchArea::anywhere(&anchored)).is_some() {
             return BranchOutcome::Unresolved;

@@ -12,7 +12,7 @@ use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, Sur
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
-use crate::io::{color_image, depth_png, point_cloud};
+use crate::io::{color_image, depth_image, point_cloud};
 use crate::odometry::cloud::{CloudOptions, PreparedCloud};
 use crate::pipeline::assumptions::{Assumption, assumptions, contradiction, wrong_scale};
 use crate::pipeline::spatial_settings::{ColorUse, Method, Quantisation, SpatialSettings, set_or};
@@ -420,7 +420,7 @@ fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
 /// # Errors
 /// When it is broken or all zero; the error names the file.
 fn read_depth(name: &str, bytes: &[u8]) -> Result<DepthImage> {
-    let image = depth_png::read(bytes).map_err(|error| error.in_file(name))?;
+    let image = depth_image::read(bytes).map_err(|error| error.in_file(name))?;
     if image.values.iter().all(|&value| value == 0) {
         return Err(Error::whole("All depths are zero: nothing was measured", "Leave the frame out").in_file(name));
     }

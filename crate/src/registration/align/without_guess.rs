@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_normals};
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::registration::global::scale::{MATCH_DISTANCE, feature_neighbourhood, feature_voxel_size};
+use crate::registration::global::scale::{MATCH_DISTANCE, feature_neighborhood, feature_voxel_size};
 use crate::registration::global::{DescribedCloud, GlobalMethod, register_globally};
 use crate::search::KdTree;
 
@@ -24,7 +24,7 @@ pub(super) fn without_a_guess(
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
         // Features need normals of one orientation, which those of files may not have.
         let normals = estimate_normals(&cloud.positions, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
-        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, feature_neighbourhood(voxel_size)), tree))
+        Ok((DescribedCloud::new(&cloud.positions, &normals, &tree, feature_neighborhood(voxel_size)), tree))
     };
     let ((described_source, _), (described_target, tree)) = (describe(source)?, describe(target)?);
     let max_distance = MATCH_DISTANCE * voxel_size;

@@ -8,7 +8,7 @@
 use glam::Vec3;
 use nalgebra::Vector3;
 
-use crate::search::{KdTree, Neighbor, Neighbourhood};
+use crate::search::{KdTree, Neighbor, Neighborhood};
 
 /// Bins of one angle.
 const BINS: usize = 11;
@@ -27,12 +27,12 @@ pub fn fpfh(
     points: &[Vec3],
     normals: &[Option<Vector3<f64>>],
     tree: &KdTree<3>,
-    neighbourhood: Neighbourhood,
+    neighborhood: Neighborhood,
 ) -> Vec<Feature> {
     assert_eq!(points.len(), normals.len(), "one normal a point");
     let single = |normal: &Vector3<f64>| Vec3::new(normal.x as f32, normal.y as f32, normal.z as f32);
     let normals: Vec<Vec3> = normals.iter().map(|normal| normal.as_ref().map_or(Vec3::NAN, single)).collect();
-    let neighbors = Neighbors::new(points, &normals, tree, neighbourhood);
+    let neighbors = Neighbors::new(points, &normals, tree, neighborhood);
     let simple: Vec<Feature> =
         (0..points.len()).map(|index| simple_histogram(points, &normals, index, neighbors.of(index))).collect();
     (0..points.len()).map(|index| weighted(&simple, index, neighbors.of(index))).collect()
@@ -49,7 +49,7 @@ impl Neighbors {
         points: &[Vec3],
         normals: &[Vec3],
         tree: &KdTree<3>,
-        Neighbourhood { max_neighbors, radius }: Neighbourhood,
+        Neighborhood { max_neighbors, radius }: Neighborhood,
     ) -> Self {
         let mut starts = Vec::with_capacity(points.len() + 1);
         let (mut all, mut found) = (Vec::new(), Vec::new());
@@ -243,7 +243,7 @@ mod tests {
                 (i % 50 != 3).then(|| Vector3::new(n.x, n.y, n.z))
             })
             .collect();
-        let around = Neighbourhood { max_neighbors: 40, radius: 0.4 };
+        let around = Neighborhood { max_neighbors: 40, radius: 0.4 };
         let features = |points: &[Vec3], normals: &[Option<Vector3<f64>>]| {
             fpfh(points, normals, &KdTree::build(bytemuck::cast_slice(points)), around)
         };

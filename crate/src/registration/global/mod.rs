@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose3;
-use crate::search::{KdTree, Neighbourhood};
+use crate::search::{KdTree, Neighborhood};
 use crate::{Error, Result};
 use consistency::consistent_motion;
 use fpfh::fpfh;
@@ -48,9 +48,9 @@ impl DescribedCloud {
         points: &[Vec3],
         normals: &[Option<Vector3<f64>>],
         tree: &KdTree<3>,
-        neighbourhood: Neighbourhood,
+        neighborhood: Neighborhood,
     ) -> Self {
-        Self { points: points.to_vec(), index: FeatureIndex::new(fpfh(points, normals, tree, neighbourhood)) }
+        Self { points: points.to_vec(), index: FeatureIndex::new(fpfh(points, normals, tree, neighborhood)) }
     }
 }
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::preprocess::voxel_downsample::voxel_downsample;
-use crate::search::Neighbourhood;
+use crate::search::Neighborhood;
 
 /// Number of points of a cloud to which it is downsampled for a global registration.
 const GLOBAL_POINTS: f64 = 6000.0;
@@ -19,8 +19,8 @@ const FEATURE_NEIGHBORS: usize = 100;
 pub(crate) const MATCH_DISTANCE: f64 = 1.5;
 
 /// The neighbourhood that a feature describes, in a cloud of one point per voxel of this side (m).
-pub(crate) fn feature_neighbourhood(voxel_size: f64) -> Neighbourhood {
-    Neighbourhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
+pub(crate) fn feature_neighborhood(voxel_size: f64) -> Neighborhood {
+    Neighborhood { max_neighbors: FEATURE_NEIGHBORS, radius: FEATURE_RADIUS * voxel_size }
 }
 
 /// A voxel size (m) that leaves about 6,000 points, so that features describe rooms, not the roughness of a wall.

@@ -18,9 +18,9 @@ use serde::Serialize;
 use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes};
 use self::stored_surfaces::StoredSurfaces;
 use self::submap::{FrameSurfaces, Search, SubmapRegistration};
+use crate::geometry::pose_distance::pose_distance;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
-use crate::map::keyframes::apart;
 use crate::odometry::depth::SpatialEstimate;
 use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
@@ -137,7 +137,7 @@ impl SpatialLoops {
         let nodes = &mut self.nodes.all;
         for index in 0..nodes.len() {
             let T_world_camera = pose_of(nodes[index].frame);
-            if apart(&nodes[index].T_world_camera, &T_world_camera) < SAME_POSE_DISTANCE {
+            if pose_distance(&nodes[index].T_world_camera, &T_world_camera) < SAME_POSE_DISTANCE {
                 continue;
             }
             nodes[index].T_world_camera = T_world_camera;

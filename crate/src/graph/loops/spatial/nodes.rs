@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::stored_surfaces::StoredSurfaces;
 use super::submap::{FrameSurfaces, Submap};
 use crate::geometry::Pose3;
-use crate::map::keyframes::{apart, apart_within};
+use crate::geometry::pose_distance::pose_distance;
+use crate::map::keyframes::apart_within;
 
 /// Shortest path between two visits that counts as a loop (m, two metres per radian).
 const MIN_LOOP_PATH_LENGTH: f64 = 8.0;
@@ -63,7 +64,7 @@ impl Nodes {
     }
 
     pub(super) fn push(&mut self, frame: u32, T_world_camera: Pose3, T_world_local: Pose3, surfaces: FrameSurfaces) {
-        let step = self.all.last().map_or(0.0, |last| apart(&last.T_world_camera, &T_world_camera));
+        let step = self.all.last().map_or(0.0, |last| pose_distance(&last.T_world_camera, &T_world_camera));
         let path_length = self.all.last().map_or(0.0, |last| last.path_length) + step;
         let surfaces = Some(StoredSurfaces::Whole(Arc::new(surfaces)));
         self.all.push(Node { frame, T_world_camera, T_world_local, path_length, surfaces });

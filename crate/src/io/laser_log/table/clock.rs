@@ -2,12 +2,12 @@
 
 const SECONDS_A_DAY: f64 = 86_400.0;
 
-/// `14:03:10,250` as seconds of the day, `2024-05-03T14:03:10.25Z` as seconds since 1970; other words before the time are left
-/// out.
+/// `14:03:10,250` as seconds of the day, `2024-05-03T14:03:10.25Z` as seconds since 1970; other words before the time and an
+/// offset from UTC behind it are left out.
 pub(super) fn clock(word: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(word).ok()?.trim_matches(|c: char| c.is_whitespace() || "\"'Z".contains(c));
     let (date, time) = text.rsplit_once(['T', ' ']).unwrap_or(("", text));
-    let time = time.split('+').next()?;
+    let time = time.split(['+', '-']).next()?; // without the offset from UTC
     let mut parts = time.split(':');
     let (Some(hours), Some(minutes), Some(seconds), None) = (parts.next(), parts.next(), parts.next(), parts.next())
     else {
@@ -48,6 +48,7 @@ mod tests {
         assert_eq!(clock(b"1970-01-02T00:00:01.5Z"), Some(86_401.5));
         assert_eq!(clock(b"2024-02-29 12:00:00"), Some(1_709_208_000.0));
         assert_eq!(clock(b"2024-05-03T10:00:00.25+00:00"), Some(1_714_730_400.25));
+        assert_eq!(clock(b"2024-05-03T10:00:00.25-05:00"), Some(1_714_730_400.25));
         assert_eq!(clock(b"03.05.2024 10:00:00"), Some(36_000.0));
         for word in ["12", "1:2", "25:00:00", "a:b:c", "1:2:3:4", "", "10:00:99", "2024-05-03"] {
             assert_eq!(clock(word.as_bytes()), None, "{word}");

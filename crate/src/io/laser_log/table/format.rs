@@ -1,4 +1,4 @@
-//! A table's format as text: `name=value` pairs apart by commas.
+//! A table's format as text: `name=value` pairs separated by commas.
 
 use std::fmt;
 use std::str::FromStr;

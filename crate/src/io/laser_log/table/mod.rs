@@ -1,7 +1,7 @@
 //! Tables of ranges without words: a scan a line, or a reading a line. What the columns mean is said by a comment
 //! (`# table: FORMAT`), guessed from the numbers and from what lasers there are, or given.
 //!
-//! As text, a [`TableFormat`] is `name=value` pairs apart by commas, columns counted from 1:
+//! As text, a [`TableFormat`] is `name=value` pairs separated by commas, columns counted from 1:
 //! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
 
 use std::f64::consts::{PI, TAU};
@@ -28,7 +28,7 @@ use rows::{Row, Table};
 /// What the lines of a table of ranges mean. Columns are counted from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableFormat {
-    /// Where the ranges stand.
+    /// Which columns hold the ranges.
     pub layout: Layout,
     /// Metres of a unit of the ranges, and of the poses' positions.
     pub unit: f64,
@@ -38,17 +38,17 @@ pub struct TableFormat {
     pub step: f64,
     /// The time's column and its unit (s).
     pub time: Option<(usize, f64)>,
-    /// Where the robot thought it was.
+    /// Columns of the odometry.
     pub odometry: Option<OdometryColumns>,
-    /// Whether that is what its wheels measured; somebody may have corrected it else.
+    /// Whether the odometry is the wheels' own; otherwise a program may have corrected it.
     pub has_wheels: bool,
-    /// Where the robot really was.
+    /// Columns of the reference pose, which was measured or corrected.
     pub reference: Option<PoseColumns>,
-    /// How far the laser sits ahead of the robot's centre (m).
+    /// Distance of the laser ahead of the robot's centre (m).
     pub ahead: f64,
 }
 
-/// Where the ranges of a table stand.
+/// Which lines and columns of a table hold the ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Layout {
     /// A scan a line, in the columns from `first` to before `end`.
@@ -70,41 +70,41 @@ pub enum Layout {
 /// A column of angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngleColumn {
-    /// Its number.
+    /// Index of the column.
     pub column: usize,
-    /// One of it (rad); negative where the angles grow clockwise.
+    /// Radians of a unit of the angles; negative where they grow clockwise.
     pub unit: f64,
 }
 
 /// Columns of a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseColumns {
-    /// Of x, y and the heading.
+    /// Columns of x, y and the heading.
     pub columns: [usize; 3],
-    /// Metres of a unit of x and y; `None`: the table's unit.
+    /// Metres of a unit of x and y; `None` where they are in the table's unit.
     pub unit: Option<f64>,
-    /// One of the heading (rad).
+    /// Radians of a unit of the heading.
     pub heading: f64,
 }
 
 /// Columns of odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OdometryColumns {
-    /// Where the robot thought it was.
+    /// Poses by odometry.
     Pose(PoseColumns),
-    /// What the left and the right wheel have turned, in ticks.
+    /// Counts of the encoders of the left and the right wheel (ticks).
     Wheels {
         /// Columns of the left and the right wheel.
         columns: [usize; 2],
-        /// What a wheel rolls in a tick (m).
+        /// Distance that a wheel rolls in a tick (m).
         metres_per_tick: f64,
-        /// Between the wheels (m).
+        /// Distance between the wheels (m).
         track: f64,
     },
 }
 
 impl TableFormat {
-    /// Metres, without times and poses.
+    /// A format in metres, without times and poses.
     fn of(layout: Layout, start: f64, step: f64) -> Self {
         Self {
             layout,
@@ -122,13 +122,13 @@ impl TableFormat {
     /// What the columns of a table most probably are.
     ///
     /// # Errors
-    /// When its lines are no scans: then the format is to be given.
+    /// When its lines do not look like scans: then the format has to be given.
     pub fn guess(text: &[u8]) -> Result<Guess> {
         guess_of(&Table::read(text, usize::MAX))
     }
 }
 
-/// By its comment, and its numbers.
+/// The format of a table by its comment and its numbers.
 fn guess_of(table: &Table) -> Result<Guess> {
     let guess = guess::guess(table);
     let Some(said) = &table.format else { return guess };
@@ -237,6 +237,9 @@ pub fn read_as(text: &[u8], format: &TableFormat) -> Result<LaserLog> {
 }
 
 fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
+    if table.rows.is_empty() {
+        return Err(no_rows());
+    }
     let mut damaged: Vec<(usize, Error)> = table.strays.iter().map(|&line| (line, no_number(line))).collect();
     let mut losses = Vec::new();
     let mut rows: Vec<&Row> = Vec::with_capacity(table.rows.len());
@@ -270,7 +273,11 @@ fn read_rows(table: &Table, format: &TableFormat) -> Result<LaserLog> {
     };
     let T_robot_laser = Pose2::new(nalgebra::Vector2::new(format.ahead, 0.0), 0.0);
     let odometry_origin = if format.has_wheels { OdometryOrigin::Wheels } else { OdometryOrigin::Unknown };
-    Ok(LaserLog { scans, T_robot_laser, odometry_origin, may_be_mirrored: false, losses, notes: Vec::new() })
+    Ok(LaserLog { scans, T_robot_laser, odometry_origin, losses, ..LaserLog::default() })
+}
+
+fn no_rows() -> Error {
+    Error::whole("The file holds no line of numbers", "Give a table of ranges")
 }
 
 fn no_number(line: usize) -> Error {
@@ -324,7 +331,7 @@ impl TableFormat {
         let end = end.max(angle.map_or(0, |column| column + 1));
         let has = row.values.len();
         if has < end {
-            let problem = format!("The line has {has} numbers, and its ranges reach to the {end}th");
+            let problem = format!("The line has {has} numbers, but the table's format needs {end}");
             return Some(Error::line(row.line, problem, "Correct the line, or the table's format"));
         }
         row.words.iter().any(|column| needed.contains(column) || angle == Some(*column)).then(|| no_number(row.line))

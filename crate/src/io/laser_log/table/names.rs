@@ -63,9 +63,9 @@ pub(super) const HEADINGS: [&str; 17] = [
     "ángulo",
 ];
 
-/// Differences of names that are equal, but for the digits that were written.
+/// Largest share by which the steps between numbered names differ, as they are rounded.
 const SAME_STEP: f64 = 0.02;
-/// Angles from here on are no radians.
+/// Angles above this are not in radians.
 pub(super) const MAX_RADIANS: f64 = 7.0;
 
 /// The longest series of numbered names, as long as a scan.
@@ -121,7 +121,8 @@ impl<'a> Numbered<'a> {
         Some(Self { before: &name[..begin], number, after: &name[digit + length..] })
     }
 
-    /// One of the numbers (rad), where they are angles: by the name, or bare numbers that are no count.
+    /// Radians of a unit of the numbers, where they are angles: by the words around them, or as bare numbers that do not count
+    /// from 0 or 1 (`is_no_count`).
     fn unit_of_angles(&self, largest: f64, is_no_count: bool) -> Option<f64> {
         let says = |word: &str| self.before.contains(word) || self.after.contains(word);
         let is_bare = self.before.is_empty() && self.after.is_empty();
@@ -172,7 +173,7 @@ pub(super) fn may_be_bearing(name: &str) -> bool {
     words().any(is_word) || is_angle && !HEADINGS.contains(&bare(name))
 }
 
-/// One of a heading (rad) by its name.
+/// Radians of a unit of a heading, by the name of its column.
 pub(super) fn heading_unit(name: &str) -> f64 {
     if name.contains("deg") || name.contains("grad") || name.contains('°') { 1f64.to_radians() } else { 1.0 }
 }

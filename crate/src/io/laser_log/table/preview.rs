@@ -3,13 +3,11 @@
 use serde::Serialize;
 
 use super::rows::Table;
-use super::{Guess, format_given, guess_of, read_rows};
+use super::{Guess, format_given, guess_of, no_rows, read_rows};
 use crate::Result;
 
-/// Lines that are shown.
+/// Number of lines in [`TableFacts::cells`].
 const SHOWN_LINES: usize = 6;
-/// Columns that are shown: the first and the last ones.
-const SHOWN_COLUMNS: usize = 2000;
 
 /// What a table holds, and what comes of it by a format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,7 +25,7 @@ pub struct TableFacts {
     pub num_columns: usize,
     /// The words above the columns; empty where there are none.
     pub names: Vec<String>,
-    /// The first lines; `None` where a cell holds no number.
+    /// The first lines, with all columns; `None` where a cell holds no number.
     pub cells: Vec<Vec<Option<f64>>>,
     /// Scans that come of it.
     pub num_scans: usize,
@@ -46,7 +44,7 @@ pub fn describe(text: &[u8], given: Option<&str>, scan: usize) -> Result<TableFa
     let guess = guess_of(&table);
     if table.rows.is_empty() {
         guess?;
-        return Err(crate::Error::whole("The file holds no line of numbers", "Give a table of ranges"));
+        return Err(no_rows());
     }
     let doubt = guess.as_ref().ok().and_then(|guess| guess.doubt.clone()).unwrap_or_default();
     let format = match given {
@@ -55,8 +53,7 @@ pub fn describe(text: &[u8], given: Option<&str>, scan: usize) -> Result<TableFa
     };
     let log = format.as_ref().map_err(Clone::clone).and_then(|format| read_rows(&table, format));
     let cell = |value: &f64| Some(*value).filter(|value| value.is_finite());
-    let cells =
-        table.rows.iter().take(SHOWN_LINES).map(|row| row.values.iter().take(SHOWN_COLUMNS).map(cell).collect());
+    let cells = table.rows.iter().take(SHOWN_LINES).map(|row| row.values.iter().map(cell).collect());
     let shown = log.as_ref().ok().and_then(|log| log.scans.get(scan.min(log.scans.len().saturating_sub(1))));
     Ok(TableFacts {
         format: format.as_ref().map(ToString::to_string).unwrap_or_default(),

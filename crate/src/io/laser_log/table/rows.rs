@@ -3,10 +3,10 @@
 
 use std::borrow::Cow;
 
-use super::super::fields::{is_comment, lines};
+use super::super::fields::is_comment;
 use super::clock::clock;
 use super::names::{is_pose, series};
-use crate::io::text::number;
+use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
 const FORMAT_COMMENT: &[u8] = b"table:";
@@ -50,12 +50,7 @@ impl Table {
         let (mut first_words, mut commented) = (Vec::new(), Vec::new());
         for (line, text) in lines(text) {
             if is_comment(text) || text.starts_with(b"%") || text.starts_with(b"//") {
-                let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
-                if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
-                    table.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
-                } else if words == DIRECTION_COMMENT {
-                    table.has_unknown_direction = true;
-                } else if table.rows.is_empty() {
+                if let Some(words) = table.comment(text) {
                     commented = separators.names(words);
                 }
                 continue;
@@ -66,12 +61,7 @@ impl Table {
                         first_words = separators.names(text);
                         table.names = separators.names_of_lists(table.names, text);
                     }
-                    let labels = separators.labels(text);
-                    if !labels.is_empty() && (table.rows.is_empty() || table.names.is_empty()) {
-                        table.names = labels;
-                        table.rows.clear(); // what stands above numbers with labels is none of them
-                    }
-                    table.rows.push(row);
+                    table.push(row, separators.labels(text));
                 }
                 None if table.rows.is_empty() => table.names = separators.names(text),
                 None => table.strays.push(line),
@@ -86,6 +76,29 @@ impl Table {
         }
         table.take_counted_names(first_words);
         table
+    }
+
+    /// Takes what a comment says of the table; the words of one above the rows that says nothing of that kind, which may be the
+    /// names of the columns.
+    fn comment<'a>(&mut self, text: &'a [u8]) -> Option<&'a [u8]> {
+        let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
+        if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
+            self.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+        } else if words == DIRECTION_COMMENT {
+            self.has_unknown_direction = true;
+        } else if self.rows.is_empty() {
+            return Some(words);
+        }
+        None
+    }
+
+    /// Adds a row, with the labels before its numbers, if there are any.
+    fn push(&mut self, row: Row, labels: Vec<String>) {
+        if !labels.is_empty() && (self.rows.is_empty() || self.names.is_empty()) {
+            self.names = labels;
+            self.rows.clear(); // rows above numbers with labels are not of this table
+        }
+        self.rows.push(row);
     }
 
     /// Numbers at equal steps above rows that have none are the names of the beams: their angles, or how they are counted.

@@ -6,7 +6,7 @@ use super::super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::super::propose::REACH_ALL_AROUND;
 use super::Chain;
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
+use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::Status;
 
 impl Chain {
@@ -51,6 +51,6 @@ impl Chain {
     /// frame since.
     fn is_near_prediction(&self, T_world_sensor: &Pose3) -> bool {
         let near = f64::from(1 + self.num_rejected) * CONVERGING_DISTANCE;
-        self.last.predictions().iter().any(|T| apart(T, T_world_sensor) < near)
+        self.last.predictions().iter().any(|T| pose_distance(T, T_world_sensor) < near)
     }
 }

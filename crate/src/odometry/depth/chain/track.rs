@@ -14,7 +14,7 @@ use super::super::reference_map::ReferenceMap;
 use super::Chain;
 use super::assess::Proposal;
 use crate::geometry::Pose3;
-use crate::map::keyframes::apart;
+use crate::geometry::pose_distance::pose_distance;
 use crate::odometry::assessment::Status;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
@@ -56,7 +56,7 @@ impl Chain {
             return Some(Proposal::TrackedFromRejected(tracked));
         };
         let is_same = |hypothesis: &PoseHypothesis| {
-            apart(hypothesis.T_world_sensor(), tracked.T_world_sensor()) < SAME_POSE_DISTANCE
+            pose_distance(hypothesis.T_world_sensor(), tracked.T_world_sensor()) < SAME_POSE_DISTANCE
         };
         let guess = if is_same(near) { near } else { &tracked };
         let by_map = matcher.register_at(*guess.T_world_sensor());
@@ -87,7 +87,7 @@ impl Chain {
         let (predictions, stays_near) = (before.predictions(), self.stays_near(1));
         // Near the last pose or the constant-velocity prediction, in rotation too: upside down a bare room looks much the same.
         let is_tracked = |found: &PoseHypothesis| {
-            let is_near = predictions.iter().any(|T| apart(T, found.T_world_sensor()) < CONVERGING_DISTANCE);
+            let is_near = predictions.iter().any(|T| pose_distance(T, found.T_world_sensor()) < CONVERGING_DISTANCE);
             // Where no other pose is within reach of the camera, it need not be excluded by more agreement.
             let is_constrained =
                 found.is_accepted(PredictionGate::Inside) || (stays_near && found.is_constrained_by_map());

@@ -54,7 +54,7 @@ pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
     let range = find(&RANGES).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
     let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
-    // OtherColumns a position, an angle is a heading where the beams are counted.
+    // Where the beams are counted, an angle beside x and y is a heading.
     let is_heading = beam.is_some() && is_there("x") && is_there("y");
     let angle = bearings(names).find(|&column| !is_heading && column != range);
     angle.map(|angle| NamedReading::Angle(angle, range)).or(beam)
@@ -112,7 +112,7 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let unit = if is_rplidar { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
     let format = TableFormat::of(layout, 0.0, 0.0);
-    Guess { format: with_columns_beside(table, &format, [angle, range], range), doubt: None }
+    Guess { format: with_columns_beside(table, format, angle, range), doubt: None }
 }
 
 /// The number of a beam and a range a line, of one scan or of several.
@@ -125,16 +125,18 @@ fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
     let angle = (count < rows.len()).then_some(AngleColumn { column: beam, unit: step });
     let start = if angle.is_some() { start - begin * step } else { start };
     let format = TableFormat::of(Layout::ReadingPerLine { range, angle }, start, step);
-    Guess { format: with_columns_beside(table, &format, [beam, range], range), doubt }
+    Guess { format: with_columns_beside(table, format, beam, range), doubt }
 }
 
-/// A reading's format with its unit, and what the columns beside it are.
-fn with_columns_beside(table: &Table, format: &TableFormat, taken: [usize; 2], range: usize) -> TableFormat {
+/// The format of a reading a line with its unit, and what the columns beside its bearing (an angle or the number of a beam) and
+/// its range are.
+fn with_columns_beside(table: &Table, mut format: TableFormat, bearing: usize, range: usize) -> TableFormat {
     let rows = &table.rows;
     let named = unit_named(table.names.get(range..=range).unwrap_or_default());
     let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
-    let others = OtherColumns::of(table, rows, (0..table.width()).filter(|column| !taken.contains(column)));
-    TableFormat { unit, time: others.time(), odometry: others.poses(unit), ..format.clone() }
+    let others = OtherColumns::of(table, rows, (0..table.width()).filter(|column| ![bearing, range].contains(column)));
+    (format.unit, format.time, format.odometry) = (unit, others.time(), others.poses(unit));
+    format
 }
 
 /// A scan a line: where the ranges begin and end, and what stands beside them.
@@ -176,7 +178,7 @@ fn message_columns(values: &[f64]) -> Option<TableFormat> {
         let [low, high, step, _, _, nearest, farthest] = values[*at..*at + 7] else { return false };
         let steps = (high - low) / step;
         let is_angle = low < high && high - low < 1.01 * TAU && step > 0.0 && (steps - steps.round()).abs() < 0.1;
-        is_angle && nearest >= 0.0 && farthest > nearest && *at + 8 + steps.round() as usize <= values.len()
+        is_angle && nearest >= 0.0 && farthest > nearest && steps.round() <= (values.len() - *at - 8) as f64
     };
     let at = (0..values.len().saturating_sub(7).min(MIN_SCAN_NUMBERS)).find(is_even)?;
     let (first, step) = (at + 7, values[at + 2]);

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::super::numbers::GUESS_LINES;
 use super::Row;
+use crate::geometry::quantile::quantile;
 
 /// More readings than this of no known laser are taken for a full turn: lasers that turn are the common ones.
 const MIN_FULL_TURN: usize = 200;
@@ -60,6 +61,5 @@ pub(super) fn seam_rank(rows: &[Row], first: usize, end: usize) -> Option<f64> {
         Some(returns.windows(2).filter(is_less).count() as f64 / returns.len() as f64)
     };
     let mut ranks: Vec<f64> = rows.iter().step_by(rows.len().div_ceil(GUESS_LINES).max(1)).filter_map(rank).collect();
-    ranks.sort_by(f64::total_cmp);
-    ranks.get(ranks.len() / 2).copied()
+    quantile(&mut ranks, 0.5)
 }

@@ -4,27 +4,19 @@
 //! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
 use super::netpbm::{self, next_whole, pfm_values};
-use super::text::{quote, refuse_pointer};
+use super::png::{
+    FREE_PIXELS, MAX_INFLATION, PNG_SIGNATURE, broken_png, check_size, first_picture, most_pixels, unknown_format,
+};
+use super::text::refuse_pointer_and_utf16;
 use crate::camera::DepthImage;
 use crate::{Error, Result};
-
-/// No depth camera has more pixels.
-pub(super) const MAX_PIXELS: u64 = 1 << 26;
-/// Pixels of a packed image of any size in bytes: those of a screen of 3840 x 2160; ...
-pub(super) const FREE_PIXELS: u64 = 1 << 23;
-/// ... beyond that, the most a byte.
-const PIXELS_A_BYTE: u64 = 20;
-/// A byte of deflate can unfold to this many at the most.
-pub(super) const MAX_INFLATION: u64 = 1032;
-/// The first bytes of every PNG.
-pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Reads a depth image, given as the bytes of its file.
 ///
 /// # Errors
 /// Neither PNG nor PGM nor PFM; a colour image; a file that is cut off or broken; a size the file cannot hold.
 pub fn read(bytes: &[u8]) -> Result<DepthImage> {
-    refuse_pointer(bytes)?;
+    refuse_pointer_and_utf16(bytes)?;
     if bytes.starts_with(PNG_SIGNATURE) {
         read_png(bytes)
     } else if bytes.starts_with(b"P5") || bytes.starts_with(b"P2") {
@@ -37,11 +29,8 @@ pub fn read(bytes: &[u8]) -> Result<DepthImage> {
         || bytes.starts_with(b"\xFF\xD8")
     {
         Err(Error::whole("This is a colour image, not depth", REMEDY))
-    } else if bytes.is_empty() {
-        Err(Error::whole("The file is empty", "Export it again, or leave it out"))
     } else {
-        let start = quote(&bytes[..bytes.len().min(8)]);
-        Err(Error::byte(0, format!("This is neither a PNG nor a PGM nor a PFM: it begins with {start}"), REMEDY))
+        Err(unknown_format(bytes, "a PNG nor a PGM nor a PFM", REMEDY))
     }
 }
 
@@ -53,7 +42,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width, header.height);
     let (color, depth) = (header.color_type, header.bit_depth);
-    let pixels = check_size(u64::from(width), u64::from(height), most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION))?;
+    check_size(u64::from(width), u64::from(height), most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION))?;
     // Fewer bits than 8 stay the numbers they are: expanding would scale them.
     decoder.set_transformations(png::Transformations::IDENTITY);
     let channels = match color {
@@ -66,53 +55,37 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
         }
     };
     let (_, data) = first_picture(&mut decoder.read_info().map_err(broken_png)?, REMEDY)?;
+    let values = grey_values(&data, width as usize, channels, depth)?;
+    let bits = if depth == png::BitDepth::Sixteen { 16 } else { 8 };
+    image(width as usize, height as usize, values, bits)
+}
 
-    let mut values = Vec::with_capacity(pixels);
-    match depth {
+/// The grey values of a picture, row by row.
+fn grey_values(data: &[u8], width: usize, channels: usize, depth: png::BitDepth) -> Result<Vec<u16>> {
+    Ok(match depth {
         png::BitDepth::Sixteen => {
-            let pixels = data.chunks_exact(2 * channels);
-            values.extend(pixels.map(|pixel| u16::from_be_bytes([pixel[0], pixel[1]])));
+            data.chunks_exact(2 * channels).map(|pixel| u16::from_be_bytes([pixel[0], pixel[1]])).collect()
         }
-        png::BitDepth::Eight if channels == 1 => values.extend(data.iter().map(|&value| u16::from(value))),
+        png::BitDepth::Eight if channels == 1 => data.iter().map(|&value| u16::from(value)).collect(),
         png::BitDepth::Eight => {
             let mut pixels = data.chunks_exact(channels);
             if channels > 2 && pixels.any(|pixel| pixel[0] != pixel[1] || pixel[0] != pixel[2]) {
                 return Err(Error::whole("This is a colour image, not depth", REMEDY));
             }
-            values.extend(data.chunks_exact(channels).map(|pixel| u16::from(pixel[0])));
+            data.chunks_exact(channels).map(|pixel| u16::from(pixel[0])).collect()
         }
         few => {
             let bits = few as usize; // 1, 2 or 4; rows begin at a byte
             let a_byte = 8 / bits;
-            for row in data.chunks_exact((width as usize).div_ceil(a_byte)) {
+            let stride = width.div_ceil(a_byte);
+            let mut values = Vec::with_capacity(data.len() / stride * width);
+            for row in data.chunks_exact(stride) {
                 let value = |u: usize| row[u / a_byte] >> (8 - bits * (u % a_byte + 1)) & ((1 << bits) - 1);
-                values.extend((0..width as usize).map(|u| u16::from(value(u))));
+                values.extend((0..width).map(|u| u16::from(value(u))));
             }
+            values
         }
-    }
-    let bits = if depth == png::BitDepth::Sixteen { 16 } else { 8 };
-    image(width as usize, height as usize, values, bits)
-}
-
-/// Colour type and bytes of a PNG's picture, row by row.
-pub(super) fn first_picture<R: std::io::BufRead + std::io::Seek>(
-    reader: &mut png::Reader<R>,
-    remedy: &str,
-) -> Result<(png::ColorType, Vec<u8>)> {
-    let size = reader.output_buffer_size().ok_or_else(|| Error::whole("The PNG is too large", remedy))?;
-    let mut data = vec![0; size];
-    let info = reader.next_frame(&mut data).map_err(broken_png)?;
-    data.truncate(info.buffer_size());
-    Ok((info.color_type, data))
-}
-
-#[allow(clippy::needless_pass_by_value, reason = "as map_err gives it")]
-pub(super) fn broken_png(error: png::DecodingError) -> Error {
-    let problem = match error {
-        png::DecodingError::IoError(_) => "The PNG is cut off".to_owned(),
-        error => format!("The PNG is broken: {error}"),
-    };
-    Error::whole(problem, "Copy or export it again")
+    })
 }
 
 /// Jef Poskanzer's format: `P5 width height maxval`, a single blank, then the values, two bytes each with the high one
@@ -170,25 +143,6 @@ fn read_pfm(bytes: &[u8]) -> Result<DepthImage> {
         if value >= 1.0 && value <= f64::from(u16::MAX) { value as u16 } else { 0 }
     };
     image(width, height, values.into_iter().map(millimetres).collect(), DepthImage::METRES)
-}
-
-/// How many pixels a packed image of these bytes may have: `free` however few they are, and at most so many `a_byte`.
-pub(super) fn most_pixels(bytes: &[u8], free: u64, a_byte: u64) -> u64 {
-    let size = bytes.len() as u64;
-    free.max(PIXELS_A_BYTE * size).min(size * a_byte)
-}
-
-/// The number of pixels, if the file can hold them: `most` is how many its bytes can.
-fn check_size(width: u64, height: u64, most: u64) -> Result<usize> {
-    let pixels = width.saturating_mul(height);
-    if pixels == 0 {
-        return Err(Error::whole(format!("An image of {width} x {height} pixels is empty"), REMEDY));
-    }
-    if pixels > most.min(MAX_PIXELS) {
-        let problem = format!("The header announces {width} x {height} pixels, more than the file can hold");
-        return Err(Error::whole(problem, "Copy or export it again"));
-    }
-    Ok(pixels as usize)
 }
 
 fn image(width: usize, height: usize, values: Vec<u16>, bits: u8) -> Result<DepthImage> {
