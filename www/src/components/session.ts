@@ -174,6 +174,8 @@ export abstract class RunSession<
   snapshot: Snapshot | null = null;
   /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
+  /** How the run of the last snapshot ended; one that was replaced by another order counts as stopped. */
+  protected ended: 'stopped' | 'done' = 'done';
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
@@ -236,9 +238,10 @@ export abstract class RunSession<
     this.report(text, remedy);
   }
 
-  /** What was on the page, where nothing of what was given can be used. */
+  /** What was on the page, where nothing of what was given can be used. A run that was not interrupted goes on. */
   protected keepResult(): void {
-    this.phase = this.snapshot ? 'done' : 'empty';
+    if (this.phase === 'running') return;
+    this.phase = this.snapshot ? this.ended : 'empty';
   }
 }
 

@@ -93,7 +93,8 @@ export class PlanarClient {
 
   /** Stops computing; what has been computed arrives as a snapshot. */
   stop(): void {
-    this.#order(this.#host.call('stop'));
+    // What it answers is the reaction, also where there was nothing to stop.
+    this.#order(this.#host.call('stop').then(() => clearTimeout(this.#stop_timer)));
     clearTimeout(this.#stop_timer);
     this.#stop_timer = setTimeout(() => this.#host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
   }

@@ -176,6 +176,7 @@ function configure(run: number, settings: Partial<Settings>): void {
 
 /** Computes once the order has been answered. */
 function computeLater(run: number): void {
+  is_running = true; // a stop may arrive before the first slice
   otherMessages()
     .then(() => compute(run))
     .catch(reportCrash);
@@ -183,8 +184,7 @@ function computeLater(run: number): void {
 
 /** Steps until all is done, or stopped, or overtaken; sends what is new now and then and all of it at the end. */
 async function compute(run: number): Promise<void> {
-  if (!reconstruction || current_run !== run) return;
-  is_running = true;
+  if (!reconstruction || current_run !== run || !is_running) return;
   let next_progress = performance.now();
   let next_snapshot = performance.now() + FIRST_SNAPSHOT_MS;
   while (is_running && current_run === run) {

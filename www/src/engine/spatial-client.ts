@@ -121,15 +121,17 @@ export class SpatialClient {
     });
   }
 
-  /** Takes another reference, or none. */
+  /** Takes another reference, or none. A run that was stopped, or crashed, stays so. */
   setReference(reference: Readable | null): void {
     if (!this.#inputs) return;
     this.#inputs = { ...this.#inputs, reference };
+    const is_stopped = this.#stopping.signal.aborted;
     this.#begin(async (order) => {
-      if (!this.#run) return this.#loadAll(order);
+      if (!this.#run) return is_stopped ? undefined : this.#loadAll(order);
       await this.#setReference();
       await this.#compute(order);
     });
+    if (is_stopped) this.#stopping.abort();
   }
 
   /** Stops; what is done stays, and arrives as a snapshot. */

@@ -151,7 +151,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   override clear(): void {
     const had_scans = this.dataset !== null;
     this.#num_asked++;
-    if (this.phase === 'running') this.client?.stop();
+    if (this.facts && (this.phase === 'running' || this.phase === 'reading')) this.client?.stop();
+    this.#candidate = null;
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
@@ -229,6 +230,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onReading(file: string, done: number, total: number): void {
+    if (!this.#candidate) return;
     const now = performance.now();
     if (this.phase === 'crashed' || (this.phase === 'reading' && now < this.#next_reading)) return;
     this.#next_reading = now + READING_INTERVAL_MS;
@@ -258,6 +260,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onProgress({ stage, done, total }: Progress): void {
+    if (!this.dataset) return;
     this.phase = 'running';
     if (stage === 'register') this.num_scans = total;
     this.progress = total > 0 ? done / total : 0;
@@ -273,7 +276,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onSnapshot(state: RunState, snapshot: Snapshot): void {
+    if (!this.dataset) return;
     this.snapshot = snapshot;
+    this.ended = state === 'done' ? 'done' : 'stopped';
     this.points = { points: snapshot.map_points, offsets: snapshot.map_offsets };
     this.look_direction = lookDirection(
       this.points,

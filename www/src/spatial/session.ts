@@ -131,6 +131,13 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   /** Stops at once; the frame that is being registered may still come in. */
   override stop(): void {
+    // Before the engine has been given anything: files are being inspected.
+    if (this.phase === 'reading' && this.#pending === null) {
+      this.#num_intakes++;
+      this.keepResult();
+      this.tell([noteMessage('', 'Opening the files was stopped')]);
+      return;
+    }
     this.client?.stop();
     this.phase = 'stopped';
     this.#pause();
@@ -298,6 +305,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #onSnapshot(state: SpatialState, snapshot: SpatialSnapshot): void {
     if (!this.dataset) return;
     this.snapshot = snapshot;
+    this.ended = state === 'done' ? 'done' : 'stopped';
     this.sizes = null;
     this.points = snapshot.points;
     this.frame_ms = snapshot.result.frames.map(({ index }) => this.#ms_by_index.get(index) ?? 0);
