@@ -179,11 +179,11 @@ export class ScanstitchTableImport extends LitElement {
     const view = Math.abs(step) * Math.max(0, facts.num_readings - 1);
     return html`<fieldset>
       <legend>Angles, counter-clockwise from ahead</legend>
-      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: `${value}deg` }))}
+      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: value && `${value}deg` }))}
       ${
         has_angles
           ? nothing
-          : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: `${value}deg` }))}
+          : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: value && `${value}deg` }))}
               <p class="muted">${view > 0 ? `${facts.num_readings} readings over ${Number(view.toFixed(1))}°` : ''}</p>`
       }
     </fieldset>`;
