@@ -98,7 +98,10 @@ async function fetchManifest(manifest: Manifest, base: URL, hooks: FetchHooks): 
     const typo = unknown.length > 0 ? ` (${unknown.join(', ')}: not known)` : '';
     throw new Error(`${base.href} names no scans${typo}; it should read ${EXAMPLE}`);
   }
-  const named = paths.map((path) => ({ url: resolve(path, base.href), name: path.replace(/^(\.?\/)+/, '') }));
+  const named = paths.map((path) => {
+    const url = resolve(path, base.href);
+    return { url, name: nameIn(path, url) };
+  });
   const files = await fetchAll(named, hooks);
   const nameAt = (path: string): string => named[paths.indexOf(path)]?.name ?? path;
   return {
@@ -209,11 +212,20 @@ const shown = (url: URL): string => (url.protocol === 'data:' ? `data:…;name=$
 /** Of a data URL the parameter `name` of its media type. */
 function nameOf({ protocol, pathname }: URL): string {
   const given = protocol === 'data:' ? (/^[^,]*?;name=([^;,]+)/.exec(pathname)?.[1] ?? 'data') : undefined;
-  const name = given ?? pathname.slice(pathname.lastIndexOf('/') + 1);
+  return decoded(given ?? pathname.slice(pathname.lastIndexOf('/') + 1));
+}
+
+/** The path in a manifest, which keeps its folders; no query, no fragment and no escapes. */
+function nameIn(path: string, url: URL): string {
+  if (url.protocol === 'data:') return nameOf(url);
+  return decoded(path.replace(/[?#].*$/s, '').replace(/^(\.?\/)+/, ''));
+}
+
+function decoded(text: string): string {
   try {
-    return decodeURIComponent(name);
+    return decodeURIComponent(text);
   } catch {
-    return name;
+    return text;
   }
 }
 
