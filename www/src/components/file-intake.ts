@@ -45,8 +45,6 @@ interface OpeningRequest {
   given: GivenSet | null;
 }
 
-/** What may join the recording that is open: a reference trajectory, a camera. */
-const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
 /** How far a bag has been inspected is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 100;
 
@@ -123,7 +121,9 @@ export class FileIntake {
   async #show(opening: Promise<OpenedFiles>, asked: OpeningRequest): Promise<void> {
     const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening.catch((error: unknown) => {
-      if (own === this.#num_taken) throw error;
+      if (own !== this.#num_taken) return;
+      this.#setBag(this.#open.bag);
+      throw error;
     });
     if (!opened || own !== this.#num_taken) return;
     const recognised = await (await reader()).tellApart(opened, this.#hooks.present());
@@ -133,7 +133,8 @@ export class FileIntake {
     if (recognised.bag) {
       const { listed, choice } = recognised.bag;
       this.#open = { bag: { listed, choice, wishes, activity: '' }, opened };
-    } else if (this.#open.opened && opened.files.every(({ path }) => isBeside(path))) {
+    } else if (this.#open.opened && !recognised.is_recording) {
+      // A reference trajectory or a camera, for the recording that is open.
       const files = [...this.#open.opened.files, ...opened.files];
       this.#open = { ...this.#open, opened: { ...this.#open.opened, files } };
     } else {
