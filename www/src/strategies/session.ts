@@ -145,8 +145,8 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.tell([...notes].map((text) => noteMessage('', text)));
     this.announce(`${is_done ? 'Compared' : 'Stopped'}: ${plural(this.num_frames, 'frame')}.`);
     if (this.num_frames === 0) {
-      this.phase = 'crashed';
       this.results = [];
+      if (is_done) this.phase = 'crashed';
     }
     this.changed();
     this.#onOver();
