@@ -3,6 +3,7 @@
  * rows of a landscape or a basin. Each receives the clouds and a method when it first needs them.
  */
 import type { CloudData } from '../components/given-clouds.js';
+import { LatestQuery } from '../engine/latest-query.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type {
@@ -31,6 +32,14 @@ export interface LabHooks {
 
 type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'search_path' | 'basin' | 'label' | 'own';
 type Given<K extends Question> = Arguments<LabApi[K]> extends [number, ...infer Rest] ? Rest : never;
+
+/** A pose that follows the hand. */
+interface Following {
+  method: number;
+  T: Pose;
+  stride: number;
+  answered(iteration: LabIteration): void;
+}
 
 interface Pair {
   source: CloudData;
@@ -106,8 +115,14 @@ export class LabClient {
   #crew: Seat[] = [];
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
-  #is_following = false;
-  #next: { T: Pose; stride: number; answered: (iteration: LabIteration) => void } | null = null;
+  readonly #following = new LatestQuery<Following, LabIteration>({
+    compute: ({ method, T, stride }) => this.iteration(method, T, stride),
+    answered: ({ answered }, iteration) => answered(iteration),
+    failed: (_, error) => {
+      // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
+      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
+    },
+  });
 
   constructor(hooks: LabHooks) {
     this.#hooks = hooks;
@@ -121,7 +136,7 @@ export class LabClient {
   /** Two other clouds; what is known of methods stays. */
   open(source: CloudData, target: CloudData): void {
     this.#pair = { source, target };
-    this.#next = null;
+    this.#following.drop();
   }
 
   /** Rejects with an EngineProblem where the clouds or the options are refused. */
@@ -172,13 +187,12 @@ export class LabClient {
 
   /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */
   follow(method: number, T: Pose, stride: number, answered: (iteration: LabIteration) => void): void {
-    this.#next = { T, stride, answered };
-    if (!this.#is_following) void this.#followAll(method);
+    this.#following.ask({ method, T, stride, answered });
   }
 
   /** A drag has ended: its pending queries are no longer answered. */
   unfollow(): void {
-    this.#next = null;
+    this.#following.drop();
   }
 
   /** Starts the crew and makes it ready for a method: what is timed afterwards is computing alone. */
@@ -214,7 +228,7 @@ export class LabClient {
   }
 
   dispose(): void {
-    this.#next = null;
+    this.#following.drop();
     for (const seat of [this.#stepper, ...this.#crew]) seat.dispose();
   }
 
@@ -225,22 +239,5 @@ export class LabClient {
 
   #options(method: number): Options {
     return this.#methods.get(method) ?? {};
-  }
-
-  async #followAll(method: number): Promise<void> {
-    this.#is_following = true;
-    try {
-      while (this.#next) {
-        const { T, stride, answered } = this.#next;
-        this.#next = null;
-        const iteration = await this.iteration(method, T, stride);
-        answered(iteration);
-      }
-    } catch (error) {
-      // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
-      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
-    } finally {
-      this.#is_following = false;
-    }
   }
 }
