@@ -4,6 +4,7 @@ import type { GivenFiles } from '../components/run-kind.js';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import { sorted } from '../views/sorted.js';
 import { WorkerClient } from './client.js';
 import evaluate_url from './evaluate-worker.ts?worker&url';
 import { type Intake, sortOut } from './intake.js';
@@ -19,11 +20,12 @@ import type {
   Part,
   Query,
   Result,
+  TimesFile,
   TrajectoryFile,
 } from './protocol.js';
 import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
-import { columnsOf, figure, sorted } from './table.js';
+import { columnsOf, figure } from './table.js';
 
 const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
 /** A run's poses are those of the reference one by one, in a world of their own. */
@@ -45,7 +47,7 @@ type Clients = { trajectories: WorkerClient<Command, Query, Result>; dispose(): 
 export class EvaluateSession extends Session<Clients> {
   files: readonly TrajectoryFile[] = [];
   choices: Choices = { reference_id: -1, options: START_OPTIONS, loops_only: false };
-  times: Part | null = null;
+  times: TimesFile | null = null;
   relations: Part | null = null;
   clouds: readonly Part[] = [];
   result: Result | null = null;
@@ -75,7 +77,7 @@ export class EvaluateSession extends Session<Clients> {
   #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
     const columns = columnsOf(comparisons[0]?.summary.unit ?? '', true);
     const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
-    return column ? sorted(comparisons, column, is_descending) : comparisons;
+    return column ? sorted(comparisons, (one) => column.value(one), is_descending) : comparisons;
   });
   #orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
     files.map(({ id }) => id).filter((id) => id !== reference_id),
@@ -191,6 +193,7 @@ export class EvaluateSession extends Session<Clients> {
     else {
       this.clouds = [];
       this.map_result = null;
+      this.is_judging_map = false;
       this.#judged = '';
     }
     this.#ask();
@@ -201,6 +204,7 @@ export class EvaluateSession extends Session<Clients> {
     this.files = [];
     this.times = this.relations = this.result = this.map_result = null;
     this.clouds = [];
+    this.is_judging_map = false;
     this.messages = [];
     this.run = null;
     this.run_id = -1;
@@ -218,15 +222,17 @@ export class EvaluateSession extends Session<Clients> {
     this.changed();
     try {
       const bytes = await run.readMap();
+      if (run !== this.run) return;
       this.clouds = [...this.clouds, { name: `${run.estimate.name}.ply`, bytes }];
       this.#judge();
     } catch (error) {
+      if (run !== this.run) return;
       this.#onFailed(error instanceof Error ? error.message : String(error));
     }
   }
 
   #take({ trajectories, times, relations, clouds }: Intake, has_problems: boolean): void {
-    this.times = times ?? this.times;
+    this.times = times ? { ...times, id: this.#next_id++ } : this.times;
     this.relations = relations ?? this.relations;
     this.clouds = [...this.clouds, ...clouds];
     this.#add(trajectories.map((found) => ({ ...found, id: this.#next_id++ })));
@@ -307,6 +313,7 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   #onJudged(result: MapResult): void {
+    if (this.clouds.length === 0) return;
     this.map_result = result;
     this.is_judging_map = false;
     this.announce('The sharpness of the map has been computed.');
