@@ -41,7 +41,7 @@ export function comparePanel(has: CompareFacts): TemplateResult {
             <th scope="col">time</th>
             <th scope="col">
               <abbr
-                title="Share of starts, up to 1.5 m and 40° away, from which the method ends at the first method's final pose"
+                title="Share of starts, up to ${facts.is_planar ? '1.5 m and 40° away' : '1.5 m away along x and y'}, from which the method ends at the first method's final pose"
                 >basin</abbr
               >
             </th>

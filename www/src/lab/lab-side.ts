@@ -79,6 +79,10 @@ export class ScanstitchLabSide extends LitElement {
     return within?.querySelector('scanstitch-figure') ?? null;
   }
 
+  protected override willUpdate(): void {
+    if (!this.session.is_dragged) this.slide = null;
+  }
+
   protected override render(): TemplateResult {
     const is_planar = this.session.facts?.is_planar ?? true;
     const shown = TABS.filter(({ tab }) => is_planar || tab !== 'search');
@@ -114,15 +118,16 @@ export class ScanstitchLabSide extends LitElement {
     }
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
     const metric = metricOf(run.options, facts);
+    const shown_at = iteration ? session.iteration_at : session.at;
+    const at = session.is_dragged ? null : shown_at;
     return html`<div class="panel">
-      ${stepPanel({ trace, iteration, metric, at: iteration && !session.is_dragged ? session.iteration_at : session.is_dragged ? null : session.at, num_source: facts.source_points.length / 3 }, this.renderCost())}
+      ${stepPanel({ trace, iteration, metric, at, num_source: facts.source_points.length / 3 }, this.renderCost())}
     </div>`;
   }
 
   private renderDegeneracy({ is_planar }: LabFacts): TemplateResult {
-    const { iteration, pose, is_dragged } = this.session;
+    const { iteration, pose } = this.session;
     if (!iteration) return html`<div class="panel"><p class="muted">The pairs are being searched…</p></div>`;
-    if (!is_dragged) this.slide = null;
     return html`<div class="panel">
       ${degeneracyPanel({
         iteration,

@@ -65,6 +65,8 @@ export class ScanstitchLab extends LitElement {
   @state() private scene: OpenedScene | null = null;
   /** What a link says of files that are not there yet. */
   private awaited: LabLink | null = null;
+  /** Counts the downloads: the last one wins. */
+  private num_fetched = 0;
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -102,9 +104,7 @@ export class ScanstitchLab extends LitElement {
       );
       return;
     }
-    sampleClouds(source, target)
-      .then((given) => this.openAs(given, link))
-      .catch((error: unknown) => this.tellFetching(error));
+    this.attend(sampleClouds(source, target), (given) => this.openAs(given, link));
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -418,15 +418,21 @@ export class ScanstitchLab extends LitElement {
     void this.take(Promise.resolve(files));
   }
 
-  private attend(fetching: Promise<GivenClouds>): void {
+  /** Opens clouds that are being fetched, unless others are opened or asked for meanwhile. */
+  private attend(
+    fetching: Promise<GivenClouds>,
+    open: (given: GivenClouds) => Promise<void> = (given) => this.session.open(given),
+  ): void {
+    const own = ++this.num_fetched;
+    const before = this.session.given;
+    const is_wanted = (): boolean => own === this.num_fetched && this.session.given === before;
     fetching.then(
-      (given) => this.session.open(given),
-      (error: unknown) => this.tellFetching(error),
+      (given) => (is_wanted() ? open(given) : undefined),
+      (error: unknown) => {
+        if (!is_wanted()) return;
+        this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
+      },
     );
-  }
-
-  private tellFetching(error: unknown): void {
-    this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
   }
 
   static override styles = [shared, layout_styles, drop_styles, empty_styles, lab_styles];

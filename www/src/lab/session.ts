@@ -199,6 +199,10 @@ export class LabSession extends Session<LabClient> {
     const poses = Float64Array.from(all.flat());
     const its_trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
+    for (const { id } of this.runs.filter((one) => !others.includes(one))) {
+      client.forget(id);
+      this.#iterations.forget(id);
+    }
     this.runs = [...others, { ...own, trace: its_trace }];
     try {
       const facts = await client.prepare(own.id, run.options);
@@ -256,12 +260,16 @@ export class LabSession extends Session<LabClient> {
   /** A drag has ended: all methods run from the pose that it has left. */
   async release(plays = true): Promise<void> {
     if (!this.is_dragged) return;
-    clearTimeout(this.#resting);
-    this.client?.unfollow();
-    this.is_dragged = false;
+    this.#endDrag();
     this.start = this.pose;
     await this.#runAll();
     if (plays) this.player.play();
+  }
+
+  #endDrag(): void {
+    clearTimeout(this.#resting);
+    this.client?.unfollow();
+    this.is_dragged = false;
   }
 
   /** From this start on; null is where the clouds lie as they are given. */
@@ -381,7 +389,9 @@ export class LabSession extends Session<LabClient> {
     this.changed();
   }
 
+  /** At an iteration of the run: a pose that the source was dragged to is left. */
   #onArrived(): void {
+    this.#endDrag();
     this.#onMove();
     void this.#lookAt(this.at);
   }

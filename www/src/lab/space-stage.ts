@@ -48,7 +48,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   /** Middle of the source that the camera looks at; null once the user has moved the camera. */
   private followed: Vec3 | null = null;
   private is_twisting = false;
-  private drawn: { clouds: unknown; pairs: unknown; marks: unknown } = { clouds: null, pairs: null, marks: null };
+  private drawn: { clouds: unknown; pairs: unknown; facts: unknown } = { clouds: null, pairs: null, facts: null };
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('up')) this.fit();
@@ -60,7 +60,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   }
 
   onScene(scene: SpaceScene): void {
-    this.drawn = { clouds: null, pairs: null, marks: null };
+    this.drawn = { clouds: null, pairs: null, facts: null };
     scene.resize(this.size, this.surface.pixel_ratio);
     this.surface.paintNow();
   }
@@ -156,10 +156,10 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   /** Sends to the card what has changed. */
   private upload(scene: PlaneScene, graphics: SpaceScene): void {
     const clouds = `${this.fit_key} ${scene.dark} ${this.up}`;
-    if (this.drawn.clouds !== clouds || this.drawn.marks !== scene.facts) {
+    if (this.drawn.clouds !== clouds || this.drawn.facts !== scene.facts) {
       graphics.set('target', targetVertices(scene, VIEWS[this.up][1]));
       this.drawn.clouds = clouds;
-      this.drawn.marks = scene.facts;
+      this.drawn.facts = scene.facts;
       this.drawn.pairs = null;
     }
     const { color_by, pairs, rejected } = scene.look;
