@@ -295,7 +295,7 @@ test('own poses are followed step by step, and three faults are told apart', asy
   ] as const) {
     await drop(`${fault.replaceAll(' ', '_')}.json`, fault);
     await expect(lab(page).locator('.fault')).toHaveText(words);
-    await expect(lab(page).getByText(`They part at iteration ${parts}.`)).toBeVisible();
+    await expect(lab(page).getByText(`They diverge at iteration ${parts}.`)).toBeVisible();
   }
   await lab(page)
     .locator('input[type=file]')

@@ -193,7 +193,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (changed.get('first_view') !== undefined) this.openView();
   }
 
-  // For the page that the element stands on; documented in npm/element.d.ts.
+  // For the host page; documented in npm/element.d.ts.
 
   open(source: string | readonly string[] | Iterable<File>): Promise<void> {
     return this.api.open(source);

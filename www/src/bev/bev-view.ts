@@ -202,7 +202,7 @@ export class ScanstitchBev extends LitElement {
         .overlay=${overlay}
         .handles=${is_top ? this.topHandlesOf(document) : this.frontHandlesOf(answered)}
         .blend=${is_top ? 0 : session.blend}
-        placeholder=${picture && !bitmap ? 'The image has another size than its camera' : `Drop the ${role} view here`}
+        placeholder=${picture && !bitmap ? 'The image and its camera differ in size' : `Drop the ${role} view here`}
         @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
         @handle-moved=${({ detail }: CustomEvent<HandleMove>) => this.onMoved(role, detail)}
         @handle-removed=${({ detail }: CustomEvent<string>) => this.removeMark(markOf(detail))}

@@ -11,9 +11,9 @@ export interface RefinementWish {
 }
 
 const PARAMETERS: readonly [BevParameter, string, string][] = [
-  ['pitch', 'pitch', 'the turn about the camera’s own x axis'],
+  ['pitch', 'pitch', 'rotation about the camera’s x axis'],
   ['height', 'height', 'the height of the camera'],
-  ['offset', 'offset', 'the place of the camera along the ground'],
+  ['offset', 'offset', 'the position of the camera along the ground'],
   ['ground', 'ground', 'the height of the ground itself; both cameras stay'],
 ];
 const DEGREES = 180 / Math.PI;
@@ -35,8 +35,8 @@ export class ScanstitchBevRefinement extends LitElement {
   protected override render(): TemplateResult {
     const count = this.residuals.filter((residual) => residual !== null).length;
     return html`<p class="muted">
-        ${count} pair${count === 1 ? '' : 's'} marked in both views. What is chosen is moved until the projections
-        (crosses) fall on the marks.
+        ${count} pair${count === 1 ? '' : 's'} marked in both views. The selected parameters are adjusted until the
+        projections (crosses) fall on the marks.
       </p>
       <div class="checks">
         <label
@@ -98,7 +98,7 @@ export class ScanstitchBevRefinement extends LitElement {
       ([name, value, unit, digits]) => `${name} ${value > 0 ? '+' : '−'}${Math.abs(value).toFixed(digits)}${unit}`,
     );
     return html`<p class="evidence" role="status">
-      ${words.join(', ') || 'Nothing had to move'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px
+      ${words.join(', ') || 'No change needed'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px
       in ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
     </p>`;
   }

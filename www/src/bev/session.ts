@@ -26,7 +26,7 @@ export interface Listener {
   answered(since: number): void;
 }
 
-/** A picture that is no scene and no table. */
+/** What a file is, by its name; any other one is a picture. */
 const TABLE = /\.(csv|txt|tsv)$/i;
 const SCENE = /\.json$/i;
 
@@ -62,7 +62,7 @@ export class BevSession extends Session<BevClient> {
       },
       unavailable: (message) => {
         this.settle('slow');
-        this.setProblem('crash', `${message}. Where trying again does not help, reload the page.`, this.#retry);
+        this.setProblem('crash', `${message}. If trying again does not help, reload the page.`, this.#retry);
       },
     });
   }

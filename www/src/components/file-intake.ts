@@ -10,7 +10,7 @@ import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
-/** What opens files is fetched with the first of them. */
+/** The module that opens files is fetched when the first files are opened. */
 const reader = (): Promise<typeof import('../datasets/spatial-files.js')> => import('../datasets/spatial-files.js');
 
 type Recognised = Awaited<ReturnType<typeof tellApart>>;
@@ -22,7 +22,7 @@ export interface IntakeHooks {
   loaded<T>(loading: Promise<T>): Promise<T>;
   /**
    * Hands the files to the view that they are for. `is_new`: they are a recording that was not open; `given`: they are what
-   * the page that the element stands on names.
+   * the host page names.
    */
   show(files: Recognised, requested_at: number, is_new: boolean, given: GivenSet | null): Promise<void>;
 }

@@ -1,4 +1,4 @@
-/** What a page can do with the element that stands on it: open files, run, cancel. Documented in npm/element.d.ts. */
+/** What a host page can do with the element: open files, run, cancel. Documented in npm/element.d.ts. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
@@ -38,7 +38,7 @@ function faultMessage(text: string, remedy: string): Message {
   return { kind: 'error', file: '', place: '', text, remedy };
 }
 
-/** What a host names is understood by a part of the page that is fetched with the first of it. */
+/** The module that reads what a host names is fetched when it is first needed. */
 export const fromHost = (): Promise<FromHost> => import('../datasets/given.js');
 type FromHost = typeof import('../datasets/given.js');
 
@@ -197,7 +197,7 @@ export class HostApi implements ReactiveController {
   #onRemoved(): void {
     const runs = this.#hooks.runs();
     if (this.source.activity !== null || runs.some((run) => run.is_under_way)) {
-      tellFault(this.#host, { file: '', place: '', text: REMOVED, remedy: 'Put it back: it computes again' });
+      tellFault(this.#host, { file: '', place: '', text: REMOVED, remedy: 'Add the element to the page again to restart the computation' });
     }
     this.#stopFetching();
     runs.forEach((run) => run.abandon(REMOVED));

@@ -21,7 +21,7 @@ export class PageParts {
     let withdraw = (): void => undefined;
     const timer = setTimeout(() => {
       const text = `A part of the page has not loaded after ${START_PATIENCE_MS / 1000} s`;
-      const remedy = 'It is shown as soon as it is there; or check the connection and reload the page';
+      const remedy = 'Loading continues. If it does not finish, check the connection and reload the page';
       // A module that is being fetched is fetched by no second import: only a reload tries again.
       withdraw = this.#hooks.report(text, remedy, this.#hooks.reload() ?? undefined);
     }, START_PATIENCE_MS);
@@ -44,7 +44,7 @@ export class PageParts {
       const [part = ''] = /[^/]+$/.exec(words) ?? [];
       this.#hooks.report(
         `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
-        'Where trying again does not help, export what is open and reload the page',
+        'If trying again does not help, export your results and reload the page',
         () => this.attend(work),
       );
     });

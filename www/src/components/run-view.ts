@@ -132,7 +132,7 @@ export abstract class RunView<
     }
   }
 
-  // For the page that the element stands on.
+  // For the host page.
 
   /** What was computed; null while it is not over. */
   get outcome(): ScanstitchResult | null {
@@ -140,7 +140,7 @@ export abstract class RunView<
     return snapshot && phase === 'done' ? this.outcomeOf(snapshot) : null;
   }
 
-  /** Whether files are being read or a run is under way. */
+  /** Whether files are being read or a run is under way, or the engine is starting. */
   get is_busy(): boolean {
     return ['starting', 'reading', 'running'].includes(this.session.phase);
   }

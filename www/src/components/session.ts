@@ -23,8 +23,8 @@ interface Disposable {
 export const STOPPED = 'The run was stopped';
 
 export const SLOW = `The engine has not loaded after ${START_PATIENCE_MS / 1000} s`;
-const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and try again';
-const RELOAD_REMEDY = 'Where trying again does not help, reload the page; a browser of the last two years is needed';
+const SLOW_REMEDY = 'Loading continues. If it does not finish, check the connection and try again';
+const RELOAD_REMEDY = 'If trying again does not help, reload the page. A browser version from the last two years is needed';
 
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
@@ -130,7 +130,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.changed();
   }
 
-  /** An error that is shown: the page that the element stands on hears of it. */
+  /** An error that is shown: the host page hears of it. */
   protected raise(error: Omit<Message, 'kind'>): void {
     tellFault(this.#host, error);
   }

@@ -15,9 +15,9 @@ const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script
 <scanstitch-app src="scans/homework.json" style="height: 80vh"></scanstitch-app>`;
 
 export interface WelcomeHooks {
-  /** Told the id of what is to be opened. */
+  /** Opens a tool, a sample, or a dialog for files. */
   want(id: string): void;
-  /** The lines to embed the page were to be copied. */
+  /** Copies the lines that embed the page. */
   copy(text: string): void;
   close(): void;
 }

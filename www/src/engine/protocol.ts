@@ -78,7 +78,7 @@ export interface Problem {
   remedy: string;
 }
 
-/** The commands of the engine, and its descriptions of settings. */
+/** What the engine reports of itself when it has started. */
 export interface EngineFacts {
   version: string;
   descriptions: SettingDescription[];

@@ -153,7 +153,7 @@ export class ScanstitchEvaluationControls extends LitElement {
     return html`${this.renderNumber('delta', 'Delta', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
     ${check('all_pairs', 'all pairs')}
     ${this.options.all_pairs ? this.renderNumber('delta_tolerance', 'Tolerance (share)', 0.1, 0) : nothing}
-    ${check('pairs_from_reference', 'delta along the reference')}`;
+    ${check('pairs_from_reference', 'delta along the ground truth')}`;
   }
 
   private renderBeside(): TemplateResult {

@@ -91,7 +91,7 @@ export class ScanstitchEvaluate extends LitElement {
         as evo does.
       </p>
       <p class="muted">
-        <b>Hand-ins:</b> drop the ground truth with all files, as a folder or a zip: they are ranked, and a file that
+        <b>Submissions:</b> drop the ground truth with all files, as a folder or a zip: they are ranked, and a file that
         cannot be compared is listed with the reason. <b>No ground truth?</b> Drop maps as PLY or PCD to compare their
         sharpness.
       </p>

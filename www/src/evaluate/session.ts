@@ -57,7 +57,7 @@ export class EvaluateSession extends Session<Clients> {
   sort: Sort = { id: 'rmse', is_descending: false };
   /** The run that was given, until all is removed. */
   run: GivenFiles | null = null;
-  /** Whether it is a run without a reference, which is never used as the reference. */
+  /** Id of the run's trajectory, which is never chosen as the reference by itself; -1 without a run. */
   run_id = -1;
   /** Changes with every new set of files. */
   data_key = 0;

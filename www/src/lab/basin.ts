@@ -28,12 +28,12 @@ const ON_DARK: readonly Rgb[] = [
   [240, 121, 61],
   [240, 228, 66],
 ];
-const UNSETTLED: Record<'light' | 'dark', Rgb> = { light: [176, 184, 194], dark: [84, 94, 107] };
+const NOT_CONVERGED: Record<'light' | 'dark', Rgb> = { light: [176, 184, 194], dark: [84, 94, 107] };
 
 export function labelColor(label: number, dark: boolean): Rgb {
-  if (label < 0) return UNSETTLED[dark ? 'dark' : 'light'];
+  if (label < 0) return NOT_CONVERGED[dark ? 'dark' : 'light'];
   const colors = dark ? ON_DARK : ON_LIGHT;
-  // Home's colour is its own.
+  // The first colour is kept for the reference minimum.
   return colors[label === 0 ? 0 : 1 + ((label - 1) % (colors.length - 1))] ?? [0, 0, 0];
 }
 
@@ -83,6 +83,6 @@ function layerPicture({ grid, index, labels }: Basin, layer: number, dark: boole
   return canvas;
 }
 
-/** "0.82 m, 12°": how far a minimum lies from home. */
+/** "0.82 m, 12°": how far a minimum lies from the reference. */
 export const awayWords = ({ translation, rotation }: { translation: number; rotation: number }): string =>
   `${formatLength(translation)}, ${formatAngle(rotation, 1)}`;

@@ -13,7 +13,7 @@ export interface CompareFacts {
   active: number;
   facts: LabFacts;
   presets: readonly SettingPreset[];
-  /** Share of starts that find home, by the run; null while it is computed. */
+  /** Share of starts that end at the reference pose, by the run; null while it is computed. */
   basins: ReadonlyMap<number, number | null>;
   colorOf(run: LabRun): string;
   look(id: number): void;

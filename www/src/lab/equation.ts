@@ -50,7 +50,7 @@ export function equation(iteration: LabIteration, metric: CloudMetric): Template
         x
           ? html`<var>x</var> =
               (${x.map((value, i) => (isTurn(i, n) ? formatAngle(value, 3) : formatStep(value))).join(', ')})`
-          : 'These pairs fix no step.'
+          : 'These pairs do not determine a step.'
       }
     </p>
     ${

@@ -166,7 +166,7 @@ export class ScanstitchLab extends LitElement {
                   </button>`
                 : session.at === 0 && !player.is_playing && trace
                   ? html`<p class="hint" aria-hidden="true">
-                      ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'The crossed arrows let a drag move the source; Shift and a drag turn it'}
+                      ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'Turn on the crossed arrows to drag the source; hold Shift to rotate it'}
                     </p>`
                   : nothing
             }

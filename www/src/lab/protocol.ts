@@ -48,7 +48,7 @@ export interface LabTrace {
   milliseconds: number;
 }
 
-/** Why a source point has no say in a step. */
+/** Why a source point is left out of a step. */
 export const REJECTION_REASONS = ['too far', 'normals', 'trimmed', 'no normal'] as const;
 
 /** Somebody's own ICP beside the engine's: from each of their poses the engine does one step. */

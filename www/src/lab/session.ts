@@ -18,11 +18,11 @@ import { stateWords } from './words.js';
 export const MAX_RUNS = 4;
 /** Entries of poses that differ by less are equal: a file of nine digits. */
 const SAME_POSE = 1e-8;
-/** So many source points are paired while the source follows the hand: within a picture or two, 33 ms. */
+/** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
 const MAX_FOLLOWED_POINTS = 8000;
 /** Largest distance of pairs where the options do not say it (m): the engine's default. */
 const DEFAULT_REACH = 0.5;
-/** The hand rests when it has not moved for so long. */
+/** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
 
 /** One method, and what came of it. */
@@ -452,7 +452,7 @@ function startProblem({ records, end_reason }: LabTrace, reach: number): [proble
         'Drag the source nearer to the target, or raise the largest distance or normal angle under Methods',
       ]
     : [
-        'The pairs fix no step: there are too few, or the target has no normals to measure along',
+        'The pairs do not determine a step: there are too few, or the target has no normals to measure along',
         'Choose point to point under Methods, or clouds of more points',
       ];
 }

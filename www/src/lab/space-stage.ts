@@ -37,7 +37,8 @@ const TURN_PER_PIXEL = 0.008;
 
 /**
  * The two clouds in space. A drag orbits; with the source taken hold of, it moves the source in the plane of the screen, and
- * turns it about the line of sight with two fingers or Shift. The camera follows the source until the user moves it.
+ * turns it about the line of sight with two fingers or Shift. The view stays centred on
+ * the middle of the two clouds until the user moves it.
  */
 @customElement('scanstitch-lab-space')
 export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceScene> {
@@ -45,7 +46,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   private graphics = new Graphics(this, this);
   private orbit = FIRST_ORBIT;
   private reach = 50;
-  /** Middle of the source that the camera looks at; null once the user has moved the camera. */
+  /** Middle of the source in the last picture, for the camera to follow; null once the user has moved the camera. */
   private followed: Vec3 | null = null;
   private is_twisting = false;
   private drawn: { clouds: unknown; pairs: unknown; facts: unknown } = { clouds: null, pairs: null, facts: null };

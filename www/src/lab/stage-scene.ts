@@ -39,7 +39,7 @@ export function stageScene(
   };
 }
 
-/** Of the source's middle, from the start to the end. */
+/** Path of the source's centroid, from the start to the end. */
 const pathOf = memoizeLast((trace: LabTrace | null, { source_points }: LabFacts): number[] => {
   const middle = centroid(source_points);
   return Array.from({ length: numPoses(trace) }, (_, i) => {

@@ -18,7 +18,7 @@ import type { SurveyOf } from './survey.js';
 import { surveyStride } from './thinning.js';
 
 const RANGES = [0.25, 0.5, 1, 2, 4];
-/** To either side of the end, at least, where the start is not further away: as far as pairs are searched, and 20 degrees. */
+/** Smallest half widths of a survey around the result (rad, m): 20 degrees, and the largest distance of pairs. */
 const LEAST_TURN = Math.PI / 9;
 const LEAST_REACH = 0.5;
 
@@ -33,7 +33,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   @property({ type: Boolean }) dark = false;
   /** Changes whenever there is something new to draw. */
   @property({ attribute: false }) tick: unknown = null;
-  /** The two unknowns of the figure, by their indices; null: as it is best. */
+  /** The two unknowns of the figure, by their indices; null: the default ones. */
   @state() protected chosen: readonly [number, number] | null = null;
   @state() protected range = 1;
   /** The node that the pointer or the keyboard is at. */

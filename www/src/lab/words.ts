@@ -25,13 +25,13 @@ export function rejectionCounts({ rejected_reason }: LabIteration): number[] {
   return counts;
 }
 
-/** Why source points have no say in a step, after their count; in the order of `REJECTION_REASONS`. */
+/** Why source points are left out of a step, after their count; in the order of `REJECTION_REASONS`. */
 export const REJECTION_WORDS = ['too far', 'by normals', 'trimmed', 'without normal'] as const;
 
 const END_WORDS: Record<string, string> = {
   max_iterations: 'not converged: iteration limit',
   cycle: 'not converged: poses repeat',
-  no_step: 'stopped: the pairs fix no step',
+  no_step: 'stopped: the pairs do not determine a step',
 };
 
 /** How a run ended, as the engine's `end_reason` says it. */

@@ -294,7 +294,7 @@ export class ScanstitchTableImport extends LitElement {
     );
   }
 
-  /** Empty values are none. */
+  /** An empty value removes its part of the format. */
   private change(changes: Readonly<Record<string, string | null>>): void {
     const values = Object.entries(changes).map(([name, value]) => [name, value === '' ? null : value]);
     this.parts = changed(this.parts, Object.fromEntries(values));
@@ -371,7 +371,7 @@ const ANGLE_UNITS = {
   '-1': 'radians, clockwise',
   '-0.9deg': 'gon, clockwise',
 };
-/** What one of an angle's unit is in radians, as the engine writes it in degrees. */
+/** One radian in degrees, as the engine writes it. */
 const RADIAN = '57.2958';
 const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
 

@@ -12,8 +12,8 @@ export type ReadingChoice =
   { choice: 'value'; setting: Assumption['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
 
 const TITLES = {
-  depth_scale: 'The ground truth has another size',
-  fx: 'The ground truth turns otherwise',
+  depth_scale: 'The ground truth suggests another depth scale',
+  fx: 'The ground truth suggests another focal length',
 } as const;
 /** So many scales are shown with a picture. */
 const MOST_PICTURES = 3;
@@ -70,7 +70,7 @@ export class ScanstitchReadingCard extends LitElement {
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
     return html`<p>
-        No file says how many raw depth values a metre has: ${valueText(value)} is assumed, ${why}. The first image from
+        No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image from
         above, at each scale:
       </p>
       <ul>
@@ -83,7 +83,7 @@ export class ScanstitchReadingCard extends LitElement {
                 @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
-                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'a metre'}</span>
+                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'per metre'}</span>
                 ${
                   this.view
                     ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`

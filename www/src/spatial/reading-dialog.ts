@@ -82,7 +82,7 @@ export class ScanstitchReadingDialog extends LitElement {
     </fieldset>`;
   }
 
-  /** Who types a value means it. */
+  /** Selects the option of the own value when one is typed. */
   private onOther(event: Event, setting: Assumption['setting']): void {
     const { value } = event.target as HTMLInputElement;
     const own = this.form.querySelector<HTMLInputElement>(`input[name=${setting}][value=other]`);

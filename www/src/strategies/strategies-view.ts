@@ -282,8 +282,8 @@ export class ScanstitchStrategies extends LitElement {
           })}
         </ul>
         <p class="muted">
-          Stored: 24 bytes a point. Times are this machine’s, one strategy after the other in one thread. With settings
-          of your own: <code>npx scanstitch strategies --help</code>
+          Stored size: 24 bytes per point. Times are measured on this machine, one strategy after the other in one
+          thread. To use settings of your own: <code>npx scanstitch strategies --help</code>
         </p>
       </div>
     </section>`;

@@ -1,4 +1,4 @@
-/** Numbers as people read them: metres and radians become millimetres, centimetres and degrees here and only here. */
+/** Numbers as people read them: lengths with their unit, angles in degrees. */
 
 export const DEGREES = 180 / Math.PI;
 
