@@ -31,7 +31,9 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   // A stop that comes before the first slice is obeyed as well.
   const restopped = await page.evaluate(async () => {
     const app = document.querySelector('scanstitch-app');
-    const view = app?.shadowRoot?.querySelector<HTMLElement & { updateComplete: Promise<boolean> }>('scanstitch-planar');
+    const view = app?.shadowRoot?.querySelector<HTMLElement & { updateComplete: Promise<boolean> }>(
+      'scanstitch-planar',
+    );
     const button = (name: string): HTMLButtonElement | undefined =>
       [...(view?.shadowRoot?.querySelectorAll('button') ?? [])].find(({ textContent }) => textContent === name);
     button('Continue')?.click();

@@ -319,7 +319,16 @@ test('a logarithmic axis fits lines of which one is empty, and one value alone',
     { ...line, x: [], values: [] },
     { ...line, x: [0], values: [0.02] },
   ];
-  const colors = { text: '', muted: '', line: '', background: '', reference: '', selected: '', estimates: [], ramp: [] };
+  const colors = {
+    text: '',
+    muted: '',
+    line: '',
+    background: '',
+    reference: '',
+    selected: '',
+    estimates: [],
+    ramp: [],
+  };
   for (const shown of [series, series.slice(0, 1)]) {
     const pen = new SvgPen();
     drawSeries(pen, SIZE, shown, linearAxis({ low: 0, high: 1 }), { x: '', y: '' }, colors, 'log_fitted', '.0e');

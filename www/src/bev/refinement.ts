@@ -98,8 +98,8 @@ export class ScanstitchBevRefinement extends LitElement {
       ([name, value, unit, digits]) => `${name} ${value > 0 ? '+' : '−'}${Math.abs(value).toFixed(digits)}${unit}`,
     );
     return html`<p class="evidence" role="status">
-      ${words.join(', ') || 'No change needed'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px
-      in ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
+      ${words.join(', ') || 'No change needed'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px in
+      ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
     </p>`;
   }
 

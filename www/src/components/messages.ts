@@ -177,10 +177,7 @@ function title(messages: readonly Message[], num_errors: number): string {
     return only.file ? 'A file could not be used' : 'Something went wrong';
   }
   const num_notes = messages.length - num_errors;
-  const counts = [
-    num_errors > 0 ? plural(num_errors, 'problem') : '',
-    num_notes > 0 ? plural(num_notes, 'note') : '',
-  ];
+  const counts = [num_errors > 0 ? plural(num_errors, 'problem') : '', num_notes > 0 ? plural(num_notes, 'note') : ''];
   return counts.filter(Boolean).join(', ');
 }
 

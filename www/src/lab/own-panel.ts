@@ -32,8 +32,8 @@ export function ownPanel(
       steps.length === num_ours
         ? nothing
         : html`<p>
-            Your file has ${plural(steps.length, 'iteration')}, our run ${num_ours} from the same start.
-            This is not an error: each run stops at its own convergence limits.
+            Your file has ${plural(steps.length, 'iteration')}, our run ${num_ours} from the same start. This is not an
+            error: each run stops at its own convergence limits.
           </p>`
     }
     ${fault ? html`<p class="fault"><strong>${KINDS[fault.kind] ?? 'The step'}.</strong> ${fault.text}</p>` : nothing}
