@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
+import { messageOf } from './engine/message-of.js';
 import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
 import { Appearance } from './components/appearance.js';
@@ -15,7 +16,6 @@ import { PageParts } from './components/page-parts.js';
 import { RunCrossing } from './components/run-crossing.js';
 import { activityBox } from './components/run-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
-import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
@@ -432,7 +432,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const { keepForOffline } = await import('./components/offline.js');
       await keepForOffline(script);
     } catch (error) {
-      this.api.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+      this.api.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
     }
   }
 

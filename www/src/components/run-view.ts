@@ -5,6 +5,7 @@ import './frame-table.js';
 import './headline.js';
 import './settings-panel.js';
 import './timeline.js';
+import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
 import type { ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
@@ -26,7 +27,7 @@ import { type Elsewhere, bar_styles, exchangeBar, RunExchange } from './run-exch
 import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
-import { type RunSession, wordsOf } from './session.js';
+import { type RunSession } from './session.js';
 import { empty_styles, shared } from './theme.js';
 
 /** What all results have in common. */
@@ -126,7 +127,7 @@ export abstract class RunView<
     try {
       download(await this.makeExport(id, snapshot));
     } catch (error) {
-      this.session.report(`The export failed: ${wordsOf(error)}`, 'Try again');
+      this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
       this.is_exporting = false;
     }

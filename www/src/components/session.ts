@@ -24,7 +24,8 @@ export const STOPPED = 'The run was stopped';
 
 export const SLOW = `The engine has not loaded after ${START_PATIENCE_MS / 1000} s`;
 const SLOW_REMEDY = 'Loading continues. If it does not finish, check the connection and try again';
-const RELOAD_REMEDY = 'If trying again does not help, reload the page. A browser version from the last two years is needed';
+const RELOAD_REMEDY =
+  'If trying again does not help, reload the page. A browser version from the last two years is needed';
 
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
@@ -255,8 +256,4 @@ export function errorMessage({ file, place, problem, remedy }: Problem): Message
 
 export function noteMessage(file: string, text: string): Message {
   return { kind: 'note', file: printable(file), place: '', text: printable(text, TEXT_LENGTH), remedy: '' };
-}
-
-export function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

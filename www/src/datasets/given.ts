@@ -6,6 +6,7 @@ import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { classify } from '../../../npm/recording/classify.js';
 import type { Dataset } from './dataset.js';
+import { okOnly } from './fetch-ok.js';
 import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
 import { takeIn } from './take-in.js';
@@ -179,16 +180,15 @@ async function fetchAll(
 
 async function fetchFile(url: URL, name: string, signal: AbortSignal): Promise<NamedFile> {
   // A browser may keep a blob on the disk: a recording may be larger than the memory.
-  return { name, file: new File([await (await fetchOk(url, signal)).blob()], name) };
+  return { name, file: new File([await (await fetchShown(url, signal)).blob()], name) };
 }
 
-async function fetchOk(url: URL, signal: AbortSignal): Promise<Response> {
+async function fetchShown(url: URL, signal: AbortSignal): Promise<Response> {
   const response = await fetch(url, { signal }).catch((error: unknown) => {
     if (signal.aborted) throw error;
     throw new Error(`${shown(url)} could not be fetched: ${reasonOf(url)}`);
   });
-  if (!response.ok) throw new Error(`${shown(url)} answered ${response.status} ${response.statusText}`);
-  return response;
+  return okOnly(response, shown(url));
 }
 
 /** Browsers do not tell a page why a request to another host failed. */

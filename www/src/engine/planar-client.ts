@@ -24,6 +24,7 @@ import type {
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, isCompiled } from './start.js';
 import { type HostHooks, WorkerHost } from './worker-host.js';
+import { messageOf } from './message-of.js';
 
 export interface PlanarListener {
   ready(facts: EngineFacts): void;
@@ -182,7 +183,7 @@ export class PlanarClient {
     done.catch((error: unknown) => {
       if (error instanceof WorkerDied || run !== this.#run) return;
       if (error instanceof EngineProblem) this.#listener.rejected(error.problem);
-      else host.kill(error instanceof Error ? error.message : String(error));
+      else host.kill(messageOf(error));
     });
   }
 

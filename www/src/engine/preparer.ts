@@ -5,6 +5,7 @@ import type { Problem } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import type { ColorFile, DepthColors, PreparerApi, TopView } from './spatial-protocol.js';
 import { WorkerHost } from './worker-host.js';
+import { messageOf } from './message-of.js';
 
 /** A file that can be read whenever it is needed, and is not held in memory meanwhile. */
 export interface Readable {
@@ -162,8 +163,4 @@ export async function tolerate(
 /** What went wrong with a file, which is named. */
 function textOf(error: unknown, file: string): string {
   return (error as Partial<Problem>).file ? messageOf(error) : `${file}: ${messageOf(error)}`;
-}
-
-export function messageOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

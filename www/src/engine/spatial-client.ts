@@ -60,10 +60,8 @@ export interface SpatialListener {
   unavailable(message: string): void;
 }
 
-/** The map is sent after so long at first, then ever later, as there is ever less that is new in it: ... */
+/** The map is sent again after the time that the run has taken so far, within these limits (ms), ... */
 const SNAPSHOT_INTERVALS_MS = { least: 300, most: 1500 };
-/** ... after this share of the time that the run has taken so far, ... */
-const SNAPSHOT_GROWTH = 1;
 /** ... and so that sending takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.06;
 /** Number of consecutive crashes after which the run restarts only on request. */
@@ -300,7 +298,7 @@ export class SpatialClient {
       this.#is_sending = false;
       const now = performance.now();
       const { least, most } = SNAPSHOT_INTERVALS_MS;
-      const interval = Math.min(Math.max(SNAPSHOT_GROWTH * (now - this.#computing_since), least), most);
+      const interval = Math.min(Math.max(now - this.#computing_since, least), most);
       this.#next_snapshot = now + Math.max(interval, (now - start) / SNAPSHOT_SHARE);
     }
   }

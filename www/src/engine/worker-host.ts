@@ -6,6 +6,7 @@
 import type { EngineFile } from './engine-files.js';
 import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
 import { compileEngine, keepWorker, startWorker } from './start.js';
+import { messageOf } from './message-of.js';
 
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
@@ -122,7 +123,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
       } catch (error) {
         const is_crash = error instanceof WorkerDied && this.#end === null;
         if (is_crash && ++this.#num_crashes < MAX_CRASHES) continue;
-        this.#giveUp(`The engine could not be started: ${error instanceof Error ? error.message : String(error)}`);
+        this.#giveUp(`The engine could not be started: ${messageOf(error)}`);
         throw error;
       }
     }

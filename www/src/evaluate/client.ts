@@ -2,6 +2,7 @@
 import { LatestQuery } from '../engine/latest-query.js';
 import { WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
+import { messageOf } from '../engine/message-of.js';
 import type { QueryApi } from './protocol.js';
 
 export interface ClientHooks<Command, Result> {
@@ -64,6 +65,6 @@ export class WorkerClient<Command, Query, Result> {
   /** The crash of a worker is reported elsewhere. */
   #onFailure(error: unknown): void {
     if (error instanceof WorkerDied || this.#host.has_ended) return;
-    this.#hooks.failed(error instanceof Error ? error.message : String(error));
+    this.#hooks.failed(messageOf(error));
   }
 }

@@ -5,10 +5,10 @@ import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
-import { wordsOf } from '../components/session.js';
 import { drop_styles, empty_styles, page_styles, shared, tokens } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -137,7 +137,7 @@ export class ScanstitchEvaluate extends LitElement {
       const { fetchTrajectories } = await import('../datasets/trajectories.js');
       await this.session.open(await fetchTrajectories());
     } catch (error) {
-      this.session.report(`The sample could not be fetched: ${wordsOf(error)}`);
+      this.session.report(`The sample could not be fetched: ${messageOf(error)}`);
     }
   };
 

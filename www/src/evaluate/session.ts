@@ -3,6 +3,7 @@ import { errorMessage, noteMessage, Session } from '../components/session.js';
 import type { GivenFiles } from '../components/run-kind.js';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { sorted } from '../views/sorted.js';
 import { WorkerClient } from './client.js';
@@ -227,7 +228,7 @@ export class EvaluateSession extends Session<Clients> {
       this.#judge();
     } catch (error) {
       if (run !== this.run) return;
-      this.#onFailed(error instanceof Error ? error.message : String(error));
+      this.#onFailed(messageOf(error));
     }
   }
 

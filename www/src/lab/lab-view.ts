@@ -10,10 +10,10 @@ import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
-import { wordsOf } from '../components/session.js';
 import { drop_styles, empty_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -380,7 +380,7 @@ export class ScanstitchLab extends LitElement {
       download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
       session.report(
-        `The export failed: ${wordsOf(error)}`,
+        `The export failed: ${messageOf(error)}`,
         id === 'link' ? 'Allow the page to use the clipboard' : '',
       );
     }
@@ -430,7 +430,7 @@ export class ScanstitchLab extends LitElement {
       (given) => (is_wanted() ? open(given) : undefined),
       (error: unknown) => {
         if (!is_wanted()) return;
-        this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
+        this.session.report(`The clouds could not be fetched: ${messageOf(error)}`, 'Reload the page');
       },
     );
   }

@@ -6,7 +6,7 @@ import { roundLength, toScreenAngle, toScreenX, toScreenY, type Viewport } from 
 import { formatLength } from '../views/format.js';
 import { NUM_SHADES, type PairColor, REJECTION_COLORS, shades, shadesOf } from './pair-colors.js';
 import { acted, centroid } from './poses.js';
-import type { LabFacts, LabIteration, Pose } from './protocol.js';
+import { type LabFacts, type LabIteration, NO_PARTNER, type Pose } from './protocol.js';
 
 /** What is drawn of a step. */
 export interface StageLook {
@@ -221,8 +221,6 @@ function paintPairs(
   }
   for (const [bin, color] of shades(dark).entries()) pen.dots(dots[bin] ?? [], radius, cssColor(color));
 }
-
-const NO_PARTNER = 0xffffffff;
 
 function paintRejectedLines(pen: Pen, place: Place, { facts, iteration, dark }: PlaneScene, moved: Float32Array): void {
   if (!iteration) return;

@@ -1,8 +1,9 @@
 /** The ICP lab: two clouds, one or several methods that register them from the same start, and the selected iteration. */
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenClouds } from '../components/given-clouds.js';
-import { Session, wordsOf } from '../components/session.js';
+import { Session } from '../components/session.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import { messageOf } from '../engine/message-of.js';
 import type { Colors } from '../views/axes.js';
 import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
@@ -343,7 +344,7 @@ export class LabSession extends Session<LabClient> {
       this.#change(id, { facts, trace, problem: '' });
       if (id === this.active) this.#onTrace(trace);
     } catch (error) {
-      this.#change(id, { problem: wordsOf(error) });
+      this.#change(id, { problem: messageOf(error) });
       if (id === this.active) this.#onProblem(error);
     }
   }
@@ -369,7 +370,7 @@ export class LabSession extends Session<LabClient> {
     this.phase = this.facts ? 'done' : 'empty';
     if (error instanceof WorkerDied) return; // reported as a crash
     const { problem, remedy } =
-      error instanceof EngineProblem ? error.problem : { problem: wordsOf(error), remedy: '' };
+      error instanceof EngineProblem ? error.problem : { problem: messageOf(error), remedy: '' };
     this.report(problem, remedy);
   }
 

@@ -1,7 +1,6 @@
 /** What is seen in the lab, in words. */
 import { formatAngle, formatLength, formatStep, plural } from '../views/format.js';
 import type { LabFacts, LabIteration, Options } from './protocol.js';
-import { REJECTION_REASONS } from './protocol.js';
 
 type Named = { trace: { poses: ArrayLike<number>; converged: boolean; end_reason: string } | null };
 
@@ -20,12 +19,12 @@ export function formatNumber(value: number): string {
 }
 
 export function rejectionCounts({ rejected_reason }: LabIteration): number[] {
-  const counts = REJECTION_REASONS.map(() => 0);
+  const counts = REJECTION_WORDS.map(() => 0);
   for (const reason of rejected_reason) counts[reason] = (counts[reason] ?? 0) + 1;
   return counts;
 }
 
-/** Why source points are left out of a step, after their count; in the order of `REJECTION_REASONS`. */
+/** Why source points are left out of a step, after their count; in the order of the engine's reasons. */
 export const REJECTION_WORDS = ['too far', 'by normals', 'trimmed', 'without normal'] as const;
 
 const END_WORDS: Record<string, string> = {

@@ -1,10 +1,11 @@
-import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
+import { errorMessage, noteMessage, RunSession } from '../components/session.js';
 import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
-import { formatLength, plural } from '../views/format.js';
+import { messageOf } from '../engine/message-of.js';
+import { baseName, formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
@@ -63,7 +64,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     } catch (error) {
       if (own !== this.#num_asked) return;
       this.keepResult();
-      this.report(`The scans could not be fetched: ${wordsOf(error)}`, 'Drop scans of your own, or reload the page');
+      this.report(`The scans could not be fetched: ${messageOf(error)}`, 'Drop scans of your own, or reload the page');
     }
   }
 
@@ -236,7 +237,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.#next_reading = now + READING_INTERVAL_MS;
     this.phase = 'reading';
     this.progress = done / Math.max(total, 1);
-    this.activity = `Reading ${file.slice(file.lastIndexOf('/') + 1)}, ${done + 1} of ${total}`;
+    this.activity = `Reading ${baseName(file)}, ${done + 1} of ${total}`;
     this.changed();
   }
 

@@ -323,17 +323,16 @@ export class ScanstitchTableImport extends LitElement {
   }
 
   private draw(): void {
-    const style = getComputedStyle(this);
-    const color = (name: string): string => style.getPropertyValue(name);
-    const probe = (name: string): string => {
+    const style = getComputedStyle(this.canvas);
+    const color = (name: string): string => {
       this.canvas.style.color = `var(${name})`;
-      return getComputedStyle(this.canvas).color || color(name);
+      return style.color;
     };
     drawScan(this.canvas, this.facts.points as [number, number][], {
-      point: probe('--accent'),
-      line: probe('--line'),
-      text: probe('--muted'),
-      laser: probe('--selected'),
+      point: color('--accent'),
+      line: color('--line'),
+      text: color('--muted'),
+      laser: color('--selected'),
     });
   }
 

@@ -2,7 +2,8 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { dialog_styles, shared } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
-import { type Camera, valueText, valueWords } from './reading.js';
+import type { Camera } from './poses.js';
+import { valueText, valueWords } from './reading.js';
 
 export interface Readings {
   values: { setting: Assumption['setting']; value: number }[];

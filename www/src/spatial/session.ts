@@ -1,13 +1,14 @@
 import { joinPoses, type Recording } from '../../../npm/recording.js';
 import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
-import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
+import { errorMessage, noteMessage, RunSession } from '../components/session.js';
 import type { Origin } from '../datasets/dataset.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
 import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
+import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
@@ -95,7 +96,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     } catch (error) {
       if (intake !== this.#num_intakes) return;
       this.keepResult();
-      this.report(wordsOf(error), 'Try again, or drop other files');
+      this.report(messageOf(error), 'Try again, or drop other files');
     }
     this.changed();
   }

@@ -12,11 +12,9 @@ import {
   shortNumber,
 } from './axes.js';
 import type { Pen } from './pen.js';
+import type { Size } from './viewport.js';
 
-export interface Size {
-  width: number;
-  height: number;
-}
+export type { Size };
 
 /** A line of values over time, distance or number. */
 export interface Series {

@@ -1,5 +1,5 @@
 /** The figures at the top: what the whole run comes to. */
-import { formatCount, formatDuration, formatLength, plural } from './format.js';
+import { baseName, formatCount, formatDuration, formatLength, plural } from './format.js';
 import { cleaningParts, sumCleaning } from './words.js';
 
 export interface Figure {
@@ -36,7 +36,7 @@ export interface ComparedError {
 export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'frame'): Figure {
   const { name, num_matched, mean, rmse, max, aligned } = comparison;
   const distance = noun === 'scan' ? 'Distance' : 'Mean L2 distance';
-  const label = `${distance} to ${name.slice(name.lastIndexOf('/') + 1)}`;
+  const label = `${distance} to ${baseName(name)}`;
   if (num_matched === 0)
     return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
   const when_aligned = aligned ? `; ${formatLength(aligned.mean)} when aligned` : '';
