@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { messageOf } from './engine/message-of.js';
-import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
+import { appHeader } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
@@ -20,6 +20,7 @@ import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
+import type { Run, Tool, View } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
