@@ -5,7 +5,8 @@ import type { SettingPreset } from '../components/settings-panel.js';
 import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
-import { type LabRun, MAX_RUNS, numPoses } from './session.js';
+import { type LabRun, MAX_RUNS } from './session.js';
+import { lastPose, numPoses } from './trace.js';
 import { endReasonWords, methodName } from './words.js';
 
 export interface CompareFacts {
@@ -113,7 +114,4 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
   </tr>`;
 }
 
-function endOf(run: LabRun | undefined): Pose | null {
-  const count = numPoses(run?.trace ?? null);
-  return run?.trace?.poses.subarray(16 * (count - 1), 16 * count) ?? null;
-}
+const endOf = (run: LabRun | undefined): Pose | null => (run?.trace ? lastPose(run.trace) : null);

@@ -18,11 +18,12 @@ import { lab_styles } from './lab-styles.js';
 import { side_styles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
 import type { LabFacts, LabIteration, Pose } from './protocol.js';
-import { endOf, type LabRun, type LabSession, numPoses, runColor } from './session.js';
+import { type LabRun, type LabSession, runColor } from './session.js';
 import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
+import { lastPose, numPoses } from './trace.js';
 import { metricOf } from './words.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
@@ -204,7 +205,7 @@ export class ScanstitchLabSide extends LitElement {
     const { client, runs, facts } = this.session;
     const [first] = runs;
     if (!client || !first?.trace || !facts) return;
-    const T_center = endOf(first);
+    const T_center = lastPose(first.trace);
     const grid = { ...COMPARED[facts.is_planar ? 'plane' : 'space'], T_center, stride: surveyStride(facts) };
     this.basins = new Map(runs.filter(({ own }) => !own).map(({ id }) => [id, null]));
     for (const id of this.basins.keys()) {

@@ -7,12 +7,14 @@ import { messageOf } from '../engine/message-of.js';
 import type { Colors } from '../views/axes.js';
 import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
+import { DEFAULTS } from './defaults.js';
 import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
 import { MOST_POINTS, voxelFor } from '../../../npm/lab/thinning.js';
 import { numLargest, tooLarge } from './thinning.js';
+import { numPoses, poseAt } from './trace.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
@@ -21,8 +23,6 @@ export const MAX_RUNS = 4;
 const SAME_POSE = 1e-8;
 /** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
 const MAX_FOLLOWED_POINTS = 8000;
-/** Largest distance of pairs where the options do not say it (m): the engine's default. */
-const DEFAULT_REACH = 0.5;
 /** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
 
@@ -193,7 +193,7 @@ export class LabSession extends Session<LabClient> {
     const { client, run, trace } = this;
     const [first] = given;
     if (!client || !run || !trace || !first) return;
-    const start = Array.from(trace.poses.subarray(0, 16));
+    const start = Array.from(poseAt(trace, 0));
     const has_start = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
     const all = has_start ? given : [start, ...given];
     const own = this.#makeRun(run.options, name);
@@ -287,7 +287,7 @@ export class LabSession extends Session<LabClient> {
     const { trace } = run;
     if (!trace || !this.client) return null;
     const iteration = await (run.own
-      ? this.client.iteration(run.id, trace.poses.slice(16 * at, 16 * at + 16))
+      ? this.client.iteration(run.id, poseAt(trace, at))
       : this.client.tracedIteration(run.id, at));
     if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#iterations.keep(run.id, at, iteration);
     return iteration;
@@ -351,13 +351,13 @@ export class LabSession extends Session<LabClient> {
 
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
-    const reach = this.run?.options.max_correspondence_distance ?? DEFAULT_REACH;
+    const reach = this.run?.options.max_correspondence_distance ?? DEFAULTS.max_correspondence_distance;
     this.forget(this.#start_problem);
     const problem = startProblem(trace, reach);
     this.#start_problem = problem?.[0] ?? '';
     if (problem) this.report(...problem);
     this.#startPlayer();
-    const start = trace.poses.subarray(0, 16);
+    const start = Array.from(poseAt(trace, 0));
     // What was computed at another pose is not shown as that of this start.
     if (start.some((value, i) => value !== this.pose[i])) this.iteration = null;
     this.pose = start;
@@ -385,8 +385,8 @@ export class LabSession extends Session<LabClient> {
     if (!trace || this.is_dragged) return;
     const before = Math.min(this.at, player.count);
     const share = player.at - before;
-    const from = trace.poses.subarray(16 * before, 16 * before + 16);
-    this.pose = share > 0 ? between(from, trace.poses.subarray(16 * before + 16, 16 * before + 32), share) : from;
+    const from = poseAt(trace, before);
+    this.pose = share > 0 ? between(from, poseAt(trace, before + 1), share) : from;
     this.changed();
   }
 
@@ -456,13 +456,6 @@ function startProblem({ records, end_reason }: LabTrace, reach: number): [proble
         'The pairs do not determine a step: there are too few, or the target has no normals to measure along',
         'Choose point to point under Methods, or clouds of more points',
       ];
-}
-
-export const numPoses = (trace: LabTrace | null): number => (trace ? trace.poses.length / 16 : 0);
-
-export function endOf(run: LabRun): Pose {
-  const count = numPoses(run.trace);
-  return run.trace?.poses.slice(16 * (count - 1), 16 * count) ?? IDENTITY;
 }
 
 export function runColor({ runs }: LabSession, run: LabRun, { estimates }: Colors): string {

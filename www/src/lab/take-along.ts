@@ -11,7 +11,8 @@ import { pngOf } from '../views/canvas.js';
 import { penOn } from '../views/pen.js';
 import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
-import { type LabRun, type LabSession, numPoses, pairName } from './session.js';
+import { type LabRun, type LabSession, pairName } from './session.js';
+import { numPoses, poseAt } from './trace.js';
 
 const TAKE_ALONG: readonly MenuItem[] = [
   { id: 'link', label: 'Copy link', detail: 'clouds of samples by name, methods, start and iteration' },
@@ -96,10 +97,10 @@ async function film(session: LabSession, run: LabRun, shot: Shoot): Promise<Down
   };
   for (let at = 0; at < count; at++) {
     const iteration = await session.iterationAt(run, at);
-    const from = poseAt(run, at);
+    const from = poseAt(run.trace, at);
     await shoot(from, iteration, at + 1 === count ? END_MS : RESTING_MS);
     for (let k = 1; k < MOVES && at + 1 < count; k++) {
-      await shoot(between(from, poseAt(run, at + 1), k / MOVES), iteration, MOVING_MS);
+      await shoot(between(from, poseAt(run.trace, at + 1), k / MOVES), iteration, MOVING_MS);
     }
   }
   return { name: 'icp.png', blob: animatedPng(frames) };
@@ -127,7 +128,7 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
     options: run.options,
     converged: trace?.converged,
     end_reason: trace?.end_reason,
-    T_target_source: Array.from({ length: numPoses(trace) }, (_, at) => Array.from(poseAt(run, at))),
+    T_target_source: Array.from({ length: numPoses(trace) }, (_, at) => Array.from(poseAt(run.trace, at))),
     records: trace?.records,
     costs: trace?.costs,
     iterations,
@@ -135,5 +136,3 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
   const name = given ? pairName(given).replaceAll(/[^\w.-]+/g, '_') : 'trace';
   return { name: `icp_${name}.json`, blob: new Blob([JSON.stringify(content)], { type: 'application/json' }) };
 }
-
-const poseAt = ({ trace }: LabRun, at: number): Pose => trace?.poses.subarray(16 * at, 16 * at + 16) ?? [];
