@@ -98,47 +98,17 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
   current_run = run;
   is_running = false;
   is_reading = true;
-  const problems: Problem[] = [];
-  const notes: Loaded['notes'] = [];
+  const loaded: Loaded = { accepted: [], refused: [], problems: [], notes: [] };
   const next = new engine.Reconstruction();
-  attempt(problems, '', () => next.set_settings(settings));
-  const accepted: string[] = [];
-  let load_ms = 0;
-  let slice_start = performance.now();
-  for (const [index, file] of inputs.scans.entries()) {
-    const { name } = file;
-    post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
-    const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
-    load_ms += performance.now() - start;
-    if (performance.now() - slice_start > SLICE_MS) {
-      await otherMessages();
-      if (current_run !== run) {
-        next.free();
-        return null;
-      }
-      if (!is_reading) {
-        const total = inputs.scans.length;
-        const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
-        const problem = `Reading was stopped${how_far}: none of it is used`;
-        problems.push({ file: '', place: null, problem, remedy: '' });
-        accepted.length = 0;
-        break;
-      }
-      slice_start = performance.now();
-    }
+  attempt(loaded.problems, '', () => next.set_settings(settings));
+  const load_ms = await readScans(run, next, inputs.scans, loaded);
+  if (load_ms === null) {
+    next.free();
+    return null;
   }
-  const refused: string[] = [];
-  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
-    if (!file || !is_reading) return;
-    post({ type: 'reading', run, file: file.name, done: inputs.scans.length, total: inputs.scans.length });
-    const is_taken = attempt(problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
-    if (!is_taken) refused.push(file.name);
-  };
-  give(inputs.reference, (name, bytes) => next.set_reference(name, bytes));
-  give(inputs.odometry, (name, bytes) => next.set_odometry(name, bytes));
+  readBeside(run, next, inputs, loaded);
   is_reading = false;
-  if (accepted.length === 0) {
+  if (loaded.accepted.length === 0) {
     next.free();
   } else {
     reconstruction?.free();
@@ -147,7 +117,54 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
     timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
     if (!hold) computeLater(run);
   }
-  return { accepted, refused, problems, notes };
+  return loaded;
+}
+
+/** The time that it took (ms); null where another order has overtaken this one. After a stop none is accepted. */
+async function readScans(
+  run: number,
+  next: Reconstruction,
+  scans: readonly InputFile[],
+  { accepted, problems, notes }: Loaded,
+): Promise<number | null> {
+  const total = scans.length;
+  let load_ms = 0;
+  let slice_start = performance.now();
+  for (const [index, file] of scans.entries()) {
+    const { name } = file;
+    post({ type: 'reading', run, file: name, done: index, total });
+    const start = performance.now();
+    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
+    load_ms += performance.now() - start;
+    if (performance.now() - slice_start <= SLICE_MS) continue;
+    await otherMessages();
+    if (current_run !== run) return null;
+    if (!is_reading) {
+      const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
+      problems.push({
+        file: '',
+        place: null,
+        problem: `Reading was stopped${how_far}: none of it is used`,
+        remedy: '',
+      });
+      accepted.length = 0;
+      break;
+    }
+    slice_start = performance.now();
+  }
+  return load_ms;
+}
+
+/** The reference and the odometry, unless reading was stopped. */
+function readBeside(run: number, next: Reconstruction, { scans, reference, odometry }: Inputs, loaded: Loaded): void {
+  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
+    if (!file || !is_reading) return;
+    post({ type: 'reading', run, file: file.name, done: scans.length, total: scans.length });
+    const is_taken = attempt(loaded.problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
+    if (!is_taken) loaded.refused.push(file.name);
+  };
+  give(reference, (name, bytes) => next.set_reference(name, bytes));
+  give(odometry, (name, bytes) => next.set_odometry(name, bytes));
 }
 
 /** A file is one scan, or a log of many. */
