@@ -5,7 +5,7 @@ import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 
 /** What is to be refined. */
-export interface RefinementWish {
+export interface RefinementRequest {
   camera: BevRole;
   parameters: readonly BevParameter[];
 }
@@ -21,7 +21,7 @@ const DEGREES = 180 / Math.PI;
 /**
  * A camera moved until projections fall on their marks, and what is left between them.
  *
- * Fires `refinement-wished` (RefinementWish).
+ * Fires `refinement-requested` (RefinementRequest).
  */
 @customElement('scanstitch-bev-refinement')
 export class ScanstitchBevRefinement extends LitElement {
@@ -60,7 +60,7 @@ export class ScanstitchBevRefinement extends LitElement {
               />${label}</label
             >`,
         )}
-        <button class="primary" ?disabled=${count === 0} @click=${this.wish}>Refine</button>
+        <button class="primary" ?disabled=${count === 0} @click=${this.request}>Refine</button>
       </div>
       ${count > 0 ? this.renderResiduals() : nothing} ${this.refined ? this.renderEvidence(this.refined) : nothing}`;
   }
@@ -108,9 +108,9 @@ export class ScanstitchBevRefinement extends LitElement {
     this.parameters = is_on ? [...rest, parameter] : rest;
   }
 
-  private wish(): void {
+  private request(): void {
     const { camera, parameters } = this;
-    this.dispatchEvent(new CustomEvent<RefinementWish>('refinement-wished', { detail: { camera, parameters } }));
+    this.dispatchEvent(new CustomEvent<RefinementRequest>('refinement-requested', { detail: { camera, parameters } }));
   }
 
   static override styles = [

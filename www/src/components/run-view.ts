@@ -272,7 +272,7 @@ export abstract class RunView<
             <scanstitch-timeline
               .count=${num_frames}
               .until=${this.until ?? num_frames}
-              .statuses=${this.statusesOf(snapshot?.result.frames ?? NO_FRAMES)}
+              .statuses=${this.statusesOf(snapshot?.result.frames ?? EMPTY_LIST)}
               .colors=${this.trackColors()}
               noun=${this.of.noun}
               ?dark=${this.dark}
@@ -359,8 +359,8 @@ export abstract class RunView<
   private renderSettings(): TemplateResult {
     const { facts, settings } = this.session;
     return html`<scanstitch-settings
-      .descriptions=${facts?.descriptions ?? NO_FRAMES}
-      .presets=${facts?.presets ?? NO_FRAMES}
+      .descriptions=${facts?.descriptions ?? EMPTY_LIST}
+      .presets=${facts?.presets ?? EMPTY_LIST}
       .values=${settings}
       @settings-changed=${this.onSettings}
     ></scanstitch-settings>`;
@@ -450,7 +450,7 @@ export abstract class RunView<
 }
 
 // The same empty list every time: a new one would be a change.
-const NO_FRAMES: readonly never[] = [];
+const EMPTY_LIST: readonly never[] = [];
 
 function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
   return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);

@@ -51,7 +51,7 @@ export class ScanstitchWhy extends LitElement {
       ${frame.reason && is_matched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
         frame.undetermined
-          ? html`<p class="open-direction">
+          ? html`<p class="degenerate-direction">
               ${icon('both_ways')}<span
                 >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
               >
@@ -183,7 +183,7 @@ export class ScanstitchWhy extends LitElement {
     chart_styles,
     frame_styles,
     css`
-      .open-direction {
+      .degenerate-direction {
         display: flex;
         gap: 8px;
         padding: 8px 10px;
@@ -191,7 +191,7 @@ export class ScanstitchWhy extends LitElement {
         background: var(--doubtful-soft);
         color: var(--doubtful);
       }
-      .open-direction svg {
+      .degenerate-direction svg {
         margin-top: 2px;
         color: light-dark(#b3261e, #ff8a80);
       }

@@ -11,7 +11,7 @@ import type {
   EngineFacts,
   InputFile,
   Inputs,
-  Loaded,
+  ReadOutcome,
   PlanarApi,
   PlanarEvent,
   Problem,
@@ -23,14 +23,14 @@ import type {
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, isCompiled } from './start.js';
-import { type HostHooks, WorkerHost } from './worker-host.js';
+import { type WorkerHooks, WorkerHost } from './worker-host.js';
 import { messageOf } from './message-of.js';
 
 export interface PlanarListener {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
-  loaded(inputs: Inputs, told: Loaded): void;
+  loaded(inputs: Inputs, told: ReadOutcome): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
@@ -115,7 +115,7 @@ export class PlanarClient {
     const forget = (): void => {
       this.#table_host = null;
     };
-    const hooks: HostHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
+    const hooks: WorkerHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
     this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(planar_url, hooks, 'full');
     return this.#table_host.call('describeTable', file, format, scan);
   }
@@ -128,7 +128,7 @@ export class PlanarClient {
   }
 
   #createHost(worker_url: string, file: EngineFile): Host {
-    const hooks: HostHooks<PlanarEvent> = {
+    const hooks: WorkerHooks<PlanarEvent> = {
       event: (event) => this.#onEvent(event),
       crashed: (message) => this.#onCrash(message),
       slow: (is_slow) => this.#listener.slow(is_slow),
@@ -204,7 +204,7 @@ export class PlanarClient {
     }
   }
 
-  #onLoaded(loaded: Loaded): void {
+  #onLoaded(loaded: ReadOutcome): void {
     const { accepted, refused } = loaded;
     this.#settleEngine(accepted.length > 0);
     clearTimeout(this.#stop_timer);

@@ -10,7 +10,7 @@ import type {
   Growth,
   InputFile,
   Inputs,
-  Loaded,
+  ReadOutcome,
   PlanarApi,
   PlanarEvent,
   Preset,
@@ -94,11 +94,16 @@ function engineFacts(): EngineFacts {
  * Reads the files into a new reconstruction. One with at least one scan replaces the present one; otherwise the
  * present one stays, and so does what the page shows. With `hold` nothing is computed yet.
  */
-async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<Loaded | null> {
+async function load(
+  run: number,
+  inputs: Inputs,
+  settings: Partial<Settings>,
+  hold: boolean,
+): Promise<ReadOutcome | null> {
   current_run = run;
   is_running = false;
   is_reading = true;
-  const loaded: Loaded = { accepted: [], refused: [], problems: [], notes: [] };
+  const loaded: ReadOutcome = { accepted: [], refused: [], problems: [], notes: [] };
   const next = new engine.Reconstruction();
   attempt(loaded.problems, '', () => next.set_settings(settings));
   const load_ms = await readScans(run, next, inputs.scans, loaded);
@@ -125,7 +130,7 @@ async function readScans(
   run: number,
   next: Reconstruction,
   scans: readonly InputFile[],
-  { accepted, problems, notes }: Loaded,
+  { accepted, problems, notes }: ReadOutcome,
 ): Promise<number | null> {
   const total = scans.length;
   let load_ms = 0;
@@ -156,7 +161,12 @@ async function readScans(
 }
 
 /** The reference and the odometry, unless reading was stopped. */
-function readBeside(run: number, next: Reconstruction, { scans, reference, odometry }: Inputs, loaded: Loaded): void {
+function readBeside(
+  run: number,
+  next: Reconstruction,
+  { scans, reference, odometry }: Inputs,
+  loaded: ReadOutcome,
+): void {
   const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
     if (!file || !is_reading) return;
     post({ type: 'reading', run, file: file.name, done: scans.length, total: scans.length });
@@ -168,7 +178,7 @@ function readBeside(run: number, next: Reconstruction, { scans, reference, odome
 }
 
 /** A file is one scan, or a log of many. */
-function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: Loaded['notes']): void {
+function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: ReadOutcome['notes']): void {
   const { name, bytes, table } = file;
   const content = new Uint8Array(bytes);
   const is_log = table !== undefined || engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES));

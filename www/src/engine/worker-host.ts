@@ -19,7 +19,7 @@ export interface Startable {
   start(module: WebAssembly.Module): unknown;
 }
 
-export interface HostHooks<Event> {
+export interface WorkerHooks<Event> {
   event?(event: Event): void;
   /** The worker died; the next call starts another. `num_crashes`: with no finished work in between. */
   crashed(message: string, num_crashes: number): void;
@@ -36,7 +36,7 @@ interface Running<Api extends Startable, Event> {
 
 export class WorkerHost<Api extends Startable, Event = never> {
   #worker_url: string;
-  #hooks: HostHooks<Event>;
+  #hooks: WorkerHooks<Event>;
   #file: EngineFile;
   #running: Promise<Running<Api, Event>> | null = null;
   /** Also while it is still starting. */
@@ -45,7 +45,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** Why no worker is started any more. */
   #end: string | null = null;
 
-  constructor(worker_url: string, hooks: HostHooks<Event>, file: EngineFile = 'full') {
+  constructor(worker_url: string, hooks: WorkerHooks<Event>, file: EngineFile = 'full') {
     this.#worker_url = worker_url;
     this.#hooks = hooks;
     this.#file = file;

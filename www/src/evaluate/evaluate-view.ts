@@ -13,7 +13,7 @@ import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import './controls.js';
-import type { BesideFile } from './controls.js';
+import type { AuxiliaryFile } from './controls.js';
 import { evaluate_styles } from './evaluate-styles.js';
 import './figures-view.js';
 import type { ScanstitchEvaluationFigures } from './figures-view.js';
@@ -22,7 +22,7 @@ import { noticesOf } from './notices.js';
 import type { EvaluationOptions, Result } from './protocol.js';
 import './ranking-view.js';
 import type { Sort } from './ranking-view.js';
-import { type BesideId, EvaluateSession } from './session.js';
+import { type AuxiliaryId, EvaluateSession } from './session.js';
 import { columnsOf } from './table.js';
 
 /**
@@ -144,7 +144,7 @@ export class ScanstitchEvaluate extends LitElement {
   private renderControls(): TemplateResult {
     const { session } = this;
     const { files, choices, clouds, times, relations } = session;
-    const beside: BesideFile[] = [
+    const beside: AuxiliaryFile[] = [
       ...(times ? [{ id: 'times', label: 'times', name: times.name } as const] : []),
       ...(relations ? [{ id: 'relations', label: 'relations', name: relations.name } as const] : []),
       ...(clouds.length > 0 ? [{ id: 'clouds', label: '', name: plural(clouds.length, 'cloud') } as const] : []),
@@ -159,7 +159,7 @@ export class ScanstitchEvaluate extends LitElement {
       @options-changed=${({ detail }: CustomEvent<Partial<EvaluationOptions>>) =>
         session.choose({ options: { ...choices.options, ...detail } })}
       @loops-only-changed=${({ detail }: CustomEvent<boolean>) => session.choose({ loops_only: detail })}
-      @beside-removed=${({ detail }: CustomEvent<BesideId>) => session.removeBeside(detail)}
+      @beside-removed=${({ detail }: CustomEvent<AuxiliaryId>) => session.removeAuxiliary(detail)}
       @files-wanted=${() => this.input.click()}
       @all-removed=${() => session.clear()}
     ></scanstitch-evaluation-controls>`;

@@ -26,7 +26,7 @@ import type {
 } from './protocol.js';
 import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
-import { columnsOf, figure } from './table.js';
+import { columnsOf, formatValue } from './table.js';
 
 const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
 /** A run's poses are those of the reference one by one, in a world of their own. */
@@ -34,7 +34,7 @@ const RUN_OPTIONS: Partial<EvaluationOptions> = { alignment: 'origin', associati
 const NO_COMPARISONS: readonly Comparison[] = [];
 
 /** A file beside the trajectories, which can be taken away. */
-export type BesideId = 'times' | 'relations' | 'clouds';
+export type AuxiliaryId = 'times' | 'relations' | 'clouds';
 
 /** What the user chooses. */
 interface Choices {
@@ -187,7 +187,7 @@ export class EvaluateSession extends Session<Clients> {
     this.#ask();
   }
 
-  removeBeside(id: BesideId): void {
+  removeAuxiliary(id: AuxiliaryId): void {
     this.requested_at = performance.now();
     if (id === 'times') this.times = null;
     else if (id === 'relations') this.relations = null;
@@ -277,7 +277,9 @@ export class EvaluateSession extends Session<Clients> {
     if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
     if (first) {
       const { statistics, unit } = first.summary;
-      this.announce(`${result.comparisons.length} compared. ${first.name}: rmse ${figure(statistics.rmse)} ${unit}`);
+      this.announce(
+        `${result.comparisons.length} compared. ${first.name}: rmse ${formatValue(statistics.rmse)} ${unit}`,
+      );
     }
     this.#judge();
     this.changed();

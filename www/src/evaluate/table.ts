@@ -88,7 +88,7 @@ export function columnsOf(unit: string, has_relations: boolean): Column[] {
 }
 
 /** Six digits: more would be noise in a report. */
-export function figure(value: number | null): string {
+export function formatValue(value: number | null): string {
   return value === null ? '–' : String(Number(value.toPrecision(6)));
 }
 
@@ -132,7 +132,7 @@ function cells(ranking: Ranking): string[][] {
     String(index + 1),
     comparison.name,
     `${comparison.summary.num_matched}/${comparison.summary.num_estimate}`,
-    ...columns.map((column) => figure(column.value(comparison))),
+    ...columns.map((column) => formatValue(column.value(comparison))),
     ...last,
   ]);
   const refused = refusals.map((refusal) => [

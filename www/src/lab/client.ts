@@ -22,7 +22,7 @@ import type {
 import worker_url from './lab-worker.ts?worker&url';
 
 /** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
-const CREW = 2;
+const NUM_SURVEY_WORKERS = 2;
 
 export interface LabHooks {
   crashed(message: string): void;
@@ -47,7 +47,7 @@ interface Pair {
 }
 
 /** One worker, and the data that it has received. */
-class Seat {
+class LabWorker {
   readonly #host: WorkerHost<LabApi>;
   #pair: Pair | null = null;
   /** Rejects where the clouds are refused. */
@@ -111,8 +111,8 @@ class Seat {
 
 export class LabClient {
   readonly #hooks: LabHooks;
-  readonly #stepper: Seat;
-  #crew: Seat[] = [];
+  readonly #stepper: LabWorker;
+  #survey_workers: LabWorker[] = [];
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
   readonly #following = new LatestQuery<Following, LabIteration>({
@@ -126,7 +126,7 @@ export class LabClient {
 
   constructor(hooks: LabHooks) {
     this.#hooks = hooks;
-    this.#stepper = new Seat(hooks);
+    this.#stepper = new LabWorker(hooks);
   }
 
   start(): Promise<string> {
@@ -147,7 +147,7 @@ export class LabClient {
 
   forget(method: number): void {
     this.#methods.delete(method);
-    for (const seat of [this.#stepper, ...this.#crew]) seat.forget(method);
+    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.forget(method);
   }
 
   trace(method: number, init: Pose | null): Promise<LabTrace> {
@@ -195,15 +195,15 @@ export class LabClient {
     this.#following.drop();
   }
 
-  /** Starts the crew and makes it ready for a method: what is timed afterwards is computing alone. */
-  async muster(method: number): Promise<void> {
+  /** Starts the workers of surveys and prepares the method in them: what is timed afterwards is computing alone. */
+  async prepareWorkers(method: number): Promise<void> {
     const pair = this.#opened();
-    while (this.#crew.length < CREW) this.#crew.push(new Seat(this.#hooks));
-    await Promise.all(this.#crew.map((seat) => seat.prepare(pair, method, this.#options(method))));
+    while (this.#survey_workers.length < NUM_SURVEY_WORKERS) this.#survey_workers.push(new LabWorker(this.#hooks));
+    await Promise.all(this.#survey_workers.map((worker) => worker.prepare(pair, method, this.#options(method))));
   }
 
   /**
-   * Works through `parts` with all of the crew; `done` gets each answer as it comes. Ends early, without an error, when
+   * Works through `parts` with all workers of surveys; `done` gets each answer as it comes. Ends early, without an error, when
    * `signal` says so.
    */
   async share<K extends 'landscape' | 'basin'>(
@@ -215,21 +215,21 @@ export class LabClient {
   ): Promise<void> {
     const pair = this.#opened();
     const options = this.#options(method);
-    await this.muster(method);
+    await this.prepareWorkers(method);
     const waiting = [...parts];
-    const work = async (seat: Seat): Promise<void> => {
+    const work = async (worker: LabWorker): Promise<void> => {
       for (let part = waiting.shift(); part !== undefined && !signal.aborted; part = waiting.shift()) {
         const given = [part] as unknown as Given<K>;
-        const answer = await seat.ask(pair, method, options, question, ...given);
+        const answer = await worker.ask(pair, method, options, question, ...given);
         if (!signal.aborted) done(part, answer);
       }
     };
-    await Promise.all(this.#crew.map(work));
+    await Promise.all(this.#survey_workers.map(work));
   }
 
   dispose(): void {
     this.#following.drop();
-    for (const seat of [this.#stepper, ...this.#crew]) seat.dispose();
+    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.dispose();
   }
 
   #opened(): Pair {

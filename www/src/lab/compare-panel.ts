@@ -17,8 +17,8 @@ export interface CompareFacts {
   /** Share of starts that end at the reference pose, by the run; null while it is computed. */
   basins: ReadonlyMap<number, number | null>;
   colorOf(run: LabRun): string;
-  look(id: number): void;
-  putAway(id: number): void;
+  selectRun(id: number): void;
+  removeRun(id: number): void;
   add(preset: SettingPreset): void;
   measureBasins(): void;
 }
@@ -95,7 +95,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
     : html`<td colspan="5">${problem || 'running…'}</td>`;
   return html`<tr class=${id === has.active ? 'selected' : ''}>
     <th scope="row" class="name">
-      <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>
+      <button class="link" aria-pressed=${id === has.active} @click=${() => has.selectRun(id)}>
         <i style="background: ${has.colorOf(run)}"></i>${name}
       </button>
     </th>
@@ -106,7 +106,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
         ?disabled=${has.runs.length < 2}
         aria-label="Remove ${name}"
         title="Remove"
-        @click=${() => has.putAway(id)}
+        @click=${() => has.removeRun(id)}
       >
         ${icon('close', 12)}
       </button>

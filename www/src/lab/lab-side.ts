@@ -180,8 +180,8 @@ export class ScanstitchLabSide extends LitElement {
           presets,
           basins: this.basins,
           colorOf: (of) => this.colorOf(of),
-          look: (id) => session.look(id),
-          putAway: (id) => session.putAway(id),
+          selectRun: (id) => session.selectRun(id),
+          removeRun: (id) => session.removeRun(id),
           add: ({ settings }) => void session.addRun(optionsOf(settings)),
           measureBasins: () => void this.measureBasins(),
         })}

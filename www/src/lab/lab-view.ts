@@ -36,13 +36,13 @@ import type { LabFacts, Pose } from './protocol.js';
 import { takeOwn } from './own-files.js';
 import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
 import { type LabLink, readLink, writeLink } from './link.js';
+import { exportFile, exportItems, type Shoot } from './export.js';
 import { emptyLab, examplesMenu, question } from './lab-empty.js';
 import { LabSession, runColor } from './session.js';
 import { stageScene } from './stage-scene.js';
 import type { ScanstitchLabSpace } from './space-stage.js';
 import type { RunKey } from './stage-keys.js';
 import { legend, transport } from './stage-parts.js';
-import { type Shoot, takeAlong, takeAlongItems } from './take-along.js';
 import { methodName, stateWords } from './words.js';
 
 /**
@@ -240,9 +240,9 @@ export class ScanstitchLab extends LitElement {
         <scanstitch-menu
           label="Export"
           icon="download"
-          .items=${takeAlongItems(facts?.is_planar ?? true, this.tab !== 'degeneracy' && this.tab !== 'method')}
+          .items=${exportItems(facts?.is_planar ?? true, this.tab !== 'degeneracy' && this.tab !== 'method')}
           ?disabled=${!session.trace}
-          @menu-chosen=${({ detail }: CustomEvent<string>) => void this.takeAlong(detail)}
+          @menu-chosen=${({ detail }: CustomEvent<string>) => void this.export(detail)}
         ></scanstitch-menu>
       </span>
     </div>`;
@@ -337,7 +337,7 @@ export class ScanstitchLab extends LitElement {
     await session.open(given, options, start);
     const first = session.active;
     for (const other of others) await session.addRun(other);
-    session.look(first);
+    session.selectRun(first);
     session.player.seek(at);
   }
 
@@ -360,7 +360,7 @@ export class ScanstitchLab extends LitElement {
     if (link !== location.hash) history.replaceState(history.state, '', link);
   }
 
-  private async takeAlong(id: string): Promise<void> {
+  private async export(id: string): Promise<void> {
     const { session } = this;
     const { run, facts } = session;
     if (!run || !facts) return;
@@ -377,7 +377,7 @@ export class ScanstitchLab extends LitElement {
         return space.picture({ ...scene, pose, iteration });
       };
       const stage = plane ? { ...plane.viewport, scene } : inSpace;
-      download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
+      download(await exportFile(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
       session.report(
         `The export failed: ${messageOf(error)}`,

@@ -208,23 +208,23 @@ export class LabSession extends Session<LabClient> {
     try {
       const facts = await client.prepare(own.id, run.options);
       this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
-      this.look(own.id);
+      this.selectRun(own.id);
     } catch (error) {
       this.#onProblem(error);
     }
   }
 
-  putAway(id: number): void {
+  removeRun(id: number): void {
     if (this.runs.length < 2) return;
     this.runs = this.runs.filter((run) => run.id !== id);
     this.client?.forget(id);
     this.#iterations.forget(id);
-    if (this.active === id) this.look(this.runs[0]?.id ?? 0);
+    if (this.active === id) this.selectRun(this.runs[0]?.id ?? 0);
     this.changed();
   }
 
-  /** Looks at another one of the methods, at the same iteration. */
-  look(id: number): void {
+  /** Selects another one of the methods, at the same iteration. */
+  selectRun(id: number): void {
     const { at } = this;
     this.active = id;
     this.iteration = null;

@@ -56,7 +56,7 @@ abstract class Survey<Result> {
     const running = new AbortController();
     this.#running = running;
     try {
-      await of.client.muster(of.method);
+      await of.client.prepareWorkers(of.method);
       const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
       if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
     } catch (error) {

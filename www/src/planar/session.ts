@@ -3,7 +3,16 @@ import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
-import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
+import type {
+  Answers,
+  InputFile,
+  Inputs,
+  ReadOutcome,
+  Progress,
+  RunState,
+  Settings,
+  Snapshot,
+} from '../engine/protocol.js';
 import { messageOf } from '../engine/message-of.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
@@ -241,7 +250,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, { accepted, problems, notes }: Loaded): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes }: ReadOutcome): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;

@@ -14,7 +14,7 @@ import type { LabIteration, Pose } from './protocol.js';
 import { type LabRun, type LabSession, pairName } from './session.js';
 import { numPoses, poseAt } from './trace.js';
 
-const TAKE_ALONG: readonly MenuItem[] = [
+const EXPORTS: readonly MenuItem[] = [
   { id: 'link', label: 'Copy link', detail: 'clouds of samples by name, methods, start and iteration' },
   { id: 'png', label: 'Picture, PNG', detail: 'the clouds and pairs as you see them' },
   { id: 'svg', label: 'Picture, SVG', detail: 'the same as lines and dots' },
@@ -25,14 +25,14 @@ const TAKE_ALONG: readonly MenuItem[] = [
 ];
 
 /** Those that there are: clouds in space have no lines and dots, and some panels have no figure. */
-export const takeAlongItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
-  TAKE_ALONG.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
+export const exportItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
+  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
 
 /** A picture of the source at a pose, as a PNG. */
 export type Shoot = (pose: Pose, iteration: LabIteration | null) => Promise<Blob>;
 
 /** Makes one of the files. `stage`: the clouds as they are seen, in the plane or in space; `figure`: what the panel shows. */
-export async function takeAlong(
+export async function exportFile(
   id: string,
   session: LabSession,
   run: LabRun,
