@@ -359,3 +359,28 @@ test('of queries the latest is answered, also after one that fails', async () =>
   answers[2]?.resolve();
   await expect.poll(() => told).toEqual(['a failed', 'c false', 'd true']);
 });
+
+test('a stop before the first slice of a run is obeyed', async () => {
+  const told: unknown[] = [];
+  const worker = { postMessage: (message: unknown) => told.push(message) } as unknown as Worker & typeof self;
+  Object.assign(globalThis, { self: worker });
+  let num_steps = 0;
+  const scans = { set_settings() {}, add_scan() {}, summary: () => ({ frames: [] }) };
+  const map = { map_points: () => new Float32Array(), map_sizes: () => new Uint32Array() };
+  const step = () => ({ stage: num_steps++ > 3 ? 'done' : 'register', frame: null, done: 0, total: 1 });
+  const { servePlanar } = await import('../../www/src/engine/planar-thread.js');
+  servePlanar({
+    Reconstruction: function () {
+      return { ...scans, ...map, step };
+    },
+  } as never);
+  const call = (method: string, ...args: unknown[]): unknown =>
+    worker.onmessage?.({ data: { id: 0, method, args } } as MessageEvent);
+  const input = { scans: [{ name: '0.ply', bytes: new ArrayBuffer(0) }], reference: null, odometry: null };
+  await call('load', 1, input, {}, true);
+  void call('resume', 2);
+  void call('stop');
+  await new Promise((resolve) => setTimeout(resolve, 100));
+  expect(num_steps).toBe(0);
+  expect(JSON.stringify(told)).toContain('"state":"stopped"');
+});
