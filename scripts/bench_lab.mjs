@@ -124,7 +124,7 @@ function measure(page) {
         client.share(active, question, [{ ...of, rows: [0, rows] }], () => undefined, new AbortController().signal),
       );
     };
-    await client.muster(active);
+    await client.prepareWorkers(active);
     const landscape = grid([0, 1], facts.is_planar ? [201, 201] : [25, 25]);
     const basin = facts.is_planar ? grid([0, 1, 2], [41, 41, 9]) : grid([0, 1], [9, 9]);
     const coarse = facts.is_planar ? grid([0, 1, 2], [9, 9, 3]) : grid([0, 1], [5, 5]);

@@ -125,6 +125,10 @@ test('other topics: another reference trajectory keeps the map, other depth make
   const third = await spatial.stitched();
   expect(third.result.frames).toHaveLength(5);
   await expect(panel.locator('.summary')).not.toContainText('colours');
+  // What is dropped beside the bag and is no recording leaves its topics open.
+  await spatial.drop([{ name: 'README.md', content: 'words' }]);
+  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await expect(panel).toBeVisible();
 });
 
 test('what is wrong with a bag is told beside what was made of it', async ({ spatial }) => {

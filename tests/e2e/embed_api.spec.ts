@@ -26,6 +26,18 @@ test('depth images, listed by a manifest', async ({ course }) => {
   expect(first).toMatchObject({ stage: 'fetching', activity: 'Fetching file 1 of 7' });
 });
 
+test('scans of a manifest are called by their names, without queries and escapes', async ({ course }) => {
+  const { '0.ply': first = '', '1.ply': second = '' } = scans(2);
+  const inline = `data:application/octet-stream;name=inline.ply;base64,${Buffer.from(second as Buffer).toString('base64')}`;
+  const manifest = { scans: ['./my%20scan.ply?v=2', inline] };
+  await course.open('<scanstitch-app src="set.json"></scanstitch-app>', {
+    'my%20scan.ply': first,
+    'set.json': JSON.stringify(manifest),
+  });
+  const { detail } = await course.heard('scanstitch-done');
+  expect(detail.result.frames.map(({ name }) => name)).toEqual(['my scan.ply', 'inline.ply']);
+});
+
 test('a bag by its address, then other addresses, by a method that waits', async ({ course, page }) => {
   await course.open('<scanstitch-app src="room.mcap"></scanstitch-app>', { 'room.mcap': bag(3), ...scans(3) });
   const { detail } = await course.heard('scanstitch-done');

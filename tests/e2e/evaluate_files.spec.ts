@@ -35,6 +35,7 @@ test('what a file is for is told by its name and its beginning', () => {
   expect(found.clouds.map(({ name }) => name)).toEqual(['b/2.ply', 'b/10.ply']);
   // Eight columns are a trajectory unless the name says otherwise; a graph says so itself.
   expect(sortOut([part('est.txt', LINE)]).relations).toBeNull();
+  expect(sortOut([part('with_loop_closure.txt', LINE)]).relations).toBeNull();
   expect(sortOut([part('est.txt', 'EDGE2 0 1 1 0 0 1 0 0 1 0 1\n')]).relations?.name).toBe('est.txt');
 });
 
@@ -86,6 +87,16 @@ test('times for KITTI files, relations with loops, and a folder with one pose a 
   expect(Number((await evaluation.column(/^relations \(deg\)/))[0])).toBeLessThan(1e-3);
   await evaluation.answered(() => page.getByLabel('loops only').check());
   expect(await evaluation.column(/^relations$/)).toEqual(['1']);
+  // A corrected file of the same name counts.
+  const firstTime = (): Promise<number | undefined> =>
+    evaluation.view.evaluate((view) => {
+      const { session } = view as unknown as { session: { result: { comparisons: { stamps: Float64Array }[] } } };
+      return session.result.comparisons[0]?.stamps[0];
+    });
+  expect(await firstTime()).toBe(100);
+  const corrected = POSES.map((_, i) => `${(200 + i / 10).toFixed(6)}\n`).join('');
+  await evaluation.drop([{ name: 'times.txt', content: corrected }]);
+  expect(await firstTime()).toBe(200);
   await evaluation.answered(() => page.getByRole('button', { name: 'Remove times.txt' }).click());
   await expect(page.getByLabel('over').locator('option:checked')).toHaveText('number of the pose');
   await evaluation.answered(() => page.getByRole('button', { name: 'Remove relations.g2o' }).click());

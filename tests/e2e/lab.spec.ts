@@ -127,8 +127,15 @@ test('another start by keyboard: pairs follow, and it runs home', async ({ page 
   for (let i = 0; i < 3; i++) await page.keyboard.press('[');
   await expect(heading(page)).toHaveText('Before the start');
   await expect(pairs).not.toHaveText(before);
+  // A step leaves the start that the source was moved to.
+  const run_from_here = page.getByRole('button', { name: /^Run from here/ });
+  await page.keyboard.press('.');
+  await expect(run_from_here).toBeHidden();
+  await expect(heading(page)).not.toHaveText('Before the start');
+  for (let i = 0; i < 4; i++) await page.keyboard.press('Shift+ArrowLeft');
+  await expect(heading(page)).toHaveText('Before the start');
   await page.keyboard.press('Enter');
-  await expect(page.getByRole('button', { name: /^Run from here/ })).toBeHidden();
+  await expect(run_from_here).toBeHidden();
   await stage(page).focus();
   await page.keyboard.press('End');
   await expect(heading(page)).toHaveText('At the end');
@@ -170,7 +177,7 @@ test('cost and basin are drawn, and a place of them is started from', async ({ p
   await lab(page).getByRole('tab', { name: 'Basin' }).click();
   await expect(
     lab(page)
-      .getByText(/of the starts end where this run did/)
+      .getByText(/of the starts end at the surveyed result/)
       .first(),
   ).toBeVisible({ timeout: 60_000 });
 });
@@ -288,7 +295,7 @@ test('own poses are followed step by step, and three faults are told apart', asy
   ] as const) {
     await drop(`${fault.replaceAll(' ', '_')}.json`, fault);
     await expect(lab(page).locator('.fault')).toHaveText(words);
-    await expect(lab(page).getByText(`They part at iteration ${parts}.`)).toBeVisible();
+    await expect(lab(page).getByText(`They diverge at iteration ${parts}.`)).toBeVisible();
   }
   await lab(page)
     .locator('input[type=file]')

@@ -90,7 +90,7 @@ test('1464 scans of a building, stopped before all are placed and again in the s
   await expect(stopped).toContainText('Stopped: partial map');
   await page.getByRole('button', { name: 'Continue' }).click();
   await stopAfter(page, 'scanstitch-planar', 20, 'Searching for loop closures');
-  await expect(stopped).toContainText('Stopped: all placed, not finished');
+  await expect(stopped).toContainText('Stopped: all registered, not yet optimised');
   await page.getByRole('button', { name: 'Continue' }).click();
   await page.waitForFunction(() => window.stitched.length > 1, null, { timeout: 120_000 });
   const { result, timing } = await app.stitched();

@@ -28,8 +28,38 @@ test('a long computation shows its progress, stops at once, keeps what it has an
   expect(await app.numStitched()).toBe(2);
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
 
+  // A stop that comes before the first slice is obeyed as well.
+  const restopped = await page.evaluate(async () => {
+    const app = document.querySelector('scanstitch-app');
+    const view = app?.shadowRoot?.querySelector<HTMLElement & { updateComplete: Promise<boolean> }>(
+      'scanstitch-planar',
+    );
+    const button = (name: string): HTMLButtonElement | undefined =>
+      [...(view?.shadowRoot?.querySelectorAll('button') ?? [])].find(({ textContent }) => textContent === name);
+    button('Continue')?.click();
+    await view?.updateComplete;
+    button('Stop')?.click();
+    await new Promise((resolve) => setTimeout(resolve, 1000));
+    return button('Continue') !== undefined;
+  });
+  expect(restopped).toBe(true);
+
   await page.getByRole('button', { name: 'Continue' }).click();
   expect((await app.stitched()).result.frames).toHaveLength(1000);
+});
+
+test('all is removed in the middle of a run, and stays so', async ({ app, page }) => {
+  await app.drop(longDrive(400));
+  await page.waitForFunction(() => {
+    const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
+    const is_running = /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
+    if (is_running) (view as HTMLElement & { clear(): void }).clear();
+    return is_running;
+  });
+  await page.waitForTimeout(1000);
+  await expect(page.getByRole('button', { name: 'Stop' })).toBeHidden();
+  await expect(app.table).toBeHidden();
+  expect(await app.numStitched()).toBe(1);
 });
 
 test('a setting changed in the middle starts over with it', async ({ app }) => {

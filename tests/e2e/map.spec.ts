@@ -133,7 +133,7 @@ test('the legend of a map in pieces names them, and shows one of them', async ({
   });
   const legend = page.locator('scanstitch-map-legend');
   await expect(legend).toContainText('Map in 2 pieces');
-  await expect(legend).toContainText('Each piece is certain in itself');
+  await expect(legend).toContainText('Poses within a piece are certain');
   await legend.getByRole('button', { name: 'Main piece 3 scans' }).click();
   await expect.poll(() => app.picture()).not.toBe(before);
 });

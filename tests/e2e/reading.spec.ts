@@ -18,7 +18,7 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   await expect(spatial.figures).toContainText('6553.5 values per metre (assumed, confirmed)');
   const question = page.getByRole('region', { name: 'Which size is right?' });
   await expect(question.getByRole('img', { name: /^From above, surfaces up to 4\D/ })).toBeVisible();
-  const other = question.getByRole('button', { name: /4000 a metre/ });
+  const other = question.getByRole('button', { name: /4000 per metre/ });
   await expect(other.getByRole('img', { name: /^From above, surfaces up to 6\.6/ })).toBeVisible();
   expect(await page.evaluate(findWeakContrast)).toEqual([]);
 
@@ -26,7 +26,7 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   const wrong = await spatial.stitched();
   expect(wrong.result.depth_scale).toBeCloseTo(4000, 6);
   await expect(question).toBeHidden();
-  const offer = page.getByRole('region', { name: 'The ground truth has another size' });
+  const offer = page.getByRole('region', { name: 'The ground truth suggests another depth scale' });
   await expect(offer).toContainText(/The path is 1\.6\d times as long as the ground truth's/);
   await offer.getByRole('button', { name: 'Compute with depth_scale 6553.5' }).click();
   const right = await spatial.stitched();

@@ -70,7 +70,7 @@ test('the first screen says what it does, how to begin, what else there is and h
   await expect(about.getByRole('heading')).toHaveText('Laser scans and depth images to a path and a map');
   await expect(about).toContainText('Drop files anywhere on this page');
   await expect(about).toContainText('nothing leaves your machine');
-  for (const tool of ['Map', 'ICP', 'Evaluate', 'Bird’s-eye view', 'Strategies'])
+  for (const tool of ['Map', 'ICP', 'Evaluate', "Bird's-eye view", 'Strategies'])
     await expect(about.getByRole('list', { name: 'Tools' })).toContainText(tool);
   await about.getByText('Embed it in your page').click();
   await expect(about.getByLabel('Lines to embed the page')).toContainText('<scanstitch-app src=');

@@ -133,8 +133,39 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   const rows = await spatial.table.getByRole('row').count();
   expect(rows).toBeGreaterThan(2);
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
+  // It stays stopped when a file of no use is dropped, and when the ground truth is removed.
+  await spatial.drop([{ name: 'README.md', content: 'words' }]);
+  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await page.getByRole('button', { name: /^Remove the ground truth/ }).click();
+  // The frame that was being registered may still come in.
+  await page.waitForTimeout(1000);
+  const kept = await spatial.table.getByRole('row').count();
+  await page.waitForTimeout(1000);
+  expect(await spatial.table.getByRole('row').count()).toBe(kept);
+  expect(kept).toBeLessThan(60);
   await page.getByRole('button', { name: 'Continue' }).click();
+  // It goes on when one is dropped in its middle.
+  await spatial.drop([{ name: 'README.md', content: 'words' }]);
+  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await expect(page.getByRole('button', { name: 'Stop' })).toBeVisible();
   expect((await spatial.stitched()).result.frames).toHaveLength(60);
+});
+
+test('opening can be stopped while the files are on their way', async ({ spatial, page }) => {
+  let release = (): void => undefined;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route('**/apartment/**', async (route) => {
+    await released;
+    await route.continue();
+  });
+  await page.evaluate(() => void document.querySelector('scanstitch-app')?.open('apartment'));
+  await expect(page.getByText('Inspecting the files')).toBeVisible();
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await expect(spatial.messages).toContainText('Opening the files was stopped');
+  release();
+  await page.waitForTimeout(1000);
+  await expect(page.getByRole('button', { name: 'Stop' })).toBeHidden();
+  await expect(spatial.table).toBeHidden();
 });
 
 test('a lost graphics context is told and comes back with all that was computed', async ({ spatial, page }) => {

@@ -16,6 +16,11 @@ import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
 import { fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
 import { mapBounds } from '../../www/src/views/map-bounds.js';
+import { LatestQuery } from '../../www/src/engine/latest-query.js';
+import { linearAxis } from '../../www/src/views/axes.js';
+import { drawSeries } from '../../www/src/views/figures.js';
+import { SvgPen } from '../../www/src/views/pen.js';
+import { sorted } from '../../www/src/views/sorted.js';
 import {
   bestTurns,
   fitted,
@@ -279,6 +284,7 @@ test('numbers are written as people read them', () => {
   expect(plain(formatCount(1234567))).toBe('1 234 567');
   expect(plain(formatDuration(4.26))).toBe('4.3 ms');
   expect(plain(formatDuration(61_000))).toBe('1 min 1 s');
+  expect(plain(formatDuration(119_700))).toBe('2 min 0 s');
 });
 
 test('results are said in words', () => {
@@ -286,4 +292,95 @@ test('results are said in words', () => {
   expect(cleaningWords(cleaning)).toBe('174 of 180 used; left out: 2 not a number, 3 at the range limit, 1 duplicate');
   expect(directionWords({ x: 0, y: -1, theta: 0.1 })).toContain('90°');
   expect(directionWords({ x: 0, y: 0.1, theta: 1 })).toContain('heading');
+});
+
+test('no more points and frames are examined than the documented maximum', () => {
+  let num_read = 0;
+  const counting = {
+    get x() {
+      num_read++;
+      return 0;
+    },
+    y: 0,
+    theta: 0,
+  };
+  const points = new Float32Array(2 * 30_000).fill(1);
+  mapBounds({ points, offsets: Uint32Array.of(0, 30_000) }, [counting]);
+  expect(num_read).toBeLessThan(20_010);
+  num_read = 0;
+  const offsets = Uint32Array.from({ length: 100 }, (_, frame) => frame);
+  lookDirection({ points: new Float32Array(2 * 99).fill(1), offsets }, Array<typeof counting>(99).fill(counting));
+  expect(num_read).toBeLessThanOrEqual(50);
+});
+
+test('a logarithmic axis fits lines of which one is empty, and one value alone', () => {
+  const line = { stride: 1, offset: 0, color: '#000', width: 1, is_dashed: false };
+  const series = [
+    { ...line, x: [], values: [] },
+    { ...line, x: [0], values: [0.02] },
+  ];
+  const colors = {
+    text: '',
+    muted: '',
+    line: '',
+    background: '',
+    reference: '',
+    selected: '',
+    estimates: [],
+    ramp: [],
+  };
+  for (const shown of [series, series.slice(0, 1)]) {
+    const pen = new SvgPen();
+    drawSeries(pen, SIZE, shown, linearAxis({ low: 0, high: 1 }), { x: '', y: '' }, colors, 'log_fitted', '.0e');
+    expect(pen.finish(SIZE.width, SIZE.height)).not.toContain('NaN');
+  }
+});
+
+test('rows without a value come last, whichever way they are sorted', () => {
+  const rows = [2, null, 3, 1];
+  expect(sorted(rows, (value) => value, false)).toEqual([1, 2, 3, null]);
+  expect(sorted(rows, (value) => value, true)).toEqual([3, 2, 1, null]);
+});
+
+test('of queries the latest is answered, also after one that fails', async () => {
+  const told: string[] = [];
+  const answers: { resolve(): void; reject(error: Error): void }[] = [];
+  const queries = new LatestQuery<string, void>({
+    compute: () => new Promise((resolve, reject) => answers.push({ resolve, reject })),
+    answered: (query, _, is_latest) => told.push(`${query} ${is_latest}`),
+    failed: (query) => told.push(`${query} failed`),
+  });
+  for (const query of ['a', 'b', 'c']) queries.ask(query);
+  answers[0]?.reject(new Error('refused'));
+  await expect.poll(() => answers.length).toBe(2);
+  queries.ask('d');
+  answers[1]?.resolve();
+  await expect.poll(() => answers.length).toBe(3);
+  answers[2]?.resolve();
+  await expect.poll(() => told).toEqual(['a failed', 'c false', 'd true']);
+});
+
+test('a stop before the first slice of a run is obeyed', async () => {
+  const told: unknown[] = [];
+  const worker = { postMessage: (message: unknown) => told.push(message) } as unknown as Worker & typeof self;
+  Object.assign(globalThis, { self: worker });
+  let num_steps = 0;
+  const scans = { set_settings() {}, add_scan() {}, summary: () => ({ frames: [] }) };
+  const map = { map_points: () => new Float32Array(), map_sizes: () => new Uint32Array() };
+  const step = () => ({ stage: num_steps++ > 3 ? 'done' : 'register', frame: null, done: 0, total: 1 });
+  const { servePlanar } = await import('../../www/src/engine/planar-thread.js');
+  servePlanar({
+    Reconstruction: function () {
+      return { ...scans, ...map, step };
+    },
+  } as never);
+  const call = (method: string, ...args: unknown[]): unknown =>
+    worker.onmessage?.({ data: { id: 0, method, args } } as MessageEvent);
+  const input = { scans: [{ name: '0.ply', bytes: new ArrayBuffer(0) }], reference: null, odometry: null };
+  await call('load', 1, input, {}, true);
+  void call('resume', 2);
+  void call('stop');
+  await new Promise((resolve) => setTimeout(resolve, 100));
+  expect(num_steps).toBe(0);
+  expect(JSON.stringify(told)).toContain('"state":"stopped"');
 });

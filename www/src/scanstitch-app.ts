@@ -1,7 +1,8 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
-import { appHeader, type Run, type Tool, type View } from './components/app-header.js';
+import { messageOf } from './engine/message-of.js';
+import { appHeader } from './components/app-header.js';
 import { activity_styles, app_styles } from './components/app-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
@@ -15,11 +16,11 @@ import { PageParts } from './components/page-parts.js';
 import { RunCrossing } from './components/run-crossing.js';
 import { activityBox } from './components/run-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
-import { wordsOf } from './components/session.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
+import type { Run, Tool, View } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
@@ -193,7 +194,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (changed.get('first_view') !== undefined) this.openView();
   }
 
-  // For the page that the element stands on; documented in npm/element.d.ts.
+  // For the host page; documented in npm/element.d.ts.
 
   open(source: string | readonly string[] | Iterable<File>): Promise<void> {
     return this.api.open(source);
@@ -432,7 +433,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const { keepForOffline } = await import('./components/offline.js');
       await keepForOffline(script);
     } catch (error) {
-      this.api.report(`The page is not kept for use offline: ${wordsOf(error)}`, 'Online it works as before');
+      this.api.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
     }
   }
 

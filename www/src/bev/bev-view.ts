@@ -10,7 +10,7 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bev_styles } from './bev-styles.js';
 import './cameras.js';
-import type { PoseKindWish } from './cameras.js';
+import type { PoseKindRequest } from './cameras.js';
 import { type BevDocument, flat, hiddenWords, HINTS, markedPixels, wholePairs } from './document.js';
 import { pointsJson } from './export.js';
 import { fragmentOf } from './link.js';
@@ -23,7 +23,7 @@ import type { TypedPixel } from './points-table.js';
 import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
 import { homographyPanel, type Pointed, readout } from './readout.js';
 import { blendSlider, problemList, refinementPanel } from './panels.js';
-import type { RefinementWish } from './refinement.js';
+import type { RefinementRequest } from './refinement.js';
 import { BevSession } from './session.js';
 import './sketch.js';
 import { openItems, toolbar } from './toolbar.js';
@@ -163,7 +163,7 @@ export class ScanstitchBev extends LitElement {
               @scene-changed=${({ detail }: CustomEvent<BevScene>) => this.setScene(detail)}
               @axes-chosen=${({ detail: axes }: CustomEvent<BevAxes>) =>
                 this.rewrite(this.session.client?.call('in_axes', { scene: document.scene, axes }))}
-              @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindWish>) =>
+              @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindRequest>) =>
                 this.rewrite(this.session.client?.call('with_poses', { scene: document.scene, ...detail }))}
             ></scanstitch-bev-cameras>
           </div>
@@ -202,7 +202,7 @@ export class ScanstitchBev extends LitElement {
         .overlay=${overlay}
         .handles=${is_top ? this.topHandlesOf(document) : this.frontHandlesOf(answered)}
         .blend=${is_top ? 0 : session.blend}
-        placeholder=${picture && !bitmap ? 'The image has another size than its camera' : `Drop the ${role} view here`}
+        placeholder=${picture && !bitmap ? 'The image and its camera differ in size' : `Drop the ${role} view here`}
         @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
         @handle-moved=${({ detail }: CustomEvent<HandleMove>) => this.onMoved(role, detail)}
         @handle-removed=${({ detail }: CustomEvent<string>) => this.removeMark(markOf(detail))}
@@ -279,7 +279,7 @@ export class ScanstitchBev extends LitElement {
     this.session.redo();
   }
 
-  private refine(document: BevDocument, { camera, parameters }: RefinementWish): Promise<void> {
+  private refine(document: BevDocument, { camera, parameters }: RefinementRequest): Promise<void> {
     return this.session.attempt('refinement', async () => {
       const given = { scene: document.scene, pairs: wholePairs(document), camera, parameters };
       const result = await this.session.client?.call('refine', given);

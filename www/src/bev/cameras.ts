@@ -35,7 +35,7 @@ const ROLES: readonly [BevRole, string][] = [
 ];
 
 /** How both poses are to be given. */
-export interface PoseKindWish {
+export interface PoseKindRequest {
   kind: BevPoseKind;
   order: EulerOrder;
 }
@@ -44,7 +44,7 @@ export interface PoseKindWish {
  * The fields of the cameras and the ground.
  *
  * Fires `scene-changed` with the scene, `axes-chosen` with the axes it is to be given in, and `pose-kind-chosen`
- * (PoseKindWish): the engine says those numbers.
+ * (PoseKindRequest): the engine says those numbers.
  */
 @customElement('scanstitch-bev-cameras')
 export class ScanstitchBevCameras extends LitElement {

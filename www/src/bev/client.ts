@@ -1,4 +1,5 @@
 /** The page's side of the worker of the bird's-eye view. */
+import { LatestQuery } from '../engine/latest-query.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { About, BevApi, BevScene, Projection, Query, Strip } from './protocol.js';
@@ -12,14 +13,25 @@ export interface BevHooks {
   unavailable(message: string): void;
 }
 
+interface Projecting {
+  query: Query;
+  answered(result: Projection | EngineProblem): void;
+}
+
 /** What can be asked at any time. */
 type Calls = Omit<BevApi, 'start' | 'project' | 'warp' | 'keep_image'>;
 
 export class BevClient {
   #host: WorkerHost<BevApi, Strip>;
   #generation = 0;
-  #is_projecting = false;
-  #next: { query: Query; answered: (result: Projection | EngineProblem) => void } | null = null;
+  readonly #projecting = new LatestQuery<Projecting, Projection>({
+    compute: ({ query }) => this.#host.call('project', query),
+    answered: ({ answered }, projection) => answered(projection),
+    failed: ({ answered }, error) => {
+      if (error instanceof EngineProblem) answered(error);
+      else if (!(error instanceof WorkerDied)) throw error; // the crash of a worker is reported elsewhere
+    },
+  });
 
   constructor(hooks: BevHooks) {
     this.#host = new WorkerHost<BevApi, Strip>(worker_url, {
@@ -50,8 +62,7 @@ export class BevClient {
 
   /** Projects; while a query is being answered only the latest one after it waits. */
   project(query: Query, answered: (result: Projection | EngineProblem) => void): void {
-    this.#next = { query, answered };
-    if (!this.#is_projecting) void this.#projectAll();
+    this.#projecting.ask({ query, answered });
   }
 
   /** Warps the kept picture again; strips of an older scene are dropped. */
@@ -65,23 +76,7 @@ export class BevClient {
   }
 
   dispose(): void {
-    this.#next = null;
+    this.#projecting.drop();
     this.#host.dispose();
-  }
-
-  async #projectAll(): Promise<void> {
-    this.#is_projecting = true;
-    while (this.#next) {
-      const { query, answered } = this.#next;
-      this.#next = null;
-      try {
-        answered(await this.#host.call('project', query));
-      } catch (error) {
-        if (error instanceof EngineProblem) answered(error);
-        else if (!(error instanceof WorkerDied)) throw error; // the crash of a worker is reported elsewhere
-      } finally {
-        this.#is_projecting = this.#next !== null;
-      }
-    }
   }
 }

@@ -1,4 +1,6 @@
 /** Pictures of the two views, and where they come from. */
+import { fetchOk } from '../datasets/fetch-ok.js';
+import { baseName } from '../views/format.js';
 import type { BevRole } from './protocol.js';
 
 export interface Picture {
@@ -23,9 +25,7 @@ export async function fetchSampleFile(name: 'top.jpg' | 'front.jpg' | 'scene.jso
 }
 
 export async function fetchBlob(url: string): Promise<Blob> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url} answered ${response.status} ${response.statusText}`);
-  return response.blob();
+  return (await fetchOk(url)).blob();
 }
 
 /** Decodes a picture; in words where it is none. */
@@ -48,7 +48,7 @@ export function pixelsOf({ bitmap }: Picture): Uint8Array<ArrayBuffer> {
 
 /** The view that a file shows, by its name; null where the name does not say. */
 export function roleOfName(name: string): BevRole | null {
-  const base = name.slice(name.lastIndexOf('/') + 1).toLowerCase();
+  const base = baseName(name).toLowerCase();
   if (/front|forward|fpv|ego/.test(base)) return 'front';
   return /top|bev|bird|above|down/.test(base) ? 'top' : null;
 }

@@ -4,7 +4,7 @@ import { icon } from '../components/icons.js';
 import type { BevDocument } from './document.js';
 import type { BevRefinement, Projection } from './protocol.js';
 import './refinement.js';
-import type { RefinementWish } from './refinement.js';
+import type { RefinementRequest } from './refinement.js';
 import type { BevSession } from './session.js';
 
 /** What is wrong with the input, each until it is mended or dismissed. */
@@ -50,7 +50,7 @@ export function refinementPanel(
   { pairs }: BevDocument,
   answer: Projection | null,
   refined: BevRefinement | null,
-  refine: (wish: RefinementWish) => Promise<void>,
+  refine: (request: RefinementRequest) => Promise<void>,
 ): TemplateResult {
   const residuals = pairs.map(({ front }, index) => {
     const projected = answer?.pair_points[index]?.projected;
@@ -62,7 +62,7 @@ export function refinementPanel(
       <scanstitch-bev-refinement
         .residuals=${residuals}
         .refined=${refined}
-        @refinement-wished=${({ detail }: CustomEvent<RefinementWish>) => refine(detail)}
+        @refinement-requested=${({ detail }: CustomEvent<RefinementRequest>) => refine(detail)}
       ></scanstitch-bev-refinement>
     </div>
   </section>`;

@@ -146,12 +146,12 @@ export class ScanstitchBevPicture extends LitElement {
     </div>`;
   }
 
-  /** The picture in its displayed size, so that compositing after every mark is cheaper. */
   private repaint(): void {
     this.paintBase();
     this.paint();
   }
 
+  /** The picture in its displayed size, so that compositing after every mark is cheaper. */
   private paintBase(): void {
     const { base, bitmap, warp } = this;
     const density = devicePixelRatio || 1;

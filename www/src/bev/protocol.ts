@@ -65,7 +65,7 @@ export interface Projection {
   /** What of the top view the front camera sees. */
   common: BevPolygon;
   layout: BevLayout;
-  /** Rows of nine numbers. */
+  /** Nine numbers, row by row. */
   homography: number[];
 }
 

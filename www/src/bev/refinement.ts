@@ -5,15 +5,15 @@ import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 
 /** What is to be refined. */
-export interface RefinementWish {
+export interface RefinementRequest {
   camera: BevRole;
   parameters: readonly BevParameter[];
 }
 
 const PARAMETERS: readonly [BevParameter, string, string][] = [
-  ['pitch', 'pitch', 'the turn about the camera’s own x axis'],
+  ['pitch', 'pitch', 'rotation about the camera’s x axis'],
   ['height', 'height', 'the height of the camera'],
-  ['offset', 'offset', 'the place of the camera along the ground'],
+  ['offset', 'offset', 'the position of the camera along the ground'],
   ['ground', 'ground', 'the height of the ground itself; both cameras stay'],
 ];
 const DEGREES = 180 / Math.PI;
@@ -21,7 +21,7 @@ const DEGREES = 180 / Math.PI;
 /**
  * A camera moved until projections fall on their marks, and what is left between them.
  *
- * Fires `refinement-wished` (RefinementWish).
+ * Fires `refinement-requested` (RefinementRequest).
  */
 @customElement('scanstitch-bev-refinement')
 export class ScanstitchBevRefinement extends LitElement {
@@ -35,8 +35,8 @@ export class ScanstitchBevRefinement extends LitElement {
   protected override render(): TemplateResult {
     const count = this.residuals.filter((residual) => residual !== null).length;
     return html`<p class="muted">
-        ${count} pair${count === 1 ? '' : 's'} marked in both views. What is chosen is moved until the projections
-        (crosses) fall on the marks.
+        ${count} pair${count === 1 ? '' : 's'} marked in both views. The selected parameters are adjusted until the
+        projections (crosses) fall on the marks.
       </p>
       <div class="checks">
         <label
@@ -60,7 +60,7 @@ export class ScanstitchBevRefinement extends LitElement {
               />${label}</label
             >`,
         )}
-        <button class="primary" ?disabled=${count === 0} @click=${this.wish}>Refine</button>
+        <button class="primary" ?disabled=${count === 0} @click=${this.request}>Refine</button>
       </div>
       ${count > 0 ? this.renderResiduals() : nothing} ${this.refined ? this.renderEvidence(this.refined) : nothing}`;
   }
@@ -98,8 +98,8 @@ export class ScanstitchBevRefinement extends LitElement {
       ([name, value, unit, digits]) => `${name} ${value > 0 ? '+' : '−'}${Math.abs(value).toFixed(digits)}${unit}`,
     );
     return html`<p class="evidence" role="status">
-      ${words.join(', ') || 'Nothing had to move'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px
-      in ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
+      ${words.join(', ') || 'No change needed'}. rmse ${result.rmse_before.toFixed(3)} → ${result.rmse.toFixed(3)} px in
+      ${result.iterations} step${result.iterations === 1 ? '' : 's'}${result.converged ? '' : ', not converged'}.
     </p>`;
   }
 
@@ -108,9 +108,9 @@ export class ScanstitchBevRefinement extends LitElement {
     this.parameters = is_on ? [...rest, parameter] : rest;
   }
 
-  private wish(): void {
+  private request(): void {
     const { camera, parameters } = this;
-    this.dispatchEvent(new CustomEvent<RefinementWish>('refinement-wished', { detail: { camera, parameters } }));
+    this.dispatchEvent(new CustomEvent<RefinementRequest>('refinement-requested', { detail: { camera, parameters } }));
   }
 
   static override styles = [

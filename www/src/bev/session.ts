@@ -3,6 +3,7 @@ import type { ReactiveControllerHost } from 'lit';
 import { Session, SLOW } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import { messageOf } from '../engine/message-of.js';
 import { BevClient } from './client.js';
 import { type BevDocument, begun, changed, continued, type History, newDocument, queryOf } from './document.js';
 import { redone, undone } from './document.js';
@@ -26,7 +27,7 @@ export interface Listener {
   answered(since: number): void;
 }
 
-/** A picture that is no scene and no table. */
+/** What a file is, by its name; any other one is a picture. */
 const TABLE = /\.(csv|txt|tsv)$/i;
 const SCENE = /\.json$/i;
 
@@ -62,7 +63,7 @@ export class BevSession extends Session<BevClient> {
       },
       unavailable: (message) => {
         this.settle('slow');
-        this.setProblem('crash', `${message}. Where trying again does not help, reload the page.`, this.#retry);
+        this.setProblem('crash', `${message}. If trying again does not help, reload the page.`, this.#retry);
       },
     });
   }
@@ -261,7 +262,7 @@ export class BevSession extends Session<BevClient> {
       if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(is_outdated));
       return true;
     } catch (error) {
-      this.setProblem('file', error instanceof Error ? error.message : String(error));
+      this.setProblem('file', messageOf(error));
       return true;
     }
   }
@@ -409,7 +410,7 @@ export class BevSession extends Session<BevClient> {
       this.settle(key);
       await action();
     } catch (error) {
-      this.setProblem(key, error instanceof Error ? error.message : String(error));
+      this.setProblem(key, messageOf(error));
     }
   }
 }

@@ -81,7 +81,7 @@ export class ScanstitchBevSketch extends LitElement {
       mark: dark ? '#ff6fb1' : '#c4126a',
     };
     const place = placer(layout, this.direction, [width, height], 22 * density);
-    draw(context, layout, this.points, place, inks, density);
+    draw({ context, layout, place, inks, density }, this.points);
   }
 
   private onDown(event: PointerEvent): void {
@@ -166,77 +166,95 @@ function placer(
   };
 }
 
-function draw(
-  context: CanvasRenderingContext2D,
-  layout: BevLayout,
-  points: readonly BevPoint[],
-  place: (point: Vec3) => Place,
-  inks: Inks,
-  density: number,
-): void {
-  const path = (corners: readonly Vec3[], is_closed: boolean) => {
-    context.beginPath();
-    for (const corner of corners) context.lineTo(...(place(corner) as [number, number]));
-    if (is_closed) context.closePath();
-  };
-  const stroke = (color: string, thickness: number, dash: number[] = []) => {
-    context.setLineDash(dash.map((size) => size * density));
-    context.strokeStyle = color;
-    context.lineWidth = thickness * density;
-    context.stroke();
-    context.setLineDash([]);
-  };
-  const cameras = [
-    [layout.top, inks.top, 'top'],
-    [layout.front, inks.front, 'front'],
-  ] as const;
-  for (const [{ footprint }, color] of cameras) {
-    if (footprint.length < 3) continue;
-    path(footprint, true);
-    context.globalAlpha = 0.16;
-    context.fillStyle = color;
-    context.fill();
-    context.globalAlpha = 1;
-    stroke(color, 1);
-  }
-  const grounds = points.flatMap(({ ground }) => (ground ? [ground] : []));
+/** What a sketch is drawn with. */
+interface Sketch {
+  context: CanvasRenderingContext2D;
+  layout: BevLayout;
+  place(point: Vec3): Place;
+  inks: Inks;
+  density: number;
+}
+
+function draw(sketch: Sketch, points: readonly BevPoint[]): void {
+  const { context, layout, inks, density } = sketch;
+  drawFootprint(sketch, layout.top, inks.top);
+  drawFootprint(sketch, layout.front, inks.front);
+  drawGrounds(sketch, points);
+  context.font = `600 ${12 * density}px system-ui, sans-serif`;
+  drawCamera(sketch, layout.top, inks.top, 'top');
+  drawCamera(sketch, layout.front, inks.front, 'front');
+}
+
+function path({ context, place }: Sketch, corners: readonly Vec3[], is_closed: boolean): void {
+  context.beginPath();
+  for (const corner of corners) context.lineTo(...(place(corner) as [number, number]));
+  if (is_closed) context.closePath();
+}
+
+function stroke({ context, density }: Sketch, color: string, thickness: number, dash: number[] = []): void {
+  context.setLineDash(dash.map((size) => size * density));
+  context.strokeStyle = color;
+  context.lineWidth = thickness * density;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+type DrawnCamera = BevLayout['top'];
+
+/** The part of the ground that a camera sees. */
+function drawFootprint(sketch: Sketch, { footprint }: DrawnCamera, color: string): void {
+  if (footprint.length < 3) return;
+  const { context } = sketch;
+  path(sketch, footprint, true);
+  context.globalAlpha = 0.16;
+  context.fillStyle = color;
+  context.fill();
+  context.globalAlpha = 1;
+  stroke(sketch, color, 1);
+}
+
+/** The marked points on the ground. */
+function drawGrounds({ context, place, inks, density }: Sketch, points: readonly BevPoint[]): void {
   context.fillStyle = inks.mark;
-  for (const ground of grounds) {
+  for (const { ground } of points) {
+    if (!ground) continue;
     const [x, y] = place(ground);
     context.beginPath();
     context.arc(x, y, 2.5 * density, 0, 2 * Math.PI);
     context.fill();
   }
+}
+
+/** A camera as a pyramid above its foot, with its name and height. */
+function drawCamera(sketch: Sketch, camera: DrawnCamera, color: string, name: string): void {
+  const { context, layout, place, inks, density } = sketch;
+  const { position, corners } = camera;
   const size = PYRAMID * Math.max(Math.abs(layout.top.height), Math.abs(layout.front.height));
-  context.font = `600 ${12 * density}px system-ui, sans-serif`;
-  for (const [camera, color, name] of cameras) {
-    const { position, corners } = camera;
-    path([position, foot(layout, position)], false);
-    stroke(inks.line, 1.25, [3, 3]);
-    // Wide cameras have long corners: all pyramids are of one length.
-    const reach = size / Math.max(...corners.map((corner) => Math.hypot(...corner)), 1);
-    const ends = corners.map((corner) => added(position, corner, reach));
-    for (const end of ends) {
-      path([position, end], false);
-      stroke(color, 1.25);
-    }
-    path(ends, true);
-    stroke(color, 1.5);
-    // A roof over the upper edge marks the top of the image.
-    const [upper_left, upper_right] = ends;
-    if (upper_left && upper_right) {
-      const middle = scaled(added(upper_left, upper_right, 1), 0.5);
-      path([upper_left, added(middle, camera.down, -0.18 * size), upper_right], true);
-      context.fillStyle = color;
-      context.fill();
-    }
-    const [x, y] = place(position);
-    context.fillStyle = inks.text;
-    const words = `${name} ${camera.height.toFixed(2)} m`;
-    const wide = context.measureText(words).width;
-    const left = Math.min(x + 8 * density, context.canvas.width - wide - 4 * density);
-    context.fillText(words, left, y - 6 * density);
+  path(sketch, [position, foot(layout, position)], false);
+  stroke(sketch, inks.line, 1.25, [3, 3]);
+  // Wide cameras have long corners: all pyramids are of one length.
+  const reach = size / Math.max(...corners.map((corner) => Math.hypot(...corner)), 1);
+  const ends = corners.map((corner) => added(position, corner, reach));
+  for (const end of ends) {
+    path(sketch, [position, end], false);
+    stroke(sketch, color, 1.25);
   }
+  path(sketch, ends, true);
+  stroke(sketch, color, 1.5);
+  // A roof over the upper edge marks the top of the image.
+  const [upper_left, upper_right] = ends;
+  if (upper_left && upper_right) {
+    const middle = scaled(added(upper_left, upper_right, 1), 0.5);
+    path(sketch, [upper_left, added(middle, camera.down, -0.18 * size), upper_right], true);
+    context.fillStyle = color;
+    context.fill();
+  }
+  const [x, y] = place(position);
+  context.fillStyle = inks.text;
+  const words = `${name} ${camera.height.toFixed(2)} m`;
+  const wide = context.measureText(words).width;
+  const left = Math.min(x + 8 * density, context.canvas.width - wide - 4 * density);
+  context.fillText(words, left, y - 6 * density);
 }
 
 /** The point of the ground below a camera. */

@@ -6,12 +6,7 @@ import { icon, logo } from './icons.js';
 import type { MenuItem } from './menu.js';
 import type { Layout } from './run-parts.js';
 import type { ViewFacts } from './run-kind.js';
-
-/** Views of a run, and views beside it. */
-export type Run = 'planar' | 'spatial';
-export type View = Run | 'evaluation' | 'bev' | 'strategies' | 'icp';
-/** What the header offers: the map of the run, or a view beside it. */
-export type Tool = 'map' | Exclude<View, Run>;
+import { type Run, type Tool, TOOLS, type View } from './tools.js';
 
 /** What the header shows, and what its buttons do. */
 export interface Header {
@@ -31,24 +26,6 @@ export interface Header {
   removeReference(): void;
   toggleTheme(): void;
 }
-
-/** `short` stands where there is little room. */
-const TOOLS: readonly { tool: Tool; label: string; short?: string; about: string }[] = [
-  { tool: 'map', label: 'Map', about: 'Path and map of the recording' },
-  { tool: 'icp', label: 'ICP', about: 'ICP lab: step through a registration, from any start, by any method' },
-  { tool: 'evaluation', label: 'Evaluate', about: 'Compare trajectories with ground truth' },
-  {
-    tool: 'bev',
-    label: "Bird's-eye view",
-    short: 'BEV',
-    about: "Bird's-eye view: project points of a top view into a front view",
-  },
-  {
-    tool: 'strategies',
-    label: 'Strategies',
-    about: 'Compare strategies: what a map costs in memory and time, and gains in accuracy',
-  },
-];
 
 /** `styles`: app_styles. */
 export function appHeader(has: Header): TemplateResult {

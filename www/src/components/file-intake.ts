@@ -10,7 +10,7 @@ import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
 import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 
-/** What opens files is fetched with the first of them. */
+/** The module that opens files is fetched when the first files are opened. */
 const reader = (): Promise<typeof import('../datasets/spatial-files.js')> => import('../datasets/spatial-files.js');
 
 type Recognised = Awaited<ReturnType<typeof tellApart>>;
@@ -22,7 +22,7 @@ export interface IntakeHooks {
   loaded<T>(loading: Promise<T>): Promise<T>;
   /**
    * Hands the files to the view that they are for. `is_new`: they are a recording that was not open; `given`: they are what
-   * the page that the element stands on names.
+   * the host page names.
    */
   show(files: Recognised, requested_at: number, is_new: boolean, given: GivenSet | null): Promise<void>;
 }
@@ -45,8 +45,6 @@ interface OpeningRequest {
   given: GivenSet | null;
 }
 
-/** What may join the recording that is open: a reference trajectory, a camera. */
-const isBeside = (path: string): boolean => /\.(npy|txt|tum|csv|log|traj|json)$/i.test(path);
 /** How far a bag has been inspected is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 100;
 
@@ -123,7 +121,9 @@ export class FileIntake {
   async #show(opening: Promise<OpenedFiles>, asked: OpeningRequest): Promise<void> {
     const { own, wishes, requested_at, before, is_choice, given } = asked;
     const opened = await opening.catch((error: unknown) => {
-      if (own === this.#num_taken) throw error;
+      if (own !== this.#num_taken) return;
+      this.#setBag(this.#open.bag);
+      throw error;
     });
     if (!opened || own !== this.#num_taken) return;
     const recognised = await (await reader()).tellApart(opened, this.#hooks.present());
@@ -133,7 +133,8 @@ export class FileIntake {
     if (recognised.bag) {
       const { listed, choice } = recognised.bag;
       this.#open = { bag: { listed, choice, wishes, activity: '' }, opened };
-    } else if (this.#open.opened && opened.files.every(({ path }) => isBeside(path))) {
+    } else if (this.#open.opened && !recognised.is_recording) {
+      // A reference trajectory or a camera, for the recording that is open.
       const files = [...this.#open.opened.files, ...opened.files];
       this.#open = { ...this.#open, opened: { ...this.#open.opened, files } };
     } else {

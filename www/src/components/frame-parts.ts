@@ -53,9 +53,9 @@ export function frameHeader(
   </header>`;
 }
 
-/** The frames that are not good, by number. */
-export function badOnes(frames: readonly NamedFrame[]): number[] {
-  return frames.flatMap(({ status }, index) => (status === 'good' ? [] : [index]));
+/** Number of the frames that are not good. */
+export function numBad(frames: readonly NamedFrame[]): number {
+  return frames.filter(({ status }) => status !== 'good').length;
 }
 
 /** Those that need a look, with the reason: each run of alike ones is a button that selects its first. */

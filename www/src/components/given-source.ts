@@ -1,4 +1,4 @@
-/** What the page that the element stands on names is fetched: one thing at a time, what was named last. */
+/** Fetches what the host page names: one set of files at a time, the one named last. */
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenSet } from '../datasets/given.js';
 import { tellHost } from './host-events.js';

@@ -1,11 +1,12 @@
-/** What a page can do with the element that stands on it: open files, run, cancel. Documented in npm/element.d.ts. */
+/** What a host page can do with the element: open files, run, cancel. Documented in npm/element.d.ts. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
+import { messageOf } from '../engine/message-of.js';
 import { GivenSource } from './given-source.js';
 import { type ScanstitchResult, tellFault } from './host-events.js';
 import type { Message } from './messages.js';
-import { STOPPED, wordsOf } from './session.js';
+import { STOPPED } from './session.js';
 
 /** The view of a run, as far as the page has to do with it. */
 export interface HostedRun {
@@ -38,7 +39,7 @@ function faultMessage(text: string, remedy: string): Message {
   return { kind: 'error', file: '', place: '', text, remedy };
 }
 
-/** What a host names is understood by a part of the page that is fetched with the first of it. */
+/** The module that reads what a host names is fetched when it is first needed. */
 export const fromHost = (): Promise<FromHost> => import('../datasets/given.js');
 type FromHost = typeof import('../datasets/given.js');
 
@@ -187,7 +188,7 @@ export class HostApi implements ReactiveController {
       await this.#hooks.take(given.files, requested_at, given);
     } catch (error) {
       const is_overtaken = error instanceof DOMException && error.name === 'AbortError';
-      if (!is_overtaken) this.#hooks.run()?.refuse(`Nothing was opened: ${wordsOf(error)}`, 'Drop files of your own');
+      if (!is_overtaken) this.#hooks.run()?.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
       throw error;
     }
     if (!this.#hooks.run()?.is_busy) throw new Error('Nothing that was given can be used');
@@ -197,7 +198,12 @@ export class HostApi implements ReactiveController {
   #onRemoved(): void {
     const runs = this.#hooks.runs();
     if (this.source.activity !== null || runs.some((run) => run.is_under_way)) {
-      tellFault(this.#host, { file: '', place: '', text: REMOVED, remedy: 'Put it back: it computes again' });
+      tellFault(this.#host, {
+        file: '',
+        place: '',
+        text: REMOVED,
+        remedy: 'Add the element to the page again to restart the computation',
+      });
     }
     this.#stopFetching();
     runs.forEach((run) => run.abandon(REMOVED));

@@ -28,7 +28,7 @@ export class ScanstitchMapLegend extends LitElement {
       <summary>${pieces.length > 0 ? `Map in ${plural(num_pieces, 'piece')}` : 'Uncertain links'}</summary>
       ${
         pieces.length > 0
-          ? html`<p>Each piece is certain in itself. How the pieces lie to each other is not.</p>
+          ? html`<p>Poses within a piece are certain. How the pieces lie relative to each other is not.</p>
               <ul>
                 ${pieces.map((piece) => this.renderPiece(piece))}
               </ul>`

@@ -176,9 +176,9 @@ function title(messages: readonly Message[], num_errors: number): string {
     if (only.kind === 'note') return 'Note';
     return only.file ? 'A file could not be used' : 'Something went wrong';
   }
-  if (num_errors === 0) return `${messages.length} files were skipped`;
-  const others = messages.length - num_errors;
-  return `${num_errors} ${num_errors === 1 ? 'problem' : 'problems'}${others > 0 ? `, ${others} skipped` : ''}`;
+  const num_notes = messages.length - num_errors;
+  const counts = [num_errors > 0 ? plural(num_errors, 'problem') : '', num_notes > 0 ? plural(num_notes, 'note') : ''];
+  return counts.filter(Boolean).join(', ');
 }
 
 declare global {

@@ -4,7 +4,7 @@ import type { FrameResult, IterationRecord } from '../engine/protocol.js';
 import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
-import { badList, badOnes, frame_styles, frameBars } from './frame-parts.js';
+import { badList, frame_styles, frameBars, numBad } from './frame-parts.js';
 import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 
 /**
@@ -28,7 +28,7 @@ export class ScanstitchOverview extends LitElement {
     if (frames.length === 0) {
       return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
     }
-    const num_bad = badOnes(frames).length;
+    const num_bad = numBad(frames);
     return html`
       <header><h2>All scans</h2></header>
       <p>${this.assessment(num_bad)}</p>

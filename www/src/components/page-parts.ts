@@ -1,6 +1,6 @@
 /** Parts of the page that are loaded on demand, with messages when one takes long, fails or is missing on the server. */
 import { START_PATIENCE_MS } from '../engine/worker-host.js';
-import { wordsOf } from './session.js';
+import { messageOf } from '../engine/message-of.js';
 
 export interface PagePartsHooks {
   /** Shows a message, with a button where it can be tried again; the result takes it away. */
@@ -21,7 +21,7 @@ export class PageParts {
     let withdraw = (): void => undefined;
     const timer = setTimeout(() => {
       const text = `A part of the page has not loaded after ${START_PATIENCE_MS / 1000} s`;
-      const remedy = 'It is shown as soon as it is there; or check the connection and reload the page';
+      const remedy = 'Loading continues. If it does not finish, check the connection and reload the page';
       // A module that is being fetched is fetched by no second import: only a reload tries again.
       withdraw = this.#hooks.report(text, remedy, this.#hooks.reload() ?? undefined);
     }, START_PATIENCE_MS);
@@ -36,7 +36,7 @@ export class PageParts {
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
   attend(work: () => Promise<void>): void {
     work().catch((error: unknown) => {
-      const words = wordsOf(error);
+      const words = messageOf(error);
       if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
         this.#hooks.report(words, 'Try again, or reload the page');
         return;
@@ -44,7 +44,7 @@ export class PageParts {
       const [part = ''] = /[^/]+$/.exec(words) ?? [];
       this.#hooks.report(
         `A part of the page could not be loaded (${part}): the connection was lost, or a new version was put on the server`,
-        'Where trying again does not help, export what is open and reload the page',
+        'If trying again does not help, export your results and reload the page',
         () => this.attend(work),
       );
     });

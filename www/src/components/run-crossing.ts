@@ -1,6 +1,6 @@
 /** Replacement of a planar recording by one in space, or vice versa; the replaced one can be restored. */
 import type { ReactiveControllerHost } from 'lit';
-import type { Run } from './app-header.js';
+import type { Run } from './tools.js';
 import type { Elsewhere } from './run-exchange.js';
 
 type Crossing = Elsewhere & { shown: Run };

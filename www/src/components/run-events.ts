@@ -1,4 +1,4 @@
-/** What the page that the element stands on hears of a run: how far it is, its end, and settings that cannot be taken. */
+/** What the host page hears of a run: its progress, its end, and settings that cannot be used. */
 import type { ReactiveControllerHost } from 'lit';
 import { type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
 import type { Message } from './messages.js';
@@ -16,7 +16,7 @@ interface ToldRun {
 }
 
 export class RunEvents {
-  /** The error in the initial settings, until it is reported. */
+  /** What is wrong with the initial settings, until it is reported. */
   setting_faults: string[] = [];
   readonly #view: ReactiveControllerHost & EventTarget;
   #told_progress: ScanstitchProgress | null = null;
@@ -54,7 +54,7 @@ export class RunEvents {
 
   tellProgress({ phase, progress, activity }: ToldRun): void {
     if (phase !== 'reading' && phase !== 'running') return;
-    // Of a kind of run that is not used nobody wants to know.
+    // Errors in settings matter only for the kind of run that is used.
     const faults = this.setting_faults.splice(0);
     if (faults.length > 0)
       this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults, bubbles: true }));

@@ -1,8 +1,10 @@
 /** What a view of a run says of itself, and what it hands to the views beside it. */
 import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
+import type { Noun } from './frame-parts.js';
 import type { MenuItem } from './menu.js';
 import type { Layout } from './run-parts.js';
+import type { Run } from './tools.js';
 
 /** What the header shows of a run. */
 export interface ViewFacts {
@@ -46,8 +48,8 @@ export type Panel = 'figures' | 'table' | 'details' | 'settings';
 /** What differs between the two kinds of run. */
 export interface RunKind {
   /** Whose settings the page's address holds. */
-  kind: 'planar' | 'spatial';
-  noun: 'scan' | 'frame';
+  kind: Run;
+  noun: Noun;
   exports: readonly MenuItem[];
   /** The names of the tabs. */
   panels: Record<Panel, string>;

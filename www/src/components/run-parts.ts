@@ -62,7 +62,7 @@ export function activity(session: ActiveSession, is_partial: boolean): TemplateR
       return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
     case 'stopped':
       return activityBox(
-        is_partial ? 'Stopped: partial map' : 'Stopped: all placed, not finished',
+        is_partial ? 'Stopped: partial map' : 'Stopped: all registered, not yet optimised',
         null,
         'Continue',
         () => session.resume(),

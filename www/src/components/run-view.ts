@@ -5,6 +5,7 @@ import './frame-table.js';
 import './headline.js';
 import './settings-panel.js';
 import './timeline.js';
+import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
 import type { ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
@@ -26,7 +27,7 @@ import { type Elsewhere, bar_styles, exchangeBar, RunExchange } from './run-exch
 import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
-import { type RunSession, wordsOf } from './session.js';
+import { type RunSession } from './session.js';
 import { empty_styles, shared } from './theme.js';
 
 /** What all results have in common. */
@@ -126,13 +127,13 @@ export abstract class RunView<
     try {
       download(await this.makeExport(id, snapshot));
     } catch (error) {
-      this.session.report(`The export failed: ${wordsOf(error)}`, 'Try again');
+      this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
       this.is_exporting = false;
     }
   }
 
-  // For the page that the element stands on.
+  // For the host page.
 
   /** What was computed; null while it is not over. */
   get outcome(): ScanstitchResult | null {
@@ -140,7 +141,7 @@ export abstract class RunView<
     return snapshot && phase === 'done' ? this.outcomeOf(snapshot) : null;
   }
 
-  /** Whether files are being read or a run is under way. */
+  /** Whether files are being read or a run is under way, or the engine is starting. */
   get is_busy(): boolean {
     return ['starting', 'reading', 'running'].includes(this.session.phase);
   }
@@ -271,7 +272,7 @@ export abstract class RunView<
             <scanstitch-timeline
               .count=${num_frames}
               .until=${this.until ?? num_frames}
-              .statuses=${this.statusesOf(snapshot?.result.frames ?? NO_FRAMES)}
+              .statuses=${this.statusesOf(snapshot?.result.frames ?? EMPTY_LIST)}
               .colors=${this.trackColors()}
               noun=${this.of.noun}
               ?dark=${this.dark}
@@ -358,8 +359,8 @@ export abstract class RunView<
   private renderSettings(): TemplateResult {
     const { facts, settings } = this.session;
     return html`<scanstitch-settings
-      .descriptions=${facts?.descriptions ?? NO_FRAMES}
-      .presets=${facts?.presets ?? NO_FRAMES}
+      .descriptions=${facts?.descriptions ?? EMPTY_LIST}
+      .presets=${facts?.presets ?? EMPTY_LIST}
       .values=${settings}
       @settings-changed=${this.onSettings}
     ></scanstitch-settings>`;
@@ -449,7 +450,7 @@ export abstract class RunView<
 }
 
 // The same empty list every time: a new one would be a change.
-const NO_FRAMES: readonly never[] = [];
+const EMPTY_LIST: readonly never[] = [];
 
 function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
   return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);

@@ -23,8 +23,9 @@ interface Disposable {
 export const STOPPED = 'The run was stopped';
 
 export const SLOW = `The engine has not loaded after ${START_PATIENCE_MS / 1000} s`;
-const SLOW_REMEDY = 'It begins as soon as it is there; or check the connection and try again';
-const RELOAD_REMEDY = 'Where trying again does not help, reload the page; a browser of the last two years is needed';
+const SLOW_REMEDY = 'Loading continues. If it does not finish, check the connection and try again';
+const RELOAD_REMEDY =
+  'If trying again does not help, reload the page. A browser version from the last two years is needed';
 
 /** A client of the engine that lives as long as its host is on the page, with its progress, messages and announcements. */
 export abstract class Session<Client extends Disposable> implements ReactiveController {
@@ -130,7 +131,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.changed();
   }
 
-  /** An error that is shown: the page that the element stands on hears of it. */
+  /** An error that is shown: the host page hears of it. */
   protected raise(error: Omit<Message, 'kind'>): void {
     tellFault(this.#host, error);
   }
@@ -174,6 +175,8 @@ export abstract class RunSession<
   snapshot: Snapshot | null = null;
   /** Another number for every data set shown: the view is fitted to each one once. */
   generation = 0;
+  /** How the run of the last snapshot ended; one that was replaced by another order counts as stopped. */
+  protected ended: 'stopped' | 'done' = 'done';
   #settings_timer: ReturnType<typeof setTimeout> | undefined;
   #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
     presets[0]?.settings ?? null;
@@ -236,9 +239,10 @@ export abstract class RunSession<
     this.report(text, remedy);
   }
 
-  /** What was on the page, where nothing of what was given can be used. */
+  /** What was on the page, where nothing of what was given can be used. A run that was not interrupted goes on. */
   protected keepResult(): void {
-    this.phase = this.snapshot ? 'done' : 'empty';
+    if (this.phase === 'running') return;
+    this.phase = this.snapshot ? this.ended : 'empty';
   }
 }
 
@@ -252,8 +256,4 @@ export function errorMessage({ file, place, problem, remedy }: Problem): Message
 
 export function noteMessage(file: string, text: string): Message {
   return { kind: 'note', file: printable(file), place: '', text: printable(text, TEXT_LENGTH), remedy: '' };
-}
-
-export function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

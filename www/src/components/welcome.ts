@@ -1,23 +1,16 @@
 /** What a newcomer reads above the sample: what the page does, how to begin, what its tools are for, how to embed it. */
 import { css, html, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
-
-/** The tools beside the map; the id says what opens them. */
-const TOOLS: readonly { id: string; label: string; about: string }[] = [
-  { id: 'view:icp', label: 'ICP', about: 'Step through one registration, from any start' },
-  { id: 'view:evaluation', label: 'Evaluate', about: 'Errors of trajectories against ground truth' },
-  { id: 'view:bev', label: 'Bird’s-eye view', about: 'Points of a top view in a camera’s image' },
-  { id: 'view:strategies', label: 'Strategies', about: 'Ways to keep a map: memory, time, accuracy' },
-];
+import { TOOLS } from './tools.js';
 
 /** What a host page writes. */
 const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script>
 <scanstitch-app src="scans/homework.json" style="height: 80vh"></scanstitch-app>`;
 
 export interface WelcomeHooks {
-  /** Told the id of what is to be opened. */
+  /** Opens a tool, a sample, or a dialog for files. */
   want(id: string): void;
-  /** The lines to embed the page were to be copied. */
+  /** Copies the lines that embed the page. */
   copy(text: string): void;
   close(): void;
 }
@@ -46,10 +39,10 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
         <strong>Map</strong>
         <span>Path and map of a recording. Here: ten laser scans; ${link('apartment', 'see depth images', want)}</span>
       </li>
-      ${TOOLS.map(
-        ({ id, label, about }) =>
+      ${TOOLS.filter(({ tool }) => tool !== 'map').map(
+        ({ tool, label, about }) =>
           html`<li>
-            ${link(id, label, want)}
+            ${link(`view:${tool}`, label, want)}
             <span>${about}</span>
           </li>`,
       )}

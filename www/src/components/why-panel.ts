@@ -44,8 +44,6 @@ export class ScanstitchWhy extends LitElement {
     const { index } = this;
     const frame = this.frames[index];
     if (!frame) return html``;
-    const { T_world_sensor: pose, std } = frame;
-    const error = this.errors[index] ?? null;
     const is_matched = frame.iterations > 0;
     return html`
       ${frameHeader('scan', this.frames, index, this.colors[index], (to) => this.emit('frame-selected', to))}
@@ -53,68 +51,14 @@ export class ScanstitchWhy extends LitElement {
       ${frame.reason && is_matched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
         frame.undetermined
-          ? html`<p class="open-direction">
+          ? html`<p class="degenerate-direction">
               ${icon('both_ways')}<span
                 >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
               >
             </p>`
           : nothing
       }
-      <dl class="facts number">
-        <dt>Position</dt>
-        <dd>x ${formatCoordinate(pose.x)} m, y ${formatCoordinate(pose.y)} m</dd>
-        <dt>Heading</dt>
-        <dd>${formatAngle(pose.theta)}</dd>
-        ${
-          std
-            ? html`<dt>
-                  <abbr title="One standard deviation, from the noise of the scan">Uncertainty</abbr>
-                </dt>
-                <dd>x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}</dd>`
-            : nothing
-        }
-        ${
-          error === null
-            ? nothing
-            : html`<dt><abbr title="Distance to ${baseName(this.reference_name)}">Error</abbr></dt>
-                <dd>${formatLength(error)}</dd>`
-        }
-        ${
-          is_matched
-            ? html`<dt>
-                  <abbr title="Share of its returns that agree with the scans before it">Agreement</abbr>
-                </dt>
-                <dd>${formatPercent(frame.agreement)} with the scans before</dd>`
-            : nothing
-        }
-        <dt>Points</dt>
-        <dd>${cleaningWords(frame.cleaning)}</dd>
-        <dt>Time</dt>
-        <dd>${formatDuration(this.ms[index] ?? 0)}</dd>
-      </dl>
-      ${
-        is_matched
-          ? html`
-              <label class="pairs">
-                <input
-                  type="checkbox"
-                  .checked=${this.pairs_shown}
-                  @change=${(event: Event) => this.emit('pairs-toggled', (event.target as HTMLInputElement).checked)}
-                />
-                Show correspondences
-              </label>
-              <p>
-                <button
-                  @click=${() => this.emit('look-inside', index)}
-                  title="Step through this registration in the ICP lab"
-                >
-                  Look inside
-                </button>
-              </p>
-              ${this.history.length > 0 ? this.renderHistory() : nothing}
-            `
-          : nothing
-      }
+      ${this.renderFacts(frame)} ${is_matched ? this.renderRegistration() : nothing}
       ${
         this.removable
           ? html`<p>
@@ -125,6 +69,63 @@ export class ScanstitchWhy extends LitElement {
           : nothing
       }
     `;
+  }
+
+  private renderFacts(frame: FrameResult): TemplateResult {
+    const { T_world_sensor: pose, std } = frame;
+    const error = this.errors[this.index] ?? null;
+    return html`<dl class="facts number">
+      <dt>Position</dt>
+      <dd>x ${formatCoordinate(pose.x)} m, y ${formatCoordinate(pose.y)} m</dd>
+      <dt>Heading</dt>
+      <dd>${formatAngle(pose.theta)}</dd>
+      ${
+        std
+          ? html`<dt>
+                <abbr title="One standard deviation, from the noise of the scan">Uncertainty</abbr>
+              </dt>
+              <dd>x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}</dd>`
+          : nothing
+      }
+      ${
+        error === null
+          ? nothing
+          : html`<dt><abbr title="Distance to ${baseName(this.reference_name)}">Error</abbr></dt>
+              <dd>${formatLength(error)}</dd>`
+      }
+      ${
+        frame.iterations > 0
+          ? html`<dt>
+                <abbr title="Share of its returns that agree with the scans before it">Agreement</abbr>
+              </dt>
+              <dd>${formatPercent(frame.agreement)} with the scans before</dd>`
+          : nothing
+      }
+      <dt>Points</dt>
+      <dd>${cleaningWords(frame.cleaning)}</dd>
+      <dt>Time</dt>
+      <dd>${formatDuration(this.ms[this.index] ?? 0)}</dd>
+    </dl>`;
+  }
+
+  private renderRegistration(): TemplateResult {
+    return html`<label class="pairs">
+        <input
+          type="checkbox"
+          .checked=${this.pairs_shown}
+          @change=${(event: Event) => this.emit('pairs-toggled', (event.target as HTMLInputElement).checked)}
+        />
+        Show correspondences
+      </label>
+      <p>
+        <button
+          @click=${() => this.emit('look-inside', this.index)}
+          title="Step through this registration in the ICP lab"
+        >
+          Look inside
+        </button>
+      </p>
+      ${this.history.length > 0 ? this.renderHistory() : nothing}`;
   }
 
   private renderHistory(): TemplateResult {
@@ -182,7 +183,7 @@ export class ScanstitchWhy extends LitElement {
     chart_styles,
     frame_styles,
     css`
-      .open-direction {
+      .degenerate-direction {
         display: flex;
         gap: 8px;
         padding: 8px 10px;
@@ -190,7 +191,7 @@ export class ScanstitchWhy extends LitElement {
         background: var(--doubtful-soft);
         color: var(--doubtful);
       }
-      .open-direction svg {
+      .degenerate-direction svg {
         margin-top: 2px;
         color: light-dark(#b3261e, #ff8a80);
       }

@@ -1,4 +1,5 @@
 /** The built-in sample in space, loaded when it is asked for: even the addresses of its files are many. */
+import { fetchOk } from './fetch-ok.js';
 import { blobOf, type SpatialFiles, type StoredFile } from './spatial-files.js';
 
 const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,png,npy,json,txt}', {
@@ -36,7 +37,5 @@ async function onServer(path: string, url: string): Promise<StoredFile> {
 }
 
 async function fetchBytes(url: string): Promise<Uint8Array> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url} answered ${response.status} ${response.statusText}`);
-  return new Uint8Array(await response.arrayBuffer());
+  return new Uint8Array(await (await fetchOk(url)).arrayBuffer());
 }

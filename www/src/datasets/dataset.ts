@@ -3,7 +3,7 @@ import type { InputFile, Inputs } from '../engine/protocol.js';
 import type { Note } from './note.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
 
-/** Where a data set comes from. That of the page, or of the one that the element stands on, is never extended by the user's files. */
+/** Where a data set comes from. A sample, or what the host page names, is never extended by the user's files. */
 export type Origin = 'sample' | 'host' | 'user';
 
 export interface Dataset extends Inputs {

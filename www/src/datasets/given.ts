@@ -6,6 +6,7 @@ import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { classify } from '../../../npm/recording/classify.js';
 import type { Dataset } from './dataset.js';
+import { okOnly } from './fetch-ok.js';
 import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
 import { takeIn } from './take-in.js';
@@ -98,7 +99,10 @@ async function fetchManifest(manifest: Manifest, base: URL, hooks: FetchHooks): 
     const typo = unknown.length > 0 ? ` (${unknown.join(', ')}: not known)` : '';
     throw new Error(`${base.href} names no scans${typo}; it should read ${EXAMPLE}`);
   }
-  const named = paths.map((path) => ({ url: resolve(path, base.href), name: path.replace(/^(\.?\/)+/, '') }));
+  const named = paths.map((path) => {
+    const url = resolve(path, base.href);
+    return { url, name: nameIn(path, url) };
+  });
   const files = await fetchAll(named, hooks);
   const nameAt = (path: string): string => named[paths.indexOf(path)]?.name ?? path;
   return {
@@ -176,16 +180,15 @@ async function fetchAll(
 
 async function fetchFile(url: URL, name: string, signal: AbortSignal): Promise<NamedFile> {
   // A browser may keep a blob on the disk: a recording may be larger than the memory.
-  return { name, file: new File([await (await fetchOk(url, signal)).blob()], name) };
+  return { name, file: new File([await (await fetchShown(url, signal)).blob()], name) };
 }
 
-async function fetchOk(url: URL, signal: AbortSignal): Promise<Response> {
+async function fetchShown(url: URL, signal: AbortSignal): Promise<Response> {
   const response = await fetch(url, { signal }).catch((error: unknown) => {
     if (signal.aborted) throw error;
     throw new Error(`${shown(url)} could not be fetched: ${reasonOf(url)}`);
   });
-  if (!response.ok) throw new Error(`${shown(url)} answered ${response.status} ${response.statusText}`);
-  return response;
+  return okOnly(response, shown(url));
 }
 
 /** Browsers do not tell a page why a request to another host failed. */
@@ -209,11 +212,20 @@ const shown = (url: URL): string => (url.protocol === 'data:' ? `data:…;name=$
 /** Of a data URL the parameter `name` of its media type. */
 function nameOf({ protocol, pathname }: URL): string {
   const given = protocol === 'data:' ? (/^[^,]*?;name=([^;,]+)/.exec(pathname)?.[1] ?? 'data') : undefined;
-  const name = given ?? pathname.slice(pathname.lastIndexOf('/') + 1);
+  return decoded(given ?? pathname.slice(pathname.lastIndexOf('/') + 1));
+}
+
+/** The path in a manifest, which keeps its folders; no query, no fragment and no escapes. */
+function nameIn(path: string, url: URL): string {
+  if (url.protocol === 'data:') return nameOf(url);
+  return decoded(path.replace(/[?#].*$/s, '').replace(/^(\.?\/)+/, ''));
+}
+
+function decoded(text: string): string {
   try {
-    return decodeURIComponent(name);
+    return decodeURIComponent(text);
   } catch {
-    return name;
+    return text;
   }
 }
 

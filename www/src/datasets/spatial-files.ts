@@ -124,7 +124,6 @@ export async function tellApart(
 export async function openFiles(
   given: readonly NamedFile[],
   listener: BagListener = { walking: () => undefined, listed: async () => undefined, looking: () => undefined },
-  wishes: Wishes = {},
 ): Promise<OpenedFiles> {
   const opened_archives = await openArchives(given);
   const { notes } = opened_archives;
@@ -138,7 +137,7 @@ export async function openFiles(
   const sources = of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) }));
   const listed = await listBags(sources, (done, total) => listener.walking(done, total));
   await listener.listed(listed.bags);
-  const opened = await openBags(listed.bags, wishes, listener);
+  const opened = await openBags(listed.bags, {}, listener);
   return { given, files: [...rest, ...opened.files], notes: [...notes, ...listed.notes], bags: opened.bags };
 }
 

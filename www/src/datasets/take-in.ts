@@ -1,4 +1,4 @@
-/** Files that were dropped, picked or fetched are read and told apart: fetched with the first of them. */
+/** Reads and classifies files that were dropped, picked or fetched. This module is loaded with the first of them. */
 import { compareNaturally } from '../../../npm/natural_order.js';
 import { classify, type Role } from '../../../npm/recording/classify.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';

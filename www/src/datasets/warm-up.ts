@@ -11,7 +11,7 @@ import { SpatialClient } from '../engine/spatial-client.js';
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 16;
 
-/** The mark in the browser's own timeline when the engine is ready. */
+/** The mark in the browser's own timeline when the warm-up is done. */
 const WARM = 'scanstitch-warm';
 
 /** Until it is done, or `signal` says that there is real work. */

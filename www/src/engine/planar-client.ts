@@ -11,7 +11,7 @@ import type {
   EngineFacts,
   InputFile,
   Inputs,
-  Loaded,
+  ReadOutcome,
   PlanarApi,
   PlanarEvent,
   Problem,
@@ -23,13 +23,14 @@ import type {
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, isCompiled } from './start.js';
-import { type HostHooks, WorkerHost } from './worker-host.js';
+import { type WorkerHooks, WorkerHost } from './worker-host.js';
+import { messageOf } from './message-of.js';
 
 export interface PlanarListener {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
-  loaded(inputs: Inputs, told: Loaded): void;
+  loaded(inputs: Inputs, told: ReadOutcome): void;
   progress(progress: Progress): void;
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
@@ -93,7 +94,8 @@ export class PlanarClient {
 
   /** Stops computing; what has been computed arrives as a snapshot. */
   stop(): void {
-    this.#order(this.#host.call('stop'));
+    // What it answers is the reaction, also where there was nothing to stop.
+    this.#order(this.#host.call('stop').then(() => clearTimeout(this.#stop_timer)));
     clearTimeout(this.#stop_timer);
     this.#stop_timer = setTimeout(() => this.#host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
   }
@@ -113,7 +115,7 @@ export class PlanarClient {
     const forget = (): void => {
       this.#table_host = null;
     };
-    const hooks: HostHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
+    const hooks: WorkerHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
     this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(planar_url, hooks, 'full');
     return this.#table_host.call('describeTable', file, format, scan);
   }
@@ -126,7 +128,7 @@ export class PlanarClient {
   }
 
   #createHost(worker_url: string, file: EngineFile): Host {
-    const hooks: HostHooks<PlanarEvent> = {
+    const hooks: WorkerHooks<PlanarEvent> = {
       event: (event) => this.#onEvent(event),
       crashed: (message) => this.#onCrash(message),
       slow: (is_slow) => this.#listener.slow(is_slow),
@@ -181,7 +183,7 @@ export class PlanarClient {
     done.catch((error: unknown) => {
       if (error instanceof WorkerDied || run !== this.#run) return;
       if (error instanceof EngineProblem) this.#listener.rejected(error.problem);
-      else host.kill(error instanceof Error ? error.message : String(error));
+      else host.kill(messageOf(error));
     });
   }
 
@@ -202,7 +204,7 @@ export class PlanarClient {
     }
   }
 
-  #onLoaded(loaded: Loaded): void {
+  #onLoaded(loaded: ReadOutcome): void {
     const { accepted, refused } = loaded;
     this.#settleEngine(accepted.length > 0);
     clearTimeout(this.#stop_timer);

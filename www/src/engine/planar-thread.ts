@@ -10,7 +10,7 @@ import type {
   Growth,
   InputFile,
   Inputs,
-  Loaded,
+  ReadOutcome,
   PlanarApi,
   PlanarEvent,
   Preset,
@@ -94,51 +94,26 @@ function engineFacts(): EngineFacts {
  * Reads the files into a new reconstruction. One with at least one scan replaces the present one; otherwise the
  * present one stays, and so does what the page shows. With `hold` nothing is computed yet.
  */
-async function load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Promise<Loaded | null> {
+async function load(
+  run: number,
+  inputs: Inputs,
+  settings: Partial<Settings>,
+  hold: boolean,
+): Promise<ReadOutcome | null> {
   current_run = run;
   is_running = false;
   is_reading = true;
-  const problems: Problem[] = [];
-  const notes: Loaded['notes'] = [];
+  const loaded: ReadOutcome = { accepted: [], refused: [], problems: [], notes: [] };
   const next = new engine.Reconstruction();
-  attempt(problems, '', () => next.set_settings(settings));
-  const accepted: string[] = [];
-  let load_ms = 0;
-  let slice_start = performance.now();
-  for (const [index, file] of inputs.scans.entries()) {
-    const { name } = file;
-    post({ type: 'reading', run, file: name, done: index, total: inputs.scans.length });
-    const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
-    load_ms += performance.now() - start;
-    if (performance.now() - slice_start > SLICE_MS) {
-      await otherMessages();
-      if (current_run !== run) {
-        next.free();
-        return null;
-      }
-      if (!is_reading) {
-        const total = inputs.scans.length;
-        const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
-        const problem = `Reading was stopped${how_far}: none of it is used`;
-        problems.push({ file: '', place: null, problem, remedy: '' });
-        accepted.length = 0;
-        break;
-      }
-      slice_start = performance.now();
-    }
+  attempt(loaded.problems, '', () => next.set_settings(settings));
+  const load_ms = await readScans(run, next, inputs.scans, loaded);
+  if (load_ms === null) {
+    next.free();
+    return null;
   }
-  const refused: string[] = [];
-  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
-    if (!file || !is_reading) return;
-    post({ type: 'reading', run, file: file.name, done: inputs.scans.length, total: inputs.scans.length });
-    const is_taken = attempt(problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
-    if (!is_taken) refused.push(file.name);
-  };
-  give(inputs.reference, (name, bytes) => next.set_reference(name, bytes));
-  give(inputs.odometry, (name, bytes) => next.set_odometry(name, bytes));
+  readBeside(run, next, inputs, loaded);
   is_reading = false;
-  if (accepted.length === 0) {
+  if (loaded.accepted.length === 0) {
     next.free();
   } else {
     reconstruction?.free();
@@ -147,11 +122,63 @@ async function load(run: number, inputs: Inputs, settings: Partial<Settings>, ho
     timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
     if (!hold) computeLater(run);
   }
-  return { accepted, refused, problems, notes };
+  return loaded;
+}
+
+/** The time that it took (ms); null where another order has overtaken this one. After a stop none is accepted. */
+async function readScans(
+  run: number,
+  next: Reconstruction,
+  scans: readonly InputFile[],
+  { accepted, problems, notes }: ReadOutcome,
+): Promise<number | null> {
+  const total = scans.length;
+  let load_ms = 0;
+  let slice_start = performance.now();
+  for (const [index, file] of scans.entries()) {
+    const { name } = file;
+    post({ type: 'reading', run, file: name, done: index, total });
+    const start = performance.now();
+    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
+    load_ms += performance.now() - start;
+    if (performance.now() - slice_start <= SLICE_MS) continue;
+    await otherMessages();
+    if (current_run !== run) return null;
+    if (!is_reading) {
+      const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
+      problems.push({
+        file: '',
+        place: null,
+        problem: `Reading was stopped${how_far}: none of it is used`,
+        remedy: '',
+      });
+      accepted.length = 0;
+      break;
+    }
+    slice_start = performance.now();
+  }
+  return load_ms;
+}
+
+/** The reference and the odometry, unless reading was stopped. */
+function readBeside(
+  run: number,
+  next: Reconstruction,
+  { scans, reference, odometry }: Inputs,
+  loaded: ReadOutcome,
+): void {
+  const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
+    if (!file || !is_reading) return;
+    post({ type: 'reading', run, file: file.name, done: scans.length, total: scans.length });
+    const is_taken = attempt(loaded.problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
+    if (!is_taken) loaded.refused.push(file.name);
+  };
+  give(reference, (name, bytes) => next.set_reference(name, bytes));
+  give(odometry, (name, bytes) => next.set_odometry(name, bytes));
 }
 
 /** A file is one scan, or a log of many. */
-function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: Loaded['notes']): void {
+function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: ReadOutcome['notes']): void {
   const { name, bytes, table } = file;
   const content = new Uint8Array(bytes);
   const is_log = table !== undefined || engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES));
@@ -176,6 +203,7 @@ function configure(run: number, settings: Partial<Settings>): void {
 
 /** Computes once the order has been answered. */
 function computeLater(run: number): void {
+  is_running = true; // a stop may arrive before the first slice
   otherMessages()
     .then(() => compute(run))
     .catch(reportCrash);
@@ -183,8 +211,7 @@ function computeLater(run: number): void {
 
 /** Steps until all is done, or stopped, or overtaken; sends what is new now and then and all of it at the end. */
 async function compute(run: number): Promise<void> {
-  if (!reconstruction || current_run !== run) return;
-  is_running = true;
+  if (!reconstruction || current_run !== run || !is_running) return;
   let next_progress = performance.now();
   let next_snapshot = performance.now() + FIRST_SNAPSHOT_MS;
   while (is_running && current_run === run) {

@@ -55,7 +55,7 @@ function topView(values: Uint16Array, width: number, fx: number): TopView {
     const [column, row] = [Math.floor(COLUMNS / 2 + x / cell), ROWS - 1 - Math.floor(z / cell)];
     if (z > 0 && row >= 0 && column >= 0 && column < COLUMNS) counts[row * COLUMNS + column]! += 1;
   });
-  // A pixel far away covers more ground than a near one; shades go by powers of ten.
+  // A pixel far away covers more ground than a near one; shades are logarithmic.
   const most = counts.reduce((a, b) => Math.max(a, b), 1);
   const density = Uint8Array.from(counts, (count) => (255 * Math.log1p(count)) / Math.log1p(most));
   return { columns: COLUMNS, rows: ROWS, cell, far, density };

@@ -5,6 +5,7 @@ import type { Problem } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import type { ColorFile, DepthColors, PreparerApi, TopView } from './spatial-protocol.js';
 import { WorkerHost } from './worker-host.js';
+import { messageOf } from './message-of.js';
 
 /** A file that can be read whenever it is needed, and is not held in memory meanwhile. */
 export interface Readable {
@@ -53,12 +54,13 @@ export class ThreadPreparer {
     // The frame is to blame: it is left out when it has done so twice (npm/spatial_run.js).
     crashed: (message) => {
       this.#host.succeeded();
-      this.#died_idle = this.#is_busy ? null : message;
+      this.#died_idle = this.#num_waiting > 0 ? null : message;
     },
     unavailable: () => undefined, // reported by `replace`
   });
 
-  #is_busy = false;
+  /** Calls that wait for the thread: a crash fails them, and is reported by them. */
+  #num_waiting = 0;
   /** Why the thread died between two frames; reported with the next frame. */
   #died_idle: string | null = null;
 
@@ -122,12 +124,12 @@ export class ThreadPreparer {
     if (died !== null) throw new WorkerDied(died);
     await this.#host.start();
     const timer = setTimeout(() => this.#host.kill('it did not answer'), PATIENCE_MS);
-    this.#is_busy = true;
+    this.#num_waiting++;
     try {
       return await call();
     } finally {
       clearTimeout(timer);
-      this.#is_busy = false;
+      this.#num_waiting--;
     }
   }
 }
@@ -161,8 +163,4 @@ export async function tolerate(
 /** What went wrong with a file, which is named. */
 function textOf(error: unknown, file: string): string {
   return (error as Partial<Problem>).file ? messageOf(error) : `${file}: ${messageOf(error)}`;
-}
-
-export function messageOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

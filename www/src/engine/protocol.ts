@@ -78,7 +78,7 @@ export interface Problem {
   remedy: string;
 }
 
-/** The commands of the engine, and its descriptions of settings. */
+/** What the engine reports of itself when it has started. */
 export interface EngineFacts {
   version: string;
   descriptions: SettingDescription[];
@@ -151,7 +151,7 @@ export interface Answers {
 }
 
 /** What became of the files that were to be read. */
-export interface Loaded {
+export interface ReadOutcome {
   /** Names of the scans that were read; empty: what was there before is still there. */
   accepted: string[];
   /** Names of the other files that were not taken. */
@@ -165,7 +165,7 @@ export interface Loaded {
 export interface PlanarApi {
   start(module: WebAssembly.Module): EngineFacts;
   /** Reads the files, then computes unless `hold` is set; null where a later command has superseded it. */
-  load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): Loaded | null;
+  load(run: number, inputs: Inputs, settings: Partial<Settings>, hold: boolean): ReadOutcome | null;
   configure(run: number, settings: Partial<Settings>): void;
   stop(): void;
   resume(run: number): void;

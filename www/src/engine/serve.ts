@@ -4,6 +4,7 @@
  * an unknown state and must be replaced.
  */
 import type { Problem } from './protocol.js';
+import { messageOf } from './message-of.js';
 
 /** What serves the calls of `Api`: each function at once or later. */
 export type Served<Api> = {
@@ -78,10 +79,6 @@ export function attempt<T>(action: () => T): { value: T } | { problem: string } 
 /** An error as the engine throws it, where there is nothing yet to work on. */
 export function nothingLoaded(): Error {
   return Object.assign(new Error('Nothing is loaded.'), { name: 'ScanstitchError' });
-}
-
-function messageOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }
 
 function post(message: Message, transfer: Transferable[] = []): void {

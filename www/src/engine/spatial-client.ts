@@ -60,10 +60,8 @@ export interface SpatialListener {
   unavailable(message: string): void;
 }
 
-/** The map is sent after so long at first, then ever later, as there is ever less that is new in it: ... */
+/** The map is sent again after the time that the run has taken so far, within these limits (ms), ... */
 const SNAPSHOT_INTERVALS_MS = { least: 300, most: 1500 };
-/** ... after this share of the time that the run has taken so far, ... */
-const SNAPSHOT_GROWTH = 1;
 /** ... and so that sending takes at most this share of the time. */
 const SNAPSHOT_SHARE = 0.06;
 /** Number of consecutive crashes after which the run restarts only on request. */
@@ -121,15 +119,17 @@ export class SpatialClient {
     });
   }
 
-  /** Takes another reference, or none. */
+  /** Takes another reference, or none. A run that was stopped, or crashed, stays so. */
   setReference(reference: Readable | null): void {
     if (!this.#inputs) return;
     this.#inputs = { ...this.#inputs, reference };
+    const is_stopped = this.#stopping.signal.aborted;
     this.#begin(async (order) => {
-      if (!this.#run) return this.#loadAll(order);
+      if (!this.#run) return is_stopped ? undefined : this.#loadAll(order);
       await this.#setReference();
       await this.#compute(order);
     });
+    if (is_stopped) this.#stopping.abort();
   }
 
   /** Stops; what is done stays, and arrives as a snapshot. */
@@ -298,7 +298,7 @@ export class SpatialClient {
       this.#is_sending = false;
       const now = performance.now();
       const { least, most } = SNAPSHOT_INTERVALS_MS;
-      const interval = Math.min(Math.max(SNAPSHOT_GROWTH * (now - this.#computing_since), least), most);
+      const interval = Math.min(Math.max(now - this.#computing_since, least), most);
       this.#next_snapshot = now + Math.max(interval, (now - start) / SNAPSHOT_SHARE);
     }
   }

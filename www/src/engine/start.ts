@@ -65,7 +65,7 @@ async function compile(response: Response): Promise<WebAssembly.Module> {
 
 /** Workers that were started and have nothing to do, by their script. */
 const idle = new Map<string, Worker[]>();
-/** Nobody wanted them for so long: they end, and with them what memory they hold. */
+/** A worker that is idle for so long ends, and its memory is freed (ms). */
 const IDLE_MS = 60_000;
 
 /** Keeps a worker for whoever starts the next one of this script; nobody else may hold it. */

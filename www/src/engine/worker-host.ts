@@ -6,6 +6,7 @@
 import type { EngineFile } from './engine-files.js';
 import { type Arguments, Remote, type Result, WorkerDied } from './remote.js';
 import { compileEngine, keepWorker, startWorker } from './start.js';
+import { messageOf } from './message-of.js';
 
 /** So many crashes with no finished work in between end it. */
 export const MAX_CRASHES = 3;
@@ -18,7 +19,7 @@ export interface Startable {
   start(module: WebAssembly.Module): unknown;
 }
 
-export interface HostHooks<Event> {
+export interface WorkerHooks<Event> {
   event?(event: Event): void;
   /** The worker died; the next call starts another. `num_crashes`: with no finished work in between. */
   crashed(message: string, num_crashes: number): void;
@@ -35,7 +36,7 @@ interface Running<Api extends Startable, Event> {
 
 export class WorkerHost<Api extends Startable, Event = never> {
   #worker_url: string;
-  #hooks: HostHooks<Event>;
+  #hooks: WorkerHooks<Event>;
   #file: EngineFile;
   #running: Promise<Running<Api, Event>> | null = null;
   /** Also while it is still starting. */
@@ -44,7 +45,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** Why no worker is started any more. */
   #end: string | null = null;
 
-  constructor(worker_url: string, hooks: HostHooks<Event>, file: EngineFile = 'full') {
+  constructor(worker_url: string, hooks: WorkerHooks<Event>, file: EngineFile = 'full') {
     this.#worker_url = worker_url;
     this.#hooks = hooks;
     this.#file = file;
@@ -122,7 +123,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
       } catch (error) {
         const is_crash = error instanceof WorkerDied && this.#end === null;
         if (is_crash && ++this.#num_crashes < MAX_CRASHES) continue;
-        this.#giveUp(`The engine could not be started: ${error instanceof Error ? error.message : String(error)}`);
+        this.#giveUp(`The engine could not be started: ${messageOf(error)}`);
         throw error;
       }
     }

@@ -1,6 +1,8 @@
 /** The view's side of a worker of the evaluation: one query at a time, the latest wins. */
+import { LatestQuery } from '../engine/latest-query.js';
 import { WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
+import { messageOf } from '../engine/message-of.js';
 import type { QueryApi } from './protocol.js';
 
 export interface ClientHooks<Command, Result> {
@@ -15,8 +17,13 @@ export interface ClientHooks<Command, Result> {
 export class WorkerClient<Command, Query, Result> {
   #host: WorkerHost<QueryApi<Command, Query, Result>>;
   #hooks: ClientHooks<Command, Result>;
-  #is_busy = false;
-  #next_query: { query: Query } | null = null;
+  readonly #queries = new LatestQuery<Query, Result>({
+    compute: (query) => this.#ask(query),
+    answered: (_, result, is_latest) => {
+      if (is_latest) this.#hooks.answered(result);
+    },
+    failed: (_, error) => this.#onFailure(error),
+  });
 
   constructor(worker_url: string, hooks: ClientHooks<Command, Result>) {
     this.#hooks = hooks;
@@ -34,33 +41,22 @@ export class WorkerClient<Command, Query, Result> {
 
   /** Asks; an older query that has not been begun is dropped, and the answer to it never comes. */
   ask(query: Query): void {
-    this.#next_query = { query };
-    if (!this.#is_busy) void this.#answerNext();
+    this.#queries.ask(query);
   }
 
   dispose(): void {
-    this.#next_query = null;
+    this.#queries.drop();
     this.#host.dispose();
   }
 
-  async #answerNext(): Promise<void> {
-    this.#is_busy = true;
-    while (this.#next_query) {
-      const { query } = this.#next_query;
-      this.#next_query = null;
-      try {
-        const result = await this.#host.call('ask', query);
-        this.#host.succeeded();
-        if (this.#next_query === null) this.#hooks.answered(result as Result);
-      } catch (error) {
-        this.#onFailure(error);
-      }
-    }
-    this.#is_busy = false;
+  async #ask(query: Query): Promise<Result> {
+    const result = await this.#host.call('ask', query);
+    this.#host.succeeded();
+    return result as Result;
   }
 
   #onCrash(message: string): void {
-    this.#next_query = null;
+    this.#queries.drop();
     this.#hooks.failed(`The evaluation crashed: ${message}. It was started anew; please report this.`);
     const command = this.#hooks.greet?.();
     if (command !== undefined) this.tell(command);
@@ -69,6 +65,6 @@ export class WorkerClient<Command, Query, Result> {
   /** The crash of a worker is reported elsewhere. */
   #onFailure(error: unknown): void {
     if (error instanceof WorkerDied || this.#host.has_ended) return;
-    this.#hooks.failed(error instanceof Error ? error.message : String(error));
+    this.#hooks.failed(messageOf(error));
   }
 }

@@ -5,7 +5,7 @@ import { field_styles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
 import { controls_styles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
-import type { BesideId } from './session.js';
+import type { AuxiliaryId } from './session.js';
 
 interface Choice {
   option: keyof EvaluationOptions;
@@ -73,8 +73,8 @@ const DELTA_UNITS: Choice = {
 type NumberOption = 'delta' | 'delta_tolerance' | 'max_diff' | 'offset' | 'align_first';
 
 /** A file beside the trajectories, which can be taken away. */
-export interface BesideFile {
-  id: BesideId;
+export interface AuxiliaryFile {
+  id: AuxiliaryId;
   label: string;
   name: string;
 }
@@ -88,7 +88,7 @@ export class ScanstitchEvaluationControls extends LitElement {
   @property({ attribute: false }) files: readonly { id: number; name: string }[] = [];
   @property({ attribute: false }) reference_id = -1;
   @property({ attribute: false }) options: Partial<EvaluationOptions> = {};
-  @property({ attribute: false }) beside: readonly BesideFile[] = [];
+  @property({ attribute: false }) beside: readonly AuxiliaryFile[] = [];
   @property({ attribute: false }) loops_only = false;
 
   protected override render(): TemplateResult {
@@ -153,7 +153,7 @@ export class ScanstitchEvaluationControls extends LitElement {
     return html`${this.renderNumber('delta', 'Delta', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
     ${check('all_pairs', 'all pairs')}
     ${this.options.all_pairs ? this.renderNumber('delta_tolerance', 'Tolerance (share)', 0.1, 0) : nothing}
-    ${check('pairs_from_reference', 'delta along the reference')}`;
+    ${check('pairs_from_reference', 'delta along the ground truth')}`;
   }
 
   private renderBeside(): TemplateResult {

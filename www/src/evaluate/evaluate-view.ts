@@ -5,15 +5,15 @@ import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
-import { wordsOf } from '../components/session.js';
 import { drop_styles, empty_styles, page_styles, shared, tokens } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { plural } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import './controls.js';
-import type { BesideFile } from './controls.js';
+import type { AuxiliaryFile } from './controls.js';
 import { evaluate_styles } from './evaluate-styles.js';
 import './figures-view.js';
 import type { ScanstitchEvaluationFigures } from './figures-view.js';
@@ -22,7 +22,7 @@ import { noticesOf } from './notices.js';
 import type { EvaluationOptions, Result } from './protocol.js';
 import './ranking-view.js';
 import type { Sort } from './ranking-view.js';
-import { type BesideId, EvaluateSession } from './session.js';
+import { type AuxiliaryId, EvaluateSession } from './session.js';
 import { columnsOf } from './table.js';
 
 /**
@@ -91,7 +91,7 @@ export class ScanstitchEvaluate extends LitElement {
         as evo does.
       </p>
       <p class="muted">
-        <b>Hand-ins:</b> drop the ground truth with all files, as a folder or a zip: they are ranked, and a file that
+        <b>Submissions:</b> drop the ground truth with all files, as a folder or a zip: they are ranked, and a file that
         cannot be compared is listed with the reason. <b>No ground truth?</b> Drop maps as PLY or PCD to compare their
         sharpness.
       </p>
@@ -137,14 +137,14 @@ export class ScanstitchEvaluate extends LitElement {
       const { fetchTrajectories } = await import('../datasets/trajectories.js');
       await this.session.open(await fetchTrajectories());
     } catch (error) {
-      this.session.report(`The sample could not be fetched: ${wordsOf(error)}`);
+      this.session.report(`The sample could not be fetched: ${messageOf(error)}`);
     }
   };
 
   private renderControls(): TemplateResult {
     const { session } = this;
     const { files, choices, clouds, times, relations } = session;
-    const beside: BesideFile[] = [
+    const beside: AuxiliaryFile[] = [
       ...(times ? [{ id: 'times', label: 'times', name: times.name } as const] : []),
       ...(relations ? [{ id: 'relations', label: 'relations', name: relations.name } as const] : []),
       ...(clouds.length > 0 ? [{ id: 'clouds', label: '', name: plural(clouds.length, 'cloud') } as const] : []),
@@ -159,7 +159,7 @@ export class ScanstitchEvaluate extends LitElement {
       @options-changed=${({ detail }: CustomEvent<Partial<EvaluationOptions>>) =>
         session.choose({ options: { ...choices.options, ...detail } })}
       @loops-only-changed=${({ detail }: CustomEvent<boolean>) => session.choose({ loops_only: detail })}
-      @beside-removed=${({ detail }: CustomEvent<BesideId>) => session.removeBeside(detail)}
+      @beside-removed=${({ detail }: CustomEvent<AuxiliaryId>) => session.removeAuxiliary(detail)}
       @files-wanted=${() => this.input.click()}
       @all-removed=${() => session.clear()}
     ></scanstitch-evaluation-controls>`;

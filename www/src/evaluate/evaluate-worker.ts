@@ -1,12 +1,21 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
 import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
-import type { Result, Comparison, Part, Query, RelationErrors, Command, TrajectoryFile, QueryApi } from './protocol.js';
+import type {
+  Command,
+  Comparison,
+  Query,
+  QueryApi,
+  RelationErrors,
+  Result,
+  TimesFile,
+  TrajectoryFile,
+} from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
 
 const files = new Map<number, TrajectoryFile>();
-/** Trajectories by their file, each read once, with their file of times. */
-const known = new Map<number, { trajectory: Trajectory; times: string | null }>();
+/** Trajectories by their file, each read once, with the id of their file of times. */
+const known = new Map<number, { trajectory: Trajectory; times: number | null }>();
 
 serve<QueryApi<Command, Query, Result>>({
   async start(module) {
@@ -88,9 +97,9 @@ function relate(estimate: Trajectory, { relations, loops_only, options }: Query)
   return relation_errors(estimate, relations.bytes, relations.name, options.max_diff, loops_only, options.offset);
 }
 
-function read(id: number, times: Part | null): Trajectory {
+function read(id: number, times: TimesFile | null): Trajectory {
   const found = known.get(id);
-  const wanted = times?.name ?? null;
+  const wanted = times?.id ?? null;
   if (found && (found.times === wanted || (found.times === null && found.trajectory.stamps() !== undefined))) {
     return found.trajectory;
   }

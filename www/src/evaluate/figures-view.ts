@@ -17,7 +17,7 @@ import { type FigureName, makePainter } from './painters.js';
 import { type Camera, type Look, poseAt, type Projection, projection, widestLook } from './paths.js';
 import type { Comparison } from './protocol.js';
 import { type Abscissa, ABSCISSA_NAMES, makeAbscissas, poseAtInstant, possibleAbscissa, type Scene } from './scene.js';
-import { figure } from './table.js';
+import { formatValue } from './table.js';
 
 const LOOKS: readonly [Look, string, string][] = [
   ['top', 'xy', 'x to the right, y up'],
@@ -122,7 +122,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
     const { selected } = scene;
     if (!selected) return nothing;
     const { statistics, unit } = selected.summary;
-    const of = `of ${selected.name}: rmse ${figure(statistics.rmse)} ${unit}, largest ${figure(statistics.max)} ${unit}.`;
+    const of = `of ${selected.name}: rmse ${formatValue(statistics.rmse)} ${unit}, largest ${formatValue(statistics.max)} ${unit}.`;
     const over = `Error over ${ABSCISSA_NAMES[scene.abscissa]} ${of}`;
     return html`<div class="grid">
       ${this.renderPaths(`Paths, coloured by the error ${of}`)}

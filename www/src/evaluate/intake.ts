@@ -25,6 +25,8 @@ const CLOUDS = /\.(ply|pcd)$/i;
 const TIMES = /(times?|stamps?)\b[^/]*$/i;
 const RELATIONS = /(relation|constraint|loop|closure|edges)[^/]*$/i;
 const GRAPHS = /\.g2o$/i;
+/** How far the norm of a rounded quaternion may be from 1. */
+const NORM_TOLERANCE = 1e-2;
 const HEAD_BYTES = 4096;
 /** A pose as text takes no more. */
 const MAX_POSE_BYTES = 2000;
@@ -80,7 +82,13 @@ function headOf({ bytes }: Part): string[][] {
 
 function isRelations(name: string, rows: readonly string[][]): boolean {
   if (GRAPHS.test(name) || rows.some(([word]) => /^EDGE/.test(word ?? ''))) return true;
-  return RELATIONS.test(name) && rows.length > 0 && rows.every((row) => row.length === 8 && areNumbers(row));
+  if (!RELATIONS.test(name) || rows.length === 0) return false;
+  return rows.every((row) => row.length === 8 && areNumbers(row)) && !rows.every(endsWithQuaternion);
+}
+
+/** A line of a trajectory: time, x y z and a quaternion. A relation has two times, x y z, and roll, pitch and yaw. */
+function endsWithQuaternion(row: readonly string[]): boolean {
+  return Math.abs(Math.hypot(...row.slice(-4).map(Number)) - 1) < NORM_TOLERANCE;
 }
 
 function isTimes(name: string, rows: readonly string[][]): boolean {

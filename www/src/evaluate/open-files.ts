@@ -2,6 +2,7 @@
 import { isPoseDocument, posesOfDocument, trajectoryBytes } from '../../../npm/recording/pose_file.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { openFiles } from '../datasets/spatial-files.js';
+import { messageOf } from '../engine/message-of.js';
 import { isOfNoUse } from './intake.js';
 import type { Part } from './protocol.js';
 
@@ -27,7 +28,7 @@ export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles>
       const { name, bytes } = result.value;
       if (isPoseDocument(name) && !posesOfDocument(bytes)) opened.skipped.push(name);
       else opened.parts.push({ name, bytes: trajectoryBytes(name, bytes) });
-    } else opened.problems.push(result.reason instanceof Error ? result.reason.message : String(result.reason));
+    } else opened.problems.push(messageOf(result.reason));
   }
   return opened;
 }

@@ -23,12 +23,18 @@ export interface TrajectoryFile {
   parts: readonly Part[];
 }
 
+/** Times of the poses, one a line. */
+export interface TimesFile extends Part {
+  /** No other file's, though it may have the same name. */
+  id: number;
+}
+
 export interface Query {
   reference: number;
   estimates: readonly number[];
   options: Partial<EvaluationOptions>;
-  /** Times of the poses, one a line, for trajectories without. */
-  times: Part | null;
+  /** For trajectories without times. */
+  times: TimesFile | null;
   /** Relations between poses that are known to be right. */
   relations: Part | null;
   /** Leaves out relations between one pose and the next. */

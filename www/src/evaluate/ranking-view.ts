@@ -4,7 +4,7 @@ import { icon } from '../components/icons.js';
 import { shared, table_styles } from '../components/theme.js';
 import { ranking_styles, section_styles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
-import { bareProblem, type Column, csv, figure, markdown } from './table.js';
+import { bareProblem, type Column, csv, formatValue, markdown } from './table.js';
 
 export interface Sort {
   id: string;
@@ -95,7 +95,7 @@ export class ScanstitchRanking extends LitElement {
         </button>
       </td>
       <td>${summary.num_matched}/${summary.num_estimate}</td>
-      ${this.columns.map((column) => html`<td>${figure(column.value(comparison))}</td>`)}
+      ${this.columns.map((column) => html`<td>${formatValue(column.value(comparison))}</td>`)}
       <td>${this.renderRemove(id, name)}</td>
     </tr>`;
   }

@@ -3,7 +3,9 @@ import { errorMessage, noteMessage, Session } from '../components/session.js';
 import type { GivenFiles } from '../components/run-kind.js';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import { sorted } from '../views/sorted.js';
 import { WorkerClient } from './client.js';
 import evaluate_url from './evaluate-worker.ts?worker&url';
 import { type Intake, sortOut } from './intake.js';
@@ -19,11 +21,12 @@ import type {
   Part,
   Query,
   Result,
+  TimesFile,
   TrajectoryFile,
 } from './protocol.js';
 import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
-import { columnsOf, figure, sorted } from './table.js';
+import { columnsOf, formatValue } from './table.js';
 
 const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
 /** A run's poses are those of the reference one by one, in a world of their own. */
@@ -31,7 +34,7 @@ const RUN_OPTIONS: Partial<EvaluationOptions> = { alignment: 'origin', associati
 const NO_COMPARISONS: readonly Comparison[] = [];
 
 /** A file beside the trajectories, which can be taken away. */
-export type BesideId = 'times' | 'relations' | 'clouds';
+export type AuxiliaryId = 'times' | 'relations' | 'clouds';
 
 /** What the user chooses. */
 interface Choices {
@@ -45,7 +48,7 @@ type Clients = { trajectories: WorkerClient<Command, Query, Result>; dispose(): 
 export class EvaluateSession extends Session<Clients> {
   files: readonly TrajectoryFile[] = [];
   choices: Choices = { reference_id: -1, options: START_OPTIONS, loops_only: false };
-  times: Part | null = null;
+  times: TimesFile | null = null;
   relations: Part | null = null;
   clouds: readonly Part[] = [];
   result: Result | null = null;
@@ -55,7 +58,7 @@ export class EvaluateSession extends Session<Clients> {
   sort: Sort = { id: 'rmse', is_descending: false };
   /** The run that was given, until all is removed. */
   run: GivenFiles | null = null;
-  /** Whether it is a run without a reference, which is never used as the reference. */
+  /** Id of the run's trajectory, which is never chosen as the reference by itself; -1 without a run. */
   run_id = -1;
   /** Changes with every new set of files. */
   data_key = 0;
@@ -75,7 +78,7 @@ export class EvaluateSession extends Session<Clients> {
   #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
     const columns = columnsOf(comparisons[0]?.summary.unit ?? '', true);
     const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
-    return column ? sorted(comparisons, column, is_descending) : comparisons;
+    return column ? sorted(comparisons, (one) => column.value(one), is_descending) : comparisons;
   });
   #orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
     files.map(({ id }) => id).filter((id) => id !== reference_id),
@@ -184,13 +187,14 @@ export class EvaluateSession extends Session<Clients> {
     this.#ask();
   }
 
-  removeBeside(id: BesideId): void {
+  removeAuxiliary(id: AuxiliaryId): void {
     this.requested_at = performance.now();
     if (id === 'times') this.times = null;
     else if (id === 'relations') this.relations = null;
     else {
       this.clouds = [];
       this.map_result = null;
+      this.is_judging_map = false;
       this.#judged = '';
     }
     this.#ask();
@@ -201,6 +205,7 @@ export class EvaluateSession extends Session<Clients> {
     this.files = [];
     this.times = this.relations = this.result = this.map_result = null;
     this.clouds = [];
+    this.is_judging_map = false;
     this.messages = [];
     this.run = null;
     this.run_id = -1;
@@ -218,15 +223,17 @@ export class EvaluateSession extends Session<Clients> {
     this.changed();
     try {
       const bytes = await run.readMap();
+      if (run !== this.run) return;
       this.clouds = [...this.clouds, { name: `${run.estimate.name}.ply`, bytes }];
       this.#judge();
     } catch (error) {
-      this.#onFailed(error instanceof Error ? error.message : String(error));
+      if (run !== this.run) return;
+      this.#onFailed(messageOf(error));
     }
   }
 
   #take({ trajectories, times, relations, clouds }: Intake, has_problems: boolean): void {
-    this.times = times ?? this.times;
+    this.times = times ? { ...times, id: this.#next_id++ } : this.times;
     this.relations = relations ?? this.relations;
     this.clouds = [...this.clouds, ...clouds];
     this.#add(trajectories.map((found) => ({ ...found, id: this.#next_id++ })));
@@ -270,7 +277,9 @@ export class EvaluateSession extends Session<Clients> {
     if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
     if (first) {
       const { statistics, unit } = first.summary;
-      this.announce(`${result.comparisons.length} compared. ${first.name}: rmse ${figure(statistics.rmse)} ${unit}`);
+      this.announce(
+        `${result.comparisons.length} compared. ${first.name}: rmse ${formatValue(statistics.rmse)} ${unit}`,
+      );
     }
     this.#judge();
     this.changed();
@@ -307,6 +316,7 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   #onJudged(result: MapResult): void {
+    if (this.clouds.length === 0) return;
     this.map_result = result;
     this.is_judging_map = false;
     this.announce('The sharpness of the map has been computed.');

@@ -87,18 +87,8 @@ export function columnsOf(unit: string, has_relations: boolean): Column[] {
   return [...figures, ...ALWAYS, ...(has_relations ? OF_RELATIONS : [])];
 }
 
-/** By a column, smallest first or last; what has no value comes at the end. */
-export function sorted(comparisons: readonly Comparison[], column: Column, is_descending: boolean): Comparison[] {
-  const sign = is_descending ? -1 : 1;
-  return [...comparisons].sort((a, b) => {
-    const [x, y] = [column.value(a), column.value(b)];
-    if (x === null || y === null) return Number(x === null) - Number(y === null);
-    return sign * (x - y);
-  });
-}
-
 /** Six digits: more would be noise in a report. */
-export function figure(value: number | null): string {
+export function formatValue(value: number | null): string {
   return value === null ? '–' : String(Number(value.toPrecision(6)));
 }
 
@@ -142,7 +132,7 @@ function cells(ranking: Ranking): string[][] {
     String(index + 1),
     comparison.name,
     `${comparison.summary.num_matched}/${comparison.summary.num_estimate}`,
-    ...columns.map((column) => figure(column.value(comparison))),
+    ...columns.map((column) => formatValue(column.value(comparison))),
     ...last,
   ]);
   const refused = refusals.map((refusal) => [

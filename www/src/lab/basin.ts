@@ -1,10 +1,8 @@
 /** Starts coloured by where they end, as a figure. */
 import type { Painter } from '../components/figure-view.js';
-import { type Colors, drawAxes } from '../views/axes.js';
-import type { Size } from '../views/figures.js';
-import { DEGREES, formatLength, formatAngle } from '../views/format.js';
-import type { LandscapeMarks } from './landscape.js';
-import { mapAxes } from './landscape.js';
+import type { Colors } from '../views/axes.js';
+import { formatAngle, formatLength } from '../views/format.js';
+import { drawGrid, drawPath, gridPicture, type LandscapeMarks } from './landscape.js';
 import type { Basin } from './survey.js';
 import type { Rgb } from '../views/palette.js';
 
@@ -28,12 +26,12 @@ const ON_DARK: readonly Rgb[] = [
   [240, 121, 61],
   [240, 228, 66],
 ];
-const UNSETTLED: Record<'light' | 'dark', Rgb> = { light: [176, 184, 194], dark: [84, 94, 107] };
+const NOT_CONVERGED: Record<'light' | 'dark', Rgb> = { light: [176, 184, 194], dark: [84, 94, 107] };
 
 export function labelColor(label: number, dark: boolean): Rgb {
-  if (label < 0) return UNSETTLED[dark ? 'dark' : 'light'];
+  if (label < 0) return NOT_CONVERGED[dark ? 'dark' : 'light'];
   const colors = dark ? ON_DARK : ON_LIGHT;
-  // Home's colour is its own.
+  // The first colour is kept for the reference minimum.
   return colors[label === 0 ? 0 : 1 + ((label - 1) % (colors.length - 1))] ?? [0, 0, 0];
 }
 
@@ -46,43 +44,18 @@ export function basinPainter(
   dark: boolean,
 ): Painter {
   const picture = layerPicture(basin, layer, dark);
-  return (pen, size: Size) => {
-    const { area, x, y } = mapAxes(basin.grid, marks.turns, size);
-    drawAxes(pen, area, x, y, { x: marks.names[0], y: marks.names[1] }, colors);
-    pen.inside(area.x, area.y, area.width, area.height, () => {
-      const [columns = 1, rows = 1] = basin.grid.size;
-      const [w, h] = [area.width / Math.max(columns - 1, 1), area.height / Math.max(rows - 1, 1)];
-      pen.picture(area.x - w / 2, area.y - h / 2, area.width + w, area.height + h, picture);
-      const place = ([a, b]: readonly [number, number]): [number, number] => [
-        area.x + area.width * x.share(marks.turns[0] ? a * DEGREES : a),
-        area.y + area.height * (1 - y.share(marks.turns[1] ? b * DEGREES : b)),
-      ];
-      const path = marks.path.flatMap(place);
-      pen.line(path, { color: colors.background, width: 3.5 });
-      pen.line(path, { color: colors.selected, width: 1.5 });
-      pen.circle(...place(marks.current), 5, colors.selected, colors.background);
-    });
-  };
+  return (pen, size) =>
+    drawGrid(pen, size, basin.grid, picture, marks, colors, ({ place }) => drawPath(pen, marks, colors, place));
 }
 
 function layerPicture({ grid, index, labels }: Basin, layer: number, dark: boolean): HTMLCanvasElement {
   const [width = 1, height = 1] = grid.size;
-  const canvas = document.createElement('canvas');
-  [canvas.width, canvas.height] = [width, height];
-  const context = canvas.getContext('2d');
-  if (!context) return canvas;
-  const image = context.createImageData(width, height);
-  for (let i = 0; i < width * height; i++) {
-    const end = index[layer * width * height + i] ?? -1;
-    if (end < 0) continue;
-    const color = labelColor(labels.labels[end] ?? -1, dark);
-    const at = (height - 1 - Math.floor(i / width)) * width + (i % width);
-    image.data.set([...color, 255], 4 * at);
-  }
-  context.putImageData(image, 0, 0);
-  return canvas;
+  return gridPicture(grid, (node) => {
+    const end = index[layer * width * height + node] ?? -1;
+    return end < 0 ? null : labelColor(labels.labels[end] ?? -1, dark);
+  });
 }
 
-/** "0.82 m, 12°": how far a minimum lies from home. */
+/** "0.82 m, 12°": how far a minimum lies from the reference. */
 export const awayWords = ({ translation, rotation }: { translation: number; rotation: number }): string =>
   `${formatLength(translation)}, ${formatAngle(rotation, 1)}`;

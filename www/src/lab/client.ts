@@ -3,6 +3,7 @@
  * rows of a landscape or a basin. Each receives the clouds and a method when it first needs them.
  */
 import type { CloudData } from '../components/given-clouds.js';
+import { LatestQuery } from '../engine/latest-query.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type {
@@ -21,7 +22,7 @@ import type {
 import worker_url from './lab-worker.ts?worker&url';
 
 /** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
-const CREW = 2;
+const NUM_SURVEY_WORKERS = 2;
 
 export interface LabHooks {
   crashed(message: string): void;
@@ -32,13 +33,21 @@ export interface LabHooks {
 type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'search_path' | 'basin' | 'label' | 'own';
 type Given<K extends Question> = Arguments<LabApi[K]> extends [number, ...infer Rest] ? Rest : never;
 
+/** A pose that follows the hand. */
+interface Following {
+  method: number;
+  T: Pose;
+  stride: number;
+  answered(iteration: LabIteration): void;
+}
+
 interface Pair {
   source: CloudData;
   target: CloudData;
 }
 
 /** One worker, and the data that it has received. */
-class Seat {
+class LabWorker {
   readonly #host: WorkerHost<LabApi>;
   #pair: Pair | null = null;
   /** Rejects where the clouds are refused. */
@@ -102,16 +111,22 @@ class Seat {
 
 export class LabClient {
   readonly #hooks: LabHooks;
-  readonly #stepper: Seat;
-  #crew: Seat[] = [];
+  readonly #stepper: LabWorker;
+  #survey_workers: LabWorker[] = [];
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
-  #is_following = false;
-  #next: { T: Pose; stride: number; answered: (iteration: LabIteration) => void } | null = null;
+  readonly #following = new LatestQuery<Following, LabIteration>({
+    compute: ({ method, T, stride }) => this.iteration(method, T, stride),
+    answered: ({ answered }, iteration) => answered(iteration),
+    failed: (_, error) => {
+      // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
+      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
+    },
+  });
 
   constructor(hooks: LabHooks) {
     this.#hooks = hooks;
-    this.#stepper = new Seat(hooks);
+    this.#stepper = new LabWorker(hooks);
   }
 
   start(): Promise<string> {
@@ -121,7 +136,7 @@ export class LabClient {
   /** Two other clouds; what is known of methods stays. */
   open(source: CloudData, target: CloudData): void {
     this.#pair = { source, target };
-    this.#next = null;
+    this.#following.drop();
   }
 
   /** Rejects with an EngineProblem where the clouds or the options are refused. */
@@ -132,7 +147,7 @@ export class LabClient {
 
   forget(method: number): void {
     this.#methods.delete(method);
-    for (const seat of [this.#stepper, ...this.#crew]) seat.forget(method);
+    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.forget(method);
   }
 
   trace(method: number, init: Pose | null): Promise<LabTrace> {
@@ -172,24 +187,23 @@ export class LabClient {
 
   /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */
   follow(method: number, T: Pose, stride: number, answered: (iteration: LabIteration) => void): void {
-    this.#next = { T, stride, answered };
-    if (!this.#is_following) void this.#followAll(method);
+    this.#following.ask({ method, T, stride, answered });
   }
 
   /** A drag has ended: its pending queries are no longer answered. */
   unfollow(): void {
-    this.#next = null;
+    this.#following.drop();
   }
 
-  /** Starts the crew and makes it ready for a method: what is timed afterwards is computing alone. */
-  async muster(method: number): Promise<void> {
+  /** Starts the workers of surveys and prepares the method in them: what is timed afterwards is computing alone. */
+  async prepareWorkers(method: number): Promise<void> {
     const pair = this.#opened();
-    while (this.#crew.length < CREW) this.#crew.push(new Seat(this.#hooks));
-    await Promise.all(this.#crew.map((seat) => seat.prepare(pair, method, this.#options(method))));
+    while (this.#survey_workers.length < NUM_SURVEY_WORKERS) this.#survey_workers.push(new LabWorker(this.#hooks));
+    await Promise.all(this.#survey_workers.map((worker) => worker.prepare(pair, method, this.#options(method))));
   }
 
   /**
-   * Works through `parts` with all of the crew; `done` gets each answer as it comes. Ends early, without an error, when
+   * Works through `parts` with all workers of surveys; `done` gets each answer as it comes. Ends early, without an error, when
    * `signal` says so.
    */
   async share<K extends 'landscape' | 'basin'>(
@@ -201,21 +215,21 @@ export class LabClient {
   ): Promise<void> {
     const pair = this.#opened();
     const options = this.#options(method);
-    await this.muster(method);
+    await this.prepareWorkers(method);
     const waiting = [...parts];
-    const work = async (seat: Seat): Promise<void> => {
+    const work = async (worker: LabWorker): Promise<void> => {
       for (let part = waiting.shift(); part !== undefined && !signal.aborted; part = waiting.shift()) {
         const given = [part] as unknown as Given<K>;
-        const answer = await seat.ask(pair, method, options, question, ...given);
+        const answer = await worker.ask(pair, method, options, question, ...given);
         if (!signal.aborted) done(part, answer);
       }
     };
-    await Promise.all(this.#crew.map(work));
+    await Promise.all(this.#survey_workers.map(work));
   }
 
   dispose(): void {
-    this.#next = null;
-    for (const seat of [this.#stepper, ...this.#crew]) seat.dispose();
+    this.#following.drop();
+    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.dispose();
   }
 
   #opened(): Pair {
@@ -225,22 +239,5 @@ export class LabClient {
 
   #options(method: number): Options {
     return this.#methods.get(method) ?? {};
-  }
-
-  async #followAll(method: number): Promise<void> {
-    this.#is_following = true;
-    try {
-      while (this.#next) {
-        const { T, stride, answered } = this.#next;
-        this.#next = null;
-        const iteration = await this.iteration(method, T, stride);
-        answered(iteration);
-      }
-    } catch (error) {
-      // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
-      if (!(error instanceof WorkerDied || error instanceof EngineProblem)) throw error;
-    } finally {
-      this.#is_following = false;
-    }
   }
 }

@@ -5,7 +5,8 @@ import type { SettingPreset } from '../components/settings-panel.js';
 import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
-import { type LabRun, MAX_RUNS, numPoses } from './session.js';
+import { type LabRun, MAX_RUNS } from './session.js';
+import { lastPose, numPoses } from './trace.js';
 import { endReasonWords, methodName } from './words.js';
 
 export interface CompareFacts {
@@ -13,11 +14,11 @@ export interface CompareFacts {
   active: number;
   facts: LabFacts;
   presets: readonly SettingPreset[];
-  /** Share of starts that find home, by the run; null while it is computed. */
+  /** Share of starts that end at the reference pose, by the run; null while it is computed. */
   basins: ReadonlyMap<number, number | null>;
   colorOf(run: LabRun): string;
-  look(id: number): void;
-  putAway(id: number): void;
+  selectRun(id: number): void;
+  removeRun(id: number): void;
   add(preset: SettingPreset): void;
   measureBasins(): void;
 }
@@ -41,7 +42,7 @@ export function comparePanel(has: CompareFacts): TemplateResult {
             <th scope="col">time</th>
             <th scope="col">
               <abbr
-                title="Share of starts, up to 1.5 m and 40° away, from which the method ends at the first method's final pose"
+                title="Share of starts, up to ${facts.is_planar ? '1.5 m and 40° away' : '1.5 m away along x and y'}, from which the method ends at the first method's final pose"
                 >basin</abbr
               >
             </th>
@@ -94,7 +95,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
     : html`<td colspan="5">${problem || 'running…'}</td>`;
   return html`<tr class=${id === has.active ? 'selected' : ''}>
     <th scope="row" class="name">
-      <button class="link" aria-pressed=${id === has.active} @click=${() => has.look(id)}>
+      <button class="link" aria-pressed=${id === has.active} @click=${() => has.selectRun(id)}>
         <i style="background: ${has.colorOf(run)}"></i>${name}
       </button>
     </th>
@@ -105,7 +106,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
         ?disabled=${has.runs.length < 2}
         aria-label="Remove ${name}"
         title="Remove"
-        @click=${() => has.putAway(id)}
+        @click=${() => has.removeRun(id)}
       >
         ${icon('close', 12)}
       </button>
@@ -113,7 +114,4 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
   </tr>`;
 }
 
-function endOf(run: LabRun | undefined): Pose | null {
-  const count = numPoses(run?.trace ?? null);
-  return run?.trace?.poses.subarray(16 * (count - 1), 16 * count) ?? null;
-}
+const endOf = (run: LabRun | undefined): Pose | null => (run?.trace ? lastPose(run.trace) : null);

@@ -1,6 +1,7 @@
 /** The equation that a step solves, with the values that it has at this iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { formatAngle, formatStep } from '../views/format.js';
+import { isTurn } from './grids.js';
 import type { CloudMetric, LabIteration } from './protocol.js';
 import { formatNumber } from './words.js';
 
@@ -49,8 +50,8 @@ export function equation(iteration: LabIteration, metric: CloudMetric): Template
       ${
         x
           ? html`<var>x</var> =
-              (${x.map((value, i) => (isTurn(i, n) ? formatAngle(value, 3) : formatStep(value))).join(', ')})`
-          : 'These pairs fix no step.'
+              (${x.map((value, i) => (isTurn(i, n === 3) ? formatAngle(value, 3) : formatStep(value))).join(', ')})`
+          : 'These pairs do not determine a step.'
       }
     </p>
     ${
@@ -64,8 +65,6 @@ export function equation(iteration: LabIteration, metric: CloudMetric): Template
     }
   </div>`;
 }
-
-const isTurn = (index: number, n: number): boolean => index < (n === 3 ? 1 : 3);
 
 function matrix(name: string, values: readonly number[], columns: number, names: readonly string[]): TemplateResult {
   const rows = values.length / columns;

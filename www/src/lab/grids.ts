@@ -12,7 +12,7 @@ export function offsetsOf(T_center: Pose, T: Pose, is_planar: boolean): number[]
 }
 
 /** The pose at offsets in some of the unknowns. */
-export function poseAt({ T_center, axes }: Grid, offsets: readonly number[], is_planar: boolean): number[] {
+export function poseAtOffsets({ T_center, axes }: Grid, offsets: readonly number[], is_planar: boolean): number[] {
   const all = new Array<number>(is_planar ? 3 : 6).fill(0);
   axes.forEach((axis, i) => {
     all[axis] = offsets[i] ?? 0;

@@ -18,11 +18,12 @@ import { lab_styles } from './lab-styles.js';
 import { side_styles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
 import type { LabFacts, LabIteration, Pose } from './protocol.js';
-import { endOf, type LabRun, type LabSession, numPoses, runColor } from './session.js';
+import { type LabRun, type LabSession, runColor } from './session.js';
 import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
+import { lastPose, numPoses } from './trace.js';
 import { metricOf } from './words.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
@@ -79,6 +80,10 @@ export class ScanstitchLabSide extends LitElement {
     return within?.querySelector('scanstitch-figure') ?? null;
   }
 
+  protected override willUpdate(): void {
+    if (!this.session.is_dragged) this.slide = null;
+  }
+
   protected override render(): TemplateResult {
     const is_planar = this.session.facts?.is_planar ?? true;
     const shown = TABS.filter(({ tab }) => is_planar || tab !== 'search');
@@ -114,15 +119,16 @@ export class ScanstitchLabSide extends LitElement {
     }
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
     const metric = metricOf(run.options, facts);
+    const shown_at = iteration ? session.iteration_at : session.at;
+    const at = session.is_dragged ? null : shown_at;
     return html`<div class="panel">
-      ${stepPanel({ trace, iteration, metric, at: iteration && !session.is_dragged ? session.iteration_at : session.is_dragged ? null : session.at, num_source: facts.source_points.length / 3 }, this.renderCost())}
+      ${stepPanel({ trace, iteration, metric, at, num_source: facts.source_points.length / 3 }, this.renderCost())}
     </div>`;
   }
 
   private renderDegeneracy({ is_planar }: LabFacts): TemplateResult {
-    const { iteration, pose, is_dragged } = this.session;
+    const { iteration, pose } = this.session;
     if (!iteration) return html`<div class="panel"><p class="muted">The pairs are being searched…</p></div>`;
-    if (!is_dragged) this.slide = null;
     return html`<div class="panel">
       ${degeneracyPanel({
         iteration,
@@ -174,8 +180,8 @@ export class ScanstitchLabSide extends LitElement {
           presets,
           basins: this.basins,
           colorOf: (of) => this.colorOf(of),
-          look: (id) => session.look(id),
-          putAway: (id) => session.putAway(id),
+          selectRun: (id) => session.selectRun(id),
+          removeRun: (id) => session.removeRun(id),
           add: ({ settings }) => void session.addRun(optionsOf(settings)),
           measureBasins: () => void this.measureBasins(),
         })}
@@ -199,7 +205,7 @@ export class ScanstitchLabSide extends LitElement {
     const { client, runs, facts } = this.session;
     const [first] = runs;
     if (!client || !first?.trace || !facts) return;
-    const T_center = endOf(first);
+    const T_center = lastPose(first.trace);
     const grid = { ...COMPARED[facts.is_planar ? 'plane' : 'space'], T_center, stride: surveyStride(facts) };
     this.basins = new Map(runs.filter(({ own }) => !own).map(({ id }) => [id, null]));
     for (const id of this.basins.keys()) {

@@ -10,10 +10,10 @@ import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
-import { wordsOf } from '../components/session.js';
 import { drop_styles, empty_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -36,13 +36,13 @@ import type { LabFacts, Pose } from './protocol.js';
 import { takeOwn } from './own-files.js';
 import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
 import { type LabLink, readLink, writeLink } from './link.js';
+import { exportFile, exportItems, type Shoot } from './export.js';
 import { emptyLab, examplesMenu, question } from './lab-empty.js';
 import { LabSession, runColor } from './session.js';
 import { stageScene } from './stage-scene.js';
 import type { ScanstitchLabSpace } from './space-stage.js';
 import type { RunKey } from './stage-keys.js';
 import { legend, transport } from './stage-parts.js';
-import { type Shoot, takeAlong, takeAlongItems } from './take-along.js';
 import { methodName, stateWords } from './words.js';
 
 /**
@@ -65,6 +65,8 @@ export class ScanstitchLab extends LitElement {
   @state() private scene: OpenedScene | null = null;
   /** What a link says of files that are not there yet. */
   private awaited: LabLink | null = null;
+  /** Counts the downloads: the last one wins. */
+  private num_fetched = 0;
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -102,9 +104,7 @@ export class ScanstitchLab extends LitElement {
       );
       return;
     }
-    sampleClouds(source, target)
-      .then((given) => this.openAs(given, link))
-      .catch((error: unknown) => this.tellFetching(error));
+    this.attend(sampleClouds(source, target), (given) => this.openAs(given, link));
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -166,7 +166,7 @@ export class ScanstitchLab extends LitElement {
                   </button>`
                 : session.at === 0 && !player.is_playing && trace
                   ? html`<p class="hint" aria-hidden="true">
-                      ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'The crossed arrows let a drag move the source; Shift and a drag turn it'}
+                      ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'Turn on the crossed arrows to drag the source; hold Shift to rotate it'}
                     </p>`
                   : nothing
             }
@@ -240,9 +240,9 @@ export class ScanstitchLab extends LitElement {
         <scanstitch-menu
           label="Export"
           icon="download"
-          .items=${takeAlongItems(facts?.is_planar ?? true, this.tab !== 'degeneracy' && this.tab !== 'method')}
+          .items=${exportItems(facts?.is_planar ?? true, this.tab !== 'degeneracy' && this.tab !== 'method')}
           ?disabled=${!session.trace}
-          @menu-chosen=${({ detail }: CustomEvent<string>) => void this.takeAlong(detail)}
+          @menu-chosen=${({ detail }: CustomEvent<string>) => void this.export(detail)}
         ></scanstitch-menu>
       </span>
     </div>`;
@@ -337,7 +337,7 @@ export class ScanstitchLab extends LitElement {
     await session.open(given, options, start);
     const first = session.active;
     for (const other of others) await session.addRun(other);
-    session.look(first);
+    session.selectRun(first);
     session.player.seek(at);
   }
 
@@ -360,7 +360,7 @@ export class ScanstitchLab extends LitElement {
     if (link !== location.hash) history.replaceState(history.state, '', link);
   }
 
-  private async takeAlong(id: string): Promise<void> {
+  private async export(id: string): Promise<void> {
     const { session } = this;
     const { run, facts } = session;
     if (!run || !facts) return;
@@ -377,10 +377,10 @@ export class ScanstitchLab extends LitElement {
         return space.picture({ ...scene, pose, iteration });
       };
       const stage = plane ? { ...plane.viewport, scene } : inSpace;
-      download(await takeAlong(id, session, run, stage, this.side.figure, this.dark));
+      download(await exportFile(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
       session.report(
-        `The export failed: ${wordsOf(error)}`,
+        `The export failed: ${messageOf(error)}`,
         id === 'link' ? 'Allow the page to use the clipboard' : '',
       );
     }
@@ -418,15 +418,21 @@ export class ScanstitchLab extends LitElement {
     void this.take(Promise.resolve(files));
   }
 
-  private attend(fetching: Promise<GivenClouds>): void {
+  /** Opens clouds that are being fetched, unless others are opened or asked for meanwhile. */
+  private attend(
+    fetching: Promise<GivenClouds>,
+    open: (given: GivenClouds) => Promise<void> = (given) => this.session.open(given),
+  ): void {
+    const own = ++this.num_fetched;
+    const before = this.session.given;
+    const is_wanted = (): boolean => own === this.num_fetched && this.session.given === before;
     fetching.then(
-      (given) => this.session.open(given),
-      (error: unknown) => this.tellFetching(error),
+      (given) => (is_wanted() ? open(given) : undefined),
+      (error: unknown) => {
+        if (!is_wanted()) return;
+        this.session.report(`The clouds could not be fetched: ${messageOf(error)}`, 'Reload the page');
+      },
     );
-  }
-
-  private tellFetching(error: unknown): void {
-    this.session.report(`The clouds could not be fetched: ${wordsOf(error)}`, 'Reload the page');
   }
 
   static override styles = [shared, layout_styles, drop_styles, empty_styles, lab_styles];

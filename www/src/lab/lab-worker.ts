@@ -26,6 +26,7 @@ serve<LabApi>({
   forget(method) {
     labs.get(method)?.free();
     labs.delete(method);
+    options_of.delete(method);
   },
   trace,
   traced_iteration: (method, index) => labOf(method).traced_iteration(index),

@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
 import { formatAngle, formatDuration, formatLength } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { offsetsOfNode, poseAt } from './grids.js';
+import { offsetsOfNode, poseAtOffsets } from './grids.js';
 import {
   costRange,
   isAtEdge,
@@ -87,7 +87,7 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
       <ul class="minima number">
         ${minima.slice(0, 6).map((minimum) => {
           const { column, row, cost } = minimum;
-          const T = poseAt(landscape.grid, offsetsOfNode(landscape.grid, [column, row]), facts.is_planar);
+          const T = poseAtOffsets(landscape.grid, offsetsOfNode(landscape.grid, [column, row]), facts.is_planar);
           const { rotation, translation } = difference(landscape.grid.T_center, T);
           return html`<li>
             <button

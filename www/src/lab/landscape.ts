@@ -5,6 +5,7 @@ import { contour } from '../views/contours.js';
 import { plotArea, type Size } from '../views/figures.js';
 import { DEGREES, plural } from '../views/format.js';
 import { cssColor, frameColor, type Rgb } from '../views/palette.js';
+import type { Pen } from '../views/pen.js';
 import { offsetsOfNode } from './grids.js';
 import type { Grid, LocalMinimum } from './protocol.js';
 
@@ -51,27 +52,15 @@ export const minimaWords = (landscape: Landscape): string =>
 export function landscapePainter(landscape: Landscape, marks: LandscapeMarks, colors: Colors, dark: boolean): Painter {
   const picture = heatMap(landscape, dark);
   const lines = contourLines(landscape);
-  return (pen, size) => {
-    const { area, x, y } = mapAxes(landscape.grid, marks.turns, size);
-    const place = ([a, b]: readonly [number, number]): [number, number] => [
-      area.x + area.width * x.share(onScreen(a, marks.turns[0])),
-      area.y + area.height * (1 - y.share(onScreen(b, marks.turns[1]))),
-    ];
-    drawAxes(pen, area, x, y, { x: marks.names[0], y: marks.names[1] }, colors);
-    pen.inside(area.x, area.y, area.width, area.height, () => {
-      // Nodes stand at the ends of the axes: the outer cells reach half a cell beyond.
-      const [columns = 1, rows = 1] = landscape.grid.size;
-      const [w, h] = [area.width / Math.max(columns - 1, 1), area.height / Math.max(rows - 1, 1)];
-      pen.picture(area.x - w / 2, area.y - h / 2, area.width + w, area.height + h, picture);
+  return (pen, size) =>
+    drawGrid(pen, size, landscape.grid, picture, marks, colors, ({ area, cell: [w, h], place }) => {
       const level = { color: dark ? '#ffffff66' : '#00000055', width: 0.8 };
       pen.segments(
         lines.map((v, i) => (i % 2 === 0 ? area.x + v * w : area.y + area.height - v * h)),
         level,
       );
-      const path = marks.path.flatMap(place);
-      pen.line(path, { color: colors.background, width: 4 });
-      pen.line(path, { color: colors.selected, width: 1.75 });
-      pen.dots(path, 2, colors.selected);
+      drawPath(pen, marks, colors, place);
+      pen.dots(marks.path.flatMap(place), 2, colors.selected);
       for (const [i, minimum] of seenMinima(landscape).entries()) {
         const at = place(pair(offsetsOfNode(landscape.grid, [minimum.column, minimum.row])));
         pen.circle(
@@ -81,9 +70,47 @@ export function landscapePainter(landscape: Landscape, marks: LandscapeMarks, co
           i === 0 ? colors.background : colors.text,
         );
       }
-      pen.circle(...place(marks.current), 5, colors.selected, colors.background);
     });
-  };
+}
+
+/** Where a grid is drawn: its area, the size of a cell, and the place of offsets in the two unknowns. */
+interface GridPlaces {
+  area: Area;
+  cell: readonly [number, number];
+  place(offsets: readonly [number, number]): [number, number];
+}
+
+/** The axes, the picture of a grid, what `draw` puts over it, and the present pose. */
+export function drawGrid(
+  pen: Pen,
+  size: Size,
+  grid: Grid,
+  picture: HTMLCanvasElement,
+  marks: LandscapeMarks,
+  colors: Colors,
+  draw: (places: GridPlaces) => void,
+): void {
+  const { area, x, y } = mapAxes(grid, marks.turns, size);
+  const place = ([a, b]: readonly [number, number]): [number, number] => [
+    area.x + area.width * x.share(onScreen(a, marks.turns[0])),
+    area.y + area.height * (1 - y.share(onScreen(b, marks.turns[1]))),
+  ];
+  drawAxes(pen, area, x, y, { x: marks.names[0], y: marks.names[1] }, colors);
+  pen.inside(area.x, area.y, area.width, area.height, () => {
+    // Nodes stand at the ends of the axes: the outer cells reach half a cell beyond.
+    const [columns = 1, rows = 1] = grid.size;
+    const [w, h] = [area.width / Math.max(columns - 1, 1), area.height / Math.max(rows - 1, 1)];
+    pen.picture(area.x - w / 2, area.y - h / 2, area.width + w, area.height + h, picture);
+    draw({ area, cell: [w, h], place });
+    pen.circle(...place(marks.current), 5, colors.selected, colors.background);
+  });
+}
+
+/** The path of the iterations, with a rim. */
+export function drawPath(pen: Pen, { path }: LandscapeMarks, colors: Colors, place: GridPlaces['place']): void {
+  const points = path.flatMap(place);
+  pen.line(points, { color: colors.background, width: 4 });
+  pen.line(points, { color: colors.selected, width: 1.75 });
 }
 
 /** The values of the two unknowns at a position in the figure; null outside. */
@@ -119,21 +146,29 @@ function shareOf(landscape: Landscape): (cost: number) => number {
 }
 
 function heatMap(landscape: Landscape, dark: boolean): HTMLCanvasElement {
-  const [width = 1, height = 1] = landscape.grid.size;
+  const { grid, costs } = landscape;
+  const share = shareOf(landscape);
+  const ramp = Array.from({ length: 256 }, (_, i) => frameColor(i / 255, dark));
+  return gridPicture(grid, (node) => {
+    const cost = costs[node] ?? Number.NaN;
+    return Number.isNaN(cost) ? null : (ramp[Math.round(255 * share(cost))] ?? [0, 0, 0]);
+  });
+}
+
+/** A pixel for each node of the first two unknowns; null leaves it clear. */
+export function gridPicture({ size }: Grid, colorOf: (node: number) => Rgb | null): HTMLCanvasElement {
+  const [width = 1, height = 1] = size;
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [width, height];
   const context = canvas.getContext('2d');
   if (!context) return canvas;
   const image = context.createImageData(width, height);
-  const share = shareOf(landscape);
-  const ramp = Array.from({ length: 256 }, (_, i) => frameColor(i / 255, dark));
-  landscape.costs.forEach((cost, i) => {
-    if (Number.isNaN(cost)) return;
-    const color: Rgb = ramp[Math.round(255 * share(cost))] ?? [0, 0, 0];
+  for (let node = 0; node < width * height; node++) {
+    const color = colorOf(node);
     // The first row is the lowest.
-    const at = (height - 1 - Math.floor(i / width)) * width + (i % width);
-    image.data.set([...color, 255], 4 * at);
-  });
+    const at = (height - 1 - Math.floor(node / width)) * width + (node % width);
+    if (color) image.data.set([...color, 255], 4 * at);
+  }
   context.putImageData(image, 0, 0);
   return canvas;
 }

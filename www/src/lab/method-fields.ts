@@ -1,20 +1,8 @@
 /** The options of a method as a form shows them, and methods that a course compares. */
 import type { SettingField, SettingPreset, SettingValues } from '../components/settings-panel.js';
+import { DEFAULTS, PLANAR_DEFAULTS, SPATIAL_DEFAULTS } from './defaults.js';
 import type { CloudMetric, Options } from './protocol.js';
 import { KERNELS, metricName, metricsFor } from './words.js';
-
-/** What the form shows where nothing is given: the engine's own defaults. The engine has more options, which stay as they are. */
-export const DEFAULTS = {
-  max_correspondence_distance: 0.5,
-  max_normal_angle: Math.PI / 4,
-  trim_fraction: 0,
-  robust_kernel: 'cauchy',
-  robust_kernel_width: 0.05,
-  max_iterations: 50,
-} as const;
-
-const SPATIAL_DEFAULTS = { voxel_size: 0 } as const;
-const PLANAR_DEFAULTS = { search_translation: 0, search_rotation: 0 } as const;
 
 type FieldText = Pick<SettingField, 'name' | 'label' | 'explanation' | 'kind'> & { unit?: 'm' | 'rad'; group?: string };
 

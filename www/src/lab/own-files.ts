@@ -1,6 +1,6 @@
 /** Poses of the user's own ICP, from a file to the session. */
-import { wordsOf } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
+import { messageOf } from '../engine/message-of.js';
 import { baseName } from '../views/format.js';
 import { isPosesName } from './clouds.js';
 import type { LabSession } from './session.js';
@@ -25,7 +25,7 @@ export async function takeOwn(session: LabSession, { name, file }: NamedFile): P
     return true;
   } catch (error) {
     // It says what would be right.
-    session.report(`Poses of ${wordsOf(error).replace(/\.$/, '')}`);
+    session.report(`Poses of ${messageOf(error).replace(/\.$/, '')}`);
     return false;
   }
 }

@@ -23,7 +23,7 @@ export function ownPanel(
       ${
         parts_at === null
           ? html`<strong>All ${plural(steps.length, 'step')} agree</strong>, to ${formatStep(largest)}.`
-          : html`<strong>They part at iteration ${parts_at + 1}.</strong>
+          : html`<strong>They diverge at iteration ${parts_at + 1}.</strong>
               ${parts_at > 0 ? `The ${plural(parts_at, 'step')} before agree.` : nothing}
               <button class="link" @click=${() => seek(parts_at)}>Look at it</button>`
       }
@@ -32,8 +32,8 @@ export function ownPanel(
       steps.length === num_ours
         ? nothing
         : html`<p>
-            Your file has ${plural(steps.length, 'iteration')}, our run ${num_ours} from the same start. That is no
-            fault: it ends where its limits of convergence say.
+            Your file has ${plural(steps.length, 'iteration')}, our run ${num_ours} from the same start. This is not an
+            error: each run stops at its own convergence limits.
           </p>`
     }
     ${fault ? html`<p class="fault"><strong>${KINDS[fault.kind] ?? 'The step'}.</strong> ${fault.text}</p>` : nothing}
@@ -48,10 +48,10 @@ export function ownPanel(
       </div>
     </details>
     <p class="explanation">
-      From each of your poses our next step is computed, with our pairs and weights of the method that was looked at.
-      The stage shows your poses with our pairs. Points of a file are read as precisely as it declares them: where it
-      declares floats and your program reads doubles from its text, the steps agree to about a ten-millionth of the
-      points' distance.
+      Our next step is computed from each of your poses, with the pairs and weights of the selected method. The stage
+      shows your poses with our pairs. Coordinates are read with the precision that the file declares: if it declares
+      floats and your program reads its text as doubles, the steps agree to about a ten-millionth of the points'
+      distance.
     </p>
   `;
 }

@@ -6,7 +6,7 @@ import { roundLength, toScreenAngle, toScreenX, toScreenY, type Viewport } from 
 import { formatLength } from '../views/format.js';
 import { NUM_SHADES, type PairColor, REJECTION_COLORS, shades, shadesOf } from './pair-colors.js';
 import { acted, centroid } from './poses.js';
-import type { LabFacts, LabIteration, Pose } from './protocol.js';
+import { type LabFacts, type LabIteration, NO_PARTNER, type Pose } from './protocol.js';
 
 /** What is drawn of a step. */
 export interface StageLook {
@@ -47,7 +47,7 @@ export interface PlaneScene {
   look: StageLook;
   /** Where the source was at the start, and other poses to compare with. */
   ghosts: readonly { pose: Pose; color: string }[];
-  /** Of the source's origin, x y x y ... */
+  /** Of the source's centroid, x y x y ... */
   path: readonly number[];
   arrows: readonly Arrow[];
   ellipse: Ellipse | null;
@@ -222,8 +222,6 @@ function paintPairs(
   for (const [bin, color] of shades(dark).entries()) pen.dots(dots[bin] ?? [], radius, cssColor(color));
 }
 
-const NO_PARTNER = 0xffffffff;
-
 function paintRejectedLines(pen: Pen, place: Place, { facts, iteration, dark }: PlaneScene, moved: Float32Array): void {
   if (!iteration) return;
   const lines = REJECTION_COLORS.map((): number[] => []);
@@ -239,7 +237,10 @@ function paintRejectedLines(pen: Pen, place: Place, { facts, iteration, dark }: 
   });
 }
 
-/** A ring without a partner, a cross across the normals, an upright cross where trimmed. */
+/**
+ * A diamond without a partner, a cross where the normals disagree, an upright cross where trimmed or without a normal; a
+ * diamond for all of them where their pairs are not drawn.
+ */
 function paintRejected(
   pen: Pen,
   place: Place,
@@ -286,17 +287,17 @@ const MINOR_PIXELS = 16;
 
 function paintEllipse(pen: Pen, place: Place, { x, y, major, minor, color }: Ellipse): void {
   const [cx, cy] = place(x, y);
-  const [right, down] = axesOnScreen(place, x, y);
+  const [right, up] = axesOnScreen(place, x, y);
   const scale = MINOR_PIXELS / Math.max(Math.hypot(...minor), 1e-9);
   const points = Array.from({ length: 65 }, (_, i) => {
     const [c, s] = [Math.cos((i / 64) * 2 * Math.PI), Math.sin((i / 64) * 2 * Math.PI)];
     const [a, b] = [scale * (c * major[0] + s * minor[0]), scale * (c * major[1] + s * minor[1])];
-    return [cx + a * right[0] + b * down[0], cy + a * right[1] + b * down[1]];
+    return [cx + a * right[0] + b * up[0], cy + a * right[1] + b * up[1]];
   }).flat();
   pen.line(points, { color, width: 2 });
 }
 
-/** Where x and y point on the screen, pixels a pixel. */
+/** Unit vectors of x and y on the screen. */
 function axesOnScreen(place: Place, x: number, y: number): [[number, number], [number, number]] {
   const [from, along_x, along_y] = [place(x, y), place(x + 1, y), place(x, y + 1)];
   const unit = (to: [number, number]): [number, number] => {

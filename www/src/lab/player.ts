@@ -4,7 +4,7 @@
 const FILM_MS = 9000;
 const SHORTEST_MS = 70;
 const LONGEST_MS = 1000;
-/** Share of an iteration's time in which the source moves; in the rest, its pairs are seen. */
+/** Share of an iteration's time in which the source moves; then it rests and its pairs are drawn. */
 const MOVING_SHARE = 0.55;
 
 export class Player {
@@ -13,7 +13,7 @@ export class Player {
   /** Iterations of the run. */
   count = 0;
   is_playing = false;
-  /** Speed of playing; 1: as above. */
+  /** Factor on the playing speed. */
   speed = 1;
   #goal: number | null = null;
   #started = 0;

@@ -48,8 +48,8 @@ export interface LabTrace {
   milliseconds: number;
 }
 
-/** Why a source point has no say in a step. */
-export const REJECTION_REASONS = ['too far', 'normals', 'trimmed', 'no normal'] as const;
+/** In place of the partner of a rejected source point that has none. */
+export const NO_PARTNER = 0xffffffff;
 
 /** Somebody's own ICP beside the engine's: from each of their poses the engine does one step. */
 export interface OwnComparison {

@@ -1,28 +1,29 @@
 /** The ICP lab: two clouds, one or several methods that register them from the same start, and the selected iteration. */
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenClouds } from '../components/given-clouds.js';
-import { Session, wordsOf } from '../components/session.js';
+import { Session } from '../components/session.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
+import { messageOf } from '../engine/message-of.js';
 import type { Colors } from '../views/axes.js';
 import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
+import { DEFAULTS } from './defaults.js';
 import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
 import { MOST_POINTS, voxelFor } from '../../../npm/lab/thinning.js';
 import { numLargest, tooLarge } from './thinning.js';
+import { numPoses, poseAt } from './trace.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
 /** Entries of poses that differ by less are equal: a file of nine digits. */
 const SAME_POSE = 1e-8;
-/** So many source points are paired while the source follows the hand: within a picture or two, 33 ms. */
+/** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
 const MAX_FOLLOWED_POINTS = 8000;
-/** Largest distance of pairs where the options do not say it (m): the engine's default. */
-const DEFAULT_REACH = 0.5;
-/** The hand rests when it has not moved for so long. */
+/** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
 
 /** One method, and what came of it. */
@@ -192,34 +193,38 @@ export class LabSession extends Session<LabClient> {
     const { client, run, trace } = this;
     const [first] = given;
     if (!client || !run || !trace || !first) return;
-    const start = Array.from(trace.poses.subarray(0, 16));
+    const start = Array.from(poseAt(trace, 0));
     const has_start = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
     const all = has_start ? given : [start, ...given];
     const own = this.#makeRun(run.options, name);
     const poses = Float64Array.from(all.flat());
     const its_trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
+    for (const { id } of this.runs.filter((one) => !others.includes(one))) {
+      client.forget(id);
+      this.#iterations.forget(id);
+    }
     this.runs = [...others, { ...own, trace: its_trace }];
     try {
       const facts = await client.prepare(own.id, run.options);
       this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
-      this.look(own.id);
+      this.selectRun(own.id);
     } catch (error) {
       this.#onProblem(error);
     }
   }
 
-  putAway(id: number): void {
+  removeRun(id: number): void {
     if (this.runs.length < 2) return;
     this.runs = this.runs.filter((run) => run.id !== id);
     this.client?.forget(id);
     this.#iterations.forget(id);
-    if (this.active === id) this.look(this.runs[0]?.id ?? 0);
+    if (this.active === id) this.selectRun(this.runs[0]?.id ?? 0);
     this.changed();
   }
 
-  /** Looks at another one of the methods, at the same iteration. */
-  look(id: number): void {
+  /** Selects another one of the methods, at the same iteration. */
+  selectRun(id: number): void {
     const { at } = this;
     this.active = id;
     this.iteration = null;
@@ -256,12 +261,16 @@ export class LabSession extends Session<LabClient> {
   /** A drag has ended: all methods run from the pose that it has left. */
   async release(plays = true): Promise<void> {
     if (!this.is_dragged) return;
-    clearTimeout(this.#resting);
-    this.client?.unfollow();
-    this.is_dragged = false;
+    this.#endDrag();
     this.start = this.pose;
     await this.#runAll();
     if (plays) this.player.play();
+  }
+
+  #endDrag(): void {
+    clearTimeout(this.#resting);
+    this.client?.unfollow();
+    this.is_dragged = false;
   }
 
   /** From this start on; null is where the clouds lie as they are given. */
@@ -278,7 +287,7 @@ export class LabSession extends Session<LabClient> {
     const { trace } = run;
     if (!trace || !this.client) return null;
     const iteration = await (run.own
-      ? this.client.iteration(run.id, trace.poses.slice(16 * at, 16 * at + 16))
+      ? this.client.iteration(run.id, poseAt(trace, at))
       : this.client.tracedIteration(run.id, at));
     if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#iterations.keep(run.id, at, iteration);
     return iteration;
@@ -335,20 +344,20 @@ export class LabSession extends Session<LabClient> {
       this.#change(id, { facts, trace, problem: '' });
       if (id === this.active) this.#onTrace(trace);
     } catch (error) {
-      this.#change(id, { problem: wordsOf(error) });
+      this.#change(id, { problem: messageOf(error) });
       if (id === this.active) this.#onProblem(error);
     }
   }
 
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
-    const reach = this.run?.options.max_correspondence_distance ?? DEFAULT_REACH;
+    const reach = this.run?.options.max_correspondence_distance ?? DEFAULTS.max_correspondence_distance;
     this.forget(this.#start_problem);
     const problem = startProblem(trace, reach);
     this.#start_problem = problem?.[0] ?? '';
     if (problem) this.report(...problem);
     this.#startPlayer();
-    const start = trace.poses.subarray(0, 16);
+    const start = Array.from(poseAt(trace, 0));
     // What was computed at another pose is not shown as that of this start.
     if (start.some((value, i) => value !== this.pose[i])) this.iteration = null;
     this.pose = start;
@@ -361,7 +370,7 @@ export class LabSession extends Session<LabClient> {
     this.phase = this.facts ? 'done' : 'empty';
     if (error instanceof WorkerDied) return; // reported as a crash
     const { problem, remedy } =
-      error instanceof EngineProblem ? error.problem : { problem: wordsOf(error), remedy: '' };
+      error instanceof EngineProblem ? error.problem : { problem: messageOf(error), remedy: '' };
     this.report(problem, remedy);
   }
 
@@ -376,12 +385,14 @@ export class LabSession extends Session<LabClient> {
     if (!trace || this.is_dragged) return;
     const before = Math.min(this.at, player.count);
     const share = player.at - before;
-    const from = trace.poses.subarray(16 * before, 16 * before + 16);
-    this.pose = share > 0 ? between(from, trace.poses.subarray(16 * before + 16, 16 * before + 32), share) : from;
+    const from = poseAt(trace, before);
+    this.pose = share > 0 ? between(from, poseAt(trace, before + 1), share) : from;
     this.changed();
   }
 
+  /** At an iteration of the run: a pose that the source was dragged to is left. */
   #onArrived(): void {
+    this.#endDrag();
     this.#onMove();
     void this.#lookAt(this.at);
   }
@@ -442,16 +453,9 @@ function startProblem({ records, end_reason }: LabTrace, reach: number): [proble
         'Drag the source nearer to the target, or raise the largest distance or normal angle under Methods',
       ]
     : [
-        'The pairs fix no step: there are too few, or the target has no normals to measure along',
+        'The pairs do not determine a step: there are too few, or the target has no normals to measure along',
         'Choose point to point under Methods, or clouds of more points',
       ];
-}
-
-export const numPoses = (trace: LabTrace | null): number => (trace ? trace.poses.length / 16 : 0);
-
-export function endOf(run: LabRun): Pose {
-  const count = numPoses(run.trace);
-  return run.trace?.poses.slice(16 * (count - 1), 16 * count) ?? IDENTITY;
 }
 
 export function runColor({ runs }: LabSession, run: LabRun, { estimates }: Colors): string {

@@ -106,7 +106,7 @@ export class SpaceScene {
     this.#layers[layer].set(vertices);
   }
 
-  /** `reach`: twice how far from the middle there is anything, m. */
+  /** `reach`: at least twice the largest distance of anything from the origin, m. */
   render(orbit: Orbit, R_view_cloud: Mat3, pose: Pose, background: Rgb, reach: number): void {
     const rows = (T: Pose, i: number): [number, number, number, number] => [
       T[4 * i] ?? 0,

@@ -37,7 +37,8 @@ const TURN_PER_PIXEL = 0.008;
 
 /**
  * The two clouds in space. A drag orbits; with the source taken hold of, it moves the source in the plane of the screen, and
- * turns it about the line of sight with two fingers or Shift. The camera follows the source until the user moves it.
+ * turns it about the line of sight with two fingers or Shift. The view stays centred on
+ * the middle of the two clouds until the user moves it.
  */
 @customElement('scanstitch-lab-space')
 export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceScene> {
@@ -45,10 +46,10 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   private graphics = new Graphics(this, this);
   private orbit = FIRST_ORBIT;
   private reach = 50;
-  /** Middle of the source that the camera looks at; null once the user has moved the camera. */
+  /** Middle of the source in the last picture, for the camera to follow; null once the user has moved the camera. */
   private followed: Vec3 | null = null;
   private is_twisting = false;
-  private drawn: { clouds: unknown; pairs: unknown; marks: unknown } = { clouds: null, pairs: null, marks: null };
+  private drawn: { clouds: unknown; pairs: unknown; facts: unknown } = { clouds: null, pairs: null, facts: null };
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('up')) this.fit();
@@ -60,7 +61,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   }
 
   onScene(scene: SpaceScene): void {
-    this.drawn = { clouds: null, pairs: null, marks: null };
+    this.drawn = { clouds: null, pairs: null, facts: null };
     scene.resize(this.size, this.surface.pixel_ratio);
     this.surface.paintNow();
   }
@@ -156,10 +157,10 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   /** Sends to the card what has changed. */
   private upload(scene: PlaneScene, graphics: SpaceScene): void {
     const clouds = `${this.fit_key} ${scene.dark} ${this.up}`;
-    if (this.drawn.clouds !== clouds || this.drawn.marks !== scene.facts) {
+    if (this.drawn.clouds !== clouds || this.drawn.facts !== scene.facts) {
       graphics.set('target', targetVertices(scene, VIEWS[this.up][1]));
       this.drawn.clouds = clouds;
-      this.drawn.marks = scene.facts;
+      this.drawn.facts = scene.facts;
       this.drawn.pairs = null;
     }
     const { color_by, pairs, rejected } = scene.look;

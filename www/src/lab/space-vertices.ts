@@ -3,6 +3,7 @@ import type { Rgb } from '../views/palette.js';
 import { directionsOf, directionColor, isTurning } from './degeneracy.js';
 import { REJECTION_COLORS, shades, shadesOf } from './pair-colors.js';
 import type { PlaneScene } from './plane-painter.js';
+import { NO_PARTNER } from './protocol.js';
 import type { Vertices } from './space-scene.js';
 
 export const TARGET_COLORS: Record<'light' | 'dark', readonly [low: Rgb, high: Rgb]> = {
@@ -79,8 +80,6 @@ export function pairVertices({ facts, iteration, look, dark }: PlaneScene): Vert
     (i) => ramp[shade[i] ?? 0] ?? [0, 0, 0],
   );
 }
-
-const NO_PARTNER = 0xffffffff;
 
 export function rejectedVertices({ facts, iteration, look, dark }: PlaneScene): Vertices {
   if (!iteration || !look.rejected) return NOTHING;

@@ -4,7 +4,8 @@ import { arrowsOf, ellipseOf } from './degeneracy.js';
 import type { PlaneScene, StageLook } from './plane-painter.js';
 import { acted, centroid } from './poses.js';
 import type { LabFacts, LabTrace, Pose } from './protocol.js';
-import { type LabRun, type LabSession, numPoses } from './session.js';
+import type { LabRun, LabSession } from './session.js';
+import { numPoses, poseAt } from './trace.js';
 
 export interface StageOf {
   session: LabSession;
@@ -30,7 +31,10 @@ export function stageScene(
     pose: session.pose,
     iteration,
     ghosts: [
-      ...others.map((run) => ({ pose: poseAt(run, session.at), color: colorOf(run) })),
+      ...others.map((run) => ({
+        pose: poseAt(run.trace, Math.min(session.at, numPoses(run.trace) - 1)),
+        color: colorOf(run),
+      })),
       ...(ghost ? [ghost] : []),
     ],
     path: is_dragged ? [] : pathOf(session.trace, facts),
@@ -39,16 +43,11 @@ export function stageScene(
   };
 }
 
-/** Of the source's middle, from the start to the end. */
+/** Path of the source's centroid, from the start to the end. */
 const pathOf = memoizeLast((trace: LabTrace | null, { source_points }: LabFacts): number[] => {
   const middle = centroid(source_points);
   return Array.from({ length: numPoses(trace) }, (_, i) => {
-    const [x, y] = acted(trace?.poses.subarray(16 * i, 16 * i + 16) ?? [], ...middle);
+    const [x, y] = acted(poseAt(trace, i), ...middle);
     return [x, y];
   }).flat();
 });
-
-function poseAt({ trace }: LabRun, at: number): Pose {
-  const last = Math.min(at, numPoses(trace) - 1);
-  return trace?.poses.subarray(16 * last, 16 * last + 16) ?? [];
-}

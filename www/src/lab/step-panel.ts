@@ -7,6 +7,7 @@ import { drawSeries, plotArea } from '../views/figures.js';
 import { formatAngle, formatCount, formatLength, formatPercent, formatStep, plural } from '../views/format.js';
 import { equation } from './equation.js';
 import type { CloudMetric, LabIteration, LabTrace } from './protocol.js';
+import { numPoses } from './trace.js';
 import { endReasonWords, formatNumber, REJECTION_WORDS, rejectionCounts } from './words.js';
 
 export interface StepFacts {
@@ -22,7 +23,7 @@ export interface StepFacts {
 /** `styles`: side_styles. */
 export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
   const { trace, iteration, at } = has;
-  const count = trace.poses.length / 16 - 1;
+  const count = numPoses(trace) - 1;
   const before = at ? (trace.costs[at - 1] ?? null) : null;
   return html`
     <header>
@@ -48,7 +49,7 @@ function placeWords(at: number | null, count: number): string {
 }
 
 function endWords(trace: LabTrace): string {
-  return `${plural(trace.poses.length / 16 - 1, 'iteration')}, ${endReasonWords(trace)}`;
+  return `${plural(numPoses(trace) - 1, 'iteration')}, ${endReasonWords(trace)}`;
 }
 
 function facts(iteration: LabIteration, cost_before: number | null, num_all: number): TemplateResult {

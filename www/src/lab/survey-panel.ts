@@ -8,17 +8,18 @@ import { formatAngle, formatLength } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { unknowns } from './equation.js';
-import { isTurn, nodeAt, offsetsOf, offsetsOfNode, poseAt } from './grids.js';
+import { isTurn, nodeAt, offsetsOf, offsetsOfNode, poseAtOffsets } from './grids.js';
 import { lab_styles } from './lab-styles.js';
 import { side_styles } from './side-styles.js';
 import { type LandscapeMarks, offsetsAt } from './landscape.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
-import { type LabRun, type LabSession, numPoses } from './session.js';
+import type { LabRun, LabSession } from './session.js';
 import type { SurveyOf } from './survey.js';
 import { surveyStride } from './thinning.js';
+import { lastPose, numPoses, poseAt } from './trace.js';
 
 const RANGES = [0.25, 0.5, 1, 2, 4];
-/** To either side of the end, at least, where the start is not further away: as far as pairs are searched, and 20 degrees. */
+/** Smallest half widths of a survey around the result (rad, m): 20 degrees, and the largest distance of pairs. */
 const LEAST_TURN = Math.PI / 9;
 const LEAST_REACH = 0.5;
 
@@ -33,7 +34,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   @property({ type: Boolean }) dark = false;
   /** Changes whenever there is something new to draw. */
   @property({ attribute: false }) tick: unknown = null;
-  /** The two unknowns of the figure, by their indices; null: as it is best. */
+  /** The two unknowns of the figure, by their indices; null: the default ones. */
   @state() protected chosen: readonly [number, number] | null = null;
   @state() protected range = 1;
   /** The node that the pointer or the keyboard is at. */
@@ -68,7 +69,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
     this.made_of = made_of;
     this.node = null;
     // Another start of the same method leads home by another way: the same landscape, around the same pose.
-    const reference = poseOf(run, numPoses(run.trace) - 1);
+    const reference = lastPose(run.trace);
     const axes = this.allAxes(facts);
     const widths = this.halfWidths(facts, reference, run);
     const half_widths = axes.map((axis) => widths[axis] ?? 1);
@@ -79,9 +80,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
 
   /** Of all unknowns. */
   private halfWidths({ is_planar }: LabFacts, reference: Pose, { trace, options }: LabRun): number[] {
-    const away = Array.from({ length: numPoses(trace) }, (_, i) =>
-      offsetsOf(reference, trace?.poses.subarray(16 * i, 16 * i + 16) ?? reference, is_planar),
-    );
+    const away = Array.from({ length: numPoses(trace) }, (_, i) => offsetsOf(reference, poseAt(trace, i), is_planar));
     const largest = (turns: boolean): number =>
       Math.max(...away.flatMap((offsets) => offsets.filter((_, i) => isTurn(i, is_planar) === turns).map(Math.abs)));
     const reach = this.is_basin ? 3 * LEAST_REACH : Math.max(LEAST_REACH, options.max_correspondence_distance ?? 0);
@@ -143,9 +142,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
       return `${name} (${isTurn(axis, is_planar) ? '°' : 'm'})`;
     };
     return {
-      path: Array.from({ length: numPoses(trace) }, (_, i) =>
-        inAxes(trace?.poses.subarray(16 * i, 16 * i + 16) ?? T_center),
-      ),
+      path: Array.from({ length: numPoses(trace) }, (_, i) => inAxes(poseAt(trace, i))),
       current: inAxes(pose),
       names: [named(axes[0] ?? 0), named(axes[1] ?? 1)],
       turns: [isTurn(axes[0] ?? 0, is_planar), isTurn(axes[1] ?? 1, is_planar)],
@@ -190,7 +187,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
 
   protected nodePose(facts: LabFacts): Pose | null {
     const grid = this.survey.result?.grid;
-    return grid && this.node ? poseAt(grid, offsetsOfNode(grid, this.node), facts.is_planar) : null;
+    return grid && this.node ? poseAtOffsets(grid, offsetsOfNode(grid, this.node), facts.is_planar) : null;
   }
 
   protected nodeWords({ is_planar }: LabFacts): string {
@@ -276,8 +273,4 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
       }
     `,
   ];
-}
-
-export function poseOf({ trace }: LabRun, at: number): Pose {
-  return trace?.poses.slice(16 * at, 16 * at + 16) ?? [];
 }

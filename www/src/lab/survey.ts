@@ -5,7 +5,7 @@ import { finest, numRows, parts } from './grids.js';
 import type { Landscape } from './landscape.js';
 import type { BasinEnds, BasinLabels, Grid, GridPart, Pose } from './protocol.js';
 
-/** So long may the fine grid take on two workers, ms of both. */
+/** Largest computing time of the fine grid, the sum of both workers (ms). */
 const LANDSCAPE_MS = 6000;
 const BASIN_MS = 16_000;
 const FINE_LANDSCAPE = 201;
@@ -56,7 +56,7 @@ abstract class Survey<Result> {
     const running = new AbortController();
     this.#running = running;
     try {
-      await of.client.muster(of.method);
+      await of.client.prepareWorkers(of.method);
       const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
       if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
     } catch (error) {
@@ -160,7 +160,7 @@ export class BasinSurvey extends Survey<Basin> {
   }
 }
 
-/** Where the points that a survey uses come to rest from the reference: of a sample that is a little beside where all do. */
+/** The pose to which the points of a survey converge from the reference: a sample of the points ends slightly beside it. */
 async function settled({ client, method, grid, reference }: SurveyOf): Promise<Pose> {
   if (grid.stride === 1) return reference;
   const one = { ...grid, T_center: reference, size: grid.axes.map(() => 1) };

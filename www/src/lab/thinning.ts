@@ -3,7 +3,7 @@ import type { Message } from '../components/messages.js';
 import { formatCount, formatLength } from '../views/format.js';
 import type { LabFacts } from './protocol.js';
 
-/** So many points of a source in space are registered from each of hundreds of starts: the picture is that of all. */
+/** Number of source points in space that are registered from each of hundreds of starts: all points give nearly the same. */
 const SURVEYED_POINTS = 5000;
 
 /**

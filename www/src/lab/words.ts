@@ -1,7 +1,8 @@
 /** What is seen in the lab, in words. */
 import { formatAngle, formatLength, formatStep, plural } from '../views/format.js';
+import { DEFAULTS, PLANAR_DEFAULTS } from './defaults.js';
 import type { LabFacts, LabIteration, Options } from './protocol.js';
-import { REJECTION_REASONS } from './protocol.js';
+import { numPoses } from './trace.js';
 
 type Named = { trace: { poses: ArrayLike<number>; converged: boolean; end_reason: string } | null };
 
@@ -20,18 +21,18 @@ export function formatNumber(value: number): string {
 }
 
 export function rejectionCounts({ rejected_reason }: LabIteration): number[] {
-  const counts = REJECTION_REASONS.map(() => 0);
+  const counts = REJECTION_WORDS.map(() => 0);
   for (const reason of rejected_reason) counts[reason] = (counts[reason] ?? 0) + 1;
   return counts;
 }
 
-/** Why source points have no say in a step, after their count; in the order of `REJECTION_REASONS`. */
+/** Why source points are left out of a step, after their count; in the order of the engine's reasons. */
 export const REJECTION_WORDS = ['too far', 'by normals', 'trimmed', 'without normal'] as const;
 
 const END_WORDS: Record<string, string> = {
   max_iterations: 'not converged: iteration limit',
   cycle: 'not converged: poses repeat',
-  no_step: 'stopped: the pairs fix no step',
+  no_step: 'stopped: the pairs do not determine a step',
 };
 
 /** How a run ended, as the engine's `end_reason` says it. */
@@ -41,7 +42,7 @@ export function endReasonWords({ converged, end_reason }: { converged: boolean; 
 
 /** The state of an iteration, as a screen reader says it. */
 export function stateWords({ trace }: Named, at: number, iteration: LabIteration | null): string {
-  const count = trace ? trace.poses.length / 16 - 1 : 0;
+  const count = Math.max(numPoses(trace) - 1, 0);
   const where = at === 0 ? `Start of ${plural(count, 'iteration')}` : `After iteration ${at} of ${count}`;
   if (!iteration) return `${where}.`;
   const { rotation_step, translation_step } = iteration;
@@ -85,15 +86,17 @@ export const metricName = (metric: keyof typeof METRICS): string => METRICS[metr
 /** What a method is called: its metric, and what differs from the engine's defaults. */
 export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' | 'target_normals'>): string {
   const {
-    robust_kernel = 'cauchy',
-    robust_kernel_width = 0.05,
-    trim_fraction = 0,
-    max_correspondence_distance = 0.5,
-    search_translation = 0,
-    search_rotation = 0,
+    robust_kernel = DEFAULTS.robust_kernel,
+    robust_kernel_width = DEFAULTS.robust_kernel_width,
+    trim_fraction = DEFAULTS.trim_fraction,
+    max_correspondence_distance = DEFAULTS.max_correspondence_distance,
+    search_translation = PLANAR_DEFAULTS.search_translation,
+    search_rotation = PLANAR_DEFAULTS.search_rotation,
   } = options;
   const metric = METRICS[metricOf(options, facts)];
-  const has_width = robust_kernel !== 'none' && (robust_kernel !== 'cauchy' || robust_kernel_width !== 0.05);
+  const has_width =
+    robust_kernel !== 'none' &&
+    (robust_kernel !== DEFAULTS.robust_kernel || robust_kernel_width !== DEFAULTS.robust_kernel_width);
   return [
     metric,
     robust_kernel === 'none'
@@ -102,7 +105,9 @@ export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' |
         ? `${KERNELS[robust_kernel]} ${formatLength(robust_kernel_width)}`
         : '',
     trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',
-    max_correspondence_distance === 0.5 ? '' : `within ${formatLength(max_correspondence_distance)}`,
+    max_correspondence_distance === DEFAULTS.max_correspondence_distance
+      ? ''
+      : `within ${formatLength(max_correspondence_distance)}`,
     facts.is_planar && (search_translation > 0 || search_rotation > 0) ? 'after a search' : '',
   ]
     .filter(Boolean)

@@ -19,13 +19,14 @@ export function select(
   </label>`;
 }
 
+/** `value` is what it begins with: a number that is only half typed is none, and must not be replaced. */
 export function number(label: string, value: string, take: (value: string) => void): TemplateResult {
   return html`<label>
     ${label}
     <input
       type="number"
       step="any"
-      .value=${value}
+      value=${value}
       @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
     />
   </label>`;

@@ -86,7 +86,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     void this.session.openGiven(fetchSample());
   }
 
-  /** Shows scans that the page it stands on has named. */
+  /** Shows scans that the host page has named. */
   openGiven(dataset: Dataset, notes: readonly Note[]): void {
     this.stepAside();
     this.session.open(dataset, notes);

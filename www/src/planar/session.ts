@@ -1,10 +1,20 @@
-import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
+import { errorMessage, noteMessage, RunSession } from '../components/session.js';
 import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
 import { PlanarClient } from '../engine/planar-client.js';
-import type { Answers, InputFile, Inputs, Loaded, Progress, RunState, Settings, Snapshot } from '../engine/protocol.js';
-import { formatLength, plural } from '../views/format.js';
+import type {
+  Answers,
+  InputFile,
+  Inputs,
+  ReadOutcome,
+  Progress,
+  RunState,
+  Settings,
+  Snapshot,
+} from '../engine/protocol.js';
+import { messageOf } from '../engine/message-of.js';
+import { baseName, formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
@@ -63,7 +73,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     } catch (error) {
       if (own !== this.#num_asked) return;
       this.keepResult();
-      this.report(`The scans could not be fetched: ${wordsOf(error)}`, 'Drop scans of your own, or reload the page');
+      this.report(`The scans could not be fetched: ${messageOf(error)}`, 'Drop scans of your own, or reload the page');
     }
   }
 
@@ -151,7 +161,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   override clear(): void {
     const had_scans = this.dataset !== null;
     this.#num_asked++;
-    if (this.phase === 'running') this.client?.stop();
+    if (this.facts && (this.phase === 'running' || this.phase === 'reading')) this.client?.stop();
+    this.#candidate = null;
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
@@ -229,16 +240,17 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onReading(file: string, done: number, total: number): void {
+    if (!this.#candidate) return;
     const now = performance.now();
     if (this.phase === 'crashed' || (this.phase === 'reading' && now < this.#next_reading)) return;
     this.#next_reading = now + READING_INTERVAL_MS;
     this.phase = 'reading';
     this.progress = done / Math.max(total, 1);
-    this.activity = `Reading ${file.slice(file.lastIndexOf('/') + 1)}, ${done + 1} of ${total}`;
+    this.activity = `Reading ${baseName(file)}, ${done + 1} of ${total}`;
     this.changed();
   }
 
-  #onLoaded(inputs: Inputs, { accepted, problems, notes }: Loaded): void {
+  #onLoaded(inputs: Inputs, { accepted, problems, notes }: ReadOutcome): void {
     const candidate = this.#candidate;
     this.#candidate = null;
     if (!candidate) return;
@@ -258,6 +270,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onProgress({ stage, done, total }: Progress): void {
+    if (!this.dataset) return;
     this.phase = 'running';
     if (stage === 'register') this.num_scans = total;
     this.progress = total > 0 ? done / total : 0;
@@ -273,7 +286,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   #onSnapshot(state: RunState, snapshot: Snapshot): void {
+    if (!this.dataset) return;
     this.snapshot = snapshot;
+    this.ended = state === 'done' ? 'done' : 'stopped';
     this.points = { points: snapshot.map_points, offsets: snapshot.map_offsets };
     this.look_direction = lookDirection(
       this.points,

@@ -179,11 +179,11 @@ export class ScanstitchTableImport extends LitElement {
     const view = Math.abs(step) * Math.max(0, facts.num_readings - 1);
     return html`<fieldset>
       <legend>Angles, counter-clockwise from ahead</legend>
-      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: `${value}deg` }))}
+      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: value && `${value}deg` }))}
       ${
         has_angles
           ? nothing
-          : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: `${value}deg` }))}
+          : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: value && `${value}deg` }))}
               <p class="muted">${view > 0 ? `${facts.num_readings} readings over ${Number(view.toFixed(1))}°` : ''}</p>`
       }
     </fieldset>`;
@@ -294,7 +294,7 @@ export class ScanstitchTableImport extends LitElement {
     );
   }
 
-  /** Empty values are none. */
+  /** An empty value removes its part of the format. */
   private change(changes: Readonly<Record<string, string | null>>): void {
     const values = Object.entries(changes).map(([name, value]) => [name, value === '' ? null : value]);
     this.parts = changed(this.parts, Object.fromEntries(values));
@@ -323,17 +323,16 @@ export class ScanstitchTableImport extends LitElement {
   }
 
   private draw(): void {
-    const style = getComputedStyle(this);
-    const color = (name: string): string => style.getPropertyValue(name);
-    const probe = (name: string): string => {
+    const style = getComputedStyle(this.canvas);
+    const color = (name: string): string => {
       this.canvas.style.color = `var(${name})`;
-      return getComputedStyle(this.canvas).color || color(name);
+      return style.color;
     };
     drawScan(this.canvas, this.facts.points as [number, number][], {
-      point: probe('--accent'),
-      line: probe('--line'),
-      text: probe('--muted'),
-      laser: probe('--selected'),
+      point: color('--accent'),
+      line: color('--line'),
+      text: color('--muted'),
+      laser: color('--selected'),
     });
   }
 
@@ -371,7 +370,7 @@ const ANGLE_UNITS = {
   '-1': 'radians, clockwise',
   '-0.9deg': 'gon, clockwise',
 };
-/** What one of an angle's unit is in radians, as the engine writes it in degrees. */
+/** One radian in degrees, as the engine writes it. */
 const RADIAN = '57.2958';
 const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
 

@@ -5,7 +5,11 @@ import type { Download } from '../export/download.js';
 import { matrixFiles, reportOf, type ReportSource, textBlob, utf8, zip } from '../export/exports.js';
 
 export const SPATIAL_EXPORTS: readonly MenuItem[] = [
-  { id: 'everything', label: 'Everything', detail: 'all of these and the matrices, as a zip' },
+  {
+    id: 'everything',
+    label: 'Everything',
+    detail: 'trajectory, matrices, map as PLY and PCD, reports, errors and picture, as a zip',
+  },
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'ply', label: 'Map as PLY', detail: 'points with colours and normals, binary' },
   { id: 'ply_ascii', label: 'PLY as text', detail: 'the map, human-readable' },
@@ -27,20 +31,22 @@ export interface SpatialSources {
   report: ReportSource;
 }
 
+/** The map's formats: the name of the file, and what the engine calls its content. */
+const MAPS: Readonly<Record<string, readonly [string, MapAnswer]>> = {
+  ply: ['map.ply', 'map_ply'],
+  ply_ascii: ['map.ply', 'map_ply_ascii'],
+  pcd: ['map.pcd', 'map_pcd'],
+  pcd_binary_compressed: ['map.pcd', 'map_pcd_compressed'],
+  pcd_ascii: ['map.pcd', 'map_pcd_ascii'],
+};
+type MapAnswer = Extract<keyof SpatialAnswers, `map_p${string}`>;
+
 export async function makeSpatialExport(id: string, sources: SpatialSources): Promise<Download> {
+  const map = MAPS[id];
+  if (map) return { name: map[0], blob: new Blob([new Uint8Array(await sources.ask(map[1]))]) };
   switch (id) {
     case 'trajectory':
       return { name: 'trajectory.tum', blob: textBlob(await sources.ask('trajectory_tum')) };
-    case 'ply':
-      return { name: 'map.ply', blob: new Blob([new Uint8Array(await sources.ask('map_ply'))]) };
-    case 'pcd':
-      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd'))]) };
-    case 'ply_ascii':
-      return { name: 'map.ply', blob: new Blob([new Uint8Array(await sources.ask('map_ply_ascii'))]) };
-    case 'pcd_ascii':
-      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd_ascii'))]) };
-    case 'pcd_binary_compressed':
-      return { name: 'map.pcd', blob: new Blob([new Uint8Array(await sources.ask('map_pcd_compressed'))]) };
     case 'report':
       return { name: 'report.html', blob: await reportOf(sources) };
     case 'json':

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { badList, badOnes, frame_styles, frameBars, frameHeader } from '../components/frame-parts.js';
+import { badList, frame_styles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { numberTable } from '../components/number-table.js';
 import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
@@ -75,7 +75,7 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private renderAll({ frames }: SpatialResult): TemplateResult {
-    const num_bad = badOnes(frames).length;
+    const num_bad = numBad(frames);
     const assessment =
       num_bad > 0
         ? `${plural(num_bad, 'frame')} of ${frames.length} to check:`

@@ -48,7 +48,7 @@ export function spatialFigures(
   return figures;
 }
 
-/** Frames that are good fit each other: what the size and the shape of the map rest on, and is not confirmed, stands beside. */
+/** How many frames are good, with the unconfirmed assumptions that the size and the shape of the map depend on. */
 function framesFigure(result: SpatialResult, num_frames: number): Figure {
   const { frames, assumptions } = result;
   const counts = { good: 0, doubtful: 0, lost: 0 };

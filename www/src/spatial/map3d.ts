@@ -76,8 +76,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   @query('.stage') readonly stage!: HTMLElement;
   @query('canvas') readonly canvas!: HTMLCanvasElement;
 
-  /** What is written beside the map follows when a flight ends: anew at each of its pictures, it would take more time
-   * than they do. */
+  /** The text beside the map is updated when a flight of the camera ends: updating it at every picture would take longer
+   * than drawing the picture. */
   private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
   private surface = new DrawingSurface(this);
@@ -161,7 +161,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
         toggleProjection: () => this.toggleProjection(),
       }),
       layers: this.layers_open ? this.renderLayers() : null,
-      layers_hint: 'Layers, and how',
+      layers_hint: 'Layers and colours',
       toggleLayers: () => {
         this.layers_open = !this.layers_open;
       },

@@ -1,24 +1,9 @@
 /** Poses of the sensor, and what is drawn of them: pieces of lines in the map's world. */
+import type { SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
 import { added, turned, type Vec3 } from '../views/vectors.js';
 
-export interface Pose {
-  x: number;
-  y: number;
-  z: number;
-  qx: number;
-  qy: number;
-  qz: number;
-  qw: number;
-}
-
-export interface Camera {
-  width: number;
-  height: number;
-  fx: number;
-  fy: number;
-  cx: number;
-  cy: number;
-}
+export type Pose = SpatialPose;
+export type Camera = NonNullable<SpatialResult['camera']>;
 
 export const positionOf = ({ x, y, z }: Pose): Vec3 => [x, y, z];
 

@@ -4,7 +4,7 @@ import { icon } from '../components/icons.js';
 import { shared } from '../components/theme.js';
 import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
 import { formatFixed } from '../views/format.js';
-import { type Camera, valueText } from './reading.js';
+import { valueText } from './reading.js';
 import { paintTopView, topView } from './top-view.js';
 
 /** What the user chose: a value of a setting, the dialog with all values, or to leave it as it is. */
@@ -12,8 +12,8 @@ export type ReadingChoice =
   { choice: 'value'; setting: Assumption['setting']; value: number } | { choice: 'more' } | { choice: 'dismiss' };
 
 const TITLES = {
-  depth_scale: 'The ground truth has another size',
-  fx: 'The ground truth turns otherwise',
+  depth_scale: 'The ground truth suggests another depth scale',
+  fx: 'The ground truth suggests another focal length',
 } as const;
 /** So many scales are shown with a picture. */
 const MOST_PICTURES = 3;
@@ -29,7 +29,6 @@ export class ScanstitchReadingCard extends LitElement {
   @property({ attribute: false }) suggestion: Suggestion | null = null;
   /** An assumption about the depth scale that is open. */
   @property({ attribute: false }) question: Assumption | null = null;
-  @property({ attribute: false }) camera: Camera | null = null;
   @property({ attribute: false }) view: TopView | null = null;
   @property({ type: Boolean }) dark = false;
 
@@ -70,8 +69,8 @@ export class ScanstitchReadingCard extends LitElement {
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
     return html`<p>
-        No file says how many raw depth values a metre has: ${valueText(value)} is assumed, ${why}. The first image from
-        above, at each scale:
+        No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image
+        from above, at each scale:
       </p>
       <ul>
         ${likely.slice(0, MOST_PICTURES).map(
@@ -83,7 +82,7 @@ export class ScanstitchReadingCard extends LitElement {
                 @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
-                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'a metre'}</span>
+                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'per metre'}</span>
                 ${
                   this.view
                     ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`

@@ -2,7 +2,8 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { dialog_styles, shared } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
-import { type Camera, valueText, valueWords } from './reading.js';
+import type { Camera } from './poses.js';
+import { valueText, valueWords } from './reading.js';
 
 export interface Readings {
   values: { setting: Assumption['setting']; value: number }[];
@@ -82,7 +83,7 @@ export class ScanstitchReadingDialog extends LitElement {
     </fieldset>`;
   }
 
-  /** Who types a value means it. */
+  /** Selects the option of the own value when one is typed. */
   private onOther(event: Event, setting: Assumption['setting']): void {
     const { value } = event.target as HTMLInputElement;
     const own = this.form.querySelector<HTMLInputElement>(`input[name=${setting}][value=other]`);

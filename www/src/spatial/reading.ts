@@ -1,8 +1,7 @@
 /** What was assumed of depth images, in words. */
-import type { Assumption, SpatialResult } from '../engine/spatial-protocol.js';
+import type { Assumption } from '../engine/spatial-protocol.js';
 import { DEGREES, formatFixed } from '../views/format.js';
-
-export type Camera = NonNullable<SpatialResult['camera']>;
+import type { Camera } from './poses.js';
 
 /** Raw values a metre, or a focal length in pixels, as they are written. */
 export function valueText(value: number): string {

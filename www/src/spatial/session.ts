@@ -1,13 +1,14 @@
 import { joinPoses, type Recording } from '../../../npm/recording.js';
 import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
-import { errorMessage, noteMessage, RunSession, wordsOf } from '../components/session.js';
+import { errorMessage, noteMessage, RunSession } from '../components/session.js';
 import type { Origin } from '../datasets/dataset.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
 import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
+import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
@@ -95,7 +96,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     } catch (error) {
       if (intake !== this.#num_intakes) return;
       this.keepResult();
-      this.report(wordsOf(error), 'Try again, or drop other files');
+      this.report(messageOf(error), 'Try again, or drop other files');
     }
     this.changed();
   }
@@ -131,6 +132,13 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   /** Stops at once; the frame that is being registered may still come in. */
   override stop(): void {
+    // Before the engine has been given anything: files are being inspected.
+    if (this.phase === 'reading' && this.#pending === null) {
+      this.#num_intakes++;
+      this.keepResult();
+      this.tell([noteMessage('', 'Opening the files was stopped')]);
+      return;
+    }
     this.client?.stop();
     this.phase = 'stopped';
     this.#pause();
@@ -298,6 +306,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #onSnapshot(state: SpatialState, snapshot: SpatialSnapshot): void {
     if (!this.dataset) return;
     this.snapshot = snapshot;
+    this.ended = state === 'done' ? 'done' : 'stopped';
     this.sizes = null;
     this.points = snapshot.points;
     this.frame_ms = snapshot.result.frames.map(({ index }) => this.#ms_by_index.get(index) ?? 0);

@@ -233,7 +233,6 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ? html`<scanstitch-reading-card
           .suggestion=${asked.suggestion}
           .question=${asked.open}
-          .camera=${result?.camera ?? null}
           .view=${this.top_view.view}
           ?dark=${this.dark}
           @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}

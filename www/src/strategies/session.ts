@@ -1,7 +1,8 @@
 /** A comparison of strategies on one recording: which ones, how far it is, what each has cost and gained. */
 import type { ReactiveControllerHost } from 'lit';
-import { errorMessage, noteMessage, Session, wordsOf } from '../components/session.js';
+import { errorMessage, noteMessage, Session } from '../components/session.js';
 import type { GivenRecording } from '../components/run-kind.js';
+import { messageOf } from '../engine/message-of.js';
 import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
 import type { StrategyPreset, StrategyResult } from './protocol.js';
@@ -93,7 +94,7 @@ export class StrategiesSession extends Session<StrategyClient> {
     } catch (error) {
       if (!is_current() || this.is_unavailable) return;
       this.phase = 'crashed';
-      this.report(wordsOf(error));
+      this.report(messageOf(error));
     }
   }
 
@@ -145,8 +146,8 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.tell([...notes].map((text) => noteMessage('', text)));
     this.announce(`${is_done ? 'Compared' : 'Stopped'}: ${plural(this.num_frames, 'frame')}.`);
     if (this.num_frames === 0) {
-      this.phase = 'crashed';
       this.results = [];
+      if (is_done) this.phase = 'crashed';
     }
     this.changed();
     this.#onOver();

@@ -12,6 +12,7 @@ import { ranking_styles, section_styles } from '../components/section-styles.js'
 import { download } from '../export/download.js';
 import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
+import { sorted } from '../views/sorted.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
 import type { GivenRecording } from '../components/run-kind.js';
@@ -281,8 +282,8 @@ export class ScanstitchStrategies extends LitElement {
           })}
         </ul>
         <p class="muted">
-          Stored: 24 bytes a point. Times are this machine’s, one strategy after the other in one thread. With settings
-          of your own: <code>npx scanstitch strategies --help</code>
+          Stored size: 24 bytes per point. Times are measured on this machine, one strategy after the other in one
+          thread. To use settings of your own: <code>npx scanstitch strategies --help</code>
         </p>
       </div>
     </section>`;
@@ -303,10 +304,7 @@ export class ScanstitchStrategies extends LitElement {
     });
     const { sort } = this;
     const column = sort && columnsOf(rows).find(({ name }) => name === sort.name);
-    if (!column) return rows;
-    const sign = sort.is_descending ? -1 : 1;
-    const value = ({ result }: Row): number => column.value(result) ?? Number.POSITIVE_INFINITY;
-    return rows.sort((a, b) => (value(a) === value(b) ? 0 : sign * (value(a) < value(b) ? -1 : 1)));
+    return column ? sorted(rows, ({ result }) => column.value(result), sort.is_descending) : rows;
   }
 
   private bestOf({ name, value }: Column): number | null {

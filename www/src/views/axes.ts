@@ -27,8 +27,8 @@ export interface Range {
   high: number;
 }
 
-/** The range of all values, never empty. */
-export function rangeOf(lists: readonly ArrayLike<number>[], stride = 1, offset = 0): Range {
+/** The range of all values; null where there are none. */
+export function extentOf(lists: readonly ArrayLike<number>[], stride = 1, offset = 0): Range | null {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;
   for (const list of lists) {
@@ -38,7 +38,12 @@ export function rangeOf(lists: readonly ArrayLike<number>[], stride = 1, offset 
       if (value > high) high = value;
     }
   }
-  if (!(low <= high)) return { low: 0, high: 1 };
+  return low <= high ? { low, high } : null;
+}
+
+/** The range of all values, never empty. */
+export function rangeOf(lists: readonly ArrayLike<number>[], stride = 1, offset = 0): Range {
+  const { low, high } = extentOf(lists, stride, offset) ?? { low: 0, high: 1 };
   return low === high ? { low: low - 0.5, high: high + 0.5 } : { low, high };
 }
 

@@ -4,19 +4,17 @@ import {
   type Colors,
   type Axis,
   drawAxes,
+  extentOf,
   linearAxis,
   logAxis,
   padded,
-  type Range,
   rangeOf,
   shortNumber,
 } from './axes.js';
 import type { Pen } from './pen.js';
+import type { Size } from './viewport.js';
 
-export interface Size {
-  width: number;
-  height: number;
-}
+export type { Size };
 
 /** A line of values over time, distance or number. */
 export interface Series {
@@ -60,9 +58,11 @@ export function drawSeries(
   value_scale: ValueScale,
   format?: string,
 ): void {
-  const ranges = series.map(({ values, stride, offset }) => rangeOf([values], stride, offset));
-  const all = rangeOf(ranges.map(({ low, high }) => [low, high]));
-  const y = valueAxis(all, value_scale, format);
+  const ends = series.flatMap(({ values, stride, offset }) => {
+    const extent = extentOf([values], stride, offset);
+    return extent ? [extent.low, extent.high] : [];
+  });
+  const y = valueAxis(ends, value_scale, format);
   const area = plotArea(size);
   drawAxes(pen, area, x, y, names, colors);
   pen.inside(area.x, area.y, area.width, area.height, () => {
@@ -74,15 +74,20 @@ export function drawSeries(
   });
 }
 
-/** The smallest value that a logarithmic axis begins with. */
+/** The smallest value that an axis of scale `log` begins with, and that of one without values. */
 const LEAST_ON_LOG_AXIS = 1e-3;
 
-function valueAxis(all: Range, value_scale: ValueScale, format: string | undefined): Axis {
+/** `ends`: the smallest and largest values of all lines. */
+function valueAxis(ends: readonly number[], value_scale: ValueScale, format: string | undefined): Axis {
+  if (value_scale === 'log_fitted') {
+    const { low, high } = extentOf([ends]) ?? { low: LEAST_ON_LOG_AXIS, high: 1 };
+    return logAxis({ low, high: Math.max(high, low * 1.5) }, format);
+  }
+  const all = rangeOf([ends]);
   if (value_scale === 'log') {
     const low = Math.max(all.low, LEAST_ON_LOG_AXIS);
     return logAxis({ low, high: Math.max(all.high, low * 10) }, format);
   }
-  if (value_scale === 'log_fitted') return logAxis({ low: all.low, high: Math.max(all.high, all.low * 1.5) }, format);
   const range = value_scale === 'from_zero' ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
   return linearAxis(range, format);
 }

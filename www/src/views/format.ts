@@ -1,4 +1,4 @@
-/** Numbers as people read them: metres and radians become millimetres, centimetres and degrees here and only here. */
+/** Numbers as people read them: lengths with their unit, angles in degrees. */
 
 export const DEGREES = 180 / Math.PI;
 
@@ -37,8 +37,8 @@ export function formatDuration(milliseconds: number): string {
   if (milliseconds < 999.5) return `${formatFixed(milliseconds, 0)}${THIN_SPACE}ms`;
   const seconds = milliseconds / 1000;
   if (seconds < 59.95) return `${formatFixed(seconds, 1)}${THIN_SPACE}s`;
-  const minutes = Math.floor(seconds / 60);
-  return `${minutes}${THIN_SPACE}min ${formatFixed(seconds - 60 * minutes, 0)}${THIN_SPACE}s`;
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)}${THIN_SPACE}min ${whole % 60}${THIN_SPACE}s`;
 }
 
 /** A whole number with its thousands apart. */

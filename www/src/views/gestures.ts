@@ -100,7 +100,7 @@ export class Gestures implements ReactiveController {
       else this.#target.shift(right, down);
       return;
     }
-    // Each of two fingers has half the say.
+    // Each of two fingers moves the view by half of its own movement.
     const [old_x, old_y] = [before.x - other.x, before.y - other.y];
     const [new_x, new_y] = [now.x - other.x, now.y - other.y];
     this.#target.shift((now.x - before.x) / 2, (now.y - before.y) / 2);

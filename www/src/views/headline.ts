@@ -1,5 +1,5 @@
 /** The figures at the top: what the whole run comes to. */
-import { formatCount, formatDuration, formatLength, plural } from './format.js';
+import { baseName, formatCount, formatDuration, formatLength, plural } from './format.js';
 import { cleaningParts, sumCleaning } from './words.js';
 
 export interface Figure {
@@ -36,13 +36,15 @@ export interface ComparedError {
 export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'frame'): Figure {
   const { name, num_matched, mean, rmse, max, aligned } = comparison;
   const distance = noun === 'scan' ? 'Distance' : 'Mean L2 distance';
-  const label = `${distance} to ${name.slice(name.lastIndexOf('/') + 1)}`;
+  const label = `${distance} to ${baseName(name)}`;
   if (num_matched === 0)
     return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
   const when_aligned = aligned ? `; ${formatLength(aligned.mean)} when aligned` : '';
   const meaning = `mean from the first pose${when_aligned}; rmse ${formatLength(rmse)}, max ${formatLength(max)}`;
   return { label, value: formatLength(mean), meaning, tone: 'plain' };
 }
+
+type Frames = Result['frames'];
 
 /**
  * `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. `num_scans`: scans of the
@@ -56,34 +58,7 @@ export function headlineFigures(
   num_unread: number,
 ): Figure[] {
   const { frames, sharpness, comparison } = result;
-  const num_lost = frames.filter(({ status }) => status === 'lost').length;
-  const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
-  const num_pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
-  const cleaning = sumCleaning(frames.map((frame) => frame.cleaning));
-  const dropped = cleaningParts(cleaning);
-  const worries = [
-    num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
-    num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
-    num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
-    num_unread > 0 ? `${plural(num_unread, 'file')} not read` : '',
-  ].filter((words) => words !== '');
-
-  const figures: Figure[] = [
-    {
-      label: frames.length === 1 ? 'Scan' : 'Scans',
-      value:
-        frames.length < num_scans
-          ? `${formatCount(frames.length)} of ${formatCount(num_scans)}`
-          : formatCount(frames.length),
-      meaning:
-        worries.length > 0
-          ? worries.join(', ')
-          : frames.length === 1
-            ? 'nothing to register it against'
-            : 'all registered',
-      tone: num_lost > 0 ? 'lost' : num_doubtful + num_unread > 0 ? 'doubtful' : 'plain',
-    },
-  ];
+  const figures = [scansFigure(frames, num_scans, num_unread)];
   if (sharpness || is_growing) {
     figures.push({
       label: 'Sharpness',
@@ -93,22 +68,50 @@ export function headlineFigures(
     });
   }
   if (comparison) figures.push(comparisonFigure(comparison, 'scan'));
-  figures.push(
-    {
-      label: 'Computing time',
-      value: formatDuration(total_ms),
-      meaning: frames.length > 1 ? `${formatDuration(total_ms / frames.length)} a scan, in this tab` : 'in this tab',
-      tone: 'plain',
-    },
-    {
-      label: 'Points used',
-      value: formatCount(cleaning.num_kept),
-      meaning:
-        dropped.length > 0
-          ? `left out: ${dropped.join(', ')}`
-          : `of ${plural(cleaning.num_read, 'return')}: none left out`,
-      tone: 'plain',
-    },
-  );
+  figures.push(timeFigure(total_ms, frames.length), pointsFigure(frames));
   return figures;
+}
+
+function scansFigure(frames: Frames, num_scans: number, num_unread: number): Figure {
+  const num_lost = frames.filter(({ status }) => status === 'lost').length;
+  const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
+  const num_pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
+  const worries = [
+    num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
+    num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
+    num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
+    num_unread > 0 ? `${plural(num_unread, 'file')} not read` : '',
+  ].filter((words) => words !== '');
+
+  const count = formatCount(frames.length);
+  const without = frames.length === 1 ? 'nothing to register it against' : 'all registered';
+  return {
+    label: frames.length === 1 ? 'Scan' : 'Scans',
+    value: frames.length < num_scans ? `${count} of ${formatCount(num_scans)}` : count,
+    meaning: worries.length > 0 ? worries.join(', ') : without,
+    tone: num_lost > 0 ? 'lost' : num_doubtful + num_unread > 0 ? 'doubtful' : 'plain',
+  };
+}
+
+function timeFigure(total_ms: number, num_frames: number): Figure {
+  return {
+    label: 'Computing time',
+    value: formatDuration(total_ms),
+    meaning: num_frames > 1 ? `${formatDuration(total_ms / num_frames)} a scan, in this tab` : 'in this tab',
+    tone: 'plain',
+  };
+}
+
+function pointsFigure(frames: Frames): Figure {
+  const cleaning = sumCleaning(frames.map((frame) => frame.cleaning));
+  const dropped = cleaningParts(cleaning);
+  return {
+    label: 'Points used',
+    value: formatCount(cleaning.num_kept),
+    meaning:
+      dropped.length > 0
+        ? `left out: ${dropped.join(', ')}`
+        : `of ${plural(cleaning.num_read, 'return')}: none left out`,
+    tone: 'plain',
+  };
 }

@@ -16,7 +16,7 @@ const MAX_FRAMES = 50;
  */
 export function lookDirection({ points, offsets }: PointSet, poses: readonly Pose[]): number {
   const num_seen = new Uint16Array(NUM_BINS);
-  const stride = Math.max(1, Math.floor(poses.length / MAX_FRAMES));
+  const stride = Math.max(1, Math.ceil(poses.length / MAX_FRAMES));
   let num_frames = 0;
   for (let frame = 0; frame < poses.length; frame += stride) {
     const seen = seenBins(points, offsets[frame] ?? 0, offsets[frame + 1] ?? 0, poses[frame] as Pose);

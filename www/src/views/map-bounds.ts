@@ -27,7 +27,7 @@ export function mapBounds(
   frames: readonly number[] = Array.from({ length: offsets.length - 1 }, (_, frame) => frame),
 ): Bounds | null {
   const num_points = points.length / 2;
-  const stride = Math.max(1, Math.floor(num_points / MAX_SAMPLES));
+  const stride = Math.max(1, Math.ceil(num_points / MAX_SAMPLES));
   const xs = new Float32Array(Math.ceil(num_points / stride));
   const [ys, ranges] = [new Float32Array(xs.length), new Float32Array(xs.length)];
   let count = 0;

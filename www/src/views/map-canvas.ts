@@ -1,6 +1,6 @@
 /**
- * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change,
- * and moved instead of painted afresh while the hand moves a map that is dear to paint.
+ * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change.
+ * While the user moves a map that is slow to paint, the layer is moved instead of painted again.
  */
 import { context2d } from './canvas.js';
 import {
@@ -66,8 +66,8 @@ export class MapCanvas {
   }
 
   /**
-   * Paints the map. `is_in_motion`: another picture follows at once, and if points are dear to paint, their last picture
-   * is moved to where it belongs. Returns whether the points are painted as they should be.
+   * Paints the map. `is_in_motion`: another picture follows at once; if the points are slow to paint, their last picture is
+   * moved instead. Returns whether the points were painted for this view.
    */
   paint(content: MapContent, view: Viewport, is_in_motion: boolean): boolean {
     if (content.points.offsets.length <= 1) {
@@ -83,7 +83,7 @@ export class MapCanvas {
     return is_exact || !may_move;
   }
 
-  /** Before there is a frame, grid and axes would be of nothing. */
+  /** Without frames there are no grid and no axes. */
   #clear(dark: boolean): void {
     const ctx = context2d(this.canvas);
     ctx.fillStyle = (dark ? DARK_MAP : LIGHT_MAP).background;

@@ -1,4 +1,4 @@
-/** What hands and keys do to the flat map and to the map in space alike. */
+/** What keys do on the flat map and on the map in space, and which input belongs to the page. */
 
 export const ZOOM_STEP = 1.3;
 export const PAN_STEP = 60; // CSS pixels

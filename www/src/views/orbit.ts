@@ -3,6 +3,9 @@
  * change is a new one.
  */
 import { added, dot, scaled, type Vec3 } from './vectors.js';
+import type { Size } from './viewport.js';
+
+export type { Size };
 
 /** From where the eye looks. */
 export interface Direction {
@@ -18,11 +21,6 @@ export interface Orbit extends Direction {
   /** m */
   distance: number;
   projection: 'perspective' | 'orthographic';
-}
-
-export interface Size {
-  width: number;
-  height: number;
 }
 
 /** Half the height that is seen, a metre away. */

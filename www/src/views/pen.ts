@@ -212,7 +212,7 @@ export class SvgPen implements Pen {
   /** The file. */
   finish(width: number, height: number): string {
     const size = `width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"`;
-    return `<svg xmlns="http://www.w3.org/2000/svg" ${size} font-family="${FONT.replaceAll('"', "'")}">\n${this.#parts.join('\n')}\n</svg>\n`;
+    return `<svg xmlns="http://www.w3.org/2000/svg" ${size} font-family="${FONT}">\n${this.#parts.join('\n')}\n</svg>\n`;
   }
 }
 

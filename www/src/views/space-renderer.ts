@@ -45,7 +45,7 @@ export class SpaceRenderer {
     this.#renderer.setSize(size.width, size.height, false);
   }
 
-  /** `reach`: twice how far from the middle there is anything, m. */
+  /** `reach`: at least twice the largest distance of anything from the origin, m. */
   render(scene: Scene, orbit: Orbit, background: Rgb, reach: number): void {
     this.#renderer.setClearColor((background[0] << 16) | (background[1] << 8) | background[2]);
     this.#renderer.render(scene, this.#place(orbit, reach));

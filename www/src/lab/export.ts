@@ -11,9 +11,10 @@ import { pngOf } from '../views/canvas.js';
 import { penOn } from '../views/pen.js';
 import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
-import { type LabRun, type LabSession, numPoses, pairName } from './session.js';
+import { type LabRun, type LabSession, pairName } from './session.js';
+import { numPoses, poseAt } from './trace.js';
 
-const TAKE_ALONG: readonly MenuItem[] = [
+const EXPORTS: readonly MenuItem[] = [
   { id: 'link', label: 'Copy link', detail: 'clouds of samples by name, methods, start and iteration' },
   { id: 'png', label: 'Picture, PNG', detail: 'the clouds and pairs as you see them' },
   { id: 'svg', label: 'Picture, SVG', detail: 'the same as lines and dots' },
@@ -24,14 +25,14 @@ const TAKE_ALONG: readonly MenuItem[] = [
 ];
 
 /** Those that there are: clouds in space have no lines and dots, and some panels have no figure. */
-export const takeAlongItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
-  TAKE_ALONG.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
+export const exportItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
+  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
 
 /** A picture of the source at a pose, as a PNG. */
 export type Shoot = (pose: Pose, iteration: LabIteration | null) => Promise<Blob>;
 
 /** Makes one of the files. `stage`: the clouds as they are seen, in the plane or in space; `figure`: what the panel shows. */
-export async function takeAlong(
+export async function exportFile(
   id: string,
   session: LabSession,
   run: LabRun,
@@ -96,10 +97,10 @@ async function film(session: LabSession, run: LabRun, shot: Shoot): Promise<Down
   };
   for (let at = 0; at < count; at++) {
     const iteration = await session.iterationAt(run, at);
-    const from = poseAt(run, at);
+    const from = poseAt(run.trace, at);
     await shoot(from, iteration, at + 1 === count ? END_MS : RESTING_MS);
     for (let k = 1; k < MOVES && at + 1 < count; k++) {
-      await shoot(between(from, poseAt(run, at + 1), k / MOVES), iteration, MOVING_MS);
+      await shoot(between(from, poseAt(run.trace, at + 1), k / MOVES), iteration, MOVING_MS);
     }
   }
   return { name: 'icp.png', blob: animatedPng(frames) };
@@ -127,7 +128,7 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
     options: run.options,
     converged: trace?.converged,
     end_reason: trace?.end_reason,
-    T_target_source: Array.from({ length: numPoses(trace) }, (_, at) => Array.from(poseAt(run, at))),
+    T_target_source: Array.from({ length: numPoses(trace) }, (_, at) => Array.from(poseAt(run.trace, at))),
     records: trace?.records,
     costs: trace?.costs,
     iterations,
@@ -135,5 +136,3 @@ async function traceFile(session: LabSession, run: LabRun): Promise<Download> {
   const name = given ? pairName(given).replaceAll(/[^\w.-]+/g, '_') : 'trace';
   return { name: `icp_${name}.json`, blob: new Blob([JSON.stringify(content)], { type: 'application/json' }) };
 }
-
-const poseAt = ({ trace }: LabRun, at: number): Pose => trace?.poses.subarray(16 * at, 16 * at + 16) ?? [];
