@@ -36,14 +36,14 @@ export async function openDb3(name, source) {
   /** @type {Map<number, MessageIndex>} */
   const byId = new Map(topics.map(({ id, messages }) => [id, messages]));
   let strays = 0;
-  for await (const { place, cell } of file.rows('messages')) {
-    const values = file.valuesInPage(cell);
+  for await (const { place, values } of file.rows('messages')) {
     const messages = byId.get(Number(values[topic]));
-    if (messages) messages.push(BigInt(/** @type {number | bigint} */ (values[time] ?? 0)), place.page, place.cell);
+    const stamp = integerOf(values[time] ?? 0);
+    if (messages && stamp !== null) messages.push(stamp, place.page, place.cell);
     else strays += 1;
   }
   const notes = file.notes;
-  if (strays > 0) notes.push(lost(name, `${strays} messages belong to no topic and are left out`));
+  if (strays > 0) notes.push(lost(name, `${strays} messages have no topic or no integer time and are left out`));
   for (const { messages } of topics) messages.sort();
 
   const blobOf = async (/** @type {[number, number]} */ [page, cell], /** @type {boolean} */ isWhole) => {
@@ -84,6 +84,11 @@ async function readTopics(file) {
     });
   }
   return topics;
+}
+
+/** A whole number of any SQLite storage class; null for other values. @param {import('./sqlite.js').Value} value */
+function integerOf(value) {
+  return typeof value === 'bigint' || Number.isInteger(value) ? BigInt(/** @type {number | bigint} */ (value)) : null;
 }
 
 /** @param {Uint8Array} bytes */

@@ -18,7 +18,7 @@ import { fileError, lost } from '../errors.js';
  * What a page holds of a row: the beginning of its record, and where the rest lies.
  * @typedef {{ rowid: number, size: number, local: Uint8Array, overflow: number }} Cell
  */
-/** @typedef {{ place: Place, cell: Cell }} Row */
+/** @typedef {{ place: Place, cell: Cell, values: Value[] }} Row values: as far as its page holds them */
 
 const MAGIC = 'SQLite format 3\0';
 const LEAF = 0x0d;
@@ -182,7 +182,8 @@ export class SqliteFile {
       if (kind === LEAF) {
         for (let cell = 0; cell < count; cell += 1) {
           try {
-            yield { place: { page, cell }, cell: this.#cell(page, bytes, cell) };
+            const row = this.#cell(page, bytes, cell);
+            yield { place: { page, cell }, cell: row, values: this.valuesInPage(row) };
           } catch (error) {
             if (!(error instanceof RangeError)) throw error;
             this.#note('damaged: some of its rows cannot be read and are left out', page);

@@ -180,6 +180,27 @@ test('a message that is shorter than it says is named; the others are used', asy
   assert.doesNotMatch(stderr, /defect/);
 });
 
+test('rows of a .db3 bag that are damaged or have no integer time are left out and told', async () => {
+  const whole = db3Bytes([DEPTH], [depthAt(10.1), depthAt(10.2), depthAt(10.3)]);
+  const time = Buffer.alloc(8);
+  time.writeBigInt64BE(nanoseconds(10.2));
+  // The header of the row: its size, then the types of id, topic, time and data (two bytes); topic and time take 8 bytes each.
+  const header = Buffer.from(whole).indexOf(time) - 8 - 6;
+  const [INTEGER, REAL, TEXT_OF_8_BYTES] = [6, 7, 29];
+  assert.deepEqual([...whole.subarray(header, header + 4)], [6, 0, INTEGER, INTEGER]);
+  for (const [at, value, told] of /** @type {const} */ ([
+    [0, 0x7f, /some of its rows cannot be read and are left out/],
+    [3, REAL, /1 messages have no topic or no integer time/],
+    [3, TEXT_OF_8_BYTES, /1 messages have no topic or no integer time/],
+  ])) {
+    const damaged = whole.slice();
+    damaged[header + at] = value;
+    const { bag, notes } = await openOne('walk.db3', damaged);
+    assert.equal(bag.topics[0]?.count, 2);
+    assert.match(notes.map(({ reason }) => reason).join(), told);
+  }
+});
+
 test('time that runs backwards is told, and order is made of it', async () => {
   const swapped = [depthAt(10), depthAt(10.2), depthAt(10.1), depthAt(10.3)];
   swapped.forEach((message, index) => Object.assign(message, { time: nanoseconds(20 + index) }));
