@@ -140,7 +140,7 @@ test('a chunk with a wrong checksum is named and passed over', async () => {
   }
 });
 
-test('a summary that is damaged is told, and the bag is read without it', async () => {
+test('a summary that is damaged is told, and the bag is read without it', async (t) => {
   const bytes = mcapBytes([DEPTH, CAMERA], walk(5));
   bytes[bytes.length - 60] = (bytes[bytes.length - 60] ?? 0) ^ 1;
   const { bag, notes } = await openOne('walk.mcap', bytes);
@@ -149,6 +149,10 @@ test('a summary that is damaged is told, and the bag is read without it', async 
     bag.topics.map(({ count }) => count),
     [5, 5],
   );
+  const [path = ''] = writeFiles(temporaryFolder(t), { 'walk.mcap': bytes });
+  const { status, stderr } = scanstitch(['topics', path]);
+  assert.match(stderr, /^note: walk\.mcap: its summary is damaged/m);
+  assert.equal(status, 0, 'nothing is lost');
 });
 
 test('a message that is shorter than it says is named; the others are used', async (t) => {
