@@ -4,7 +4,7 @@
  * whole of what comes out is in memory, and no more of it than LIMITS allow.
  */
 import { LIMITS, megabytes } from './archive_directory.js';
-import { fileError } from './errors.js';
+import { fileError, TooLarge } from './errors.js';
 
 /** @typedef {import('./archive.js').ByteSource} ByteSource */
 /** @typedef {import('./archive_directory.js').Limits} Limits */
@@ -38,7 +38,7 @@ export function unpackedName(path) {
 export async function unpackWhole(name, source, limits = LIMITS) {
   const most = Math.min(limits.fileBytes, limits.freeBytes + limits.ratio * source.size);
   const unpacked = await unpackBy(await source.read(0, 6), source, most).catch((error) => {
-    if (error instanceof TooMuch) {
+    if (error instanceof TooLarge) {
       const remedy = 'If it is what it should be, unpack it yourself';
       throw fileError(name, `It unpacks to more than ${megabytes(most)}, which is not made of so little`, remedy);
     }
@@ -53,8 +53,6 @@ export async function unpackWhole(name, source, limits = LIMITS) {
   return unpacked;
 }
 
-class TooMuch extends Error {}
-
 /** @param {Uint8Array} head @param {ByteSource} source @param {number} most @returns {Promise<Unpacked>} */
 async function unpackBy(head, source, most) {
   const [first, second, third] = head;
@@ -65,11 +63,10 @@ async function unpackBy(head, source, most) {
   }
   if (first === 0x28 && second === 0xb5 && third === 0x2f) {
     const { unpackZstd } = await import('./bag/zstd.js');
-    const take = (/** @type {number} */ size) => {
-      if (size > most) throw new TooMuch();
-      return new Uint8Array(size);
+    const check = (/** @type {number} */ _packed, /** @type {number} */ size) => {
+      if (size > most) throw new TooLarge();
     };
-    return { bytes: await unpackZstd(await source.read(0, source.size), null, take), fault: null };
+    return { bytes: await unpackZstd(await source.read(0, source.size), null, undefined, check), fault: null };
   }
   throw new RangeError('it is packed neither by gzip nor by bzip2 nor by Zstandard, whatever its name says');
 }
@@ -83,7 +80,7 @@ async function gunzip(source, most) {
   let lastMember = 0;
   const stream = new Gunzip((chunk) => {
     length += chunk.length;
-    if (length > most) throw new TooMuch();
+    if (length > most) throw new TooLarge();
     chunks.push(chunk);
   });
   stream.onmember = () => {
@@ -100,7 +97,7 @@ async function gunzip(source, most) {
         stream.push(part.subarray(at, at + PIECE_BYTES), place + at + PIECE_BYTES >= source.size);
       }
     } catch (error) {
-      if (error instanceof TooMuch) throw error;
+      if (error instanceof TooLarge) throw error;
       fault = `it is damaged (${/** @type {Error} */ (error).message})`;
     }
   }
