@@ -69,9 +69,11 @@ function documentsOf(text, name, tell) {
       }
     });
     // A recorder that was stopped leaves half a line behind.
-    if (known.length > 0 && known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
-    if (known.length > 0 && known.length >= lines.length - 1) return known;
-    throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+    if (known.length === 0 || known.length < lines.length - 1) {
+      throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+    }
+    if (known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
+    return known;
   }
 }
 

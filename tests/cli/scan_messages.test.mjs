@@ -224,6 +224,10 @@ test('what a recorder that was stopped leaves of its last scan is told', async (
     assert.match(notes[0]?.reason ?? '', told);
     assert.equal(notes[0]?.is_loss, true);
   }
+  const broken = await convertFiles([fileOf('scans.jsonl', `${lines}{"ranges":[1,\n{"ranges":[2,\n`)], (made) => made);
+  assert.deepEqual(broken.files, []);
+  assert.equal(broken.notes.length, 1, 'that it is not used, and not that a line is left out');
+  assert.match(broken.notes[0]?.reason ?? '', /neither one JSON document nor one a line/);
 });
 
 test('angles that no unit explains are refused', async () => {
