@@ -1,8 +1,8 @@
 // @ts-check
 /**
  * What a folder, an archive or a drop of files is: planar scans, depth images or clouds in space, in which order, and
- * which files give the ground truth and the camera. One understanding for the page and the command line. Only names,
- * sizes and the beginnings of files are looked at; nothing is kept.
+ * which files give the ground truth and the camera. One understanding for the page and the command line. Names, sizes
+ * and the beginnings of files are looked at, lists, trajectories and cameras as a whole; nothing is kept.
  */
 import { append } from './append.js';
 import { lost } from './errors.js';

@@ -30,8 +30,8 @@ class TooManyFiles extends Error {}
 
 /**
  * All files that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the
- * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is reported and
- * left out.
+ * ROS bags. Of most files nothing is read but a beginning, the directories of archives and the indexes of bags; what
+ * `convertFiles` lists by its contents is read whole. What cannot be found is reported and left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  * @param {Wishes} [wishes] topics of bags

@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * Files that are packed, or whose format the engine does not read, as files that it reads: they keep their paths, but for the
- * ending of what was packed, and are converted when they are read.
+ * ending of what was packed, and are converted when they are read. To list them, packed files, files of MATLAB, text scans and text
+ * clouds are read and converted once as a whole; of the others a beginning is enough.
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
@@ -243,10 +244,10 @@ async function pcdFile(file) {
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function lasFile(file, notes) {
-  const { lasCloud } = await import('./las.js');
-  const first = lasCloud(file.path, await file.read());
-  notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
-  if (first.loss !== null) notes.push(lost(file.path, first.loss));
+  const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
+  const header = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
+  notes.push(...header.notes.map((reason) => ({ file: file.path, reason })));
+  if (header.loss !== null) notes.push(lost(file.path, header.loss));
   return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 
