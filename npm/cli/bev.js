@@ -3,7 +3,7 @@
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
-import { readInput } from './inputs.js';
+import { readRequired } from './inputs.js';
 import { note } from './terminal.js';
 
 /** @typedef {import('../index.js').BevScene} BevScene */
@@ -160,13 +160,7 @@ function sceneOf(engine, path, preset) {
 /** Bytes of a file, or of stdin. @param {string} path */
 function contents(path) {
   if (path === '-') return readPiped();
-  let problem = '';
-  const complain = (/** @type {string} */ told) => {
-    problem = told;
-  };
-  const bytes = readInput({ name: path, path }, complain);
-  if (!bytes) throw new CommandError(problem);
-  return bytes;
+  return readRequired({ name: path, path });
 }
 
 /**

@@ -5,7 +5,7 @@ import { OwnPosesError } from '../lab/own_poses.js';
 import { MOST_POINTS, voxelFor } from '../lab/thinning.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { writeWhole } from './disk.js';
-import { readInput } from './inputs.js';
+import { readRequired } from './inputs.js';
 import { png } from './png.js';
 
 /** @typedef {import('./command.js').Engine} Engine */
@@ -122,20 +122,15 @@ function noStep({ trace }) {
 /** @param {Engine} engine @param {string} path */
 function readCloud(engine, path) {
   const name = basename(path);
-  const bytes = readInput({ name, path }, (problem) => {
-    throw new CommandError(problem);
-  });
-  return engine.PointCloud.read(bytes ?? new Uint8Array(), name);
+  return engine.PointCloud.read(readRequired({ name, path }), name);
 }
 
 /** @param {Engine} engine @param {string} path */
 function ownPoses(engine, path) {
   const name = basename(path);
-  const bytes = readInput({ name, path }, (problem) => {
-    throw new CommandError(problem);
-  });
+  const bytes = readRequired({ name, path });
   try {
-    return engine.read_own_poses(bytes ?? new Uint8Array(), name);
+    return engine.read_own_poses(bytes, name);
   } catch (error) {
     if (error instanceof OwnPosesError) throw new CommandError(error.message);
     throw error;

@@ -6,7 +6,7 @@ import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive_directory.js';
 import { isBagName, isOfBag } from '../bag/names.js';
 import { convertFiles } from '../formats/convert.js';
-import { openAnyArchive } from '../open_archive.js';
+import { bytesInMemory, openAnyArchive } from '../open_archive.js';
 import { isSystemFile } from '../recording/classify.js';
 import { filesInArchive, filesInBags } from '../recording/contents.js';
 import { isArchiveName } from '../recording/kinds.js';
@@ -114,8 +114,7 @@ function bagFiles(sources, handles) {
     path,
     source: async () => {
       if (disk === null) {
-        const bytes = await read();
-        return { size: bytes.length, read: async (start, end) => bytes.subarray(start, end) };
+        return bytesInMemory(await read());
       }
       const handle = await openFile(disk);
       handles.push(handle);
@@ -261,6 +260,15 @@ export function readInput({ name, path }, complain) {
   } catch (error) {
     complain(`${name}: ${fileProblem(error)}`);
     return null;
+  }
+}
+
+/** The file's bytes; throws a CommandError where it cannot be read. @param {Input} input */
+export function readRequired({ name, path }) {
+  try {
+    return readWhole(path);
+  } catch (error) {
+    throw new CommandError(`${name}: ${fileProblem(error)}`);
   }
 }
 
