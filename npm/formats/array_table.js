@@ -10,7 +10,7 @@
 /** @typedef {import('./mat.js').Variables} Variables */
 /** @typedef {Map<string, Numbers>} Group arrays that belong together, by their names */
 /** @typedef {{ rows: number, beams: number, at: (row: number, beam: number) => number }} Ranges a scan a row */
-/** @typedef {{ name: string, columns: 3, at: (row: number, column: number) => number }} Poses x y heading */
+/** @typedef {{ at: (row: number, column: number) => number }} Poses x y heading */
 /** @typedef {'odometry' | 'poses' | 'reference'} PoseRole */
 
 /** A scan has so many readings at least: a pose has 16 numbers at the most. */
@@ -201,11 +201,11 @@ function posesOf(others, count) {
       return pattern.test(name.toLowerCase()) && !isOther && values.length === 3 * count && dims.includes(3);
     });
     if (!found) return [];
-    const [name, { dims, values }] = found;
+    const [, { dims, values }] = found;
     const isByRow = dims[1] === 3;
     const at = (/** @type {number} */ row, /** @type {number} */ column) =>
       (isByRow ? values[column * count + row] : values[3 * row + column]) ?? Number.NaN;
-    return [{ role, name, columns: 3, at }];
+    return [{ role, at }];
   });
 }
 
