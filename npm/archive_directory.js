@@ -5,6 +5,7 @@
  *
  * Source of the layout: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3 and 4.5.3 (ZIP64).
  */
+import { viewOf } from './bytes.js';
 import { fileError, lost } from './errors.js';
 import { isPointer } from './recording/heads.js';
 
@@ -263,11 +264,6 @@ export function refuseTotal(name, entries, limits) {
   if (total <= limits.totalBytes) return;
   const problem = `It would unpack to ${megabytes(total)}, and at most ${megabytes(limits.totalBytes)} are read`;
   throw fileError(name, problem, UNPACK_YOURSELF);
-}
-
-/** @param {Uint8Array} bytes */
-export function viewOf(bytes) {
-  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 
 /** @param {number} bytes */

@@ -4,6 +4,7 @@
  * whole of what comes out is in memory, and no more of it than LIMITS allow.
  */
 import { LIMITS, megabytes } from './archive_directory.js';
+import { joined, PART_BYTES, PIECE_BYTES, viewOf } from './bytes.js';
 import { fileError, TooLarge } from './errors.js';
 
 /** @typedef {import('./archive.js').ByteSource} ByteSource */
@@ -17,10 +18,6 @@ const ENDINGS = [
   [/\.tzst$/i, '.tar'],
   [/\.(gz|bz2|zst|zstd)$/i, ''],
 ];
-/** What is handed to a decoder at a time: no more than 16 MB come of it. */
-const PIECE_BYTES = 2 ** 14;
-/** So much is read of a file at a time. */
-const PART_BYTES = 2 ** 22;
 
 /** The name of what comes out; null where a file is not packed. @param {string} path */
 export function unpackedName(path) {
@@ -101,26 +98,15 @@ async function gunzip(source, most) {
       fault = `it is damaged (${/** @type {Error} */ (error).message})`;
     }
   }
-  const bytes = joined(chunks, length);
+  const bytes = joined(chunks);
   return { bytes, fault: fault ?? (await sumFault(bytes.subarray(lastMember), trailer)) };
 }
 
 /** @param {Uint8Array} bytes of the last member @param {Uint8Array} trailer its checksum and size */
 async function sumFault(bytes, trailer) {
   const { crc32 } = await import('./crc32.js');
-  const view = new DataView(trailer.buffer, trailer.byteOffset, trailer.byteLength);
+  const view = viewOf(trailer);
   if (trailer.length < 8) return 'it is cut off';
   if (view.getUint32(4, true) !== bytes.length % 2 ** 32) return 'it is cut off, or something follows it';
   return view.getUint32(0, true) === crc32(bytes) ? null : 'its checksum is wrong: it is damaged';
-}
-
-/** Chunks in one piece of `length` bytes. @param {Uint8Array[]} chunks @param {number} length */
-export function joined(chunks, length) {
-  const bytes = new Uint8Array(length);
-  let filled = 0;
-  for (const chunk of chunks) {
-    bytes.set(chunk, filled);
-    filled += chunk.length;
-  }
-  return bytes;
 }

@@ -6,6 +6,7 @@
 import { append } from '../append.js';
 import { fileError, lost } from '../errors.js';
 import { empty } from '../recording.js';
+import { groupBy } from '../recording/names.js';
 import { pairUp } from '../recording/pairs.js';
 import { MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
@@ -196,10 +197,7 @@ class Maker {
     const faulty = this.#topics.filter(
       ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
     );
-    /** @type {Map<string, TopicFacts[]>} */
-    const byProblem = new Map();
-    for (const facts of faulty) byProblem.set(facts.problem, [...(byProblem.get(facts.problem) ?? []), facts]);
-    for (const [problem, topics] of byProblem) {
+    for (const [problem, topics] of groupBy(faulty, ({ problem }) => problem)) {
       const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
       const shown =
         names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');

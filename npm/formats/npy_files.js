@@ -4,9 +4,8 @@
  * scans. Shapes tell, and names where a shape may be two things.
  */
 import { colorFile, depthFile } from '../bag/images.js';
-import { fileError } from '../errors.js';
 import { hintOf, baseOf, folderOf } from '../recording/names.js';
-import { npyHeader, readNpy } from './npy.js';
+import { cutOff, npyHeader, readNpy } from './npy.js';
 import { bytesOf, plyFile } from './ply.js';
 import { polarTable } from './polar.js';
 
@@ -66,11 +65,6 @@ function imagesOf(path, { dims, code, isByColumn, start }, size, numAlike) {
     suffix: `${sides.length === 3 ? `_${String(at).padStart(6, '0')}` : ''}.${ending}`,
     make: (bytes, name) => imageFile(bytes, name, at, { height, width, isColour }),
   }));
-}
-
-/** @param {string} name @param {readonly number[]} dims */
-function cutOff(name, dims) {
-  return fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
 }
 
 /**

@@ -5,6 +5,7 @@
  *
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
+import { viewOf } from '../bytes.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
@@ -25,9 +26,6 @@ export function isSickBinary(head) {
     head.length > HEAD_BYTES + NAME_BYTES && viewOf(head).getUint32(0) === START && NAME.test(textOf(head, HEAD_BYTES))
   );
 }
-
-/** @param {Uint8Array} bytes */
-const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
 /** @param {Uint8Array} bytes @param {number} start */
 function textOf(bytes, start) {

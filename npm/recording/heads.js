@@ -8,7 +8,7 @@ export const HEAD_BYTES = 32_768;
 export const IMAGE_HEAD_BYTES = 8192;
 
 /** Largest |z| of a point of a planar scan (m), as the engine has it. */
-const MAX_OFF_PLANE = 1e-6;
+export const MAX_OFF_PLANE = 1e-6;
 
 /** What can be seen in an image's pixels: shades, or colours. */
 /** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
