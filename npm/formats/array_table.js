@@ -4,6 +4,7 @@
  * first line says what its columns are, or CSM's JSON where the angles are not evenly spaced. Arrays are recognised by
  * their names and by the lengths that they have in common.
  */
+import { areDegrees } from './angles.js';
 
 /** @typedef {import('./mat.js').Numbers} Numbers */
 /** @typedef {import('./mat.js').Value} Value */
@@ -42,8 +43,6 @@ const POSES = [
 const MIN_POSES = 20;
 /** Rows of unequal lengths are filled up to the longest while the whole has at most so many times their numbers, and so many more. */
 const [MOST_PADDED, FREE_PADDED] = [10, 2 ** 16];
-/** Angles beyond this (rad) can only be degrees. */
-const MAX_RADIANS = 7;
 /** Angles are even where none is further than so much of a step from its place. */
 const EVEN = 0.1;
 
@@ -234,8 +233,7 @@ function anglesOf(others, count) {
 
 /** @param {number[]} given in radians or degrees @returns {Angles} */
 function describe(given) {
-  const inDegrees = given.some((angle) => Math.abs(angle) > MAX_RADIANS);
-  const values = inDegrees ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
+  const values = areDegrees(given) ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
   const [start = 0] = values;
   const step = ((values.at(-1) ?? 0) - start) / Math.max(1, values.length - 1);
   const isEven =

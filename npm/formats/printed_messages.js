@@ -4,12 +4,12 @@
  * arrays alone; lists of (quality, angle, distance).
  */
 import { fileError } from '../errors.js';
+import { DEGREE } from './angles.js';
 import { scanOf } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
-const DEGREE = Math.PI / 180;
 /** A scan's message has these from its beginning on. */
 const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
 /** Arrays alone, as Python prints them: `array('f', [1.25, ...])`. */

@@ -1,12 +1,12 @@
 // @ts-check
 /** Scans that programs print, against what a laser can be: their units, and limits and angles that contradict each other. */
 import { fileError } from '../errors.js';
+import { DEGREE } from './angles.js';
 import { given } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {(reason: string, isLoss?: boolean) => void} Tell completes "FILE: ..."; isLoss: something could not be used */
 
-const DEGREE = Math.PI / 180;
 /** Readings cover a turn at most; steps that were rounded may add up to a little more (rad). */
 export const MOST_ANGLE = 1.1 * 2 * Math.PI;
 /** Of readings in metres, at least this share is nearer than `FAR` (m): others may stand for no return. ... */

@@ -6,10 +6,10 @@
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
 import { viewOf } from '../bytes.js';
+import { DEGREE } from './angles.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
-const DEGREE = Math.PI / 180;
 const START = 0x02020202;
 /** What a telegram with a scan begins with, asked for once or sent again and again. */
 const NAME = /^s(SN|RA) LMDscandata /;
