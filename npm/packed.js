@@ -36,8 +36,8 @@ export async function unpackWhole(name, source, limits = LIMITS) {
   const most = Math.min(limits.fileBytes, limits.freeBytes + limits.ratio * source.size);
   const unpacked = await unpackBy(await source.read(0, 6), source, most).catch((error) => {
     if (error instanceof TooLarge) {
-      const remedy = 'If it is what it should be, unpack it yourself';
-      throw fileError(name, `It unpacks to more than ${megabytes(most)}, which is not made of so little`, remedy);
+      const remedy = 'If the file is sound, unpack it yourself';
+      throw fileError(name, `It unpacks to more than ${megabytes(most)}, the limit for a packed file of its size`, remedy);
     }
     if (!(error instanceof RangeError)) throw error;
     // What reads beyond the end of a view says so in its own words.

@@ -153,7 +153,7 @@ export class Chunks {
   async region(start, length) {
     const bytes =
       start + length <= this.#source.size ? await this.#source.read(start, start + length) : new Uint8Array();
-    if (bytes.length < length) throw this.broken(`What should lie at byte ${start} lies behind its end`);
+    if (bytes.length < length) throw this.broken(`Byte ${start} of the file is needed, but the file ends before it`);
     return bytes;
   }
 

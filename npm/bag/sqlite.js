@@ -260,7 +260,7 @@ export class SqliteFile {
     if (this.#blocks.size > KEPT_BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
     const bytes = await reading;
     const offset = (page - 1 - block * perBlock) * this.#pageSize;
-    if (page < 1 || offset + this.#pageSize > bytes.length) throw this.#broken(`Page ${page} lies behind its end`);
+    if (page < 1 || offset + this.#pageSize > bytes.length) throw this.#broken(`Page ${page} is needed, but the file ends before it`);
     return bytes.subarray(offset, offset + this.#pageSize);
   }
 
@@ -269,7 +269,7 @@ export class SqliteFile {
     const start = (page - 1) * this.#pageSize;
     const end = Math.min(this.#source.size, start + count * this.#pageSize);
     const bytes = start < end ? await this.#source.read(start, end) : new Uint8Array();
-    if (bytes.length < this.#pageSize) throw this.#broken(`Page ${page} lies behind its end`);
+    if (bytes.length < this.#pageSize) throw this.#broken(`Page ${page} is needed, but the file ends before it`);
     return bytes;
   }
 

@@ -505,7 +505,7 @@ test('the truth of /tf is that of the sensor: chained over all frames', async ()
   close(rows(await contentOf(unmounted, unmounted.recording.reference[0]))[4], [5.4, 4, 0, 0, 0, 0, 0, 1]);
   assert.match(
     unmounted.recording.notes.map(({ reason }) => reason).join(),
-    /no fixed transform leads from base to the sensor's frame, camera/,
+    /there is no static transform from base to the sensor's frame, camera/,
   );
 });
 
