@@ -19,7 +19,7 @@ import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.
 import { assignRoles } from './recording/planar.js';
 import { findReference } from './recording/reference.js';
 
-/** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders apart by slashes;
+/** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders separated by slashes;
  *    size in bytes; given: the recording that it is a part of, where that is known, as it is of what lies in a bag; isCloud:
  *    whether it is a cloud, whatever its name says */
 /** @typedef {{ file: string, reason: string, is_loss?: true }} Note reason: completes "FILE: ..."; is_loss: it could have been
@@ -111,9 +111,9 @@ async function givenRecording(given, files, read) {
   const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
   const { kind, root } = chosen;
   const loose = files.filter((file) => !file.given);
-  const isTold = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
+  const isOther = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
   const beside = await referenceAndCamera(
-    loose.filter(isTold),
+    loose.filter(isOther),
     {
       root,
       keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
@@ -154,7 +154,7 @@ async function givenRecording(given, files, read) {
       ...notes,
       ...beside.notes,
       ...unused(
-        loose.filter((file) => !isTold(file)),
+        loose.filter((file) => !isOther(file)),
         'it lies beside a bag, which is used',
       ),
     ],
@@ -395,9 +395,9 @@ async function planarScans(files, read, isTable) {
   /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
   const known = [];
   for (const { path } of files) {
-    const isTold = /\.ply$/i.test(path) || isImageName(path);
-    const head = isTold ? null : await read(path, HEAD_BYTES);
-    if (isTold || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+    const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
+    const head = nameSaysAll ? null : await read(path, HEAD_BYTES);
+    if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
   }
   const { scans, reference, odometry, notes } = assignRoles(known);
   const root = scans.map(folderOf).reduce(commonFolder);
@@ -420,11 +420,11 @@ async function nothing(notes, files, read) {
     others.filter((_, at) => adviceByContents(headOf(at)) !== null),
     (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
   );
-  const isAdvised = new Set([...advised.values()].flat());
+  const advisedFiles = new Set([...advised.values()].flat());
   const graphs = others.filter((_, at) => isGraph(headOf(at)));
   const columns = others.filter((_, at) => isColumn(headOf(at)));
   const isNumbers = (/** @type {ListedFile} */ file, /** @type {number} */ at) =>
-    !isAdvised.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
+    !advisedFiles.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
   const numbers = new Set(others.filter(isNumbers));
   const rest = [
     ...[...advised].flatMap(([advice, files]) =>
@@ -441,7 +441,7 @@ async function nothing(notes, files, read) {
     ),
     ...unused(
       others.filter(
-        (file) => !isAdvised.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
+        (file) => !advisedFiles.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
       ),
       'neither a scan, nor a cloud, nor a depth image',
     ),

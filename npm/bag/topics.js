@@ -227,7 +227,7 @@ export function chooseAsWished(bag, topics, wishes) {
     throw fileError(bag, `A map is made of one of ${sources.join(' and ')}`, 'Choose one of them');
   }
   /** @type {Choice} */
-  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !isUnwanted(topic.name, wishes)));
+  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !hasOtherRole(topic.name, wishes)));
   for (const role of settled) {
     const name = wishes[role];
     delete choice[role];
@@ -246,7 +246,7 @@ export function chooseAsWished(bag, topics, wishes) {
   return complete(topics, choice, settled);
 }
 
-/** Whether it would be chosen for what somebody does not want. @param {string} name @param {Wishes} wishes */
-function isUnwanted(name, wishes) {
+/** Whether it is wished for in a role other than that of a source. @param {string} name @param {Wishes} wishes */
+function hasOtherRole(name, wishes) {
   return ROLES.some((role) => wishes[role] === name && !SOURCES.includes(role));
 }
