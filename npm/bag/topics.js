@@ -168,7 +168,7 @@ function colorRank({ topic, encoding, size }, depth) {
   // Colours are laid over the depth pixel by pixel.
   if (size && depth.size && (size[0] !== depth.size[0] || size[1] !== depth.size[1])) return 0;
   const common = sharedParts(topic.name, depth.topic.name);
-  return 1 + 4 * Number(hint === 'colour') + 2 * common + Number(/^(rgb|bgr)/.test(encoding) && size !== null);
+  return 1 + 4 * Number(hint === 'color') + 2 * common + Number(/^(rgb|bgr)/.test(encoding) && size !== null);
 }
 
 /** The camera of the depth images: beside them, or in their frame. @param {readonly TopicFacts[]} topics @param {TopicFacts} depth */

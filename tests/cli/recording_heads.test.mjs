@@ -26,7 +26,7 @@ test('heads: images, arrays, clouds', () => {
   assert.deepEqual(readImage(DEPTH16), { format: 'PNG', channels: 'grey', bits: 16 });
   assert.deepEqual(readImage(PALETTE), { format: 'PNG', channels: 'palette', bits: 8 });
   assert.deepEqual(readImage(PGM), { format: 'PGM', channels: 'grey', bits: 16 });
-  assert.deepEqual(readImage(encode('P6 640 480 255 ')), { format: 'PPM', channels: 'colour', bits: 8 });
+  assert.deepEqual(readImage(encode('P6 640 480 255 ')), { format: 'PPM', channels: 'color', bits: 8 });
   assert.equal(readImage(encode('PNG, honestly')), null);
   assert.equal(readImage(DEPTH16.subarray(0, 20)), null);
   assert.deepEqual(readNpyShape(npy('80, 7')), [80, 7]);
