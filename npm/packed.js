@@ -37,7 +37,11 @@ export async function unpackWhole(name, source, limits = LIMITS) {
   const unpacked = await unpackBy(await source.read(0, 6), source, most).catch((error) => {
     if (error instanceof TooLarge) {
       const remedy = 'If the file is sound, unpack it yourself';
-      throw fileError(name, `It unpacks to more than ${megabytes(most)}, the limit for a packed file of its size`, remedy);
+      throw fileError(
+        name,
+        `It unpacks to more than ${megabytes(most)}, the limit for a packed file of its size`,
+        remedy,
+      );
     }
     if (!(error instanceof RangeError)) throw error;
     // What reads beyond the end of a view says so in its own words.

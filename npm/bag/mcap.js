@@ -212,7 +212,8 @@ class McapFile {
     // In one go: in a browser each read of a file costs a millisecond.
     const wanted = length === Infinity ? least : least + length;
     const bytes = await this.#source.read(start, Math.min(this.#source.size, start + wanted));
-    if (bytes.length < least) throw this.#chunks.broken(`Byte ${start} of the file is needed, but the file ends before it`);
+    if (bytes.length < least)
+      throw this.#chunks.broken(`Byte ${start} of the file is needed, but the file ends before it`);
     const size = RECORD_HEADER_BYTES + Number(new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(1, true));
     if (start + size > this.#source.size) {
       throw this.#chunks.broken(`The message at byte ${start} claims to be larger than the file`);

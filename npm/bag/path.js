@@ -126,7 +126,12 @@ function fromPoses(tree, poses, topic, sensor, notes) {
     return good ? [{ stamp, pose: compose(good, mount ?? IDENTITY) }] : [];
   });
   if (samples.length < poses.length) {
-    notes.push(lost(topic.name, `${plural(poses.length - samples.length, 'pose')} left out: not finite, or without a unit quaternion`));
+    notes.push(
+      lost(
+        topic.name,
+        `${plural(poses.length - samples.length, 'pose')} left out: not finite, or without a unit quaternion`,
+      ),
+    );
   }
   return samples;
 }

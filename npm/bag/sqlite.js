@@ -260,7 +260,8 @@ export class SqliteFile {
     if (this.#blocks.size > KEPT_BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
     const bytes = await reading;
     const offset = (page - 1 - block * perBlock) * this.#pageSize;
-    if (page < 1 || offset + this.#pageSize > bytes.length) throw this.#broken(`Page ${page} is needed, but the file ends before it`);
+    if (page < 1 || offset + this.#pageSize > bytes.length)
+      throw this.#broken(`Page ${page} is needed, but the file ends before it`);
     return bytes.subarray(offset, offset + this.#pageSize);
   }
 

@@ -227,7 +227,8 @@ export function chooseAsWished(bag, topics, wishes) {
     throw fileError(bag, `A map is made of one of ${sources.join(' and ')}`, 'Choose one of them');
   }
   /** @type {Choice} */
-  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !hasOtherRole(topic.name, wishes)));
+  const choice =
+    sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !hasOtherRole(topic.name, wishes)));
   for (const role of settled) {
     const name = wishes[role];
     delete choice[role];

@@ -37,7 +37,10 @@ export function evenShare(steps, tolerance) {
 
 /** @param {readonly number[]} values @returns {[least: number, most: number]} */
 export function extent(values) {
-  return values.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
+  return values.reduce(
+    ([least, most], value) => [Math.min(least, value), Math.max(most, value)],
+    [Infinity, -Infinity],
+  );
 }
 
 /**

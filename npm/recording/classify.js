@@ -59,7 +59,10 @@ export function classify(path, beginning, isTable = false) {
   const advice = adviceFor(base, head);
   if (advice !== null) return { role: 'ignored', reason: advice };
   if (/\.npy$/i.test(base)) {
-    return { role: 'ignored', reason: 'a NumPy array that holds neither scans nor points; save a reference trajectory as text, one pose a line' };
+    return {
+      role: 'ignored',
+      reason: 'a NumPy array that holds neither scans nor points; save a reference trajectory as text, one pose a line',
+    };
   }
   if (/\.pcd$/i.test(base)) return { role: 'ignored', reason: 'a cloud that does not lie in the plane z = 0' };
   if (/\.(bag|db3|mcap)$/i.test(base)) return { role: 'ignored', reason: 'a bag, which is opened by itself' };

@@ -251,8 +251,11 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', a
   assert.throws(() => lasCloud('a.las', encode('LASF')), /not a LAS cloud, or it is cut off/);
   // To be listed, its header is enough.
   const bytes = las({ east: 691_000 });
-  const read = () => Promise.reject(new Error('read as a whole'));
-  const file = { path: 'a.las', size: bytes.length, read, readHead: async (/** @type {number} */ n) => bytes.slice(0, n) };
+  /** @type {import('../../npm/recording/contents.js').Content} */
+  const file = {
+    ...{ path: 'a.las', size: bytes.length, readHead: async (length) => bytes.slice(0, length) },
+    read: () => Promise.reject(new Error('read as a whole')),
+  };
   const { files, notes } = await convertFiles([file], (made) => made);
   assert.equal(files[0]?.isCloud, true);
   assert.match(notes[0]?.reason ?? '', /shifted by -\(691000, 0, 0\) m/);

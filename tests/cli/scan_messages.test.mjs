@@ -156,8 +156,8 @@ const inMillimetres = (ECHO ?? '').replaceAll(/^- ([\d.]+)$/gm, (_, range) => `-
 
 /** What is odd, the text, and what is told of it; true: the scans come out as they are. @type {readonly [string, string, RegExp | null, boolean][]} */
 const ODD = [
-  ['ranges in millimetres', inMillimetres, /not metres: .* millimetres/, true],
-  ['... and their limits', inMillimetres.replaceAll('12.0', '12000'), /not metres/, true],
+  ['ranges in millimetres', inMillimetres, /cannot be metres and are read as millimetres/, true],
+  ['... and their limits', inMillimetres.replaceAll('12.0', '12000'), /cannot be metres/, true],
   [
     'angles in degrees',
     changed([/(angle_\w+): (.*)/g, '$1: $2e0']).replaceAll(
