@@ -176,33 +176,40 @@ export class SqliteFile {
         this.#note(CUT_ROWS, page);
         continue;
       }
-      const header = page === 1 ? 100 : 0;
-      const kind = bytes[header];
-      const count = Math.min(readU16(bytes, header + 3), Math.floor((bytes.length - header - 8) / 2));
-      if (kind === LEAF) {
-        for (let cell = 0; cell < count; cell += 1) {
-          try {
-            const row = this.#cell(page, bytes, cell);
-            yield { place: { page, cell }, cell: row, values: this.valuesInPage(row) };
-          } catch (error) {
-            if (!(error instanceof RangeError)) throw error;
-            this.#note('damaged: some of its rows cannot be read and are left out', page);
-          }
-        }
-      } else if (kind === INTERIOR) {
-        const children = Array.from({ length: count }, (_, cell) => {
-          return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
-        });
-        children.push(readU32(bytes, header + 8));
-        // Told here, and not read: of a damaged page all children may lie behind the end.
-        const isThere = (/** @type {number} */ child) => child >= 1 && child <= this.#numPages;
-        const [there, missing] = [children.filter(isThere), children.filter((child) => !isThere(child))];
-        if (missing.length > 0) this.#note(CUT_ROWS, missing[0] ?? 0, missing.length);
-        waiting.push(...there.reverse().map((child) => ({ page: child, depth: depth + 1 })));
-      } else {
-        this.#note('damaged: some of its pages are not what they should be and are left out', page);
+      const kind = bytes[headerAt(page)];
+      if (kind === LEAF) yield* this.#rowsIn(page, bytes);
+      else if (kind === INTERIOR) {
+        const children = this.#childrenOf(page, bytes);
+        waiting.push(...children.reverse().map((child) => ({ page: child, depth: depth + 1 })));
+      } else this.#note('damaged: some of its pages are not what they should be and are left out', page);
+    }
+  }
+
+  /** The rows of a leaf; those that are damaged are noted and left out. @param {number} page @param {Uint8Array} bytes @returns {Generator<Row>} */
+  *#rowsIn(page, bytes) {
+    for (let index = 0; index < countOf(page, bytes); index += 1) {
+      try {
+        const cell = this.#cell(page, bytes, index);
+        yield { place: { page, cell: index }, cell, values: this.valuesInPage(cell) };
+      } catch (error) {
+        if (!(error instanceof RangeError)) throw error;
+        this.#note('damaged: some of its rows cannot be read and are left out', page);
       }
     }
+  }
+
+  /** The pages below an interior one, in the order of their rows. @param {number} page @param {Uint8Array} bytes */
+  #childrenOf(page, bytes) {
+    const header = headerAt(page);
+    const children = Array.from({ length: countOf(page, bytes) }, (_, cell) => {
+      return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
+    });
+    children.push(readU32(bytes, header + 8));
+    // Noted here, and not read: of a damaged page all children may lie beyond the end.
+    const isThere = (/** @type {number} */ child) => child >= 1 && child <= this.#numPages;
+    const missing = children.filter((child) => !isThere(child));
+    if (missing.length > 0) this.#note(CUT_ROWS, missing[0] ?? 0, missing.length);
+    return children.filter(isThere);
   }
 
   /** @param {number} page @param {Uint8Array} bytes @param {number} index @returns {Cell} */
@@ -290,6 +297,17 @@ export class SqliteFile {
     if (known) known.count += count;
     else this.#faults.set(fault, { count, page });
   }
+}
+
+/** Where the header of a page begins: the first page begins with that of the file. @param {number} page */
+function headerAt(page) {
+  return page === 1 ? 100 : 0;
+}
+
+/** Cells of a page, at most as many as it has room for. @param {number} page @param {Uint8Array} bytes */
+function countOf(page, bytes) {
+  const header = headerAt(page);
+  return Math.min(readU16(bytes, header + 3), Math.floor((bytes.length - header - 8) / 2));
 }
 
 /** Names of the columns in `CREATE TABLE name(...)`. @param {string} sql */
