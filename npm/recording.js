@@ -106,9 +106,7 @@ export async function understand(files, readHead, isTable = false) {
  * @returns {Promise<Recording>}
  */
 async function givenRecording(given, files, read) {
-  const length = (/** @type {Recording} */ { depth_frames, clouds, scans }) =>
-    depth_frames.length + clouds.length + scans.length;
-  const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
+  const [chosen = empty(), ...others] = [...given].sort((a, b) => numFramesOf(b) - numFramesOf(a));
   const { kind, root } = chosen;
   const loose = files.filter((file) => !file.given);
   const isOther = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
@@ -123,42 +121,50 @@ async function givenRecording(given, files, read) {
     },
     read,
   );
-  const [own] = chosen.reference;
-  const [other] = beside.reference;
-  const notes = [...chosen.notes];
-  if (own !== undefined && other !== undefined) {
-    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${other}` });
+  const reference = beside.reference.length === 0 ? chosen.reference : beside.reference;
+  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
+  const images = loose.filter((file) => !isOther(file));
+  const notes = [
+    ...chosen.notes,
+    ...notesOfGiven(chosen, others, { reference, intrinsics }),
+    ...beside.notes,
+    ...unused(images, 'it lies beside a bag, which is used'),
+  ];
+  return { ...chosen, reference, intrinsics, notes };
+}
+
+/**
+ * What is not used of recordings that are known, and what the chosen one lacks.
+ * @param {Recording} chosen
+ * @param {Recording[]} others
+ * @param {Pick<Recording, 'reference' | 'intrinsics'>} used in its place or of its own
+ * @returns {Note[]}
+ */
+function notesOfGiven({ kind, root, reference: [own] }, others, { reference: [used], intrinsics }) {
+  /** @type {Note[]} */
+  const notes = [];
+  if (own !== undefined && used !== own) {
+    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${used}` });
   }
-  for (const recording of others.filter((recording) => length(recording) > 0)) {
+  for (const recording of others.filter((recording) => numFramesOf(recording) > 0)) {
     const reason = `not used: another recording; one is used at a time, the longest: ${root}`;
     notes.push({ file: recording.root, reason });
   }
-  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
   if (kind === 'depth_images' && intrinsics === null) {
     const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
     const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
     notes.push({ file: root, reason });
   }
   if (kind === 'nothing') {
-    append(
-      notes,
-      others.flatMap((recording) => recording.notes),
-    );
+    for (const recording of others) append(notes, recording.notes);
     notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
   }
-  return {
-    ...chosen,
-    reference: other === undefined ? chosen.reference : beside.reference,
-    intrinsics,
-    notes: [
-      ...notes,
-      ...beside.notes,
-      ...unused(
-        loose.filter((file) => !isOther(file)),
-        'it lies beside a bag, which is used',
-      ),
-    ],
-  };
+  return notes;
+}
+
+/** @param {Recording} recording */
+function numFramesOf({ depth_frames, clouds, scans }) {
+  return depth_frames.length + clouds.length + scans.length;
 }
 
 /**
