@@ -91,7 +91,7 @@ export function assumptionNotes({ assumptions, notes }) {
     const confirmed = confirmed_by === null ? null : `Confirmed by ${confirmed_by}.`;
     if (setting === 'depth_scale') {
       const remedy = 'If the map has the wrong size, give the right number: --set depth_scale=NUMBER.';
-      const assumed = `No file gives the depth scale: ${number} raw values per metre are assumed, ${why}.`;
+      const assumed = `No file says what the depth scale is: a scale of ${number} raw values per metre is assumed, ${why}.`;
       return isSaid ? [] : [`${assumed} ${confirmed ?? remedy}`];
     }
     const remedy = 'If the map is bent, give the camera: --intrinsics FILE (fx fy cx cy), or --set fx=PIXELS.';

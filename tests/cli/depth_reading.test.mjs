@@ -91,7 +91,7 @@ test('what is assumed and unconfirmed stands beside the number of good frames, w
   );
   assert.match(
     stderr,
-    /^note: No file gives the depth scale: 1000 raw values per metre are assumed, .*--set depth_scale=NUMBER\.$/m,
+    /^note: No file says what the depth scale is: a scale of 1000 raw values per metre is assumed, .*--set depth_scale=NUMBER\.$/m,
   );
   assert.match(
     stderr,
@@ -114,7 +114,10 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
     result?.assumptions[0]?.confirmed_by ?? '',
     /^the disparity steps of a Kinect, which fit no other scale in use$/,
   );
-  assert.match(stderr, /1000 is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/);
+  assert.match(
+    stderr,
+    /1000 raw values per metre is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/,
+  );
   assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed, confirmed\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
   const open = reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
