@@ -8,7 +8,8 @@
  * 300 kB it reads the beginnings, which is all that is read of most files, in 1.1 to 1.8 s, and the whole in 1.1 to 1.8 s;
  * here it is 0.1 to 0.3 s and 0.7 to 0.8 s. What refuses bombs and paths that lead out would still stand here.
  */
-import { DAMAGED, DEFLATED, LIMITS, listEntries, LOCAL_HEADER_BYTES, STORED, viewOf } from './archive_directory.js';
+import { DAMAGED, DEFLATED, LIMITS, listEntries, LOCAL_HEADER_BYTES, STORED } from './archive_directory.js';
+import { PART_BYTES, PIECE_BYTES, viewOf } from './bytes.js';
 import { crc32 } from './crc32.js';
 import { fileError } from './errors.js';
 
@@ -25,10 +26,6 @@ import { fileError } from './errors.js';
  * @property {(path: string) => Promise<Uint8Array>} read a whole file, checked against its checksum
  * @property {(path: string, length: number) => Promise<Uint8Array>} readHead its beginning
  */
-/** So much is unpacked in one go: no more than 16 MB come of it. */
-const PIECE_BYTES = 2 ** 14;
-/** So much of a file that is wanted as a whole is read at a time. */
-const PART_BYTES = 2 ** 22;
 /**
  * A file of the page as a source of bytes.
  * @param {Blob} blob

@@ -5,6 +5,7 @@
  *
  * Source of the layout: PKWARE, APPNOTE.TXT 6.3.10, sections 4.3 and 4.5.3 (ZIP64).
  */
+import { viewOf } from './bytes.js';
 import { fileError, lost } from './errors.js';
 import { isPointer } from './recording/heads.js';
 
@@ -87,26 +88,15 @@ async function findDirectory(name, source) {
   if (end < 0) {
     throw fileError(name, 'This is not a ZIP archive, or its end is missing', 'Download or pack it again');
   }
-  let [count, length, start] = [
-    tail.getUint16(end + 10, true),
-    tail.getUint32(end + 12, true),
-    tail.getUint32(end + 16, true),
-  ];
-  let directoryEnd = tailStart + end;
-  if (count === 0xffff || length === 0xffffffff || start === 0xffffffff) {
-    const locator = end - ZIP64_LOCATOR_BYTES;
-    if (locator >= 0 && tail.getUint32(locator, true) === 0x07064b50) {
-      const place = Number(tail.getBigUint64(locator + 8, true));
-      const record = viewOf(await source.read(place, place + 56));
-      if (record.byteLength < 56 || record.getUint32(0, true) !== 0x06064b50) {
-        throw fileError(name, 'The directory of this archive is not where it should be', DAMAGED);
-      }
-      count = Number(record.getBigUint64(32, true));
-      length = Number(record.getBigUint64(40, true));
-      start = Number(record.getBigUint64(48, true));
-      directoryEnd = place;
-    }
-  }
+  const plain = {
+    count: tail.getUint16(end + 10, true),
+    length: tail.getUint32(end + 12, true),
+    start: tail.getUint32(end + 16, true),
+    directoryEnd: tailStart + end,
+  };
+  const isLarge = plain.count === 0xffff || plain.length === 0xffffffff || plain.start === 0xffffffff;
+  const zip64 = isLarge ? await readZip64(name, source, tail, end - ZIP64_LOCATOR_BYTES) : null;
+  const { count, length, start, directoryEnd } = zip64 ?? plain;
   // An archive may have been appended to something else: then all its offsets are short by as much.
   const shift = directoryEnd - length - start;
   if (shift < 0) throw fileError(name, 'The directory of this archive is not where it should be', DAMAGED);
@@ -114,6 +104,22 @@ async function findDirectory(name, source) {
     throw fileError(name, `Its directory alone has ${megabytes(length)}`, 'Unpack it and give the folder');
   }
   return { bytes: await source.read(start + shift, start + shift + length), count, shift };
+}
+
+/**
+ * What the end record of ZIP64 says of the central directory; null where there is none.
+ * @param {string} name @param {ByteSource} source @param {DataView} tail of the archive @param {number} locator where its locator begins
+ *    in the tail
+ */
+async function readZip64(name, source, tail, locator) {
+  if (locator < 0 || tail.getUint32(locator, true) !== 0x07064b50) return null;
+  const place = Number(tail.getBigUint64(locator + 8, true));
+  const record = viewOf(await source.read(place, place + 56));
+  if (record.byteLength < 56 || record.getUint32(0, true) !== 0x06064b50) {
+    throw fileError(name, 'The directory of this archive is not where it should be', DAMAGED);
+  }
+  const number = (/** @type {number} */ at) => Number(record.getBigUint64(at, true));
+  return { count: number(32), length: number(40), start: number(48), directoryEnd: place };
 }
 
 /**
@@ -263,11 +269,6 @@ export function refuseTotal(name, entries, limits) {
   if (total <= limits.totalBytes) return;
   const problem = `It would unpack to ${megabytes(total)}, and at most ${megabytes(limits.totalBytes)} are read`;
   throw fileError(name, problem, UNPACK_YOURSELF);
-}
-
-/** @param {Uint8Array} bytes */
-export function viewOf(bytes) {
-  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 
 /** @param {number} bytes */

@@ -13,7 +13,7 @@ export function unconfirmed(assumptions) {
 }
 
 /**
- * "if 1000 depth values are a metre, which nothing in the recording confirms": what is to follow a number of good frames;
+ * "if the depth scale is 1000 raw values per metre, which nothing in the recording confirms": what is to follow a number of good frames;
  * empty where nothing is left unconfirmed and the depth images do not contradict the scale.
  * @param {SpatialResult} result
  */
@@ -29,7 +29,7 @@ export function condition({ assumptions, is_scale_contradicted, depth_scale }) {
 /** @param {Assumption['setting']} setting @param {number} value */
 function premise(setting, value) {
   return setting === 'depth_scale'
-    ? `${Number(value.toPrecision(6))} depth values are a metre`
+    ? `the depth scale is ${Number(value.toPrecision(6))} raw values per metre`
     : `the focal length is ${Number(value.toPrecision(4))} pixels`;
 }
 

@@ -91,7 +91,7 @@ process.stdout.on('error', (error) => {
   process.exitCode = written.length > 0 ? EXIT.partial : EXIT.nothing;
   tell(`scanstitch: The output could not be printed. ${fileProblem(error)}`);
 });
-// Nobody listens: the exit code still tells.
+// Nobody reads stderr: the exit code still says what happened.
 process.stderr.on('error', () => {});
 
 try {

@@ -16,6 +16,9 @@ export function fileError(file, problem, remedy = '') {
   return Object.assign(error, { name: /** @type {const} */ ('ScanstitchError'), file, place: null, problem, remedy });
 }
 
+/** More comes out of packed bytes than is accepted of them. */
+export class TooLarge extends RangeError {}
+
 /**
  * A note about something that could have been used and is left out, which the exit code of a command tells as well.
  * @param {string} file

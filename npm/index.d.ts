@@ -1,6 +1,6 @@
 /// <reference lib="esnext.disposable" />
 /**
- * Laser scans to a trajectory and a stitched map, in Node and in the browser.
+ * Laser scans, depth images and point clouds to a trajectory and a stitched map, in Node and in the browser.
  *
  * ```js
  * import { readFile } from 'node:fs/promises';

@@ -4,7 +4,8 @@
  * whole of what comes out is in memory, and no more of it than LIMITS allow.
  */
 import { LIMITS, megabytes } from './archive_directory.js';
-import { fileError } from './errors.js';
+import { joined, PART_BYTES, PIECE_BYTES, viewOf } from './bytes.js';
+import { fileError, TooLarge } from './errors.js';
 
 /** @typedef {import('./archive.js').ByteSource} ByteSource */
 /** @typedef {import('./archive_directory.js').Limits} Limits */
@@ -17,10 +18,6 @@ const ENDINGS = [
   [/\.tzst$/i, '.tar'],
   [/\.(gz|bz2|zst|zstd)$/i, ''],
 ];
-/** What is handed to a decoder at a time: no more than 16 MB come of it. */
-const PIECE_BYTES = 2 ** 14;
-/** So much is read of a file at a time. */
-const PART_BYTES = 2 ** 22;
 
 /** The name of what comes out; null where a file is not packed. @param {string} path */
 export function unpackedName(path) {
@@ -38,9 +35,13 @@ export function unpackedName(path) {
 export async function unpackWhole(name, source, limits = LIMITS) {
   const most = Math.min(limits.fileBytes, limits.freeBytes + limits.ratio * source.size);
   const unpacked = await unpackBy(await source.read(0, 6), source, most).catch((error) => {
-    if (error instanceof TooMuch) {
-      const remedy = 'If it is what it should be, unpack it yourself';
-      throw fileError(name, `It unpacks to more than ${megabytes(most)}, which is not made of so little`, remedy);
+    if (error instanceof TooLarge) {
+      const remedy = 'If the file is sound, unpack it yourself';
+      throw fileError(
+        name,
+        `It unpacks to more than ${megabytes(most)}, the limit for a packed file of its size`,
+        remedy,
+      );
     }
     if (!(error instanceof RangeError)) throw error;
     // What reads beyond the end of a view says so in its own words.
@@ -53,8 +54,6 @@ export async function unpackWhole(name, source, limits = LIMITS) {
   return unpacked;
 }
 
-class TooMuch extends Error {}
-
 /** @param {Uint8Array} head @param {ByteSource} source @param {number} most @returns {Promise<Unpacked>} */
 async function unpackBy(head, source, most) {
   const [first, second, third] = head;
@@ -65,11 +64,10 @@ async function unpackBy(head, source, most) {
   }
   if (first === 0x28 && second === 0xb5 && third === 0x2f) {
     const { unpackZstd } = await import('./bag/zstd.js');
-    const take = (/** @type {number} */ size) => {
-      if (size > most) throw new TooMuch();
-      return new Uint8Array(size);
+    const check = (/** @type {number} */ _packed, /** @type {number} */ size) => {
+      if (size > most) throw new TooLarge();
     };
-    return { bytes: await unpackZstd(await source.read(0, source.size), null, take), fault: null };
+    return { bytes: await unpackZstd(await source.read(0, source.size), null, undefined, check), fault: null };
   }
   throw new RangeError('it is packed neither by gzip nor by bzip2 nor by Zstandard, whatever its name says');
 }
@@ -83,7 +81,7 @@ async function gunzip(source, most) {
   let lastMember = 0;
   const stream = new Gunzip((chunk) => {
     length += chunk.length;
-    if (length > most) throw new TooMuch();
+    if (length > most) throw new TooLarge();
     chunks.push(chunk);
   });
   stream.onmember = () => {
@@ -100,30 +98,19 @@ async function gunzip(source, most) {
         stream.push(part.subarray(at, at + PIECE_BYTES), place + at + PIECE_BYTES >= source.size);
       }
     } catch (error) {
-      if (error instanceof TooMuch) throw error;
+      if (error instanceof TooLarge) throw error;
       fault = `it is damaged (${/** @type {Error} */ (error).message})`;
     }
   }
-  const bytes = joined(chunks, length);
+  const bytes = joined(chunks);
   return { bytes, fault: fault ?? (await sumFault(bytes.subarray(lastMember), trailer)) };
 }
 
 /** @param {Uint8Array} bytes of the last member @param {Uint8Array} trailer its checksum and size */
 async function sumFault(bytes, trailer) {
   const { crc32 } = await import('./crc32.js');
-  const view = new DataView(trailer.buffer, trailer.byteOffset, trailer.byteLength);
+  const view = viewOf(trailer);
   if (trailer.length < 8) return 'it is cut off';
   if (view.getUint32(4, true) !== bytes.length % 2 ** 32) return 'it is cut off, or something follows it';
   return view.getUint32(0, true) === crc32(bytes) ? null : 'its checksum is wrong: it is damaged';
-}
-
-/** Chunks in one piece of `length` bytes. @param {Uint8Array[]} chunks @param {number} length */
-export function joined(chunks, length) {
-  const bytes = new Uint8Array(length);
-  let filled = 0;
-  for (const chunk of chunks) {
-    bytes.set(chunk, filled);
-    filled += chunk.length;
-  }
-  return bytes;
 }

@@ -1,8 +1,8 @@
 // @ts-check
 /**
  * What a folder, an archive or a drop of files is: planar scans, depth images or clouds in space, in which order, and
- * which files give the ground truth and the camera. One understanding for the page and the command line. Only names,
- * sizes and the beginnings of files are looked at; nothing is kept.
+ * which files give the ground truth and the camera. One understanding for the page and the command line. Names, sizes
+ * and the beginnings of files are looked at, lists, trajectories and cameras as a whole; nothing is kept.
  */
 import { append } from './append.js';
 import { lost } from './errors.js';
@@ -19,7 +19,7 @@ import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.
 import { assignRoles } from './recording/planar.js';
 import { findReference } from './recording/reference.js';
 
-/** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders apart by slashes;
+/** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders separated by slashes;
  *    size in bytes; given: the recording that it is a part of, where that is known, as it is of what lies in a bag; isCloud:
  *    whether it is a cloud, whatever its name says */
 /** @typedef {{ file: string, reason: string, is_loss?: true }} Note reason: completes "FILE: ..."; is_loss: it could have been
@@ -106,14 +106,12 @@ export async function understand(files, readHead, isTable = false) {
  * @returns {Promise<Recording>}
  */
 async function givenRecording(given, files, read) {
-  const length = (/** @type {Recording} */ { depth_frames, clouds, scans }) =>
-    depth_frames.length + clouds.length + scans.length;
-  const [chosen = empty(), ...others] = [...given].sort((a, b) => length(b) - length(a));
+  const [chosen = empty(), ...others] = [...given].sort((a, b) => numFramesOf(b) - numFramesOf(a));
   const { kind, root } = chosen;
   const loose = files.filter((file) => !file.given);
-  const isTold = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
+  const isOther = (/** @type {ListedFile} */ file) => !isImageName(file.path) && !isCloud(file);
   const beside = await referenceAndCamera(
-    loose.filter(isTold),
+    loose.filter(isOther),
     {
       root,
       keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
@@ -123,42 +121,50 @@ async function givenRecording(given, files, read) {
     },
     read,
   );
-  const [own] = chosen.reference;
-  const [other] = beside.reference;
-  const notes = [...chosen.notes];
-  if (own !== undefined && other !== undefined) {
-    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${other}` });
+  const reference = beside.reference.length === 0 ? chosen.reference : beside.reference;
+  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
+  const images = loose.filter((file) => !isOther(file));
+  const notes = [
+    ...chosen.notes,
+    ...notesOfGiven(chosen, others, { reference, intrinsics }),
+    ...beside.notes,
+    ...unused(images, 'it lies beside a bag, which is used'),
+  ];
+  return { ...chosen, reference, intrinsics, notes };
+}
+
+/**
+ * What is not used of recordings that are known, and what the chosen one lacks.
+ * @param {Recording} chosen
+ * @param {Recording[]} others
+ * @param {Pick<Recording, 'reference' | 'intrinsics'>} used in its place or of its own
+ * @returns {Note[]}
+ */
+function notesOfGiven({ kind, root, reference: [own] }, others, { reference: [used], intrinsics }) {
+  /** @type {Note[]} */
+  const notes = [];
+  if (own !== undefined && used !== own) {
+    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${used}` });
   }
-  for (const recording of others.filter((recording) => length(recording) > 0)) {
+  for (const recording of others.filter((recording) => numFramesOf(recording) > 0)) {
     const reason = `not used: another recording; one is used at a time, the longest: ${root}`;
     notes.push({ file: recording.root, reason });
   }
-  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
   if (kind === 'depth_images' && intrinsics === null) {
     const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
     const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
     notes.push({ file: root, reason });
   }
   if (kind === 'nothing') {
-    append(
-      notes,
-      others.flatMap((recording) => recording.notes),
-    );
+    for (const recording of others) append(notes, recording.notes);
     notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
   }
-  return {
-    ...chosen,
-    reference: other === undefined ? chosen.reference : beside.reference,
-    intrinsics,
-    notes: [
-      ...notes,
-      ...beside.notes,
-      ...unused(
-        loose.filter((file) => !isTold(file)),
-        'it lies beside a bag, which is used',
-      ),
-    ],
-  };
+  return notes;
+}
+
+/** @param {Recording} recording */
+function numFramesOf({ depth_frames, clouds, scans }) {
+  return depth_frames.length + clouds.length + scans.length;
 }
 
 /**
@@ -395,9 +401,9 @@ async function planarScans(files, read, isTable) {
   /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
   const known = [];
   for (const { path } of files) {
-    const isTold = /\.ply$/i.test(path) || isImageName(path);
-    const head = isTold ? null : await read(path, HEAD_BYTES);
-    if (isTold || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+    const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
+    const head = nameSaysAll ? null : await read(path, HEAD_BYTES);
+    if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
   }
   const { scans, reference, odometry, notes } = assignRoles(known);
   const root = scans.map(folderOf).reduce(commonFolder);
@@ -420,11 +426,11 @@ async function nothing(notes, files, read) {
     others.filter((_, at) => adviceByContents(headOf(at)) !== null),
     (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
   );
-  const isAdvised = new Set([...advised.values()].flat());
+  const advisedFiles = new Set([...advised.values()].flat());
   const graphs = others.filter((_, at) => isGraph(headOf(at)));
   const columns = others.filter((_, at) => isColumn(headOf(at)));
   const isNumbers = (/** @type {ListedFile} */ file, /** @type {number} */ at) =>
-    !isAdvised.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
+    !advisedFiles.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
   const numbers = new Set(others.filter(isNumbers));
   const rest = [
     ...[...advised].flatMap(([advice, files]) =>
@@ -441,7 +447,7 @@ async function nothing(notes, files, read) {
     ),
     ...unused(
       others.filter(
-        (file) => !isAdvised.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
+        (file) => !advisedFiles.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
       ),
       'neither a scan, nor a cloud, nor a depth image',
     ),

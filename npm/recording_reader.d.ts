@@ -67,8 +67,9 @@ export interface OpenedRecording extends Recording {
 }
 
 /**
- * Understands files of a page (`File`s) or any blobs with their paths. Archives and bags among them are opened. Only names and
- * the beginnings of files are read before `read` is called.
+ * Understands files of a page (`File`s) or any blobs with their paths. Archives and bags among them are opened. Before `read`
+ * is called, packed files, files of MATLAB, scans and clouds as text, trajectories and cameras are read whole; of all others only
+ * their names and beginnings.
  */
 export function readRecording(
   files: Iterable<File | { path: string; blob: Blob }>,

@@ -108,7 +108,7 @@ export const COLUMNS = [
     name: 'rpe_mean',
     label: 'RPE mean',
     unit: 'mm',
-    about: 'Error of the way from each frame to the next, in the mean',
+    about: 'Mean translation error from each frame to the next',
     value: ({ comparison }) => comparison?.rpe_mean ?? null,
     shown: (value) => (1e3 * value).toFixed(1),
   },
@@ -130,9 +130,9 @@ export const COLUMNS = [
   },
   {
     name: 'rpe_rotation_mean',
-    label: 'RPE turn',
+    label: 'RPE rotation',
     unit: 'deg',
-    about: 'Error of the turn from each frame to the next, in the mean',
+    about: 'Mean rotation error from each frame to the next',
     value: ({ comparison }) => comparison?.rpe_rotation_mean ?? null,
     shown: (value) => ((value * 180) / Math.PI).toFixed(3),
   },
@@ -157,7 +157,7 @@ export const COLUMNS = [
 /** Columns of errors, which need a reference. */
 const OF_TRUTH = /^(ape|rpe)_/;
 
-/** The columns that hold something. @param {readonly Row[]} rows @returns {readonly Column[]} */
+/** All columns; those of errors only where a result is compared with a reference. @param {readonly Row[]} rows @returns {readonly Column[]} */
 export function columnsOf(rows) {
   const hasTruth = rows.some(({ result }) => result.comparison !== null);
   return COLUMNS.filter(({ name }) => hasTruth || !OF_TRUTH.test(name));

@@ -10,6 +10,7 @@
  */
 import { decodeName, LIMITS, megabytes, pathFault, refuseTotal } from './archive_directory.js';
 import { fileError, lost } from './errors.js';
+import { Window } from './window.js';
 
 /** @typedef {import('./archive.js').ByteSource} ByteSource */
 /** @typedef {import('./archive.js').Archive} Archive */
@@ -95,7 +96,7 @@ function faultOf(kind, size, limits) {
  * @returns {AsyncGenerator<Header>}
  */
 async function* headersOf(name, source, notes) {
-  const window = new Window(source);
+  const window = new Window(source, WINDOW_BYTES);
   /** @type {{ path?: string, size?: number }} */
   let described = {};
   for (let place = 0; place + BLOCK <= source.size;) {
@@ -174,26 +175,4 @@ function paxOf(bytes) {
     place += length;
   }
   return described;
-}
-
-/** Reads small pieces that lie near each other in one go. */
-class Window {
-  #source;
-  #start = 0;
-  /** @type {Uint8Array} */
-  #bytes = new Uint8Array();
-
-  /** @param {ByteSource} source */
-  constructor(source) {
-    this.#source = source;
-  }
-
-  /** @param {number} start @param {number} length */
-  async read(start, length) {
-    if (start < this.#start || start + length > this.#start + this.#bytes.length) {
-      this.#bytes = await this.#source.read(start, Math.min(this.#source.size, start + Math.max(length, WINDOW_BYTES)));
-      this.#start = start;
-    }
-    return this.#bytes.subarray(start - this.#start, start - this.#start + length);
-  }
 }

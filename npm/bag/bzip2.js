@@ -4,6 +4,7 @@
  *
  * Source of the layout: J. Tsai, "BZIP2: Format Specification" (2016); J. Seward's bzip2 1.0.8.
  */
+import { TooLarge } from '../errors.js';
 
 const BLOCK_MAGIC = 0x314159265359;
 const END_MAGIC = 0x177245385090;
@@ -18,7 +19,8 @@ const FIRST_BYTES = 2 ** 20;
 /**
  * @param {Uint8Array} packed one stream or several, one behind the other
  * @param {number} size bytes that come out
- * @returns {Uint8Array} at most `size` bytes; throws a RangeError where the stream is damaged or holds more
+ * @returns {Uint8Array} at most `size` bytes; throws a RangeError where the stream is damaged, a TooLarge where it
+ *    holds more
  */
 export function unpackBzip2(packed, size) {
   const bits = new BitReader(packed);
@@ -94,7 +96,7 @@ class Output {
   /** @param {number} byte @param {number} count */
   write(byte, count) {
     const end = this.length + count;
-    if (end > this.#size) throw new RangeError('it unpacks to more than its header says');
+    if (end > this.#size) throw new TooLarge('it unpacks to more than its header says');
     if (end > this.bytes.length) {
       const grown = new Uint8Array(Math.min(this.#size, Math.max(end, 2 * this.bytes.length)));
       grown.set(this.bytes);

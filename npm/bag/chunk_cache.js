@@ -1,12 +1,12 @@
 // @ts-check
-/** Unpacked chunks of a bag: frames that follow one another lie in the same ones. */
+/** Unpacked chunks of a bag, of which the last used ones are kept: consecutive frames lie in the same chunk. */
 
-/** Those that are kept, together; most chunks are small. ... */
+/** Largest total size of the kept chunks, unless only the last {@link KEPT_CHUNKS} are kept (bytes). */
 const KEPT_BYTES = 2 ** 24;
-/** ... Of larger ones, so many are kept, ... */
+/** Number of chunks that are kept even if they exceed `KEPT_BYTES`. */
 const KEPT_CHUNKS = 4;
-/** ... where they take no more than this. */
-const MAX_KEPT_BYTES = 2 ** 26;
+/** Largest total size of those (bytes). A larger chunk that is not compressed is never read as a whole. */
+export const MAX_KEPT_BYTES = 2 ** 26;
 
 export class ChunkCache {
   /** The last one used last. @type {Map<number, Promise<Uint8Array>>} */

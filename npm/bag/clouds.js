@@ -33,21 +33,7 @@ export function cloudFile(cloud) {
     throw new MessageError(`The cloud is shorter than its header says: ${said}, and it has ${data.length} bytes`);
   }
   const size = columns.reduce((sum, { bytes, count }) => sum + bytes * count, 0);
-  const line = (/** @type {(column: Column) => string | number} */ value) => columns.map(value).join(' ');
-  const header = new TextEncoder().encode(
-    [
-      'VERSION 0.7',
-      `FIELDS ${line(({ name }) => name)}`,
-      `SIZE ${line(({ bytes }) => bytes)}`,
-      `TYPE ${line(({ letter }) => letter)}`,
-      `COUNT ${line(({ count }) => count)}`,
-      `WIDTH ${width}`,
-      `HEIGHT ${height}`,
-      'VIEWPOINT 0 0 0 1 0 0 0',
-      `POINTS ${numPoints}`,
-      'DATA binary\n',
-    ].join('\n'),
-  );
+  const header = headerOf(columns, width, height);
   const file = new Uint8Array(header.length + numPoints * size);
   file.set(header);
   const isPacked = !bigEndian && size === pointStep && columns.every(({ offset }, i) => offset === startOf(columns, i));
@@ -65,6 +51,25 @@ export function cloudFile(cloud) {
     }
   }
   return file;
+}
+
+/** @param {readonly Column[]} columns @param {number} width @param {number} height @returns {Uint8Array} the header of a PCD file */
+function headerOf(columns, width, height) {
+  const line = (/** @type {(column: Column) => string | number} */ value) => columns.map(value).join(' ');
+  return new TextEncoder().encode(
+    [
+      'VERSION 0.7',
+      `FIELDS ${line(({ name }) => name)}`,
+      `SIZE ${line(({ bytes }) => bytes)}`,
+      `TYPE ${line(({ letter }) => letter)}`,
+      `COUNT ${line(({ count }) => count)}`,
+      `WIDTH ${width}`,
+      `HEIGHT ${height}`,
+      'VIEWPOINT 0 0 0 1 0 0 0',
+      `POINTS ${width * height}`,
+      'DATA binary\n',
+    ].join('\n'),
+  );
 }
 
 /** The fields in the order in which they lie in a point, without gaps. @param {import('./messages.js').CloudMessage} cloud */

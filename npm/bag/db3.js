@@ -29,23 +29,24 @@ export async function openDb3(name, source) {
     );
   }
   const topics = await readTopics(file);
-  const [time, topic, data] = ['timestamp', 'topic_id', 'data'].map((column) => file.column('messages', column));
-  if (time === undefined || topic === undefined || data === undefined || Math.min(time, topic, data) < 0) {
+  const [time = -1, topic = -1, data = -1] = ['timestamp', 'topic_id', 'data'].map((column) =>
+    file.column('messages', column),
+  );
+  if (Math.min(time, topic, data) < 0) {
     throw fileError(name, 'Its messages have no column for their time, topic or data', 'Record it with rosbag2');
   }
-  /** @type {Map<number, MessageIndex>} */
-  const byId = new Map(topics.map(({ id, messages }) => [id, messages]));
-  let strays = 0;
-  for await (const { place, cell } of file.rows('messages')) {
-    const values = file.valuesInPage(cell);
-    const messages = byId.get(Number(values[topic]));
-    if (messages) messages.push(BigInt(/** @type {number | bigint} */ (values[time] ?? 0)), place.page, place.cell);
-    else strays += 1;
-  }
+  const strays = await indexMessages(file, topics, topic, time);
   const notes = file.notes;
-  if (strays > 0) notes.push(lost(name, `${strays} messages belong to no topic and are left out`));
-  for (const { messages } of topics) messages.sort();
+  if (strays > 0) notes.push(lost(name, `${strays} messages have no topic or no integer time and are left out`));
+  return { topics, notes, ...readersOf(file, data) };
+}
 
+/**
+ * How messages of a bag are read, by their places.
+ * @param {SqliteFile} file @param {number} data column of the messages
+ * @returns {Pick<Container, 'read' | 'readHead'>}
+ */
+function readersOf(file, data) {
   const blobOf = async (/** @type {[number, number]} */ [page, cell], /** @type {boolean} */ isWhole) => {
     const row = await file.row({ page, cell });
     const values = isWhole ? await file.valuesOf(row) : file.valuesInPage(row);
@@ -57,8 +58,6 @@ export async function openDb3(name, source) {
     return isPacked(bytes) ? unpackZstd(bytes, null) : bytes;
   };
   return {
-    topics,
-    notes,
     read,
     readHead: async (place, length) => {
       const head = await blobOf(place, false);
@@ -66,6 +65,26 @@ export async function openDb3(name, source) {
       return (await read(place)).subarray(0, length);
     },
   };
+}
+
+/**
+ * Where the messages of each topic lie, in the order of their times.
+ * @param {SqliteFile} file
+ * @param {readonly { id: number, messages: MessageIndex }[]} topics
+ * @param {number} topic column of the messages @param {number} time column of the messages
+ * @returns {Promise<number>} messages without a topic or without an integer time
+ */
+async function indexMessages(file, topics, topic, time) {
+  const byId = new Map(topics.map(({ id, messages }) => [id, messages]));
+  let strays = 0;
+  for await (const { place, values } of file.rows('messages')) {
+    const messages = byId.get(Number(values[topic]));
+    const stamp = integerOf(values[time] ?? 0);
+    if (messages && stamp !== null) messages.push(stamp, place.page, place.cell);
+    else strays += 1;
+  }
+  for (const { messages } of topics) messages.sort();
+  return strays;
 }
 
 /** @param {SqliteFile} file @returns {Promise<(StoredTopic & { id: number })[]>} */
@@ -84,6 +103,11 @@ async function readTopics(file) {
     });
   }
   return topics;
+}
+
+/** A whole number of any SQLite storage class; null for other values. @param {import('./sqlite.js').Value} value */
+function integerOf(value) {
+  return typeof value === 'bigint' || Number.isInteger(value) ? BigInt(/** @type {number | bigint} */ (value)) : null;
 }
 
 /** @param {Uint8Array} bytes */

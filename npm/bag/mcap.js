@@ -8,6 +8,7 @@
  */
 import { crc32 } from '../crc32.js';
 import { fileError, lost } from '../errors.js';
+import { Window } from '../window.js';
 import { Chunks, CUT_OFF } from './mcap_chunks.js';
 import {
   FOOTER_BYTES,
@@ -40,10 +41,8 @@ const READ_AT_ONCE = 32;
 const WINDOW_BYTES = 2 ** 16;
 /** So many damaged chunks are named one by one. */
 const MOST_NAMED = 5;
-/** So many messages a bag may have, however small it is; ... */
+/** Number of messages that a bag may have beyond one for each of its bytes. */
 const FREE_MESSAGES = 2 ** 21;
-/** ... and one more for so many of its bytes. */
-const BYTES_A_MESSAGE = 1;
 
 /**
  * @param {string} name for messages
@@ -177,7 +176,7 @@ class McapFile {
    * @returns {Promise<number>} where the last one ends, or `end`
    */
   async #walkRecords(start, end, chunk, origin, onRecord = () => {}) {
-    const window = new Window(this.#source, end);
+    const window = new Window(this.#source, WINDOW_BYTES, end);
     for (let place = start; ;) {
       const head = await window.read(place, RECORD_HEADER_BYTES);
       if (head.length < RECORD_HEADER_BYTES) return place;
@@ -213,7 +212,8 @@ class McapFile {
     // In one go: in a browser each read of a file costs a millisecond.
     const wanted = length === Infinity ? least : least + length;
     const bytes = await this.#source.read(start, Math.min(this.#source.size, start + wanted));
-    if (bytes.length < least) throw this.#chunks.broken(`What should lie at byte ${start} lies behind its end`);
+    if (bytes.length < least)
+      throw this.#chunks.broken(`Byte ${start} of the file is needed, but the file ends before it`);
     const size = RECORD_HEADER_BYTES + Number(new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(1, true));
     if (start + size > this.#source.size) {
       throw this.#chunks.broken(`The message at byte ${start} claims to be larger than the file`);
@@ -287,10 +287,10 @@ class McapFile {
 
   /** @param {MessageIndex} messages @param {bigint} time @param {number} chunk @param {number} offset */
   #push(messages, time, chunk, offset) {
-    const most = FREE_MESSAGES + this.#source.size / BYTES_A_MESSAGE;
+    const most = FREE_MESSAGES + this.#source.size;
     this.#numMessages += 1;
     if (this.#numMessages > most) {
-      throw this.#chunks.broken(`It has more than ${Math.floor(most)} messages, too many for its size`);
+      throw this.#chunks.broken(`It has more than ${most} messages, too many for its size`);
     }
     messages.push(time, chunk, offset);
   }
@@ -335,29 +335,5 @@ class McapFile {
     const content = record.subarray(RECORD_HEADER_BYTES, RECORD_HEADER_BYTES + length);
     if (content.length < length) throw this.#chunks.broken(`The message at byte ${place} is cut off`);
     return content.subarray(MESSAGE_HEADER_BYTES);
-  }
-}
-
-/** A part of the file that moves along with what is read. */
-class Window {
-  /** @type {Uint8Array} */
-  #bytes = new Uint8Array();
-  #start = 0;
-  #source;
-  #end;
-
-  /** @param {ByteSource} source @param {number} end of what may be read */
-  constructor(source, end) {
-    this.#source = source;
-    this.#end = end;
-  }
-
-  /** So many bytes, or as many as there are. @param {number} start @param {number} length */
-  async read(start, length) {
-    if (start < this.#start || start + length > this.#start + this.#bytes.length) {
-      this.#bytes = await this.#source.read(start, Math.min(this.#end, start + Math.max(length, WINDOW_BYTES)));
-      this.#start = start;
-    }
-    return this.#bytes.subarray(start - this.#start, Math.min(this.#bytes.length, start - this.#start + length));
   }
 }

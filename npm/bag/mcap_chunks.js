@@ -5,6 +5,7 @@
  */
 import { crc32 } from '../crc32.js';
 import { fileError } from '../errors.js';
+import { ChunkCache, MAX_KEPT_BYTES } from './chunk_cache.js';
 import { unpackLz4 } from './decompress.js';
 import { CHUNK_HEADER_BYTES, OPCODE, readChunkHeader, RECORD_HEADER_BYTES } from './mcap_records.js';
 import { unpackZstd } from './zstd.js';
@@ -12,12 +13,6 @@ import { unpackZstd } from './zstd.js';
 /** @typedef {import('../archive.js').ByteSource} ByteSource */
 /** @typedef {{ start: number, length: number, compression: string }} Chunk where its record lies in the file */
 
-/** Unpacked chunks that are kept, together: frames that follow one another lie in the same ones. Most chunks are small; ... */
-const KEPT_BYTES = 2 ** 24;
-/** ... of larger ones, so many are kept, ... */
-const KEPT_CHUNKS = 4;
-/** ... where they take no more than this. A larger one that is not packed is never read as a whole. */
-const MOST_KEPT_BYTES = 2 ** 26;
 /** The beginning of a chunk's record, with the name of its compression. */
 const HEAD_BYTES = 256;
 /** To find where messages lie, so much is unpacked of however small a bag; ... */
@@ -31,9 +26,7 @@ export class Chunks {
   #source;
   /** @type {Chunk[]} */
   #chunks = [];
-  /** Unpacked, the last one used last. @type {Map<number, Promise<Uint8Array>>} */
-  #unpacked = new Map();
-  #unpackedBytes = new Map();
+  #unpacked = this.#newCache();
   /** For chunks that are looked through one after the other. */
   #scratch = new Uint8Array();
   /** Bytes that were unpacked to find where messages lie. */
@@ -52,7 +45,7 @@ export class Chunks {
 
   clear() {
     this.#chunks = [];
-    this.#unpacked.clear();
+    this.#unpacked = this.#newCache();
   }
 
   /**
@@ -75,7 +68,7 @@ export class Chunks {
   /** Where the records lie of a chunk that is not packed and too large to be read as a whole; null of others. @param {number} chunk */
   async storedRecords(chunk) {
     const { start, length } = this.#chunks[chunk] ?? { start: 0, length: 0 };
-    if (length <= MOST_KEPT_BYTES) return null;
+    if (length <= MAX_KEPT_BYTES) return null;
     const { compression, recordsStart, recordsSize } = this.#headerOf(start, await this.region(start, HEAD_BYTES));
     if (compression !== '') return null;
     const first = start + RECORD_HEADER_BYTES + recordsStart;
@@ -96,18 +89,12 @@ export class Chunks {
   }
 
   /** The records of a chunk, unpacked and checked. @param {number} chunk */
-  async records(chunk) {
-    const reading = this.#unpacked.get(chunk) ?? this.#unpack(chunk);
-    this.#unpacked.delete(chunk);
-    this.#unpacked.set(chunk, reading);
-    const records = await reading;
-    this.#unpackedBytes.set(chunk, records.length);
-    let total = 0;
-    for (const [place, kept] of [...this.#unpacked.keys()].reverse().entries()) {
-      total += this.#unpackedBytes.get(kept) ?? 0;
-      if (total > (place < KEPT_CHUNKS ? MOST_KEPT_BYTES : KEPT_BYTES) && kept !== chunk) this.#unpacked.delete(kept);
-    }
-    return records;
+  records(chunk) {
+    return this.#unpacked.get(chunk);
+  }
+
+  #newCache() {
+    return new ChunkCache((chunk) => this.#unpack(chunk));
   }
 
   /** @param {number} start @param {Uint8Array} record of a chunk, or its beginning */
@@ -166,7 +153,7 @@ export class Chunks {
   async region(start, length) {
     const bytes =
       start + length <= this.#source.size ? await this.#source.read(start, start + length) : new Uint8Array();
-    if (bytes.length < length) throw this.broken(`What should lie at byte ${start} lies behind its end`);
+    if (bytes.length < length) throw this.broken(`Byte ${start} of the file is needed, but the file ends before it`);
     return bytes;
   }
 

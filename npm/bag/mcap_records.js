@@ -58,20 +58,12 @@ export class Fields {
     this.#view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
 
-  get left() {
-    return this.#bytes.length - this.place;
-  }
-
   /** @param {number} size */
   #take(size) {
     const start = this.place;
     if (size < 0 || start + size > this.#bytes.length) throw new RangeError('a record ends before its fields do');
     this.place += size;
     return start;
-  }
-
-  u8() {
-    return this.#view.getUint8(this.#take(1));
   }
 
   u16() {

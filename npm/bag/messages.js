@@ -17,7 +17,8 @@ import { CdrReader, MessageError } from './cdr.js';
 /** @typedef {Header & { format: string, data: Uint8Array }} CompressedMessage */
 /** @typedef {{ name: string, offset: number, datatype: number, count: number }} PointField */
 /** @typedef {Header & { height: number, width: number, fields: PointField[], bigEndian: boolean, pointStep: number, rowStep: number, data: Uint8Array }} CloudMessage */
-/** @typedef {Header & { height: number, width: number, model: string, d: number[], k: number[], p: number[], binning: [number, number], offset: [number, number] }} CameraMessage */
+/** @typedef {{ x: number, y: number, height: number, width: number }} Region of an image; height and width 0: the whole image */
+/** @typedef {Header & { height: number, width: number, model: string, d: number[], k: number[], p: number[], binning: [number, number], region: Region }} CameraMessage */
 /** @typedef {Header & { angleMin: number, angleIncrement: number, rangeMin: number, rangeMax: number, ranges: Float32Array }} ScanMessage */
 /** @typedef {Header & { child: string, pose: Transform }} PoseMessage child: empty where the message names no frame */
 
@@ -144,9 +145,9 @@ export function decodeCamera(bytes) {
   const p = r.f64s(12, 'p');
   /** @type {[number, number]} */
   const binning = [r.u32('binning_x'), r.u32('binning_y')];
-  /** @type {[number, number]} */
-  const offset = [r.u32('roi.x_offset'), r.u32('roi.y_offset')];
-  return { ...header, d, k, p, binning, offset };
+  const [x, y] = [r.u32('roi.x_offset'), r.u32('roi.y_offset')];
+  const region = { x, y, height: r.u32('roi.height'), width: r.u32('roi.width') };
+  return { ...header, d, k, p, binning, region };
 }
 
 /** Points of Livox' own message, as a cloud of x y z (Livox ROS driver: CustomMsg, CustomPoint). @param {Uint8Array} bytes @returns {CloudMessage} */

@@ -7,6 +7,7 @@
  * "Fast Lossless Depth Image Compression", ISS 2017).
  */
 import { unzlibSync } from 'fflate';
+import { joined } from '../bytes.js';
 import { MessageError } from './cdr.js';
 import { depthFile } from './images.js';
 
@@ -124,13 +125,8 @@ function readGreyPng(file) {
 
 /** @param {Uint8Array[]} parts @param {number} size */
 function unpackPng(parts, size) {
-  const packed = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
+  const packed = joined(parts);
   if (size > MAX_INFLATION * packed.length) throw new MessageError('The PNG of the packed depth is cut off');
-  let filled = 0;
-  for (const part of parts) {
-    packed.set(part, filled);
-    filled += part.length;
-  }
   let rows;
   try {
     rows = unzlibSync(packed, { out: new Uint8Array(size) });

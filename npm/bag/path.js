@@ -118,7 +118,7 @@ function fromPoses(tree, poses, topic, sensor, notes) {
   const child = poses[0]?.child ?? '';
   const mount = child === '' ? IDENTITY : tree.fixed(child, sensor);
   if (!mount && poses.length > 0) {
-    const reason = `no fixed transform leads from ${child} to the sensor's frame, ${sensor}: the path of ${child} is compared with`;
+    const reason = `there is no static transform from ${child} to the sensor's frame, ${sensor}: the trajectory of ${child} is used instead`;
     notes.push({ file: topic.name, reason });
   }
   const samples = poses.flatMap(({ stamp, pose }) => {
@@ -126,7 +126,12 @@ function fromPoses(tree, poses, topic, sensor, notes) {
     return good ? [{ stamp, pose: compose(good, mount ?? IDENTITY) }] : [];
   });
   if (samples.length < poses.length) {
-    notes.push(lost(topic.name, `${plural(poses.length - samples.length, 'pose')} left out: no numbers of a pose`));
+    notes.push(
+      lost(
+        topic.name,
+        `${plural(poses.length - samples.length, 'pose')} left out: not finite, or without a unit quaternion`,
+      ),
+    );
   }
   return samples;
 }

@@ -6,6 +6,7 @@
 import { append } from '../append.js';
 import { fileError, lost } from '../errors.js';
 import { empty } from '../recording.js';
+import { groupBy } from '../recording/names.js';
 import { pairUp } from '../recording/pairs.js';
 import { MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
@@ -196,10 +197,7 @@ class Maker {
     const faulty = this.#topics.filter(
       ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
     );
-    /** @type {Map<string, TopicFacts[]>} */
-    const byProblem = new Map();
-    for (const facts of faulty) byProblem.set(facts.problem, [...(byProblem.get(facts.problem) ?? []), facts]);
-    for (const [problem, topics] of byProblem) {
+    for (const [problem, topics] of groupBy(faulty, ({ problem }) => problem)) {
       const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
       const shown =
         names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
@@ -301,20 +299,20 @@ function imageFile({ topic }, bytes, rawFile) {
  * The camera of the images as they are sent: binned, and cut to a region; of rectified ones their own (CameraInfo's P).
  * @param {import('./messages.js').CameraMessage} message @param {string} topic @param {string} depthTopic
  */
-function pinholeOf({ width, height, k, p, binning, offset }, topic, depthTopic) {
+function pinholeOf({ width, height, k, p, binning, region }, topic, depthTopic) {
   const isRectified = /rect/.test(`${topic} ${depthTopic}`) && (p[0] ?? 0) > 0;
   const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified
     ? [p[0], 0, p[2], 0, 0, p[5], p[6]]
     : [k[0], 0, k[2], 0, 0, k[4], k[5]];
   if (!(fx > 0 && fy > 0)) return null; // not calibrated
-  const [binX, binY] = binning.map((value) => Math.max(1, value));
+  const [binX, binY] = [Math.max(1, binning[0]), Math.max(1, binning[1])];
   return {
-    width: Math.floor(width / (binX ?? 1)),
-    height: Math.floor(height / (binY ?? 1)),
-    fx: fx / (binX ?? 1),
-    fy: fy / (binY ?? 1),
-    cx: (cx - offset[0]) / (binX ?? 1),
-    cy: (cy - offset[1]) / (binY ?? 1),
+    width: Math.floor((region.width || width) / binX),
+    height: Math.floor((region.height || height) / binY),
+    fx: fx / binX,
+    fy: fy / binY,
+    cx: (cx - region.x) / binX,
+    cy: (cy - region.y) / binY,
   };
 }
 

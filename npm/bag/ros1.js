@@ -263,7 +263,8 @@ class Ros1File {
   async #readRegion(start, length) {
     const isInside = length >= 0 && start + length <= this.#source.size;
     const bytes = isInside ? await this.#source.read(start, start + length) : new Uint8Array();
-    if (!isInside || bytes.length < length) throw this.#broken(`What should lie at byte ${start} lies behind its end`);
+    if (!isInside || bytes.length < length)
+      throw this.#broken(`Byte ${start} of the file is needed, but the file ends before it`);
     return bytes;
   }
 

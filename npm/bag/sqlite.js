@@ -18,7 +18,7 @@ import { fileError, lost } from '../errors.js';
  * What a page holds of a row: the beginning of its record, and where the rest lies.
  * @typedef {{ rowid: number, size: number, local: Uint8Array, overflow: number }} Cell
  */
-/** @typedef {{ place: Place, cell: Cell }} Row */
+/** @typedef {{ place: Place, cell: Cell, values: Value[] }} Row values: as far as its page holds them */
 
 const MAGIC = 'SQLite format 3\0';
 const LEAF = 0x0d;
@@ -176,32 +176,40 @@ export class SqliteFile {
         this.#note(CUT_ROWS, page);
         continue;
       }
-      const header = page === 1 ? 100 : 0;
-      const kind = bytes[header];
-      const count = Math.min(readU16(bytes, header + 3), Math.floor((bytes.length - header - 8) / 2));
-      if (kind === LEAF) {
-        for (let cell = 0; cell < count; cell += 1) {
-          try {
-            yield { place: { page, cell }, cell: this.#cell(page, bytes, cell) };
-          } catch (error) {
-            if (!(error instanceof RangeError)) throw error;
-            this.#note('damaged: some of its rows cannot be read and are left out', page);
-          }
-        }
-      } else if (kind === INTERIOR) {
-        const children = Array.from({ length: count }, (_, cell) => {
-          return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
-        });
-        children.push(readU32(bytes, header + 8));
-        // Told here, and not read: of a damaged page all children may lie behind the end.
-        const isThere = (/** @type {number} */ child) => child >= 1 && child <= this.#numPages;
-        const [there, missing] = [children.filter(isThere), children.filter((child) => !isThere(child))];
-        if (missing.length > 0) this.#note(CUT_ROWS, missing[0] ?? 0, missing.length);
-        waiting.push(...there.reverse().map((child) => ({ page: child, depth: depth + 1 })));
-      } else {
-        this.#note('damaged: some of its pages are not what they should be and are left out', page);
+      const kind = bytes[headerAt(page)];
+      if (kind === LEAF) yield* this.#rowsIn(page, bytes);
+      else if (kind === INTERIOR) {
+        const children = this.#childrenOf(page, bytes);
+        waiting.push(...children.reverse().map((child) => ({ page: child, depth: depth + 1 })));
+      } else this.#note('damaged: some of its pages are not what they should be and are left out', page);
+    }
+  }
+
+  /** The rows of a leaf; those that are damaged are noted and left out. @param {number} page @param {Uint8Array} bytes @returns {Generator<Row>} */
+  *#rowsIn(page, bytes) {
+    for (let index = 0; index < countOf(page, bytes); index += 1) {
+      try {
+        const cell = this.#cell(page, bytes, index);
+        yield { place: { page, cell: index }, cell, values: this.valuesInPage(cell) };
+      } catch (error) {
+        if (!(error instanceof RangeError)) throw error;
+        this.#note('damaged: some of its rows cannot be read and are left out', page);
       }
     }
+  }
+
+  /** The pages below an interior one, in the order of their rows. @param {number} page @param {Uint8Array} bytes */
+  #childrenOf(page, bytes) {
+    const header = headerAt(page);
+    const children = Array.from({ length: countOf(page, bytes) }, (_, cell) => {
+      return readU32(bytes, readU16(bytes, header + 12 + 2 * cell));
+    });
+    children.push(readU32(bytes, header + 8));
+    // Noted here, and not read: of a damaged page all children may lie beyond the end.
+    const isThere = (/** @type {number} */ child) => child >= 1 && child <= this.#numPages;
+    const missing = children.filter((child) => !isThere(child));
+    if (missing.length > 0) this.#note(CUT_ROWS, missing[0] ?? 0, missing.length);
+    return children.filter(isThere);
   }
 
   /** @param {number} page @param {Uint8Array} bytes @param {number} index @returns {Cell} */
@@ -259,7 +267,8 @@ export class SqliteFile {
     if (this.#blocks.size > KEPT_BLOCKS && oldest !== undefined) this.#blocks.delete(oldest);
     const bytes = await reading;
     const offset = (page - 1 - block * perBlock) * this.#pageSize;
-    if (page < 1 || offset + this.#pageSize > bytes.length) throw this.#broken(`Page ${page} lies behind its end`);
+    if (page < 1 || offset + this.#pageSize > bytes.length)
+      throw this.#broken(`Page ${page} is needed, but the file ends before it`);
     return bytes.subarray(offset, offset + this.#pageSize);
   }
 
@@ -268,7 +277,7 @@ export class SqliteFile {
     const start = (page - 1) * this.#pageSize;
     const end = Math.min(this.#source.size, start + count * this.#pageSize);
     const bytes = start < end ? await this.#source.read(start, end) : new Uint8Array();
-    if (bytes.length < this.#pageSize) throw this.#broken(`Page ${page} lies behind its end`);
+    if (bytes.length < this.#pageSize) throw this.#broken(`Page ${page} is needed, but the file ends before it`);
     return bytes;
   }
 
@@ -288,6 +297,17 @@ export class SqliteFile {
     if (known) known.count += count;
     else this.#faults.set(fault, { count, page });
   }
+}
+
+/** Where the header of a page begins: the first page begins with that of the file. @param {number} page */
+function headerAt(page) {
+  return page === 1 ? 100 : 0;
+}
+
+/** Cells of a page, at most as many as it has room for. @param {number} page @param {Uint8Array} bytes */
+function countOf(page, bytes) {
+  const header = headerAt(page);
+  return Math.min(readU16(bytes, header + 3), Math.floor((bytes.length - header - 8) / 2));
 }
 
 /** Names of the columns in `CREATE TABLE name(...)`. @param {string} sql */

@@ -5,6 +5,7 @@
  *
  * Source of the layout: sqlite.org, "WAL-mode File Format".
  */
+import { viewOf } from '../bytes.js';
 import { fileError } from '../errors.js';
 
 /** @typedef {import('../archive.js').ByteSource} ByteSource */
@@ -100,9 +101,4 @@ function checksum([a, b], view, start, length, isLittle) {
     b = (b + view.getUint32(at + 4, isLittle) + a) >>> 0;
   }
   return [a, b];
-}
-
-/** @param {Uint8Array} bytes */
-function viewOf(bytes) {
-  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }

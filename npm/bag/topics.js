@@ -168,7 +168,7 @@ function colorRank({ topic, encoding, size }, depth) {
   // Colours are laid over the depth pixel by pixel.
   if (size && depth.size && (size[0] !== depth.size[0] || size[1] !== depth.size[1])) return 0;
   const common = sharedParts(topic.name, depth.topic.name);
-  return 1 + 4 * Number(hint === 'colour') + 2 * common + Number(/^(rgb|bgr)/.test(encoding) && size !== null);
+  return 1 + 4 * Number(hint === 'color') + 2 * common + Number(/^(rgb|bgr)/.test(encoding) && size !== null);
 }
 
 /** The camera of the depth images: beside them, or in their frame. @param {readonly TopicFacts[]} topics @param {TopicFacts} depth */
@@ -227,7 +227,8 @@ export function chooseAsWished(bag, topics, wishes) {
     throw fileError(bag, `A map is made of one of ${sources.join(' and ')}`, 'Choose one of them');
   }
   /** @type {Choice} */
-  const choice = sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !isUnwanted(topic.name, wishes)));
+  const choice =
+    sources.length > 0 ? {} : chooseTopics(topics.filter(({ topic }) => !hasOtherRole(topic.name, wishes)));
   for (const role of settled) {
     const name = wishes[role];
     delete choice[role];
@@ -246,7 +247,7 @@ export function chooseAsWished(bag, topics, wishes) {
   return complete(topics, choice, settled);
 }
 
-/** Whether it would be chosen for what somebody does not want. @param {string} name @param {Wishes} wishes */
-function isUnwanted(name, wishes) {
+/** Whether it is wished for in a role other than that of a source. @param {string} name @param {Wishes} wishes */
+function hasOtherRole(name, wishes) {
   return ROLES.some((role) => wishes[role] === name && !SOURCES.includes(role));
 }

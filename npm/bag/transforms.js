@@ -77,7 +77,7 @@ export function usable({ translation, rotation }) {
 }
 
 /** @param {Stamp} stamp */
-export function secondsOf({ sec, nsec }) {
+function secondsOf({ sec, nsec }) {
   return sec + nsec * 1e-9;
 }
 

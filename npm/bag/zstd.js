@@ -23,13 +23,14 @@ const EMPTY_BLOCK = [1, 0, 0];
  * @param {Uint8Array} packed
  * @param {number | null} size of what comes out, where it is known
  * @param {(size: number) => Uint8Array} [take] memory to unpack into, of at least so many bytes
+ * @param {(packed: number, size: number) => void} [check] throws where so many packed bytes may not unpack to that size
  * @returns {Promise<Uint8Array>} rejects where it cannot be unpacked
  */
-export async function unpackZstd(packed, size, take = (size) => new Uint8Array(size)) {
+export async function unpackZstd(packed, size, take = (size) => new Uint8Array(size), check = mustBePlausible) {
   const frames = framesIn(packed);
   const most = frames.reduce((sum, frame) => sum + frame.most, 0);
   if (size !== null && size > most) throw new RangeError(`no more than ${most} bytes can come of it, not ${size}`);
-  mustBePlausible(packed.length, size ?? most);
+  check(packed.length, size ?? most);
   // Memory that is not written to is not taken.
   const output = take(size ?? most).subarray(0, size ?? most);
   const { decompress } = await import('fzstd');

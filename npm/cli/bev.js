@@ -3,7 +3,7 @@
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
-import { readInput } from './inputs.js';
+import { readRequired } from './inputs.js';
 import { note } from './terminal.js';
 
 /** @typedef {import('../index.js').BevScene} BevScene */
@@ -104,40 +104,61 @@ async function run(engine, args) {
   /** @type {WholePixels} */
   const whole = values.truncate ? 'truncated' : values.round ? 'rounded' : 'exact';
   try {
-    let scene = sceneOf(engine, values.scene, values.preset);
-    /** @type {BevRefinement | null} */
-    let refinement = null;
-    if (values.pairs !== undefined) {
-      const pairs = engine.read_bev_pairs(contents(values.pairs), basename(values.pairs));
-      refinement = engine.bev_refine(scene, pairs, { camera, parameters });
-      scene = refinement.scene;
-      note(toldRefinement(refinement, camera));
-    }
+    const given = sceneOf(engine, values.scene, values.preset);
+    const refinement = values.pairs === undefined ? null : refined(engine, given, values.pairs, { camera, parameters });
+    const projection = { scene: refinement?.scene ?? given, refinement, from, whole, withPolygon: values.polygon };
     const marked =
       values.points === undefined
         ? new Float64Array()
         : engine.read_bev_points(contents(values.points), basename(values.points), from);
-    const view = new engine.BirdsEyeView(scene);
-    const points = view.points(marked, from, whole);
-    const is_json = values.json || /\.json$/i.test(values.out ?? '');
+    const { report, csv } = projected(engine, marked, projection);
+    const isJson = values.json || /\.json$/i.test(values.out ?? '');
+    await write(values.out, isJson ? `${JSON.stringify(report, null, 2)}\n` : csv);
+    tellHidden(report.points, from);
+    return EXIT.done;
+  } catch (error) {
+    if (isScanstitchError(error)) throw new CommandError(error.message);
+    throw error;
+  }
+}
+
+/**
+ * The scene refined by the pairs of a file; what changed is told.
+ * @param {Engine} engine
+ * @param {BevScene} scene
+ * @param {string} path
+ * @param {{ camera: BevRole, parameters: BevParameter[] }} options
+ * @returns {BevRefinement}
+ */
+function refined(engine, scene, path, options) {
+  const pairs = engine.read_bev_pairs(contents(path), basename(path));
+  const refinement = engine.bev_refine(scene, pairs, options);
+  note(toldRefinement(refinement, options.camera));
+  return refinement;
+}
+
+/**
+ * The points in both views, as a report and as a table.
+ * @param {Engine} engine
+ * @param {Float64Array} marked
+ * @param {{ scene: BevScene, refinement: BevRefinement | null, from: BevRole, whole: WholePixels, withPolygon: boolean }} projection
+ */
+function projected(engine, marked, { scene, refinement, from, whole, withPolygon }) {
+  const view = new engine.BirdsEyeView(scene);
+  try {
     const report = {
       version: engine.version(),
       scene,
       from,
       whole_pixels: whole,
       homography: rows(view.homography(from)),
-      points,
-      ...(values.polygon && { polygon: view.polygon(marked, from) }),
+      points: view.points(marked, from, whole),
+      ...(withPolygon && { polygon: view.polygon(marked, from) }),
       ...(refinement && { refinement: { ...refinement, scene: undefined } }),
     };
-    const csv = view.points_csv(marked, from, whole);
+    return { report, csv: view.points_csv(marked, from, whole) };
+  } finally {
     view.free();
-    await write(values.out, is_json ? `${JSON.stringify(report, null, 2)}\n` : csv);
-    tellHidden(points, from);
-    return EXIT.done;
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
   }
 }
 
@@ -160,13 +181,7 @@ function sceneOf(engine, path, preset) {
 /** Bytes of a file, or of stdin. @param {string} path */
 function contents(path) {
   if (path === '-') return readPiped();
-  let problem = '';
-  const complain = (/** @type {string} */ told) => {
-    problem = told;
-  };
-  const bytes = readInput({ name: path, path }, complain);
-  if (!bytes) throw new CommandError(problem);
-  return bytes;
+  return readRequired({ name: path, path });
 }
 
 /**

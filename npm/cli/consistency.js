@@ -5,6 +5,7 @@ import { CommandError, EXIT, isScanstitchError, readArguments, table } from './c
 import { gather, readSource } from './inputs.js';
 import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { understandInputs } from './reconstruct.js';
+import { create } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, progressLine } from './terminal.js';
 import { readWishes } from './wishes.js';
@@ -65,6 +66,7 @@ async function run(engine, args) {
     throw new CommandError('Name a recording and a trajectory. See: scanstitch consistency --help');
   }
   const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
+  create(() => new engine.SpatialReconstruction(settings)).free();
   const complaints = new Complaints();
   const { complain } = complaints;
   const inputs = await gather(positionals.slice(0, -1), complain, readWishes(values.topic));

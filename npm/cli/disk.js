@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * Files of the disk, read and written. Read are regular files alone, and no more of them than they had when they were
- * opened: a pipe or a device may never end. Written is to a temporary name beside the file, which takes the file's name
- * when it is complete: what has the name is whole, whatever happens meanwhile.
+ * Reads and writes files on the disk. Only regular files are read, and only as many bytes as they had when they were
+ * opened: a pipe or a device may never end. Files are written under a temporary name beside the file and renamed when they
+ * are complete, so a file with the final name is always whole.
  */
 import {
   closeSync,

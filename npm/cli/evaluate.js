@@ -233,8 +233,7 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
       ...result,
       relations: relationsJson(result.relations, values.errors ?? false),
     }));
-    const full = { ...engine.evaluation_defaults(), ...options };
-    const report = { version: engine.version(), reference: basename(reference), options: full, estimates: ranked };
+    const report = { version: engine.version(), reference: basename(reference), options, estimates: ranked };
     process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
   } else {
     process.stdout.write(printed(results, values.table ?? 'text', values.drift ?? false, options));

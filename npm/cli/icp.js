@@ -5,7 +5,7 @@ import { OwnPosesError } from '../lab/own_poses.js';
 import { MOST_POINTS, voxelFor } from '../lab/thinning.js';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { writeWhole } from './disk.js';
-import { readInput } from './inputs.js';
+import { readRequired } from './inputs.js';
 import { png } from './png.js';
 
 /** @typedef {import('./command.js').Engine} Engine */
@@ -116,26 +116,21 @@ function noStep({ trace }) {
   const last = trace?.at(-1)?.summary;
   return last?.num_correspondences === 0
     ? 'The clouds do not overlap from this start: no point of the source has a partner. Give a nearer start by --set init_T_target_source=[...], or --set max_correspondence_distance=5.'
-    : 'The pairs fix no step: too few, or without the normals that they are measured along. Try --set metric=point_to_point.';
+    : 'The pairs do not determine a step: there are too few, or the target has no normals. Try --set metric=point_to_point.';
 }
 
 /** @param {Engine} engine @param {string} path */
 function readCloud(engine, path) {
   const name = basename(path);
-  const bytes = readInput({ name, path }, (problem) => {
-    throw new CommandError(problem);
-  });
-  return engine.PointCloud.read(bytes ?? new Uint8Array(), name);
+  return engine.PointCloud.read(readRequired({ name, path }), name);
 }
 
 /** @param {Engine} engine @param {string} path */
 function ownPoses(engine, path) {
   const name = basename(path);
-  const bytes = readInput({ name, path }, (problem) => {
-    throw new CommandError(problem);
-  });
+  const bytes = readRequired({ name, path });
   try {
-    return engine.read_own_poses(bytes ?? new Uint8Array(), name);
+    return engine.read_own_poses(bytes, name);
   } catch (error) {
     if (error instanceof OwnPosesError) throw new CommandError(error.message);
     throw error;
@@ -249,12 +244,12 @@ function picture([width = 0, height = 0], color) {
   return png(width * scale, height * scale, rgb);
 }
 
-/** Why steps that are the same differ in their last digits. @param {import('../index.js').OwnIcpComparison['steps']} steps */
+/** Why equal steps differ in their last digits. @param {import('../index.js').OwnIcpComparison['steps']} steps */
 function rounding(steps) {
   const off = Math.max(0, ...steps.flatMap(({ rotation, translation }) => [rotation, translation]));
-  const remedy = 'read yours so (numpy: astype(float32)), and the steps agree to 1e-9';
+  const remedy = 'read yours in the same way (numpy: astype(float32)), and the steps agree to 1e-9';
   return off > 1e-9
-    ? `\nThe last digits differ. Where a file declares floats, ours reads its points so: ${remedy}.`
+    ? `\nThe last digits differ. Points that a file declares as 32-bit floats are read as such here: ${remedy}.`
     : '';
 }
 

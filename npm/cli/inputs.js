@@ -6,7 +6,7 @@ import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive_directory.js';
 import { isBagName, isOfBag } from '../bag/names.js';
 import { convertFiles } from '../formats/convert.js';
-import { openAnyArchive } from '../open_archive.js';
+import { bytesInMemory, openAnyArchive } from '../open_archive.js';
 import { isSystemFile } from '../recording/classify.js';
 import { filesInArchive, filesInBags } from '../recording/contents.js';
 import { isArchiveName } from '../recording/kinds.js';
@@ -30,8 +30,8 @@ class TooManyFiles extends Error {}
 
 /**
  * All files that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the
- * ROS bags. Nothing is read but the directories of archives and the indexes of bags. What cannot be found is reported and
- * left out.
+ * ROS bags. Of most files nothing is read but a beginning, the directories of archives and the indexes of bags; what
+ * `convertFiles` lists by its contents is read whole. What cannot be found is reported and left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  * @param {Wishes} [wishes] topics of bags
@@ -114,8 +114,7 @@ function bagFiles(sources, handles) {
     path,
     source: async () => {
       if (disk === null) {
-        const bytes = await read();
-        return { size: bytes.length, read: async (start, end) => bytes.subarray(start, end) };
+        return bytesInMemory(await read());
       }
       const handle = await openFile(disk);
       handles.push(handle);
@@ -261,6 +260,15 @@ export function readInput({ name, path }, complain) {
   } catch (error) {
     complain(`${name}: ${fileProblem(error)}`);
     return null;
+  }
+}
+
+/** The file's bytes; throws a CommandError where it cannot be read. @param {Input} input */
+export function readRequired({ name, path }) {
+  try {
+    return readWhole(path);
+  } catch (error) {
+    throw new CommandError(`${name}: ${fileProblem(error)}`);
   }
 }
 

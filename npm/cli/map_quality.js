@@ -179,6 +179,8 @@ function printed(results) {
  */
 function number(option, text) {
   const value = Number(text);
-  if (text.trim() === '' || !(value >= 0)) throw new CommandError(`--${option} is a positive number, not "${text}".`);
+  if (text.trim() === '' || !Number.isFinite(value) || value < 0) {
+    throw new CommandError(`--${option} is a number from 0, not "${text}".`);
+  }
   return value;
 }

@@ -15,7 +15,7 @@ let turn = Promise.resolve();
 
 parentPort?.on('message', (/** @type {{ id: number, order: import('./prepare.js').Order }} */ { id, order }) => {
   const reading = readContents(order);
-  // Called when it is its turn.
+  // A rejection is handled in `answer`, when this frame is reached.
   reading.catch(() => {});
   turn = turn.then(() => answer(id, order, reading));
 });

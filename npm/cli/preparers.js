@@ -77,7 +77,7 @@ class InlinePreparer {
 
 /** @implements {ClosingPreparer} */
 class ThreadPreparer {
-  /** This thread places frames and is long about it. */
+  /** Registering a frame takes this thread long: with two orders the preparer need not wait for it. */
   ahead = 2;
   #module;
   #worker;
@@ -151,7 +151,7 @@ class ThreadPreparer {
     });
   }
 
-  /** Every frame that it had asks for this. */
+  /** Is called for every frame that the thread had, and replaces it once. */
   replace() {
     if (this.#end === null) return;
     const old = this.#worker;

@@ -73,7 +73,7 @@ Written into DIR:
 Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
 Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
 file that cannot be used is named on stderr and left out, as are files and options that were given and are not used.
-Read are regular files alone, no pipes. Files are written whole or not at all. Ctrl-C and SIGTERM stop; what has been
+Only regular files are read, no pipes. Files are written whole or not at all. Ctrl-C and SIGTERM stop; what has been
 computed is written.
 
 Examples:
@@ -169,8 +169,8 @@ export function withoutNamed({ sources }, { notes, ...recording }, complain) {
   for (const { path } of told) complain(`${printable(path)}: ${reasons.get(path)}.`);
   for (const { path } of untold.slice(0, MOST_NAMED)) complain(`${printable(path)}: This file is not used.`);
   if (untold.length > MOST_NAMED) complain(`${untold.length - MOST_NAMED} more files that were named are not used.`);
-  const isTold = new Set(told.map(({ path }) => path));
-  return notes.filter(({ file }) => !isTold.has(file));
+  const toldPaths = new Set(told.map(({ path }) => path));
+  return notes.filter(({ file }) => !toldPaths.has(file));
 }
 
 /**

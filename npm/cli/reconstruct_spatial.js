@@ -5,15 +5,14 @@ import { joinPoses } from '../recording.js';
 import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import { trajectoryBytes } from '../recording/pose_file.js';
 import { printable } from '../printable.js';
-import { SpatialRun } from '../spatial_run.js';
-import { CommandError, isScanstitchError, untilInterrupt } from './command.js';
-import { readInput, readSource } from './inputs.js';
-import { startPreparers } from './preparers.js';
+import { CommandError, untilInterrupt } from './command.js';
+import { readInput, readRequired, readSource } from './inputs.js';
 import { isFolder, writeResults } from './disk.js';
 import { accepted, create, mapFile, reportFile } from './results.js';
+import { runFrames } from './run_frames.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { assumptionNotes, frameTable, headline } from './spatial_summary.js';
-import { note, progressLine } from './terminal.js';
+import { note } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
 /** @typedef {import('./results.js').Task} Task */
@@ -131,9 +130,9 @@ export async function setIntrinsics(reconstruction, { inputs, recording, options
     const fail = (/** @type {string} */ problem) => {
       throw new CommandError(problem);
     };
-    const bytes = readInput({ name, path: options.intrinsics }, fail);
+    const bytes = readRequired({ name, path: options.intrinsics });
     const tell = (/** @type {string} */ text) => note(`${printable(name)}: ${text}.`);
-    if (bytes) accepted(() => give(name, bytes).forEach(tell), fail);
+    accepted(() => give(name, bytes).forEach(tell), fail);
     return;
   }
   const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
@@ -189,38 +188,14 @@ export async function readReference({ inputs, recording, options, complain }) {
  * @param {AbortSignal} signal
  * @returns {Promise<Timing>}
  */
-async function runAll(reconstruction, jobs, { engine, options, complain }, signal) {
-  const workers = Math.min(options.workers, jobs.length);
-  const preparers = await startPreparers(engine, workers);
+async function runAll(reconstruction, jobs, task, signal) {
   /** @type {Timing['frames']} */
   const frames = new Map();
-  const progress = progressLine(jobs.length);
-  const run = new SpatialRun({
-    preparers,
-    registrar: registrarOf(reconstruction),
-    onEvent: (event) => {
-      if (event.type === 'registered') frames.set(event.index, event.milliseconds);
-      if (event.type === 'problem') {
-        progress.clear();
-        complain(isScanstitchError(event.error) ? event.error.message : `${event.name}: ${event.error.message}.`);
-      }
-      if (event.type === 'registered') progress.show(frames.size);
-    },
+  const { total, workers, isStopped } = await runFrames(task, jobs, registrarOf(reconstruction), signal, {
+    onRegistered: ({ index, milliseconds }) => frames.set(index, milliseconds),
+    whenStopped: '; these are written',
   });
-  run.add(jobs);
-  const start = performance.now();
-  try {
-    const { state } = await run.run(signal);
-    const total = performance.now() - start;
-    const isStopped = state === 'stopped';
-    if (isStopped && frames.size > 0) {
-      complain(`Stopped after ${frames.size} of ${jobs.length} frames; these are written.`);
-    }
-    return { total, frames, workers, isStopped };
-  } finally {
-    progress.clear();
-    await Promise.all(preparers.map((preparer) => preparer.close()));
-  }
+  return { total, frames, workers, isStopped };
 }
 
 /**

@@ -57,7 +57,7 @@ export function headline(result, timing, sizes, numRecorded) {
     const made =
       quantisation === 'truncated' ? ', truncated to whole values' : quantisation === 'rounded' ? ', rounded' : '';
     lines.push(
-      `Depth: ${Number(depth_scale.toPrecision(6))} raw values a metre${assumedMark(assumptions, 'depth_scale')}${made}`,
+      `Depth: ${Number(depth_scale.toPrecision(6))} raw values per metre${assumedMark(assumptions, 'depth_scale')}${made}`,
     );
   }
   const map = sizes.map(({ voxel_size, num_points, num_bytes }) => {
@@ -84,13 +84,14 @@ export function headline(result, timing, sizes, numRecorded) {
  * @returns {string[]}
  */
 export function assumptionNotes({ assumptions, notes }) {
+  // The words of the engine's note about the depth scale (crate/src/camera/depth_scale.rs).
   const isSaid = notes.some((text) => text.includes('raw values a metre'));
   return assumptions.flatMap(({ setting, value, why, confirmed_by }) => {
     const number = Number(value.toPrecision(6));
     const confirmed = confirmed_by === null ? null : `Confirmed by ${confirmed_by}.`;
     if (setting === 'depth_scale') {
       const remedy = 'If the map has the wrong size, give the right number: --set depth_scale=NUMBER.';
-      const assumed = `No file says how many raw values a metre has: ${number} is assumed, ${why}.`;
+      const assumed = `No file says what the depth scale is: a scale of ${number} raw values per metre is assumed, ${why}.`;
       return isSaid ? [] : [`${assumed} ${confirmed ?? remedy}`];
     }
     const remedy = 'If the map is bent, give the camera: --intrinsics FILE (fx fy cx cy), or --set fx=PIXELS.';

@@ -2,18 +2,17 @@
 /** `scanstitch strategies`: what a map costs and gains, strategies side by side. */
 import { availableParallelism } from 'node:os';
 import { basename } from 'node:path';
-import { SpatialRun } from '../spatial_run.js';
 import { StrategyRace, timed } from '../strategy_race.js';
 import { cell, columnsOf, csvOf, framesCsvOf } from '../strategy_table.js';
-import { CommandError, isScanstitchError, readArguments, table, untilInterrupt } from './command.js';
+import { CommandError, readArguments, table, untilInterrupt } from './command.js';
 import { gather } from './inputs.js';
-import { startPreparers } from './preparers.js';
 import { readWorkers, understandInputs, withoutNamed } from './reconstruct.js';
 import { jobsOf, nothingComputed, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
 import { writeWhole } from './disk.js';
 import { accepted, create } from './results.js';
+import { runFrames } from './run_frames.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
-import { Complaints, note, progressLine, tellNotes } from './terminal.js';
+import { Complaints, note, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -177,44 +176,19 @@ async function compareAll(task, chosen, settings) {
  * @param {number} numStrategies
  * @param {AbortSignal} signal
  */
-async function runRace({ engine, options, complain }, jobs, comparison, numStrategies, signal) {
+async function runRace(task, jobs, comparison, numStrategies, signal) {
+  // After an interrupt the current strategy still finishes its frame: a call of the engine cannot be interrupted.
   const race = new StrategyRace(timed(comparison), numStrategies, { isOver: () => signal.aborted });
-  const preparers = await startPreparers(engine, Math.min(options.workers, jobs.length));
-  const progress = progressLine(jobs.length);
-  let numPlaced = 0;
-  const run = new SpatialRun({
-    preparers,
-    registrar: {
-      begin: async ({ name, file }) => comparison.begin(name, await readFirst(name, file)),
-      place: (bytes) => race.place(bytes),
-      finish: () => race.finish(),
-    },
-    onEvent: (event) => {
-      if (event.type === 'problem') {
-        progress.clear();
-        complain(isScanstitchError(event.error) ? event.error.message : `${event.name}: ${event.error.message}.`);
-      }
-      if (event.type === 'registered') {
-        numPlaced += 1;
-        progress.show(numPlaced);
-      }
-    },
-  });
-  // A colour of the map says nothing here, and takes time to read.
-  run.add(jobs.map((job) => ({ ...job, color: null })));
-  try {
-    const { state } = await run.run(signal);
-    const isStopped = state === 'stopped';
-    if (isStopped && numPlaced > 0) {
-      // The strategy at work is let finish its frame: the engine answers nothing meanwhile.
-      progress.clear();
-      complain(`Stopped after ${numPlaced} of ${jobs.length} frames.`);
-    }
-    return { race, numPlaced, isStopped };
-  } finally {
-    progress.clear();
-    await Promise.all(preparers.map((preparer) => preparer.close()));
-  }
+  /** @type {import('../spatial_run.js').Registrar<import('./preparers.js').FrameJob>} */
+  const registrar = {
+    begin: async ({ name, file }) => comparison.begin(name, await readFirst(name, file)),
+    place: (bytes) => race.place(bytes),
+    finish: () => race.finish(),
+  };
+  // The comparison does not use the colours of the map, and reading them takes time.
+  const withoutColors = jobs.map((job) => ({ ...job, color: null }));
+  const { numPlaced, isStopped } = await runFrames(task, withoutColors, registrar, signal);
+  return { race, numPlaced, isStopped };
 }
 
 /** @param {import('../strategy_table.js').Row[]} rows */

@@ -10,16 +10,17 @@
  * | the radar of the Arduino tutorials: angle, distance, a point | `15,34.16,33.17,33.` |
  * | letters before the numbers | `a:15.50 r:1.234` |
  */
+import { DEGREE, evenShare, extent, MAX_RADIANS, median, stepsOf } from './angles.js';
 
 const NUMBER = String.raw`-?\d+(?:\.\d+)?`;
 /** So many readings have to stand at the beginning. */
 const FIRST = 8;
 /** Narrower views (degrees) are those of no sensor that sweeps. */
 const MIN_VIEW = 45;
-/** Beyond this (rad) angles are in degrees. */
-const MAX_RADIANS = 7;
-/** A step is even within so much of the median step. */
+/** A step is even within this share of the median step. */
 const EVEN = 0.5;
+/** At least this share of the steps is even. */
+const MIN_EVEN = 0.9;
 const PAIR = new RegExp(String.raw`["']?(${NUMBER})["']?\s*:\s*(${NUMBER}|nan|inf|None|null)\s*(?=[,}])`, 'gi');
 const DICTIONARY = new RegExp(
   String.raw`^\s*\{\s*(?:["']?${NUMBER}["']?\s*:\s*(?:${NUMBER}|nan|inf|None|null)\s*,\s*){${FIRST}}`,
@@ -71,16 +72,11 @@ function areMost(head, line) {
   if (readings.length < 3 * FIRST || 4 * readings.length < 3 * lines.length) return false;
   if (readings.every((words) => words.every((word) => /^[0-5]?\d$/.test(word)))) return false;
   const angles = readings.map(([angle]) => Number(angle));
-  const steps = angles.slice(1).map((angle, at) => Math.abs(angle - (angles[at] ?? 0)));
-  const step = steps.toSorted((a, b) => a - b)[steps.length >> 1] ?? 0;
-  const numEven = steps.filter((value) => Math.abs(value - step) <= EVEN * step).length;
-  const [least, most] = angles.reduce(
-    ([low, high], angle) => [Math.min(low, angle), Math.max(high, angle)],
-    [Infinity, -Infinity],
-  );
+  const steps = stepsOf(angles).map(Math.abs);
+  const [least, most] = extent(angles);
   const view = most - least;
-  const isView = view > MIN_VIEW || (Math.max(most, -least) < MAX_RADIANS && view > (MIN_VIEW * Math.PI) / 180);
-  return step > 0 && isView && 10 * numEven >= 9 * steps.length;
+  const isView = view > MIN_VIEW || (Math.max(most, -least) < MAX_RADIANS && view > MIN_VIEW * DEGREE);
+  return median(steps) > 0 && isView && evenShare(steps, EVEN) >= MIN_EVEN;
 }
 
 /** @param {string} text @param {RegExp} line @returns {Readings} */

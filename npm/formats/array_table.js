@@ -4,13 +4,14 @@
  * first line says what its columns are, or CSM's JSON where the angles are not evenly spaced. Arrays are recognised by
  * their names and by the lengths that they have in common.
  */
+import { areDegrees } from './angles.js';
 
 /** @typedef {import('./mat.js').Numbers} Numbers */
 /** @typedef {import('./mat.js').Value} Value */
 /** @typedef {import('./mat.js').Variables} Variables */
 /** @typedef {Map<string, Numbers>} Group arrays that belong together, by their names */
 /** @typedef {{ rows: number, beams: number, at: (row: number, beam: number) => number }} Ranges a scan a row */
-/** @typedef {{ name: string, columns: 3, at: (row: number, column: number) => number }} Poses x y heading */
+/** @typedef {{ at: (row: number, column: number) => number }} Poses x y heading */
 /** @typedef {'odometry' | 'poses' | 'reference'} PoseRole */
 
 /** A scan has so many readings at least: a pose has 16 numbers at the most. */
@@ -42,8 +43,6 @@ const POSES = [
 const MIN_POSES = 20;
 /** Rows of unequal lengths are filled up to the longest while the whole has at most so many times their numbers, and so many more. */
 const [MOST_PADDED, FREE_PADDED] = [10, 2 ** 16];
-/** Angles beyond this (rad) can only be degrees. */
-const MAX_RADIANS = 7;
 /** Angles are even where none is further than so much of a step from its place. */
 const EVEN = 0.1;
 
@@ -201,11 +200,11 @@ function posesOf(others, count) {
       return pattern.test(name.toLowerCase()) && !isOther && values.length === 3 * count && dims.includes(3);
     });
     if (!found) return [];
-    const [name, { dims, values }] = found;
+    const [, { dims, values }] = found;
     const isByRow = dims[1] === 3;
     const at = (/** @type {number} */ row, /** @type {number} */ column) =>
       (isByRow ? values[column * count + row] : values[3 * row + column]) ?? Number.NaN;
-    return [{ role, name, columns: 3, at }];
+    return [{ role, at }];
   });
 }
 
@@ -234,8 +233,7 @@ function anglesOf(others, count) {
 
 /** @param {number[]} given in radians or degrees @returns {Angles} */
 function describe(given) {
-  const inDegrees = given.some((angle) => Math.abs(angle) > MAX_RADIANS);
-  const values = inDegrees ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
+  const values = areDegrees(given) ? given.map((degrees) => (degrees * Math.PI) / 180) : given;
   const [start = 0] = values;
   const step = ((values.at(-1) ?? 0) - start) / Math.max(1, values.length - 1);
   const isEven =

@@ -1,7 +1,8 @@
 // @ts-check
 /**
  * Files that are packed, or whose format the engine does not read, as files that it reads: they keep their paths, but for the
- * ending of what was packed, and are converted when they are read.
+ * ending of what was packed, and are converted when they are read. To list them, packed files, files of MATLAB, text scans and text
+ * clouds are read and converted once as a whole; of the others a beginning is enough.
  */
 import { fileError, lost } from '../errors.js';
 import { unpackedName } from '../packed.js';
@@ -47,34 +48,38 @@ export async function convertFiles(given, wrap) {
   const mayBeScans = new Set(scanTexts.length <= MAX_SCAN_TEXTS ? scanTexts : []);
   const hasArrays = files.some(({ path }) => /\.npy$/i.test(path));
   const alike = hasArrays ? await (await import('./numpy.js')).countAlike(files) : undefined;
+  /** @param {T} file @returns {Promise<Content | Content[]>} the file itself, where it is not converted */
+  const make = async (file) => {
+    const { path } = file;
+    const points = pointTables.get(file);
+    if (points !== undefined) return pointTable(file, points, notes);
+    if (textClouds.has(file)) return textFile(file, notes);
+    if (FOREIGN.test(path) && !isBagName(path)) return convert(file, notes, alike);
+    if (DEPTH_TABLES.test(path) && hintOf(baseOf(path)) === 'depth') return depthTable(file);
+    return mayBeScans.has(file) ? scanText(file, notes) : file;
+  };
   /** @type {T[]} */
   const converted = [];
   for (const file of files) {
-    const points = pointTables.get(file);
     try {
-      const made = await (points !== undefined
-        ? pointTable(file, points, notes)
-        : textClouds.has(file)
-          ? textFile(file, notes)
-          : FOREIGN.test(file.path) && !isBagName(file.path)
-            ? convert(file, notes, alike)
-            : DEPTH_TABLES.test(file.path) && hintOf(baseOf(file.path)) === 'depth'
-              ? depthTable(file)
-              : mayBeScans.has(file)
-                ? scanText(file, notes)
-                : file);
+      const made = await make(file);
       for (const content of Array.isArray(made) ? made : [made]) {
         converted.push(content === file ? file : wrap(content, file));
       }
     } catch (error) {
-      const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
-      // What has a code is of the system: a file that was there when it was listed, and is no more.
-      if (name !== 'ScanstitchError' && /** @type {NodeJS.ErrnoException} */ (error).code === undefined) throw error;
-      const reason = [problem || message, remedy].filter(Boolean).join('. ');
-      notes.push(lost(file.path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`));
+      notes.push(notConverted(file, error));
     }
   }
   return { files: withKnownCamera(await withVelodynePoses(converted, wrap, notes), wrap, notes), notes };
+}
+
+/** A note about a file that cannot be converted; throws the error where it is not about the file. @param {Content} file @param {unknown} error */
+function notConverted({ path }, error) {
+  const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
+  // Errors of the system have a code: a file that was there when it was listed may have been moved or deleted.
+  if (name !== 'ScanstitchError' && /** @type {NodeJS.ErrnoException} */ (error).code === undefined) throw error;
+  const reason = [problem || message, remedy].filter(Boolean).join('. ');
+  return lost(path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`);
 }
 
 /**
@@ -243,10 +248,10 @@ async function pcdFile(file) {
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function lasFile(file, notes) {
-  const { lasCloud } = await import('./las.js');
-  const first = lasCloud(file.path, await file.read());
-  notes.push(...first.notes.map((reason) => ({ file: file.path, reason })));
-  if (first.loss !== null) notes.push(lost(file.path, first.loss));
+  const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
+  const header = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
+  notes.push(...header.notes.map((reason) => ({ file: file.path, reason })));
+  if (header.loss !== null) notes.push(lost(file.path, header.loss));
   return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 

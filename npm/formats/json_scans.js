@@ -5,13 +5,13 @@
  */
 import { fileError } from '../errors.js';
 import { lookUp } from '../look_up.js';
+import { inRadians, mayBeMirrored } from './angles.js';
 import { isPointJson, pointsOfList, scanOfPoints } from './point_scans.js';
 import { numberOf, scanOf } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
-const DEGREE = Math.PI / 180;
 /** Nesting of JSON that is looked into. */
 const MAX_DEPTH = 8;
 /** Readings of a scan, at least, where nothing names them. */
@@ -69,9 +69,11 @@ function documentsOf(text, name, tell) {
       }
     });
     // A recorder that was stopped leaves half a line behind.
-    if (known.length > 0 && known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
-    if (known.length > 0 && known.length >= lines.length - 1) return known;
-    throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+    if (known.length === 0 || known.length < lines.length - 1) {
+      throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+    }
+    if (known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
+    return known;
   }
 }
 
@@ -94,7 +96,7 @@ function collect(value, around, depth, scans) {
   if (Array.isArray(ranges) && ranges.every((range) => typeof range !== 'object' || range === null)) {
     const angles = own['angles'];
     const listed =
-      Array.isArray(angles) && angles.length === ranges.length ? { angles: radians(angles.map(Number)) } : {};
+      Array.isArray(angles) && angles.length === ranges.length ? { angles: inRadians(angles.map(Number)) } : {};
     scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
     return;
   }
@@ -138,16 +140,8 @@ function readingsOf(list) {
   if (angle === undefined || distance === undefined) return null;
   const values = (/** @type {string} */ key) =>
     list.map((item) => numberOf(/** @type {Record<string, unknown>} */ (item ?? {})[key]));
-  const angles = radians(values(angle));
-  // From 0 to beyond half a turn, as both lasers count that turn clockwise and others.
-  const isOpen = angles.every((value) => !(value < 0)) && angles.some((value) => value > Math.PI);
-  return { angles, ranges: metres(values(distance)), ...(isOpen && { mayBeMirrored: true }) };
-}
-
-/** Angles beyond a turn of radians are degrees. @param {readonly number[]} angles */
-function radians(angles) {
-  const largest = angles.reduce((most, angle) => Math.max(most, Math.abs(angle) || 0), 0);
-  return angles.map((angle) => (largest > 7 ? DEGREE * angle : angle));
+  const angles = inRadians(values(angle));
+  return { angles, ranges: metres(values(distance)), ...(mayBeMirrored(angles) && { mayBeMirrored: true }) };
 }
 
 /** Distances whose median is beyond 60 are millimetres: no laser for the plane sees that far. @param {readonly number[]} distances */

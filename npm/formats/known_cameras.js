@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * Cameras of published data sets whose recordings hold no file that says them, told by the names that the sets give their
- * folders and paths. All have images of 640 x 480 pixels and 5,000 values a metre.
+ * folders and paths. All have images of 640 x 480 pixels and 5,000 raw values per metre.
  *
  * Sources: TUM RGB-D, "File formats", table of the intrinsics (colours; the depth is registered to them); BONN RGB-D Dynamic,
  * its web page; ICL-NUIM (Handa et al., ICRA 2014), its web page: fy is -480 for the renderer, 480 for its images.
@@ -35,7 +35,7 @@ export function knownCamera(files) {
     const [fx, fy, cx, cy] = camera;
     const size = 'Camera.width: 640\nCamera.height: 480\n';
     const text = `%YAML:1.0\n${size}Camera.fx: ${fx}\nCamera.fy: ${fy}\nCamera.cx: ${cx}\nCamera.cy: ${cy}\nDepthMapFactor: 5000.0\n`;
-    const reason = `named as in ${name}: the camera of that data set (fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}) and its 5,000 values a metre are used`;
+    const reason = `named as in ${name}: the camera of that data set (fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}) and its 5,000 raw values per metre are used`;
     return { at, text, reason };
   }
   return null;

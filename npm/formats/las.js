@@ -13,18 +13,31 @@ const MAX_KEPT = 10_000;
 /** A shift is so many times some (m): neighbouring files have the same one. */
 const SHIFT_STEP = 1000;
 const MIN_HEADER = 227;
+/** Of the header, as much as is used: that of version 1.4 up to its number of points. */
+export const HEADER_BYTES = 255;
 const COMPRESSED = 0x80;
 /** x, y and z of every point record, 32-bit integers. */
 const MIN_RECORD = 20;
 
 /**
- * @param {string} name for messages
- * @param {Uint8Array} bytes
- * @returns {{ ply: Uint8Array, notes: string[], loss: string | null }} loss: what is missing of it; throws a ScanstitchError
+ * @typedef {object} LasHeader
+ * @property {number} start of the points in the file
+ * @property {number} record bytes of a point
+ * @property {number} count of the points that are there
+ * @property {{ scale: number, offset: number, shift: number }[]} axes
+ * @property {string[]} notes what is worth knowing of it
+ * @property {string | null} loss what is missing of it
  */
-export function lasCloud(name, bytes) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  if (bytes.length < MIN_HEADER || view.getUint32(0, false) !== 0x4c415346) {
+
+/**
+ * @param {string} name for messages
+ * @param {Uint8Array} head the first {@link HEADER_BYTES} of the file, or more
+ * @param {number} size of the file (bytes)
+ * @returns {LasHeader} throws a ScanstitchError
+ */
+export function lasHeader(name, head, size) {
+  const view = new DataView(head.buffer, head.byteOffset, head.byteLength);
+  if (head.length < MIN_HEADER || view.getUint32(0, false) !== 0x4c415346) {
     throw fileError(name, 'This is not a LAS cloud, or it is cut off in its header', 'Copy or export it again');
   }
   const [start, format, record] = [view.getUint32(96, true), view.getUint8(104), view.getUint16(105, true)];
@@ -36,31 +49,41 @@ export function lasCloud(name, bytes) {
     );
   }
   const legacyCount = view.getUint32(107, true);
-  const isFour = view.getUint8(24) === 1 && view.getUint8(25) >= 4 && bytes.length >= 255;
+  const isFour = view.getUint8(24) === 1 && view.getUint8(25) >= 4 && head.length >= HEADER_BYTES;
   const claimed = legacyCount === 0 && isFour ? Number(view.getBigUint64(247, true)) : legacyCount;
   if (record < MIN_RECORD || start < MIN_HEADER) {
     throw fileError(name, `Its header has points of ${record} bytes at byte ${start}`, 'Copy or export it again');
   }
-  const count = Math.max(0, Math.min(claimed, Math.floor((bytes.length - start) / record)));
+  const count = Math.max(0, Math.min(claimed, Math.floor((size - start) / record)));
   const loss = count < claimed ? `cut off: ${count} of ${claimed} points are there` : null;
-  /** @type {string[]} */
-  const notes = [];
-  const axes = [0, 1, 2].map((axis) => ({
-    scale: view.getFloat64(131 + 8 * axis, true),
-    offset: view.getFloat64(155 + 8 * axis, true),
-    limits: [view.getFloat64(187 + 16 * axis, true), view.getFloat64(179 + 16 * axis, true)],
-  }));
-  const shifts = axes.map(({ limits: [low = 0, high = 0] }) => {
+  const axes = [0, 1, 2].map((axis) => {
+    const [high, low] = [view.getFloat64(179 + 16 * axis, true), view.getFloat64(187 + 16 * axis, true)];
     const isLarge = Math.max(Math.abs(low), Math.abs(high)) > MAX_KEPT;
-    return isLarge ? SHIFT_STEP * Math.floor(low / SHIFT_STEP) : 0;
+    return {
+      scale: view.getFloat64(131 + 8 * axis, true),
+      offset: view.getFloat64(155 + 8 * axis, true),
+      shift: isLarge ? SHIFT_STEP * Math.floor(low / SHIFT_STEP) : 0,
+    };
   });
-  if (shifts.some((shift) => shift !== 0))
-    notes.push(`its coordinates are large and are shifted by -(${shifts.join(', ')}) m`);
+  const shifts = axes.map(({ shift }) => shift);
+  const isShifted = shifts.some((shift) => shift !== 0);
+  const notes = isShifted ? [`its coordinates are large and are shifted by -(${shifts.join(', ')}) m`] : [];
+  return { start, record, count, axes, notes, loss };
+}
+
+/**
+ * @param {string} name for messages
+ * @param {Uint8Array} bytes
+ * @returns {Pick<LasHeader, 'notes' | 'loss'> & { ply: Uint8Array }} throws a ScanstitchError
+ */
+export function lasCloud(name, bytes) {
+  const { start, record, count, axes, notes, loss } = lasHeader(name, bytes, bytes.length);
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const points = new Float32Array(3 * count);
   for (let point = 0; point < count; point += 1) {
-    for (const [axis, { scale, offset }] of axes.entries()) {
+    for (const [axis, { scale, offset, shift }] of axes.entries()) {
       const raw = view.getInt32(start + point * record + 4 * axis, true);
-      points[3 * point + axis] = raw * scale + (offset - (shifts[axis] ?? 0));
+      points[3 * point + axis] = raw * scale + (offset - shift);
     }
   }
   return { ply: plyFile(bytesOf(points), count, ['x', 'y', 'z']), notes, loss };

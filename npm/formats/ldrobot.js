@@ -7,9 +7,11 @@
  * Source: LDROBOT, "LD19 Development Manual", communication protocol (CRC-8, polynomial 4D).
  */
 
+import { DEGREE } from './angles.js';
+import { ReadingScans } from './scan.js';
+
 /** @typedef {import('./scan.js').Scan} Scan */
 
-const DEGREE = Math.PI / 180;
 const [HEADER, LENGTH_CODE] = [0x54, 0x2c];
 const PACKET = 47;
 const READINGS = 12;
@@ -56,8 +58,7 @@ export function bytesOfHex(text) {
  * @returns {{ scans: Scan[], numBroken: number }} numBroken: bytes that belong to no whole packet, in packets
  */
 export function readLdrobot(bytes) {
-  /** @type {(Scan & { angles: number[] })[]} */
-  const scans = [];
+  const scans = new ReadingScans();
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   let [last, turns, before, numRead] = [Infinity, 0, 0, 0];
   for (let at = nextPacket(bytes, 0); at >= 0; at = nextPacket(bytes, at + PACKET)) {
@@ -69,16 +70,14 @@ export function readLdrobot(bytes) {
     const step = ((end - start + 36_000) % 36_000) / (READINGS - 1);
     for (let reading = 0; reading < READINGS; reading += 1) {
       const angle = ((start + step * reading) % 36_000) / 100;
-      if (angle < last - 180) scans.push({ ranges: [], angles: [], time: 1e-3 * (clock + CLOCK * turns) });
+      if (angle < last - 180) scans.begin({ time: 1e-3 * (clock + CLOCK * turns) });
       last = angle;
-      const distance = view.getUint16(at + 6 + 3 * reading, true);
-      scans.at(-1)?.angles.push(-DEGREE * angle);
-      scans.at(-1)?.ranges.push(distance > 0 ? 1e-3 * distance : null);
+      scans.add(-DEGREE * angle, 1e-3 * view.getUint16(at + 6 + 3 * reading, true));
     }
   }
   const isPart = (/** @type {{ angles: number[] }} */ { angles }) =>
     angles.length < 2 || Math.abs((angles.at(-1) ?? 0) - (angles[0] ?? 0)) < 330 * DEGREE;
-  const whole = scans.filter((scan) => !isPart(scan));
+  const whole = scans.all.filter((scan) => !isPart(scan));
   const numBroken = Math.floor(bytes.length / PACKET) - numRead;
-  return { scans: whole.length > 0 ? whole : scans, numBroken };
+  return { scans: whole.length > 0 ? whole : scans.all, numBroken };
 }

@@ -7,7 +7,7 @@
  */
 import { LIMITS } from '../archive_directory.js';
 import { fileError } from '../errors.js';
-import { joined } from '../packed.js';
+import { joined, PIECE_BYTES, viewOf } from '../bytes.js';
 import { latin1 } from '../recording/heads.js';
 
 /** @typedef {{ kind: 'numbers', dims: number[], values: Float64Array }} Numbers column by column */
@@ -42,7 +42,6 @@ const MAX_NUMBERS = 2 ** 26;
 const MAX_DEPTH = 16;
 /** Cells and fields. */
 const MAX_ITEMS = 2 ** 20;
-const PIECE_BYTES = 2 ** 14;
 const DAMAGED = 'Copy the file, or save it again';
 
 /**
@@ -65,11 +64,6 @@ export async function readMat(name, bytes) {
     if (!(error instanceof RangeError)) throw error;
     throw fileError(name, `This file of MATLAB cannot be read: ${error.message}`, DAMAGED);
   }
-}
-
-/** @param {Uint8Array} bytes */
-function viewOf(bytes) {
-  return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 }
 
 /** @param {readonly number[]} dims */
@@ -240,7 +234,7 @@ async function inflate(packed) {
       ? error
       : new RangeError(`a variable cannot be unpacked (${/** @type {Error} */ (error).message})`);
   }
-  return joined(chunks, length);
+  return joined(chunks);
 }
 
 /** Matrices one after the other, without a header of the file. @param {Uint8Array} bytes @returns {Variables} */

@@ -63,7 +63,7 @@ export function readNpy(name, bytes) {
   const [size, read] = type;
   const count = dims.reduce((product, length) => product * length, 1);
   if (!(start + count * size <= bytes.length)) {
-    throw fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
+    throw cutOff(name, dims);
   }
   const [rows = 1] = dims;
   const columns = count / rows;
@@ -74,4 +74,9 @@ export function readNpy(name, bytes) {
     values[isByColumn ? at : (at % columns) * rows + Math.floor(at / columns)] = value;
   }
   return { kind: 'numbers', dims: dims.length < 2 ? [rows, 1] : dims, values };
+}
+
+/** @param {string} name @param {readonly number[]} dims */
+export function cutOff(name, dims) {
+  return fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
 }

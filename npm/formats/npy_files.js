@@ -4,9 +4,8 @@
  * scans. Shapes tell, and names where a shape may be two things.
  */
 import { colorFile, depthFile } from '../bag/images.js';
-import { fileError } from '../errors.js';
 import { hintOf, baseOf, folderOf } from '../recording/names.js';
-import { npyHeader, readNpy } from './npy.js';
+import { cutOff, npyHeader, readNpy } from './npy.js';
 import { bytesOf, plyFile } from './ply.js';
 import { polarTable } from './polar.js';
 
@@ -52,37 +51,32 @@ export function partsOf(path, header, size, numAlike, bytes) {
 /** @param {string} path @param {Header} header @param {number} size @param {number} numAlike @returns {Part[]} */
 function imagesOf(path, { dims, code, isByColumn, start }, size, numAlike) {
   const isDepth = [baseOf(path), ...folderOf(path).split('/').slice(-2)].some((name) => hintOf(name) === 'depth');
-  const isColour = code === 'u1' && (dims.at(-1) === 3 || dims.at(-1) === 4);
+  const isColor = code === 'u1' && (dims.at(-1) === 3 || dims.at(-1) === 4);
   // A single channel may be an axis of its own.
-  const sides = isColour || dims.at(-1) === 1 ? dims.slice(0, -1) : dims;
+  const sides = isColor || dims.at(-1) === 1 ? dims.slice(0, -1) : dims;
   const [count, height = 0, width = 0] = sides.length === 3 ? sides : [1, ...sides];
-  const isKnown = isColour || ENCODINGS[code] !== undefined;
+  const isKnown = isColor || ENCODINGS[code] !== undefined;
   if (isByColumn || !isKnown || sides.length > 3 || Math.min(height, width) < MIN_SIDE) return [];
-  if (sides.length === 2 && !isColour && !isDepth && numAlike < MIN_IMAGES) return [];
+  if (sides.length === 2 && !isColor && !isDepth && numAlike < MIN_IMAGES) return [];
   const valueBytes = Number(code.slice(1));
   if (start + valueBytes * dims.reduce((product, dim) => product * dim, 1) > size) throw cutOff(path, dims);
-  const ending = isColour ? 'ppm' : code.startsWith('f') ? 'pfm' : 'pgm';
+  const ending = isColor ? 'ppm' : code.startsWith('f') ? 'pfm' : 'pgm';
   return Array.from({ length: count ?? 1 }, (_, at) => ({
     suffix: `${sides.length === 3 ? `_${String(at).padStart(6, '0')}` : ''}.${ending}`,
-    make: (bytes, name) => imageFile(bytes, name, at, { height, width, isColour }),
+    make: (bytes, name) => imageFile(bytes, name, at, { height, width, isColor }),
   }));
-}
-
-/** @param {string} name @param {readonly number[]} dims */
-function cutOff(name, dims) {
-  return fileError(name, `This array of ${dims.join(' x ')} numbers is cut off`, 'Copy or save it again');
 }
 
 /**
  * @param {Uint8Array} bytes of the array
  * @param {string} name
  * @param {number} at of the image in the stack
- * @param {{ height: number, width: number, isColour: boolean }} shape
+ * @param {{ height: number, width: number, isColor: boolean }} shape
  */
-function imageFile(bytes, name, at, { height, width, isColour }) {
+function imageFile(bytes, name, at, { height, width, isColor }) {
   const header = npyHeader(bytes);
   const valueBytes = Number(header?.code.slice(1));
-  const channels = isColour ? (header?.dims.at(-1) ?? 3) : 1;
+  const channels = isColor ? (header?.dims.at(-1) ?? 3) : 1;
   const step = width * channels * valueBytes;
   const start = (header?.start ?? 0) + at * height * step;
   const data = bytes.subarray(start, start + height * step);
@@ -90,7 +84,7 @@ function imageFile(bytes, name, at, { height, width, isColour }) {
     throw cutOff(name, header?.dims ?? []);
   }
   const image = { stamp: { sec: 0, nsec: 0 }, frame: '', width, height, bigEndian: header.isBigEndian, step, data };
-  if (isColour) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });
+  if (isColor) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });
   if (header.code.startsWith('f')) {
     const millimetres = inMillimetres(data, valueBytes, header.isBigEndian);
     if (millimetres) return depthFile({ ...image, ...millimetres, encoding: '16UC1', step: 2 * width });

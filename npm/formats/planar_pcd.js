@@ -1,9 +1,8 @@
 // @ts-check
 /** Planar scans as PCD files (all z are 0), which the engine reads as PLY. Source: the PCD file format, version 0.7 (PCL). */
+import { MAX_OFF_PLANE } from '../recording/heads.js';
 import { bytesOf, plyFile } from './ply.js';
 
-/** Largest |z| of a point of a planar scan (m), as the engine has it. */
-const MAX_OFF_PLANE = 1e-6;
 /** @type {Record<string, keyof DataView>} */
 const READERS = {
   ...{ F4: 'getFloat32', F8: 'getFloat64', I1: 'getInt8', I2: 'getInt16', I4: 'getInt32' },

@@ -9,10 +9,10 @@
  * | the number of the scan, x and y, a return a line | `scan_id,x,y` |
  * | lists of points in JSON | `{"scans": [{"points": [[x, y], ...]}]}`, `[{"x": ..., "y": ...}, ...]` |
  */
+import { DEGREE, evenShare, inRadians, MAX_RADIANS, mayBeMirrored, median, stepsOf } from './angles.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
-const DEGREE = Math.PI / 180;
 /** Fewer returns are no scan. */
 const MIN_RETURNS = 24;
 /** Ranges are not negative, but coordinates are: at least this share of them. */
@@ -21,6 +21,8 @@ const MIN_NEGATIVE = 0.1;
 const MIN_DISTINCT = 4;
 /** A step is even within this share of the median step. */
 const EVEN = 0.2;
+/** Smallest and largest field of view of a scan (degrees). */
+const [MIN_VIEW, MAX_VIEW] = [45, 365];
 const SCAN_NUMBERS =
   /^\s*(["']?)(scan|frame|scan_?(id|no|num|number|idx|index)|frame_?(id|no|num|number|idx|index))\1[,;\s]/i;
 
@@ -72,11 +74,9 @@ export function readLines(text) {
 
 /** @param {readonly [number, number][]} rows @returns {Scan} */
 function scanOfPolar(rows) {
-  const inDegrees = rows.some(([angle]) => Math.abs(angle) > 7);
-  const angles = rows.map(([angle]) => (inDegrees ? DEGREE * angle : angle));
-  const isOpen = angles.every((angle) => angle >= 0) && angles.some((angle) => angle > Math.PI);
+  const angles = inRadians(rows.map(([angle]) => angle));
   const ranges = rows.map(([, range]) => (range > 0 && Number.isFinite(range) ? range : null));
-  return { angles, ranges, ...(isOpen && { mayBeMirrored: true }) };
+  return { angles, ranges, ...(mayBeMirrored(angles) && { mayBeMirrored: true }) };
 }
 
 /** The numbers of a line that holds nothing else. @param {string} line */
@@ -93,11 +93,10 @@ function numbersOf(line) {
 
 /** @param {number[]} angles */
 function isEven(angles) {
-  const steps = angles.slice(1).map((angle, at) => angle - (angles[at] ?? 0));
-  const step = steps.toSorted((a, b) => a - b)[steps.length >> 1] ?? 0;
+  const steps = stepsOf(angles);
   const view = Math.abs((angles.at(-1) ?? 0) - (angles[0] ?? 0));
-  const isView = view > 45 ? view <= 365 : view > Math.PI / 4 && view < 7;
-  return step !== 0 && isView && steps.every((value) => Math.abs(value - step) <= EVEN * Math.abs(step));
+  const isView = view > MIN_VIEW ? view <= MAX_VIEW : view > MIN_VIEW * DEGREE && view < MAX_RADIANS;
+  return median(steps) !== 0 && isView && evenShare(steps, EVEN) === 1;
 }
 
 /**

@@ -1,21 +1,19 @@
 // @ts-check
 /** Tables of two columns that are bearings and ranges, though nothing names them: bearings are evenly spaced, the x of points is not. */
+import { areDegrees, DEGREE, evenShare, extent, median, stepsOf } from './angles.js';
 
-const DEGREE = Math.PI / 180;
 /** Fewer readings are no scan. */
 const MIN_READINGS = 24;
-/** A step is even within so much of the median step. */
+/** A step is even within this share of the median step. */
 const EVEN = 0.2;
-/** So many of the steps are even: lasers leave readings out, and the count of a turn begins anew. */
+/** Smallest share of even steps: lasers leave readings out, and bearings jump where a turn begins anew. */
 const MIN_EVEN = 0.9;
-/** Narrower views (degrees) are those of no laser. */
+/** Smallest field of view of a laser (degrees). */
 const MIN_VIEW = 45;
-/** Wider ones, too. */
+/** Largest field of view of a scan (degrees). */
 const MAX_VIEW = 365;
-/** Wider steps (degrees), too. */
+/** Largest angle between two readings of a laser (degrees). */
 const MAX_STEP = 5;
-/** Beyond this (rad) bearings are in degrees. */
-const MAX_RADIANS = 7;
 
 /**
  * The readings as a table that the engine reads; null where the columns are no bearings and ranges.
@@ -29,7 +27,7 @@ export function polarTable(rows) {
   ].find(([angle = 0, range = 1]) => areReadings(column(rows, angle), column(rows, range)));
   if (!found) return null;
   const [angles = [], ranges = []] = found.map((index) => column(rows, index));
-  const angle = inDegrees(angles) ? 'deg' : 'rad';
+  const angle = areDegrees(angles) ? 'deg' : 'rad';
   const lines = withoutJump(angles).map((bearing, at) => `${bearing},${ranges[at]}\n`);
   return new TextEncoder().encode(
     `# table: range=2,angle=1:${angle}\nangle,range\n${lines.join('')}# direction: unknown\n`,
@@ -39,17 +37,13 @@ export function polarTable(rows) {
 /** @param {readonly number[]} angles @param {readonly number[]} ranges */
 function areReadings(angles, ranges) {
   if (angles.length < MIN_READINGS || !angles.every(Number.isFinite) || ranges.some((range) => range < 0)) return false;
-  const unit = inDegrees(angles) ? 1 : 1 / DEGREE;
-  const steps = angles.slice(1).map((angle, at) => unit * (angle - (angles[at] ?? 0)));
+  const unit = areDegrees(angles) ? 1 : 1 / DEGREE;
+  const steps = stepsOf(angles).map((step) => unit * step);
   const step = median(steps);
-  const numEven = steps.filter((value) => Math.abs(value - step) < EVEN * Math.abs(step)).length;
-  const [least, most] = angles.reduce(
-    ([least, most], angle) => [Math.min(least, angle), Math.max(most, angle)],
-    [Infinity, -Infinity],
-  );
+  const [least, most] = extent(angles);
   const view = unit * (most - least);
   const isView = view > MIN_VIEW && view < MAX_VIEW && step !== 0 && Math.abs(step) <= MAX_STEP;
-  return isView && numEven >= MIN_EVEN * steps.length;
+  return isView && evenShare(steps, EVEN) >= MIN_EVEN;
 }
 
 /**
@@ -57,24 +51,14 @@ function areReadings(angles, ranges) {
  * @param {readonly number[]} angles
  */
 function withoutJump(angles) {
-  const turn = inDegrees(angles) ? 360 : 2 * Math.PI;
-  const step = median(angles.slice(1).map((angle, at) => angle - (angles[at] ?? 0)));
+  const turn = areDegrees(angles) ? 360 : 2 * Math.PI;
+  const step = median(stepsOf(angles));
   if (Math.abs(step) * angles.length > 1.01 * turn) return angles;
   const jump = angles.findIndex((angle, at) => at > 0 && Math.abs(angle - (angles[at - 1] ?? 0) - step) > turn / 2);
   return jump < 0 ? angles : angles.map((angle, at) => (at < jump ? angle : angle + Math.sign(step) * turn));
 }
 
-/** @param {readonly number[]} angles */
-function inDegrees(angles) {
-  return angles.some((angle) => Math.abs(angle) > MAX_RADIANS);
-}
-
 /** @param {readonly (readonly number[])[]} rows @param {number} index */
 function column(rows, index) {
   return rows.map((row) => row[index] ?? Number.NaN);
-}
-
-/** @param {readonly number[]} values */
-function median(values) {
-  return values.toSorted((a, b) => a - b)[values.length >> 1] ?? Number.NaN;
 }

@@ -4,12 +4,12 @@
  * arrays alone; lists of (quality, angle, distance).
  */
 import { fileError } from '../errors.js';
+import { DEGREE } from './angles.js';
 import { scanOf } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {import('./scan_checks.js').Tell} Tell */
 
-const DEGREE = Math.PI / 180;
 /** A scan's message has these from its beginning on. */
 const OF_A_MESSAGE = ['seq', 'sec', 'secs', 'frame_id', 'angle_min'];
 /** Arrays alone, as Python prints them: `array('f', [1.25, ...])`. */
@@ -57,32 +57,33 @@ export function readEcho(text, name, tell) {
     else if (/^(---|header\b)/.test(line)) finish();
     else if (key !== '') {
       list = key;
-      const values = value
-        .replaceAll(/[[\]'"]/g, ' ')
-        .split(/[\s,]+/)
-        .filter(Boolean);
+      const values = wordsOf(value);
       // Gazebo has a line for each range.
       fields.set(key, key === 'ranges' ? [...(fields.get(key) ?? []), ...values] : values);
-    } else if (/^[\s\d.,\]einfa+-]+$/i.test(line) && fields.has(list)) {
-      // A list goes on in the next line.
-      fields.get(list)?.push(
-        ...line
-          .replaceAll(/[\]]/g, ' ')
-          .split(/[\s,]+/)
-          .filter(Boolean),
-      );
-    }
+    } else if (/^[\s\d.,\]einfa+-]+$/i.test(line)) fields.get(list)?.push(...wordsOf(line)); // A list goes on in the next line.
   }
   finish();
-  if (scans.length > 0 && /^\s*(- )?'?\.\.\.'?\s*$/m.test(text)) {
-    throw fileError(
-      name,
-      'The ranges are shortened (...): so does ros2 topic echo with long lists',
-      'Record them whole: ros2 topic echo --full-length /scan > FILE, or a bag: ros2 bag record /scan',
-    );
-  }
+  if (scans.length > 0) mustBeWhole(text, name);
   if (numBroken > 0) tell(`${numBroken} of its messages have no ranges, as where it is cut off`, true);
   return scans;
+}
+
+/** The words of a list, without its brackets and quotes. @param {string} text */
+function wordsOf(text) {
+  return text
+    .replaceAll(/[[\]'"]/g, ' ')
+    .split(/[\s,]+/)
+    .filter(Boolean);
+}
+
+/** @param {string} text of messages @param {string} name */
+function mustBeWhole(text, name) {
+  if (!/^\s*(- )?'?\.\.\.'?\s*$/m.test(text)) return;
+  throw fileError(
+    name,
+    'The ranges are shortened (...): ros2 topic echo shortens long lists',
+    'Record them whole: ros2 topic echo --full-length /scan > FILE, or a bag: ros2 bag record /scan',
+  );
 }
 
 /** @param {string} head */

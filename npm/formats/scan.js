@@ -9,6 +9,29 @@
  *   mayBeMirrored: whether nothing tells which way the laser turns
  */
 
+/** Scans whose readings come one by one. */
+export class ReadingScans {
+  /** @type {(Scan & { angles: number[] })[]} */
+  all = [];
+
+  /** The readings to come belong to a new scan. @param {Partial<Scan>} [fields] of that scan */
+  begin(fields = {}) {
+    this.all.push({ ...fields, ranges: [], angles: [] });
+  }
+
+  /** A reading of the last scan, if one has begun. @param {number} angle rad @param {number} range m; not positive: no return */
+  add(angle, range) {
+    const scan = this.all.at(-1);
+    scan?.angles.push(angle);
+    scan?.ranges.push(range > 0 ? range : null);
+  }
+
+  /** Those with two readings and more. */
+  whole() {
+    return this.all.filter(({ ranges }) => ranges.length > 1);
+  }
+}
+
 /** A field that is there only where it has a value. @param {string} name @param {number | undefined} value */
 export function given(name, value) {
   return value === undefined ? {} : { [name]: value };

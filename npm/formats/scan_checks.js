@@ -1,18 +1,19 @@
 // @ts-check
 /** Scans that programs print, against what a laser can be: their units, and limits and angles that contradict each other. */
 import { fileError } from '../errors.js';
+import { DEGREE } from './angles.js';
 import { given } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 /** @typedef {(reason: string, isLoss?: boolean) => void} Tell completes "FILE: ..."; isLoss: something could not be used */
 
-const DEGREE = Math.PI / 180;
 /** Readings cover a turn at most; steps that were rounded may add up to a little more (rad). */
 export const MOST_ANGLE = 1.1 * 2 * Math.PI;
-/** Of readings in metres, at least this share is nearer than `FAR` (m): others may stand for no return. ... */
+/** Smallest share of the ranges of a file in metres that is below `MAX_COMMON_RANGE`: the rest may stand for no return. */
 const LEAST_SHARE = 0.05;
-const FAR = 60;
-/** ... Outdoors nearly all may; but what stands for no return is the limit of a laser, which is less than this (m). */
+/** Ranges in metres: at least LEAST_SHARE of them are below this (m). */
+const MAX_COMMON_RANGE = 60;
+/** Largest value that stands for no return in metres: the range limit of the laser (m). Outdoors nearly all ranges may have it. */
 const MOST_NO_RETURN = 200;
 /** A stated limit beyond this is in millimetres. */
 const MOST_LIMIT = 500;
@@ -41,8 +42,8 @@ function withMetres(scans, tell) {
   const sorted = Float64Array.from(positive).sort();
   const least = sorted[Math.floor(LEAST_SHARE * sorted.length)] ?? 0;
   const median = sorted[sorted.length >> 1] ?? 0;
-  if (least <= FAR || median <= MOST_NO_RETURN) return scans;
-  tell(`ranges as its median, ${median.toPrecision(4)}, are not metres: they are read as millimetres`);
+  if (least <= MAX_COMMON_RANGE || median <= MOST_NO_RETURN) return scans;
+  tell(`its ranges (median ${median.toPrecision(4)}) cannot be metres and are read as millimetres`);
   return scans.map(({ nearest, farthest, ...scan }) => {
     const unit = farthest !== undefined && farthest > MOST_LIMIT ? 1e-3 : 1;
     return {

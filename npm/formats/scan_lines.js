@@ -6,11 +6,12 @@
  * rn`); the output of `ultra_simple` in the SDK of RPLIDARs (`S  theta: 0.00 Dist: 1200.00 Q: 47`, degrees clockwise, mm).
  */
 
+import { DEGREE } from './angles.js';
 import { scanOfPoints } from './point_scans.js';
+import { ReadingScans } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
-const DEGREE = Math.PI / 180;
 /** What all lines of Player begin with: time, host, robot, interface, index, type, subtype. */
 const PLAYER = /^(\d+\.\d+) \d+ \d+ (laser|ranger|position2d) \d+ (\d+) (\d+) (.*)$/;
 const RPLIDAR = /theta:\s*([\d.]+)\s+Dist:\s*([\d.]+)/i;
@@ -83,19 +84,17 @@ export function isRplidar(head) {
 
 /** A scan begins with an S, or where the angle jumps back. @param {string} text @returns {Scan[]} */
 export function fromRplidar(text) {
-  /** @type {(Scan & { angles: number[] })[]} */
-  const scans = [];
+  const scans = new ReadingScans();
   let last = Infinity;
   for (const line of text.split(/\r?\n/)) {
     const [, degrees, distance] = RPLIDAR.exec(line) ?? [];
     if (degrees === undefined) continue;
     const angle = Number(degrees);
-    if (/^\s*S\s/.test(line) || angle < last - 180) scans.push({ ranges: [], angles: [] });
+    if (/^\s*S\s/.test(line) || angle < last - 180) scans.begin();
     last = angle;
-    scans.at(-1)?.angles.push(-DEGREE * angle);
-    scans.at(-1)?.ranges.push(Number(distance) > 0 ? 1e-3 * Number(distance) : null);
+    scans.add(-DEGREE * angle, 1e-3 * Number(distance));
   }
-  return scans.filter(({ ranges }) => ranges.length > 1);
+  return scans.whole();
 }
 
 /** What the listeners of RPLIDARs' and YDLIDARs' ROS packages print, with whatever stands before it: degrees and metres. */
@@ -110,16 +109,13 @@ export function isListener(head) {
 
 /** A scan begins where it is announced. @param {string} text @returns {Scan[]} */
 export function fromListener(text) {
-  /** @type {(Scan & { angles: number[] })[]} */
-  const scans = [];
+  const scans = new ReadingScans();
   for (const line of text.split(/\r?\n/)) {
-    if (LISTENS.test(line)) scans.push({ ranges: [], angles: [] });
+    if (LISTENS.test(line)) scans.begin();
     const [, angle, range] = LISTENER.exec(line) ?? [];
-    if (angle === undefined) continue;
-    scans.at(-1)?.angles.push(DEGREE * Number(angle));
-    scans.at(-1)?.ranges.push(Number(range) > 0 ? Number(range) : null);
+    if (angle !== undefined) scans.add(DEGREE * Number(angle), Number(range));
   }
-  return scans.filter(({ ranges }) => ranges.length > 1);
+  return scans.whole();
 }
 
 const NEATO_HEAD = /^AngleInDegrees\s*,\s*DistInMM\s*,\s*Intensity\s*,\s*ErrorCodeHEX/im;
@@ -131,18 +127,15 @@ export function isNeato(head) {
 
 /** Degrees counter-clockwise, mm; what has an error code is none. @param {string} text @returns {Scan[]} */
 export function fromNeato(text) {
-  /** @type {(Scan & { angles: number[] })[]} */
-  const scans = [];
+  const scans = new ReadingScans();
   for (const line of text.split(/\r?\n/)) {
-    if (NEATO_HEAD.test(line)) scans.push({ ranges: [], angles: [] });
+    if (NEATO_HEAD.test(line)) scans.begin();
     const [, angle, distance, code] = /^\s*(\d{1,3})\s*,\s*(\d+)\s*,\s*\d+\s*,\s*([0-9a-f]+)\s*$/i.exec(line) ?? [];
     if (angle === undefined) continue;
-    scans.at(-1)?.angles.push(DEGREE * Number(angle));
-    scans
-      .at(-1)
-      ?.ranges.push(Number.parseInt(code ?? '', 16) === 0 && Number(distance) > 0 ? 1e-3 * Number(distance) : null);
+    const isGood = Number.parseInt(code ?? '', 16) === 0;
+    scans.add(DEGREE * Number(angle), isGood ? 1e-3 * Number(distance) : 0);
   }
-  return scans.filter(({ ranges }) => ranges.length > 1);
+  return scans.whole();
 }
 
 /** Logs of MobileRobots' ARIA and ARNL: mm and degrees. @param {string} head */

@@ -7,11 +7,14 @@
  * |---|---|
  * | `ros2 topic echo`, `rostopic echo`, `gz topic -e`: `name: value` lines, a message after the other | `angle_min:` and `angle_increment:` or `angle_step:` |
  * | JSON: a message, a list of them, one a line, within others (rosbridge) | `"ranges": [` or objects with an angle and a distance |
- * | SICK's telegrams (CoLa A) | `LMDscandata` |
+ * | SICK's telegrams (CoLa A; CoLa B as bytes) | `LMDscandata` |
  * | UrgBenri's log (`.ubh`) | `[startStep]` |
+ * | answers of Hokuyo's lasers (SCIP 2.0, scip.js) | `MD`, `MS`, `ME`, `GD` or `GS` and a status line |
+ * | packets of LDROBOT's lasers, as bytes or hexadecimal text (ldrobot.js) | two whole packets |
  * | a LaserScan as Python prints it | `LaserScan(header=` |
  * | lists of 24 numbers and more, as JSON or Python writes them | their brackets |
- * | Player, DP-SLAM, `ultra_simple` of RPLIDARs (scan_lines.js) | their lines |
+ * | Player, DP-SLAM, `ultra_simple` of RPLIDARs, listeners of the ROS packages of RPLIDARs and YDLIDARs, logs of ARIA and ARNL, GetLDSScan of Neato (scan_lines.js) | their lines |
+ * | scans as points x y or x y z, a scan a line, numbered, or in JSON (point_scans.js) | their columns |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  * | an angle and a distance at a time (angle_distance.js) | colons, braces, letters |
  */

@@ -15,12 +15,12 @@ const ECHO = /^(M[DSE]|G[DSE])(\d{4})(\d{4})(\d{2})/;
 const STATUS = /^(00P|99b)$/;
 const HEAD = /^(?:M[DSE]|G[DSE])\d{10}.*\r?\n(?:00P|99b)\r?$/m;
 const PARAMETER = /^(ARES|AFRT):(\d+);/;
-/** Steps of a turn and the step ahead, where no parameters tell: of URG-04LX, and of those that look further round. */
+/** Steps of a turn and the step that points ahead where the file has no parameters: of the URG-04LX, and of lasers with more steps. */
 const SHORT = { steps: 1024, front: 384, last: 768 };
 const LONG = { steps: 1440, front: 540 };
-/** Readings below are codes of errors (mm) ... */
+/** Smallest range (mm): values below it are error codes. */
 const FIRST_RANGE = 20;
-/** ... and from here on, too. */
+/** Smallest error code above the ranges (mm). */
 const NO_RETURN = 65_533;
 /** No laser answers with more lines: 1,440 steps of six characters. */
 const MOST_LINES = 200;

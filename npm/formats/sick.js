@@ -5,10 +5,11 @@
  *
  * Source of the layout: SICK, "Telegram listing: ranging sensors LMS1xx, LMS5xx, TiM5xx, ...".
  */
+import { viewOf } from '../bytes.js';
+import { DEGREE } from './angles.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
-const DEGREE = Math.PI / 180;
 const START = 0x02020202;
 /** What a telegram with a scan begins with, asked for once or sent again and again. */
 const NAME = /^s(SN|RA) LMDscandata /;
@@ -25,9 +26,6 @@ export function isSickBinary(head) {
     head.length > HEAD_BYTES + NAME_BYTES && viewOf(head).getUint32(0) === START && NAME.test(textOf(head, HEAD_BYTES))
   );
 }
-
-/** @param {Uint8Array} bytes */
-const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
 /** @param {Uint8Array} bytes @param {number} start */
 function textOf(bytes, start) {

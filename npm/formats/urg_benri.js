@@ -4,7 +4,7 @@ import { given } from './scan.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
 
-/** Hokuyo's readings below this are codes of errors (mm). */
+/** Smallest range of Hokuyo's lasers (mm): values below it are error codes. */
 const FIRST_RANGE_OF_URG = 20;
 
 /** @param {string} head */

@@ -10,7 +10,7 @@ import { checkedScans } from './scan_checks.js';
 /** @param {readonly Scan[]} found @param {string} name @param {Tell} tell */
 export function written(found, name, tell) {
   if (found.length === 0) {
-    throw fileError(name, 'No scan of it is whole', 'Give messages with angle_min, angle_increment and ranges');
+    throw fileError(name, 'It contains no complete scan', 'Give messages with angle_min, angle_increment and ranges');
   }
   const scans = checkedScans(found, name, tell);
   if (scans.some(({ mayBeMirrored }) => mayBeMirrored)) {
@@ -20,7 +20,7 @@ export function written(found, name, tell) {
   }
   const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));
   if (!hasAngles && scans.some(({ start }) => start !== undefined)) {
-    throw fileError(name, 'Its readings have all the same angle', 'Give angle_min, angle_max and angle_increment');
+    throw fileError(name, 'All its readings have the same angle', 'Give angle_min, angle_max and angle_increment');
   }
   return hasAngles ? scans.map(asCsm).join('') : asTable(scans);
 }

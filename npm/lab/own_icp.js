@@ -48,7 +48,7 @@ export function compareOwnIcp(engine, source, target, options, poses) {
   const lab = new engine.IcpLab(source, target, options);
   try {
     const start = options.init_T_target_source ?? [...IDENTITY];
-    const given = poses.map((pose) => [...Array.from(pose)]);
+    const given = poses.map((pose) => Array.from(pose));
     const first = given[0];
     const has_start = first !== undefined && isNear(difference(start, first), SAME_POSE);
     const theirs = has_start ? given : [start, ...given];

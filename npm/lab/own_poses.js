@@ -58,7 +58,7 @@ function rigid(matrix, fail) {
   if (Math.abs(scale - 1) > MAX_DEFECT)
     throw fail(`scales by ${Math.sqrt(scale).toPrecision(4)}: a rigid motion does not.`);
   if (determinant(m, d) < 0)
-    throw fail('is a reflection: its determinant is -1. Turn the sign of the last singular vector (Umeyama 1991).');
+    throw fail('is a reflection: its determinant is -1. Flip the sign of the last singular vector (Umeyama 1991).');
   if (n === 4) return [...matrix];
   return [m(0, 0), m(0, 1), 0, m(0, 2), m(1, 0), m(1, 1), 0, m(1, 2), 0, 0, 1, 0, 0, 0, 0, 1];
 }

@@ -18,7 +18,7 @@ import { EXIF_BYTES, focalShare } from './exif.js';
  * @property {number} cy
  * @property {Size | null} size of the images that it is for, where the file says it
  * @property {number[]} distortion coefficients, as many as there are
- * @property {number | null} depth_scale raw values a metre
+ * @property {number | null} depth_scale raw values per metre
  */
 
 const REMEDY = 'Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels';
@@ -253,8 +253,8 @@ function distortionOf(all) {
 }
 
 /**
- * Raw values a metre. Programs mean three things by the same name: RealSense metres a raw value (0.001), BOP millimetres a
- * raw value (0.1, 1), Open3D and TUM raw values a metre (1000, 5000).
+ * Raw values per metre. Programs mean three things by the same name: RealSense metres a raw value (0.001), BOP millimetres a
+ * raw value (0.1, 1), Open3D and TUM raw values per metre (1000, 5000).
  * @param {Field[]} all
  */
 function depthScaleOf(all) {

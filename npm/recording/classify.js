@@ -59,11 +59,13 @@ export function classify(path, beginning, isTable = false) {
   const advice = adviceFor(base, head);
   if (advice !== null) return { role: 'ignored', reason: advice };
   if (/\.npy$/i.test(base)) {
-    return { role: 'ignored', reason: 'NumPy arrays are not read; save the trajectory as text, one pose a line' };
+    return {
+      role: 'ignored',
+      reason: 'a NumPy array that holds neither scans nor points; save a reference trajectory as text, one pose a line',
+    };
   }
-  if (/\.(pcd|bag|db3|mcap)$/i.test(base)) {
-    return { role: 'ignored', reason: 'this format is not read; convert the scans to PLY, one file a scan' };
-  }
+  if (/\.pcd$/i.test(base)) return { role: 'ignored', reason: 'a cloud that does not lie in the plane z = 0' };
+  if (/\.(bag|db3|mcap)$/i.test(base)) return { role: 'ignored', reason: 'a bag, which is opened by itself' };
   if (/\.(log|json|carmen|clf)$/i.test(base)) {
     return { role: 'ignored', reason: 'no laser log: neither lines of CARMEN nor scans as CSM writes them' };
   }
@@ -71,7 +73,6 @@ export function classify(path, beginning, isTable = false) {
     const fault = beginning && isImageName(base) ? brokenImage(base, beginning) : null;
     return { role: 'ignored', reason: fault ?? 'an image, not a laser scan' };
   }
-  if (/\.zip$/i.test(base)) return { role: 'ignored', reason: 'an archive; unpack it and drop the folder' };
   return { role: 'ignored', reason: 'not a PLY scan and not a trajectory (.tum or .txt)' };
 }
 

@@ -5,7 +5,7 @@
 /**
  * A file of a recording, wherever it lies.
  * @typedef {object} Content
- * @property {string} path folders apart by slashes
+ * @property {string} path folders separated by slashes
  * @property {number} size bytes
  * @property {() => Promise<Uint8Array>} read all of it
  * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has

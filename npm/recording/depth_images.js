@@ -17,7 +17,7 @@ import { withTimes } from './stamps.js';
 /** @typedef {(path: string) => Promise<Uint8Array | null>} Peek the first bytes; null where the file cannot be read */
 
 /** @typedef {Series & { facts: ImageFacts, hint: import('./names.js').Hint | null }} ImageSeries */
-/** @typedef {{ root: string, depth: ImageSeries, colour: ImageSeries | null }} DepthRecording */
+/** @typedef {{ root: string, depth: ImageSeries, color: ImageSeries | null }} DepthRecording */
 
 /** Images that hold distances in forms that are not read. */
 const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt|depth)$/i;
@@ -56,16 +56,16 @@ export async function findDepthRecordings(files, peek) {
     if (facts) images.push({ ...series, facts, hint: hintOfSeries(series) });
     else if (fault) broken.push({ file: nameOf(series), reason: `not used: ${fault}` });
   }
-  const { depth, colour } = tellApart(images);
+  const { depth, color } = tellApart(images);
   const recordings = depth
     .map((series) => {
-      const partner = partnerOf(series, colour, depth);
-      return { root: rootOf(series, partner), depth: series, colour: partner };
+      const partner = partnerOf(series, color, depth);
+      return { root: rootOf(series, partner), depth: series, color: partner };
     })
     .sort(
       (a, b) => b.depth.members.length - a.depth.members.length || compareNaturally(nameOf(a.depth), nameOf(b.depth)),
     );
-  const used = new Set(recordings.flatMap(({ depth, colour }) => [depth, colour]));
+  const used = new Set(recordings.flatMap(({ depth, color }) => [depth, color]));
   const rest = images.filter((series) => !used.has(series));
   const pictures = rest.filter(({ hint }) => hint !== 'depth');
   const notes = misnamedDepth(rest, files);
@@ -106,7 +106,7 @@ async function lookInto({ members }, peek) {
  */
 function tellApart(images) {
   const grey = images.filter(({ facts, hint }) => facts.channels === 'grey' && hint !== 'aside');
-  const coloured = images.filter(({ facts, hint }) => facts.channels !== 'grey' && hint !== 'aside');
+  const colored = images.filter(({ facts, hint }) => facts.channels !== 'grey' && hint !== 'aside');
   const isPicture = (/** @type {ImageSeries} */ series) => {
     if (series.facts.bits > 8 || series.hint === 'depth') return false;
     const others = grey.filter((other) => other !== series && countMatches(series.members, other.members) > 0);
@@ -114,48 +114,48 @@ function tellApart(images) {
     // A grey picture beside nothing but pictures; but where colours of another name lie beside it, it can only be the depth.
     const nameOf = (/** @type {ImageSeries} */ { folder, pattern }) => `${folder}/${pattern}`.replaceAll(/\d+/g, '#');
     const isOtherName = (/** @type {ImageSeries} */ other) => nameOf(other) !== nameOf(series);
-    const beside = coloured.filter((other) => countMatches(series.members, other.members) > 0);
-    return series.hint === 'colour' && !beside.some(isOtherName);
+    const beside = colored.filter((other) => countMatches(series.members, other.members) > 0);
+    return series.hint === 'color' && !beside.some(isOtherName);
   };
   const depth = grey.filter((series) => !isPicture(series));
-  const colour = [...grey.filter(isPicture), ...coloured.filter(({ hint }) => hint !== 'depth')];
+  const color = [...grey.filter(isPicture), ...colored.filter(({ hint }) => hint !== 'depth')];
   // Colours that are called depth are a picture only where something else is the depth.
-  const misnamed = coloured.filter(({ hint, members }) => {
+  const misnamed = colored.filter(({ hint, members }) => {
     return (
-      hint === 'depth' && depth.some((series) => series.hint === 'colour' && countMatches(series.members, members) > 0)
+      hint === 'depth' && depth.some((series) => series.hint === 'color' && countMatches(series.members, members) > 0)
     );
   });
-  return { depth, colour: [...colour, ...misnamed] };
+  return { depth, color: [...color, ...misnamed] };
 }
 
 /**
  * The colour pictures of these depth images: those nearest to them among the folders, and nearer to no others.
  * @param {ImageSeries} depth
- * @param {ImageSeries[]} colours
+ * @param {ImageSeries[]} colors
  * @param {ImageSeries[]} allDepth
  */
-function partnerOf(depth, colours, allDepth) {
+function partnerOf(depth, colors, allDepth) {
   const closeness = (/** @type {ImageSeries} */ a, /** @type {ImageSeries} */ b) => {
     return depthOf(commonFolder(a.folder, b.folder));
   };
-  const ranked = colours
-    .filter((colour) => allDepth.every((other) => closeness(other, colour) <= closeness(depth, colour)))
-    .map((colour) => {
-      const { pairs, way } = pairUp(depth.members, colour.members);
+  const ranked = colors
+    .filter((color) => allDepth.every((other) => closeness(other, color) <= closeness(depth, color)))
+    .map((color) => {
+      const { pairs, way } = pairUp(depth.members, color.members);
       const matched = pairs.filter(({ color }) => color !== null).length;
       return {
-        colour,
+        color,
         rank: [
-          closeness(depth, colour),
+          closeness(depth, color),
           Number(matched > 0 && way !== 'order'),
-          Number(colour.hint === 'colour'),
+          Number(color.hint === 'color'),
           matched,
         ],
       };
     })
-    .filter(({ colour, rank }) => rank[3] !== 0 || (colour.members.length > 1 && depth.members.length > 1))
-    .sort((a, b) => rankOrder(a.rank, b.rank) || compareNaturally(nameOf(a.colour), nameOf(b.colour)));
-  return ranked[0]?.colour ?? null;
+    .filter(({ color, rank }) => rank[3] !== 0 || (color.members.length > 1 && depth.members.length > 1))
+    .sort((a, b) => rankOrder(a.rank, b.rank) || compareNaturally(nameOf(a.color), nameOf(b.color)));
+  return ranked[0]?.color ?? null;
 }
 
 /** Descending. @param {number[]} a @param {number[]} b */
@@ -166,10 +166,10 @@ function rankOrder(a, b) {
 /**
  * The folder of the recording: what holds both kinds of images, or what holds a folder called `depth`.
  * @param {ImageSeries} depth
- * @param {ImageSeries | null} colour
+ * @param {ImageSeries | null} color
  */
-function rootOf(depth, colour) {
-  if (colour) return commonFolder(depth.folder, colour.folder);
+function rootOf(depth, color) {
+  if (color) return commonFolder(depth.folder, color.folder);
   const [, parent = '', last = ''] = depth.folder.match(/^(?:(.*)\/)?([^/]*)$/) ?? [];
   return hintOf(last) === 'depth' ? parent : depth.folder;
 }
@@ -189,22 +189,22 @@ export function nameOf({ members }) {
  * @param {(path: string, size: number) => Promise<Uint8Array | null>} read
  * @returns {Promise<{ frames: DepthFrame[], notes: Note[] }>}
  */
-export async function framesOf({ root, depth, colour }, files, read) {
-  const lists = await readLists(root, files, [...depth.members, ...(colour?.members ?? [])], read);
-  const [dated, datedColours] = [depth, colour].map((series) => withTimes(series?.members ?? [], lists.times));
-  const fault = dated?.fault ?? datedColours?.fault ?? null;
+export async function framesOf({ root, depth, color }, files, read) {
+  const lists = await readLists(root, files, [...depth.members, ...(color?.members ?? [])], read);
+  const [dated, datedColors] = [depth, color].map((series) => withTimes(series?.members ?? [], lists.times));
+  const fault = dated?.fault ?? datedColors?.fault ?? null;
   // One kind without times: they are paired by their numbers.
   const timesOf = (/** @type {typeof dated} */ kind) =>
     (kind?.members ?? []).map((member) => (fault === null ? member : { ...member, time: null }));
-  const [depths, colours] = [timesOf(dated), timesOf(datedColours)];
-  const colourOf = new Map(colours.map((member) => [member.path, member]));
+  const [depths, colors] = [timesOf(dated), timesOf(datedColors)];
+  const colorOf = new Map(colors.map((member) => [member.path, member]));
   const listed = depths.flatMap((member) => {
-    const color = colourOf.get(lists.partners.get(member.path) ?? '');
+    const color = colorOf.get(lists.partners.get(member.path) ?? '');
     return color ? [{ depth: member, color }] : [];
   });
   const taken = new Set(listed.flatMap(({ depth, color }) => [depth, color]));
   const rest = (/** @type {import('./names.js').Member[]} */ members) => members.filter((member) => !taken.has(member));
-  const { pairs, unused, way } = pairUp(rest(depths), rest(colours), listed.length === 0);
+  const { pairs, unused, way } = pairUp(rest(depths), rest(colors), listed.length === 0);
   const place = new Map(depths.map(({ path }, index) => [path, index]));
   const all = [...listed, ...pairs].sort((a, b) => inTime(a.depth, b.depth, place));
   const frames = all.map(({ depth, color }) => ({
@@ -213,10 +213,10 @@ export async function framesOf({ root, depth, colour }, files, read) {
     color: color?.path ?? null,
     time: depth.time,
   }));
-  const notes = colour
+  const notes = color
     ? pairNotes(
         depth,
-        colour,
+        color,
         pairs.filter(({ color }) => !color).map(({ depth }) => depth),
         unused,
         way,
@@ -224,7 +224,7 @@ export async function framesOf({ root, depth, colour }, files, read) {
     : [];
   if (fault !== null) {
     const reason = `its time stamps ${fault}; the frames are taken in the order of the files, without times`;
-    notes.push({ file: (dated?.fault === null ? colour : depth)?.folder || nameOf(depth), reason });
+    notes.push({ file: (dated?.fault === null ? color : depth)?.folder || nameOf(depth), reason });
   }
   return { frames, notes: [...notes, ...lists.notes] };
 }
@@ -242,24 +242,24 @@ function inTime(a, b, place) {
 
 /**
  * @param {ImageSeries} depth
- * @param {ImageSeries} colour
+ * @param {ImageSeries} color
  * @param {import('./names.js').Member[]} bare depth images without a picture
  * @param {import('./names.js').Member[]} unused pictures without a depth image
  * @param {ReturnType<typeof pairUp>['way']} way
  * @returns {Note[]}
  */
-function pairNotes(depth, colour, bare, unused, way) {
-  const [numDepth, numColour] = [depth.members.length, colour.members.length];
-  const [first, last] = [depth.members[0], colour.members[0]].map((member) => baseOf(member?.path ?? ''));
-  if (way === 'none' && unused.length === numColour) {
-    const reason = `none of the ${numColour} colour pictures belongs to one of the ${numDepth} depth images by its name (${last} and ${first}): the map is made without colours. Give both the same numbers`;
-    return [{ file: colour.folder || nameOf(colour), reason }];
+function pairNotes(depth, color, bare, unused, way) {
+  const [numDepth, numColor] = [depth.members.length, color.members.length];
+  const [first, last] = [depth.members[0], color.members[0]].map((member) => baseOf(member?.path ?? ''));
+  if (way === 'none' && unused.length === numColor) {
+    const reason = `none of the ${numColor} colour pictures belongs to one of the ${numDepth} depth images by its name (${last} and ${first}): the map is made without colours. Give both the same numbers`;
+    return [{ file: color.folder || nameOf(color), reason }];
   }
   /** @type {Note[]} */
   const notes = [];
   if (way === 'order' && bare.length === 0) {
-    const reason = `numbered from ${last}, the depth images from ${first}; as there are ${numColour} of each, they are paired in their order`;
-    notes.push({ file: colour.folder || nameOf(colour), reason });
+    const reason = `numbered from ${last}, the depth images from ${first}; as there are ${numColor} of each, they are paired in their order`;
+    notes.push({ file: color.folder || nameOf(color), reason });
   }
   const [withIt, withThem] =
     way === 'time'
@@ -275,9 +275,9 @@ function pairNotes(depth, colour, bare, unused, way) {
     ),
     ...each(
       unused,
-      colour,
+      color,
       `not used: no depth image ${withIt}`,
-      (count) => `${count} of ${numColour} colour pictures have no depth image ${withThem} and are not used`,
+      (count) => `${count} of ${numColor} colour pictures have no depth image ${withThem} and are not used`,
     ),
   ];
 }
@@ -303,10 +303,10 @@ function each(members, series, reason, together) {
  * @returns {Note[]}
  */
 function misnamedDepth(images, files) {
-  const coloured = images.filter(({ hint }) => hint === 'depth');
+  const colored = images.filter(({ hint }) => hint === 'depth');
   const foreign = seriesOf(files.filter(({ path }) => FOREIGN_DEPTH_NAMES.test(path)));
   return [
-    ...coloured.map((series) => {
+    ...colored.map((series) => {
       const { channels, format } = series.facts;
       const held =
         channels === 'palette'

@@ -171,7 +171,7 @@ function readXml(text) {
   return hasElements ? found : words(bare);
 }
 
-/** One value, or a list of numbers apart by blanks or commas. @param {string} text @returns {Value} */
+/** One value, or a list of numbers separated by blanks or commas. @param {string} text @returns {Value} */
 function words(text) {
   const parts = text
     .trim()

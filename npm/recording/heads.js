@@ -8,15 +8,15 @@ export const HEAD_BYTES = 32_768;
 export const IMAGE_HEAD_BYTES = 8192;
 
 /** Largest |z| of a point of a planar scan (m), as the engine has it. */
-const MAX_OFF_PLANE = 1e-6;
+export const MAX_OFF_PLANE = 1e-6;
 
 /** What can be seen in an image's pixels: shades, or colours. */
-/** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'colour' | 'palette', bits: number }} ImageFacts */
+/** @typedef {{ format: 'PNG' | 'PGM' | 'PPM' | 'PFM' | 'JPEG' | 'other', channels: 'grey' | 'color' | 'palette', bits: number }} ImageFacts */
 
 const PNG_SIGNATURE = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 /** Where in the file, and which there are (PNG specification, 11.2.2). */
-const COLOUR_TYPE_AT = 25;
-const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'colour', 3: 'palette', 4: 'grey', 6: 'colour' });
+const COLOR_TYPE_AT = 25;
+const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'color', 3: 'palette', 4: 'grey', 6: 'color' });
 
 /**
  * @param {Uint8Array} head
@@ -24,21 +24,21 @@ const PNG_CHANNELS = /** @type {const} */ ({ 0: 'grey', 2: 'colour', 3: 'palette
  */
 export function readImage(head) {
   if (startsAsPng(head)) {
-    const channels = PNG_CHANNELS[/** @type {keyof typeof PNG_CHANNELS} */ (head[COLOUR_TYPE_AT] ?? -1)];
+    const channels = PNG_CHANNELS[/** @type {keyof typeof PNG_CHANNELS} */ (head[COLOR_TYPE_AT] ?? -1)];
     return channels ? { format: 'PNG', channels, bits: head[24] ?? 0 } : null;
   }
-  if (head[0] === 0xff && head[1] === 0xd8) return { format: 'JPEG', channels: 'colour', bits: 8 };
+  if (head[0] === 0xff && head[1] === 0xd8) return { format: 'JPEG', channels: 'color', bits: 8 };
   const magic = latin1(head.subarray(0, 512));
-  if (/^P[fF]\s/.test(magic)) return { format: 'PFM', channels: magic[1] === 'f' ? 'grey' : 'colour', bits: 32 };
+  if (/^P[fF]\s/.test(magic)) return { format: 'PFM', channels: magic[1] === 'f' ? 'grey' : 'color', bits: 32 };
   const [, kind, values = ''] = magic.match(/^P([2356])\s([^]*)/) ?? [];
   if (kind) {
     // Width, height and the largest value; comments may stand between them.
     const numbers = values.replaceAll(/#.*/g, ' ').trim().split(/\s+/);
     const bits = Number(numbers[2]) > 255 ? 16 : 8;
     const isGrey = kind === '2' || kind === '5';
-    return { format: isGrey ? 'PGM' : 'PPM', channels: isGrey ? 'grey' : 'colour', bits };
+    return { format: isGrey ? 'PGM' : 'PPM', channels: isGrey ? 'grey' : 'color', bits };
   }
-  if (/^(BM|RIFF....WEBP)/s.test(magic)) return { format: 'other', channels: 'colour', bits: 8 };
+  if (/^(BM|RIFF....WEBP)/s.test(magic)) return { format: 'other', channels: 'color', bits: 8 };
   return null;
 }
 
@@ -80,8 +80,8 @@ function faultOfImage(kind, head) {
     const words = JSON.stringify(latin1(head.subarray(0, 8)).replaceAll(/[^ -~]/g, '?'));
     return `this ${kind} cannot be read: at byte 0 it begins with ${words}, which no ${kind} does`;
   }
-  if (head.length <= COLOUR_TYPE_AT) return `this PNG cannot be read: it is cut off at byte ${head.length}`;
-  return `this PNG cannot be read: at byte ${COLOUR_TYPE_AT} its header names the colour type ${head[COLOUR_TYPE_AT]}, which no PNG has`;
+  if (head.length <= COLOR_TYPE_AT) return `this PNG cannot be read: it is cut off at byte ${head.length}`;
+  return `this PNG cannot be read: at byte ${COLOR_TYPE_AT} its header names the colour type ${head[COLOR_TYPE_AT]}, which no PNG has`;
 }
 
 /** Whether it is the text that stands in the place of a file in a clone without Git LFS. @param {Uint8Array} head */

@@ -114,20 +114,20 @@ function timeOf(name) {
   return Number(`${count.slice(0, 10)}.${count.slice(10)}`);
 }
 
-/** @typedef {'depth' | 'colour' | 'aside'} Hint */
+/** @typedef {'depth' | 'color' | 'aside'} Hint */
 
 /** What is made from the images of a recording, and is none of it. */
 const ASIDE =
   /^(semantics?|seg(mentations?|ms?)?|labels?|masks?|instances?|normals?|conf(idences?)?|ir\d*|infra.*|vis\w*|previews?|viz|colormaps?|jet|heat\w*|debug|overlays?|matches)$/;
 const DEPTH = /^(dep(th\w*)?|dpt|disp(arity)?)$/;
-const COLOUR =
+const COLOR =
   /^(rgb(?!d)\w*|colou?rs?|images?|imgs?|photos?|pics?|pictures?|gr[ae]y|left|right|cams?|mono|stereo|(cost)?maps?|grid|occupancy)$/;
 
 /** @param {string} word @returns {Hint | null} */
 function roleOf(word) {
   if (ASIDE.test(word)) return 'aside';
   if (DEPTH.test(word)) return 'depth';
-  return COLOUR.test(word) ? 'colour' : null;
+  return COLOR.test(word) ? 'color' : null;
 }
 
 /** Words of a name, without its numbers. @param {string} name */
@@ -146,7 +146,7 @@ export function wordsOf(name) {
  */
 export function hintOf(name) {
   const roles = wordsOf(name).map(roleOf);
-  const ranked = /** @type {const} */ (['aside', 'depth', 'colour']);
+  const ranked = /** @type {const} */ (['aside', 'depth', 'color']);
   return ranked.find((role) => roles.includes(role)) ?? null;
 }
 

@@ -143,8 +143,6 @@ const BY_CONTENTS = [
 
 /** How lines of graphs of poses begin, whatever the file is called. */
 const RELATIONS = /^(EDGE(2|3|_SE2|_SE3:QUAT)|VERTEX_SE[23]\S*)\s/;
-/** What a Git LFS pointer begins with. */
-const LFS_POINTER = 'version https://git-lfs.github.com/spec/v1';
 
 /**
  * What a file that is not read is, and how to convert it: completes "FILE: not used: ..."; null where nothing is known.
@@ -153,9 +151,6 @@ const LFS_POINTER = 'version https://git-lfs.github.com/spec/v1';
  * @returns {string | null}
  */
 export function adviceFor(path, head = null) {
-  if (head && new TextDecoder('latin1').decode(head.subarray(0, LFS_POINTER.length)) === LFS_POINTER) {
-    return 'a pointer of Git LFS in place of the file; fetch the file: git lfs pull';
-  }
   const known = adviceByContents(head) ?? ADVICE.find(([name]) => name.test(path))?.[1] ?? null;
   const isOfGraph = known === null && head !== null && isGraph(head);
   return isOfGraph ? 'relations between poses, without scans; give the log or bag of the laser' : known;

@@ -4,6 +4,7 @@
  * objects, or an object by the frames' names), nerfstudio's transforms.json, Open3D's PinholeCameraTrajectory, Record3D's
  * metadata, matrices in OpenCV's YAML and XML; and the T265's CSV, whose times are milliseconds.
  */
+import { inverted } from '../lab/matrices.js';
 import { compareNaturally } from '../natural_order.js';
 import { readDocument } from './documents.js';
 
@@ -100,7 +101,7 @@ function matricesOf(tree) {
   const visit = (/** @type {unknown} */ value, /** @type {string} */ name, /** @type {boolean} */ isInverse) => {
     const matrix = matrixOf(value);
     if (matrix) {
-      found.push({ name, matrix: isInverse ? inverse(matrix) : matrix });
+      found.push({ name, matrix: isInverse ? inverted(matrix) : matrix });
       return;
     }
     if (typeof value !== 'object' || value === null) return;
@@ -144,16 +145,6 @@ function matrixOf(value) {
 /** Whether the rows have length 1, about: a camera's matrix has not. @param {number[]} matrix */
 function isRotation(matrix) {
   return [0, 4, 8].every((row) => Math.abs(Math.hypot(...matrix.slice(row, row + 3)) - 1) < 0.01);
-}
-
-/** The inverse of a rotation with a translation. @param {number[]} matrix */
-function inverse(matrix) {
-  const at = (/** @type {number} */ row, /** @type {number} */ column) => matrix[4 * row + column] ?? 0;
-  const rows = [0, 1, 2].map((row) => {
-    const rotation = [0, 1, 2].map((column) => at(column, row));
-    return [...rotation, -rotation.reduce((sum, value, column) => sum + value * at(column, 3), 0)];
-  });
-  return [...rows.flat(), 0, 0, 0, 1];
 }
 
 /**

@@ -76,7 +76,7 @@ function figures(result, { num_frames = 0 }) {
     const { width, height, fx } = result.camera;
     const mark = (/** @type {'depth_scale' | 'fx'} */ setting) => assumedMark(result.assumptions, setting);
     const perMetre = Number((result.depth_scale ?? 0).toPrecision(6));
-    const scale = result.depth_scale === null ? '' : `, ${perMetre} values per metre${mark('depth_scale')}`;
+    const scale = result.depth_scale === null ? '' : `, ${perMetre} raw values per metre${mark('depth_scale')}`;
     rows.push(['Camera', `${width} x ${height}`, `focal length ${fx.toFixed(1)} pixels${mark('fx')}${scale}`]);
   }
   if (comparison) {

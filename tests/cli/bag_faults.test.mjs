@@ -140,7 +140,7 @@ test('a chunk with a wrong checksum is named and passed over', async () => {
   }
 });
 
-test('a summary that is damaged is told, and the bag is read without it', async () => {
+test('a summary that is damaged is told, and the bag is read without it', async (t) => {
   const bytes = mcapBytes([DEPTH, CAMERA], walk(5));
   bytes[bytes.length - 60] = (bytes[bytes.length - 60] ?? 0) ^ 1;
   const { bag, notes } = await openOne('walk.mcap', bytes);
@@ -149,6 +149,10 @@ test('a summary that is damaged is told, and the bag is read without it', async 
     bag.topics.map(({ count }) => count),
     [5, 5],
   );
+  const [path = ''] = writeFiles(temporaryFolder(t), { 'walk.mcap': bytes });
+  const { status, stderr } = scanstitch(['topics', path]);
+  assert.match(stderr, /^note: walk\.mcap: its summary is damaged/m);
+  assert.equal(status, 0, 'nothing is lost');
 });
 
 test('a message that is shorter than it says is named; the others are used', async (t) => {
@@ -178,6 +182,27 @@ test('a message that is shorter than it says is named; the others are used', asy
   const { stderr } = scanstitch(['reconstruct', path, '--out', join(temporaryFolder(t), 'out')]);
   assert.match(stderr, /Message 3 of \/camera\/depth\/image_raw: The message is shorter/);
   assert.doesNotMatch(stderr, /defect/);
+});
+
+test('rows of a .db3 bag that are damaged or have no integer time are left out and told', async () => {
+  const whole = db3Bytes([DEPTH], [depthAt(10.1), depthAt(10.2), depthAt(10.3)]);
+  const time = Buffer.alloc(8);
+  time.writeBigInt64BE(nanoseconds(10.2));
+  // The header of the row: its size, then the types of id, topic, time and data (two bytes); topic and time take 8 bytes each.
+  const header = Buffer.from(whole).indexOf(time) - 8 - 6;
+  const [INTEGER, REAL, TEXT_OF_8_BYTES] = [6, 7, 29];
+  assert.deepEqual([...whole.subarray(header, header + 4)], [6, 0, INTEGER, INTEGER]);
+  for (const [at, value, told] of /** @type {const} */ ([
+    [0, 0x7f, /some of its rows cannot be read and are left out/],
+    [3, REAL, /1 messages have no topic or no integer time/],
+    [3, TEXT_OF_8_BYTES, /1 messages have no topic or no integer time/],
+  ])) {
+    const damaged = whole.slice();
+    damaged[header + at] = value;
+    const { bag, notes } = await openOne('walk.db3', damaged);
+    assert.equal(bag.topics[0]?.count, 2);
+    assert.match(notes.map(({ reason }) => reason).join(), told);
+  }
 });
 
 test('time that runs backwards is told, and order is made of it', async () => {

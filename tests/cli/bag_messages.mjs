@@ -116,11 +116,17 @@ export function compressedImage(stamp, format, data) {
   return new CdrWriter(true, data.length + 256).header(stamp, 'camera').string(format).bytes(data).done();
 }
 
-/** @param {Stamp} stamp @param {number} width @param {number} height @param {[number, number, number, number]} camera fx fy cx cy */
-export function cameraInfo(stamp, width, height, [fx, fy, cx, cy]) {
+/**
+ * @param {Stamp} stamp @param {number} width @param {number} height @param {[number, number, number, number]} camera fx fy cx cy
+ * @param {number[]} [region] x y height width
+ * @param {[number, number]} [binning]
+ */
+export function cameraInfo(stamp, width, height, [fx, fy, cx, cy], region = [0, 0, 0, 0], [binX, binY] = [0, 0]) {
   const writer = new CdrWriter().header(stamp, 'camera').u32(height).u32(width).string('plumb_bob').u32(0);
   writer.f64(fx, 0, cx, 0, fy, cy, 0, 0, 1).f64(1, 0, 0, 0, 1, 0, 0, 0, 1).f64(fx, 0, cx, 0, 0, fy, cy, 0, 0, 0, 1, 0);
-  return writer.u32(0).u32(0).u32(0).u32(0).u32(0).u32(0).u8(0).done();
+  writer.u32(binX).u32(binY);
+  for (const value of region) writer.u32(value);
+  return writer.u8(0).done();
 }
 
 /**

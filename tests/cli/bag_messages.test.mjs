@@ -430,6 +430,20 @@ test('depth and colours are paired by their times', async () => {
   });
 });
 
+test('the camera of images that are binned and cut to a region has the size of the region', async () => {
+  const stamp = stampAt(5);
+  const pixels = image({ stamp, width: 4, height: 3, encoding: '16UC1', data: new Uint8Array(24).fill(4) });
+  const camera = cameraInfo(stamp, 20, 16, [6, 6, 10, 8], [4, 2, 6, 8], [2, 2]);
+  const messages = [
+    { topic: DEPTH.name, time: 5n, data: pixels },
+    { topic: CAMERA.name, time: 5n, data: camera },
+  ];
+  const [bag] = await recordingsOf([await listOne('cut.mcap', mcapBytes([DEPTH, CAMERA], messages))], {});
+  assert.ok(bag);
+  const expected = { width: 4, height: 3, fx: 3, fy: 3, cx: 3, cy: 3 };
+  assert.deepEqual(JSON.parse(await contentOf(bag, bag.recording.intrinsics)), expected);
+});
+
 /** @param {string} tum */
 function rows(tum) {
   return tum
@@ -491,7 +505,7 @@ test('the truth of /tf is that of the sensor: chained over all frames', async ()
   close(rows(await contentOf(unmounted, unmounted.recording.reference[0]))[4], [5.4, 4, 0, 0, 0, 0, 0, 1]);
   assert.match(
     unmounted.recording.notes.map(({ reason }) => reason).join(),
-    /no fixed transform leads from base to the sensor's frame, camera/,
+    /there is no static transform from base to the sensor's frame, camera/,
   );
 });
 

@@ -8,6 +8,8 @@ import { test } from 'node:test';
 import { zipSync } from 'fflate';
 import { unpackZstd } from '../../npm/bag/zstd.js';
 import { openBags } from '../../npm/bag/open.js';
+import { bytesInMemory } from '../../npm/open_archive.js';
+import { unpackWhole } from '../../npm/packed.js';
 import { bagFile, db3Bytes, openOne } from './bag_files.mjs';
 import { odometry, stampAt } from './bag_messages.mjs';
 import { pack, record } from './bag_writer.mjs';
@@ -76,6 +78,12 @@ test('what a frame of Zstandard claims is compared with its blocks', async () =>
   const two = Buffer.concat([zstdOfRuns(1, 2 ** 17), zstdOfRuns(2, 2 ** 18)]);
   assert.equal((await unpackZstd(two, 3 * 2 ** 17)).length, 3 * 2 ** 17, 'frames one after the other');
   for (let end = 1; end < 17; end += 1) await assert.rejects(unpackZstd(zstdOfRuns(2, 9).subarray(0, end), null));
+});
+
+test('a whole file of Zstandard has the limits of archives: 64 MB of however few bytes', async () => {
+  const open = (/** @type {number} */ runs) => unpackWhole('a.zst', bytesInMemory(zstdOfRuns(runs, runs * 2 ** 17)));
+  assert.equal((await open(100)).bytes.length, 100 * 2 ** 17);
+  await assert.rejects(open(520), /It unpacks to more than 6\d MB/);
 });
 
 test('a chunk of a gigabyte that is not packed is read in pieces', async (t) => {

@@ -134,6 +134,7 @@ test('bad input is refused in one line', (t) => {
     [[walk, join(folder, 'none.tum')], /none\.tum: There is no such file/],
     [[clouds, path], /There are no depth images/],
     [[walk, path, '--set', 'depth_scale=-1'], /depth_scale/],
+    [[walk, path, '--set', 'max_range=-1'], /^scanstitch: (?!.*mine\.tum).*max_range/],
     [[walk, path, '--set', 'nothing=1'], /nothing/],
     [[walk, path, '--metric', 'x'], /consistency --help/],
   ])) {

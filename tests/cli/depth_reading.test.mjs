@@ -91,16 +91,16 @@ test('what is assumed and unconfirmed stands beside the number of good frames, w
   );
   assert.match(
     stderr,
-    /^note: No file says how many raw values a metre has: 1000 is assumed, .*--set depth_scale=NUMBER\.$/m,
+    /^note: No file says what the depth scale is: a scale of 1000 raw values per metre is assumed, .*--set depth_scale=NUMBER\.$/m,
   );
   assert.match(
     stderr,
     /^note: No file says what the camera is like: a focal length of 96 pixels is assumed, .*--intrinsics FILE/m,
   );
   assert.match(stdout, /^Camera: .* \(assumed\)$/m);
-  assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed\)/m);
+  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed\)/m);
   const condition =
-    '6 good if 1000 depth values are a metre and the focal length is 96 pixels, which nothing in the recording confirms';
+    '6 good if the depth scale is 1000 raw values per metre and the focal length is 96 pixels, which nothing in the recording confirms';
   assert.match(
     stdout,
     new RegExp(`^${condition} \\(--set depth_scale=NUMBER, --set fx=PIXELS\\); 0 doubtful, 0 lost$`, 'm'),
@@ -114,8 +114,11 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
     result?.assumptions[0]?.confirmed_by ?? '',
     /^the disparity steps of a Kinect, which fit no other scale in use$/,
   );
-  assert.match(stderr, /1000 is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/);
-  assert.match(stdout, /^Depth: 1000 raw values a metre \(assumed, confirmed\)/m);
+  assert.match(
+    stderr,
+    /1000 raw values per metre is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/,
+  );
+  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed, confirmed\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
   const open = reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
   assert.match(
@@ -133,7 +136,7 @@ test('a scale that the steps of a known sensor contradict is a condition of the 
   );
   assert.match(
     wrong.stdout,
-    /^\d good if 5000 depth values are a metre, which the depth images contradict \(--set depth_scale=NUMBER\); \d doubtful/m,
+    /^\d good if the depth scale is 5000 raw values per metre, which the depth images contradict \(--set depth_scale=NUMBER\); \d doubtful/m,
   );
   const right = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96', '--set', 'depth_scale=1000']);
   assert.match(right.stdout, /^\d good, \d doubtful, \d lost$/m);
@@ -152,7 +155,7 @@ test('a ground truth of the same size confirms what is assumed, and one of anoth
     depthFiles((depth) => greyPng(depth.map((value) => value / 2))),
   );
   assert.equal(small.result?.assumptions[0]?.confirmed_by, null);
-  assert.match(small.stdout, /^\d good if 1000 depth values are a metre/m);
+  assert.match(small.stdout, /^\d good if the depth scale is 1000 raw values per metre/m);
 });
 
 test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', (t) => {

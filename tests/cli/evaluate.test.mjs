@@ -280,6 +280,7 @@ test('wrong commands: one line each, exit code 1', () => {
     [['evaluate', REFERENCE, ESTIMATE, '--align-first', '1.5'], /--align-first is a whole number from 1/],
     [['evaluate', REFERENCE, ESTIMATE, '--format', 'bag'], /"bag" is not a trajectory format/],
     [['map-quality'], /Nothing to judge was given/],
+    [['map-quality', 'a.ply', '--radius', 'Infinity'], /--radius is a number from 0, not "Infinity"/],
     [['convert', REFERENCE], /Name one input and one output/],
   ]);
   for (const [args, message] of cases) {

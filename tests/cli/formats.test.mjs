@@ -232,7 +232,7 @@ function las({ minor = 2, format = 1, record = 28, east = 0 } = {}) {
   return bytes;
 }
 
-test('LAS is read in its versions, and moved near to the origin; LAZ is told', () => {
+test('LAS is read in its versions, and moved near to the origin; LAZ is told', async () => {
   const near = [
     [1, 4, 7],
     [2, 5, 7],
@@ -249,6 +249,16 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', (
   assert.deepEqual([pointsOf(cut.ply, 3), cut.loss], [near.slice(0, 2), 'cut off: 2 of 3 points are there']);
   assert.throws(() => lasCloud('a.laz', las({ format: 0x81 })), /LAZ cloud.*pdal translate a\.laz out\.ply/);
   assert.throws(() => lasCloud('a.las', encode('LASF')), /not a LAS cloud, or it is cut off/);
+  // To be listed, its header is enough.
+  const bytes = las({ east: 691_000 });
+  /** @type {import('../../npm/recording/contents.js').Content} */
+  const file = {
+    ...{ path: 'a.las', size: bytes.length, readHead: async (length) => bytes.slice(0, length) },
+    read: () => Promise.reject(new Error('read as a whole')),
+  };
+  const { files, notes } = await convertFiles([file], (made) => made);
+  assert.equal(files[0]?.isCloud, true);
+  assert.match(notes[0]?.reason ?? '', /shifted by -\(691000, 0, 0\) m/);
 });
 
 test('points as text: columns behind x y z, counts, headers, the grid of PTX', () => {

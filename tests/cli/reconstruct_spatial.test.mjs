@@ -97,7 +97,7 @@ test('a room: every output is written, well formed, and right', (t) => {
   );
   assert.match(stdout, /^6 good, 0 doubtful, 0 lost$/m);
   assert.match(stdout, /^Camera: 192 x 192 pixels, fx 96, fy 96, cx 96, cy 96$/m);
-  assert.match(stdout, /^Depth: 1000 raw values a metre, rounded$/m);
+  assert.match(stdout, /^Depth: 1000 raw values per metre, rounded$/m);
   assert.match(
     stdout,
     /^Map, stitched in \d+ ms; in voxels of 1 cm: \d+ points, \d\.\d MB; 2 cm: .*; 5 cm: .*; 10 cm: /m,

@@ -15,6 +15,10 @@ test('what planar files are for, by name and first bytes', () => {
   assert.equal(role('truth.tum'), 'reference');
   assert.equal(role('gt.csv', 'x,y,z\n1.5,2,0\n2,2,0\n'), 'reference');
   for (const name of ['x.npy', 'x.pcd', 'x.png', 'x.zip', 'x.doc']) assert.equal(role(name), 'ignored');
+  const reason = (/** @type {string} */ name) => JSON.stringify(classify(name, encode('')));
+  assert.match(reason('x.npy'), /holds neither scans nor points/);
+  assert.match(reason('x.pcd'), /does not lie in the plane z = 0/);
+  for (const name of ['x.bag', 'x.db3', 'x.mcap']) assert.match(reason(name), /a bag, which is opened by itself/);
   assert.deepEqual(classify('../.DS_Store', new Uint8Array()), { role: 'ignored', reason: null });
 });
 
@@ -22,7 +26,7 @@ test('heads: images, arrays, clouds', () => {
   assert.deepEqual(readImage(DEPTH16), { format: 'PNG', channels: 'grey', bits: 16 });
   assert.deepEqual(readImage(PALETTE), { format: 'PNG', channels: 'palette', bits: 8 });
   assert.deepEqual(readImage(PGM), { format: 'PGM', channels: 'grey', bits: 16 });
-  assert.deepEqual(readImage(encode('P6 640 480 255 ')), { format: 'PPM', channels: 'colour', bits: 8 });
+  assert.deepEqual(readImage(encode('P6 640 480 255 ')), { format: 'PPM', channels: 'color', bits: 8 });
   assert.equal(readImage(encode('PNG, honestly')), null);
   assert.equal(readImage(DEPTH16.subarray(0, 20)), null);
   assert.deepEqual(readNpyShape(npy('80, 7')), [80, 7]);

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { LIMITS } from '../../npm/archive_directory.js';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { unpackBzip2 } from '../../npm/bag/bzip2.js';
 import { decodeHeader, decodeImage, decodePoses, decodeScan } from '../../npm/bag/messages.js';
@@ -11,6 +12,8 @@ import { nanoseconds } from '../../npm/bag/stamps.js';
 import { crc32 } from '../../npm/crc32.js';
 import { bagFile, listOne, openOne } from './bag_files.mjs';
 import { openBags } from '../../npm/bag/open.js';
+import { bytesInMemory } from '../../npm/open_archive.js';
+import { unpackWhole } from '../../npm/packed.js';
 import { ROOT } from './support.mjs';
 
 const STORED = join(ROOT, 'tests', 'data', 'bags');
@@ -189,7 +192,7 @@ test('every byte of a bag of ROS 1 may be wrong without a crash', async () => {
   }
 });
 
-test('bzip2: several streams, runs, all bytes, and a size that is not what comes out', () => {
+test('bzip2: several streams, runs, all bytes, and a size that is not what comes out', async () => {
   // Packed by bzip2 1.0.8: 300 times "a", then the bytes 0 to 255, in a stream each.
   const runs = Buffer.from(RUNS, 'base64');
   const expected = Buffer.concat([Buffer.alloc(300, 'a'), Buffer.from(Array.from({ length: 256 }, (_, byte) => byte))]);
@@ -200,6 +203,8 @@ test('bzip2: several streams, runs, all bytes, and a size that is not what comes
   damaged[12] = (damaged[12] ?? 0) ^ 1; // of the checksum
   assert.throws(() => unpackBzip2(damaged, expected.length), /checksum/);
   assert.throws(() => unpackBzip2(Buffer.from('no bzip2'), 9), /does not begin with the signature of bzip2/);
+  const few = { ...LIMITS, freeBytes: expected.length - 1, ratio: 0 };
+  await assert.rejects(unpackWhole('a.bz2', bytesInMemory(runs), few), /a\.bz2: It unpacks to more than/);
 });
 
 test('a bag of the first version is refused with the way to convert it', async () => {

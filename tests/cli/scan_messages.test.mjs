@@ -156,8 +156,8 @@ const inMillimetres = (ECHO ?? '').replaceAll(/^- ([\d.]+)$/gm, (_, range) => `-
 
 /** What is odd, the text, and what is told of it; true: the scans come out as they are. @type {readonly [string, string, RegExp | null, boolean][]} */
 const ODD = [
-  ['ranges in millimetres', inMillimetres, /not metres: .* millimetres/, true],
-  ['... and their limits', inMillimetres.replaceAll('12.0', '12000'), /not metres/, true],
+  ['ranges in millimetres', inMillimetres, /cannot be metres and are read as millimetres/, true],
+  ['... and their limits', inMillimetres.replaceAll('12.0', '12000'), /cannot be metres/, true],
   [
     'angles in degrees',
     changed([/(angle_\w+): (.*)/g, '$1: $2e0']).replaceAll(
@@ -224,6 +224,10 @@ test('what a recorder that was stopped leaves of its last scan is told', async (
     assert.match(notes[0]?.reason ?? '', told);
     assert.equal(notes[0]?.is_loss, true);
   }
+  const broken = await convertFiles([fileOf('scans.jsonl', `${lines}{"ranges":[1,\n{"ranges":[2,\n`)], (made) => made);
+  assert.deepEqual(broken.files, []);
+  assert.equal(broken.notes.length, 1, 'that it is not used, and not that a line is left out');
+  assert.match(broken.notes[0]?.reason ?? '', /neither one JSON document nor one a line/);
 });
 
 test('angles that no unit explains are refused', async () => {

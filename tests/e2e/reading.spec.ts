@@ -46,7 +46,7 @@ test('what is assumed can be changed beside its figure, also on a phone in the d
   ]);
   await page.getByRole('tab', { name: 'Result' }).click();
   await expect(spatial.figures).toContainText(
-    'all good if 1000 depth values are a metre and the focal length is 131.3 pixels, which nothing in the recording confirms',
+    'all good if the depth scale is 1000 raw values per metre and the focal length is 131.3 pixels, which nothing in the recording confirms',
   );
   // No figure's explanation is cut: a condition stands at the end of it.
   const cut = await spatial.figures
