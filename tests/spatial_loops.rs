@@ -1,7 +1,7 @@
 //! A way round a block that has added up errors: they are found where it closes, and spread over it.
 #![cfg(not(target_arch = "wasm32"))] // a browser runs tests/browser
 
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 use scanstitch::camera::{DepthImage, Pinhole};
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::graph::loops::spatial::SpatialLoops;
@@ -10,6 +10,7 @@ use scanstitch::odometry::depth::SpatialEstimate;
 use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame, Surfaces};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
 use scanstitch::registration::prepared_surfels::PreparedSurfels;
+use scanstitch::registration::solver::Motion;
 use scanstitch_scene::random::Random;
 use scanstitch_scene::ring::Ring;
 use scanstitch_scene::space::DepthSensor;
@@ -60,8 +61,8 @@ fn mean_error(poses: &[Pose3], truth: &[Pose3]) -> f64 {
 }
 
 /// The poses when all frames have been taken in and what was open is closed, and how often something was.
-fn closed(poses: &[Pose3], images: &[PreparedSurfels]) -> (Vec<Pose3>, SpatialLoops) {
-    let mut loops = SpatialLoops::default();
+fn closed(poses: &[Pose3], images: &[PreparedSurfels], motion: Motion) -> (Vec<Pose3>, SpatialLoops) {
+    let mut loops = SpatialLoops::new(motion);
     let mut poses = poses.to_vec();
     for (index, image) in images.iter().enumerate() {
         let estimate = SpatialEstimate {
@@ -86,14 +87,30 @@ fn the_drift_around_a_loop_is_distributed_over_it_and_reported() {
     assert!((truth[num_round].translation.vector).norm() < 1e-9, "the walk is back at its start");
     let drift = Vector6::new(0.0, 1.5e-4, 0.0, 4e-4, 0.0, 6e-4);
     let before = drifting(&truth, &drift, num_round);
-    let (after, loops) = closed(&before, &images);
+    let (after, loops) = closed(&before, &images, Motion::Free);
     let (error, error_before) = (mean_error(&after, &truth), mean_error(&before, &truth));
     assert!(error_before > 0.02 && error < 0.4 * error_before, "mean error {error} m, {error_before} m before");
     let report = loops.report();
     assert!(report.num_closed >= 1 && report.farthest_move > 0.03, "{report:?}");
     assert!(report.note().is_some_and(|note| note.contains("distributed over the path")));
 
-    let (untouched, loops) = closed(&truth, &images);
+    let (untouched, loops) = closed(&truth, &images, Motion::Free);
     let moved = mean_error(&untouched, &truth);
     assert!(untouched == truth && loops.report().note().is_none(), "{moved} {:?}", loops.report());
+}
+
+#[test]
+fn a_robot_on_a_floor_stays_on_it_when_a_loop_is_closed() {
+    let (truth, images) = recording();
+    let drift = Vector6::new(0.0, 1.5e-4, 0.0, 4e-4, 0.0, 6e-4);
+    let before = drifting(&truth, &drift, truth.len() - 8);
+    let (after, loops) = closed(&before, &images, Motion::Planar);
+    assert!(loops.report().num_closed >= 1);
+    let up = truth[0].rotation * Vector3::y();
+    for pose in &after {
+        let height = (pose.translation.vector - after[0].translation.vector).dot(&up);
+        let tilt = (pose.rotation * Vector3::y()).angle(&up);
+        assert!(height.abs() < 1e-9 && tilt < 1e-6, "{height} {tilt}");
+    }
+    assert!(mean_error(&after, &truth) < 0.4 * mean_error(&before, &truth));
 }

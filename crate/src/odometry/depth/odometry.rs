@@ -88,7 +88,7 @@ impl DepthOdometry {
             Decision::Accept(hypothesis) => chain.accept(number, frame, hypothesis),
             Decision::KeepTentative(hypothesis, why) => chain.keep_tentative(number, frame, hypothesis, why).into(),
             Decision::Append(hypothesis, why) => chain.append(number, frame, hypothesis, Some(why)).into(),
-            Decision::Reject(hypothesis, why) => chain.reject(frame, hypothesis, why).into(),
+            Decision::Reject(hypothesis, why) => chain.reject(number, frame, hypothesis, why).into(),
         };
 
         self.pose_updates.extend(outcome.pose_updates());
@@ -162,8 +162,12 @@ impl DepthOdometry {
         estimate
     }
 
-    fn too_few_surfels(&self, num_surfels: usize) -> SpatialEstimate {
+    fn too_few_surfels(&mut self, num_surfels: usize) -> SpatialEstimate {
         let reason = format!("it has {num_surfels} surface elements (surfels), too few to register it");
+        let rival_chain = self.rival_chain.as_mut().map(|rival| &mut rival.chain);
+        for chain in self.chain.iter_mut().chain(rival_chain) {
+            chain.count_rejected();
+        }
         match &self.chain {
             Some(chain) => chain.lost(reason, 0.0),
             None => SpatialEstimate {
@@ -174,5 +178,40 @@ impl DepthOdometry {
                 is_in_map: false,
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{DepthImage, Pinhole};
+    use crate::odometry::assessment::Status;
+    use crate::preprocess::depth_surfels::{DepthModel, depth_surfels};
+
+    /// A wavy wall 2 m away, of which the camera sees this share from the left.
+    fn wall(share: f64) -> PreparedSurfels {
+        let camera = Pinhole::from_field_of_view(320, 240, 1.2).unwrap();
+        let depth = |pixel: usize| {
+            let (column, row) = ((pixel % 320) as f64, (pixel / 320) as f64);
+            let depth = 2000.0 + 200.0 * (column / 50.0).sin() + 150.0 * (row / 40.0).cos();
+            if column < share * 320.0 { depth as u16 } else { 0 }
+        };
+        let image = DepthImage { width: 320, height: 240, bits: 16, values: (0..320 * 240).map(depth).collect() };
+        let model = DepthModel { step: 1e-3, offset: 0.0, square_noise: 1e-3, min_range: 0.1, max_range: 10.0 };
+        let usable = vec![true; image.values.len()];
+        DepthOptions::default().prepared(depth_surfels(&image, &usable, &camera, &model))
+    }
+
+    #[test]
+    fn a_covered_camera_may_have_moved_until_it_sees_again() {
+        let mut odometry = DepthOdometry::new(DepthOptions::default());
+        let gap = |odometry: &DepthOdometry| odometry.chain.as_ref().map(Chain::num_rejected);
+        assert!(odometry.register_frame(&wall(1.0)).is_in_map);
+        for num_covered in 1..=3 {
+            let covered = odometry.register_frame(&wall(0.02));
+            assert_eq!((covered.assessment.status, gap(&odometry)), (Status::Lost, Some(num_covered)));
+        }
+        assert!(odometry.register_frame(&wall(1.0)).is_in_map);
+        assert_eq!(gap(&odometry), Some(0));
     }
 }

@@ -138,7 +138,7 @@ impl QuantisationHypothesis {
             quantisation,
             odometry,
             estimates: Vec::new(),
-            loops: (settings.loop_closing == LoopClosing::On).then(SpatialLoops::default),
+            loops: (settings.loop_closing == LoopClosing::On).then(|| SpatialLoops::new(settings.motion)),
             misfit: 0.0,
             num_registered: 0,
         })
@@ -226,7 +226,7 @@ fn apply_pose_updates_of(
         }
     }
     match loops {
-        Some(loops) if is_another_chain => *loops = SpatialLoops::default(),
+        Some(loops) if is_another_chain => loops.clear(),
         Some(loops) => loops.apply_pose_updates(|frame| estimates[frame as usize].T_world_sensor),
         None => {}
     }

@@ -24,6 +24,7 @@ use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
 use crate::odometry::depth::SpatialEstimate;
 use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
+use crate::registration::solver::Motion;
 
 /// Path length between two detections (m, two metres per radian).
 const DETECTION_SPACING: f64 = 0.5;
@@ -75,6 +76,8 @@ impl LoopReport {
 /// Loop detection and closure along a chain of frames.
 #[derive(Default)]
 pub struct SpatialLoops {
+    /// Degrees of freedom of the sensor.
+    motion: Motion,
     nodes: Nodes,
     /// The factor of each node to the next one.
     chain: Vec<SpatialFactor>,
@@ -94,6 +97,16 @@ pub struct SpatialLoops {
 pub(crate) type FrameMotions = Vec<(u32, Pose3)>;
 
 impl SpatialLoops {
+    /// Without frames, of a sensor with these degrees of freedom.
+    pub fn new(motion: Motion) -> Self {
+        Self { motion, ..Self::default() }
+    }
+
+    /// Forgets all frames and loops.
+    pub(crate) fn clear(&mut self) {
+        *self = Self::new(self.motion);
+    }
+
     /// The loops that have been closed.
     pub fn report(&self) -> LoopReport {
         self.report
@@ -238,6 +251,9 @@ impl SpatialLoops {
         optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
         let factors: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
         optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
+        if let (Motion::Planar, Some(&first)) = (self.motion, poses.first()) {
+            poses.iter_mut().for_each(|pose| *pose = first * self.motion.nearest(&(first.inverse() * *pose)));
+        }
         poses
     }
 

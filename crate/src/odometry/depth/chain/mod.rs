@@ -111,7 +111,7 @@ impl Chain {
             options,
             reference,
             members: vec![Member::new(number, T_world_sensor, Assessment::first())],
-            last: PosedFrame::new(frame, T_world_sensor, Pose3::identity()),
+            last: PosedFrame::new(number, frame, T_world_sensor, Pose3::identity()),
             motion_prior: MotionPrior::default(),
             rejected: None,
             num_rejected: 0,
@@ -144,13 +144,13 @@ impl Chain {
     }
 
     /// Moves each frame's content by `motion` (of the world) of its number, frames being counted from 0. The prediction for
-    /// the next frame moves with the last member.
+    /// the next frame moves with the last one that was appended.
     pub(super) fn apply_corrections(&mut self, motion: &impl Fn(u32) -> Pose3) {
         self.reference.apply_corrections(motion);
         for branch in &mut self.tentative_branches {
             branch.apply_corrections(motion);
         }
-        let motion_of_last = self.members.last().map_or_else(Pose3::identity, |last| motion(last.number));
+        let motion_of_last = motion(self.last.number);
         for posed in [Some(&mut self.last), self.rejected.as_mut()].into_iter().flatten() {
             posed.T_world_sensor = motion_of_last * posed.T_world_sensor;
         }
@@ -179,7 +179,8 @@ impl Chain {
             self.motion_prior.push(&motion);
             self.reference.normal_repeatability.push(hypothesis.normal_repeatability);
         }
-        (self.last, self.rejected, self.num_rejected) = (PosedFrame::new(frame, T_world_sensor, motion), None, 0);
+        (self.last, self.rejected, self.num_rejected) =
+            (PosedFrame::new(number, frame, T_world_sensor, motion), None, 0);
         for branch in &mut self.tentative_branches {
             branch.push(number, uncertainty);
         }

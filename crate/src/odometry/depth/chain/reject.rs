@@ -12,11 +12,12 @@ impl Chain {
     /// The estimate of a frame that is not added to the map. If it is doubtful, the next frame is searched near it, too.
     pub(in super::super) fn reject(
         &mut self,
+        number: u32,
         frame: &PreparedSurfels,
         hypothesis: PoseHypothesis,
         assessment: Assessment,
     ) -> SpatialEstimate {
-        self.num_rejected += 1;
+        self.count_rejected();
         let overlap = hypothesis.overlap;
         if assessment.status == Status::Lost {
             return self.lost(assessment.reason, overlap);
@@ -28,9 +29,14 @@ impl Chain {
             _ => self.rejected.as_ref(),
         };
         let motion = before.map_or_else(Pose3::identity, |before| before.T_world_sensor.inverse() * T_world_sensor);
-        self.rejected = Some(PosedFrame::new(frame, T_world_sensor, motion));
+        self.rejected = Some(PosedFrame::new(number, frame, T_world_sensor, motion));
         let registration = Some(hypothesis.registration);
         SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map: false }
+    }
+
+    /// Counts a frame that is not added to the map: the sensor may have moved further until the next one.
+    pub(in super::super) fn count_rejected(&mut self) {
+        self.num_rejected += 1;
     }
 
     /// The estimate of a lost frame: the last known pose.

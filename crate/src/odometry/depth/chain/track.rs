@@ -25,6 +25,8 @@ const MIN_TRACKED_OVERLAP: f64 = 0.3;
 /// A frame with its pose, to which the next one may be registered.
 #[derive(Clone)]
 pub(super) struct PosedFrame {
+    /// Its number among all frames.
+    pub(super) number: u32,
     frame: Arc<PreparedSurfels>,
     pub(super) T_world_sensor: Pose3,
     /// Its motion from the frame before it that has a pose, which may be several frames earlier; identity where there is none.
@@ -32,8 +34,8 @@ pub(super) struct PosedFrame {
 }
 
 impl PosedFrame {
-    pub(super) fn new(frame: &PreparedSurfels, T_world_sensor: Pose3, motion: Pose3) -> Self {
-        Self { frame: Arc::new(frame.clone()), T_world_sensor, motion }
+    pub(super) fn new(number: u32, frame: &PreparedSurfels, T_world_sensor: Pose3, motion: Pose3) -> Self {
+        Self { number, frame: Arc::new(frame.clone()), T_world_sensor, motion }
     }
 
     /// Where the next frame may be: the same pose, and the constant-velocity prediction.

@@ -136,7 +136,7 @@ impl Chain {
         let hypothesis = self.search_near_prediction(&matcher);
         if !self.is_accepted(&hypothesis) {
             let assessment = self.assessment_of(&hypothesis);
-            return self.reject(frame, hypothesis, assessment);
+            return self.reject(number, frame, hypothesis, assessment);
         }
         let hypothesis = self.with_second_basin(&matcher, hypothesis);
         if hypothesis.second_basin.is_none() {
