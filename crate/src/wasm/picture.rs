@@ -15,7 +15,7 @@ use super::{Reconstruction, from_object};
 use crate::error::Error;
 use crate::geometry::Pose3;
 use crate::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
-use crate::map::voxel::VoxelMap;
+use crate::map::voxel::{MapPoint, VoxelMap};
 use crate::odometry::assessment::Status;
 use crate::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
 

@@ -252,7 +252,9 @@ impl SpatialLoops {
         let factors: Vec<SpatialFactor> = self.chain.iter().chain(&self.loops).copied().collect();
         optimize_poses(&mut poses, &factors, SOLVER_ITERATIONS);
         if let (Motion::Planar, Some(&first)) = (self.motion, poses.first()) {
-            poses.iter_mut().for_each(|pose| *pose = first * self.motion.nearest(&(first.inverse() * *pose)));
+            for pose in &mut poses {
+                *pose = first * self.motion.nearest(&(first.inverse() * *pose));
+            }
         }
         poses
     }
