@@ -19,7 +19,7 @@ use scanstitch_scene::space::{DepthSensor, Space};
 const WIDTH: usize = 320;
 /// Range of the camera (m).
 const MAX_DEPTH: f64 = 7.0;
-/// Depth values a metre of most cameras, and of 8-bit images over 10 m.
+/// Depth values per metre of most cameras, and of 8-bit images over 10 m.
 const MILLIMETRES: f64 = 1000.0;
 const HOMEWORK: f64 = 25.5;
 /// Noise of the camera over the square of the depth (1/m).
@@ -89,7 +89,7 @@ fn errors(reconstruction: &SpatialReconstruction, truth: &[Pose3]) -> Vec<(Statu
         .collect()
 }
 
-/// The finished run on such frames, with so many depth values a metre.
+/// The finished run on such frames, with so many depth values per metre.
 fn finished_run(
     camera: &Pinhole,
     depth_scale: f64,

@@ -85,7 +85,7 @@ export function headline(result, timing, sizes, numRecorded) {
  */
 export function assumptionNotes({ assumptions, notes }) {
   // The words of the engine's note about the depth scale (crate/src/camera/depth_scale.rs).
-  const isSaid = notes.some((text) => text.includes('raw values a metre'));
+  const isSaid = notes.some((text) => text.includes('raw values per metre'));
   return assumptions.flatMap(({ setting, value, why, confirmed_by }) => {
     const number = Number(value.toPrecision(6));
     const confirmed = confirmed_by === null ? null : `Confirmed by ${confirmed_by}.`;

@@ -315,7 +315,7 @@ distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
   'zed_camera.conf': `[LEFT_CAM_HD]\nfx=699.9\nfy=699.8\ncx=660.4\ncy=360.5\nk1=-0.17\n\n[LEFT_CAM_VGA]\nfx=349\nfy=349\ncx=330\ncy=180\n`,
 };
 
-/** Size of the depth images, fx fy cx cy, raw values a metre. @type {Record<string, [number[], number[], number | null]>} */
+/** Size of the depth images, fx fy cx cy, raw values per metre. @type {Record<string, [number[], number[], number | null]>} */
 const EXPECTED = {
   'calibration.yml': [[640, 480], [535.916, 535.916, 342.283, 235.571], null],
   'out_camera_data.xml': [[640, 480], [657.467, 657.467, 319.5, 239.5], null],

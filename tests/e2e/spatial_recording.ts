@@ -38,7 +38,7 @@ export function walk(num_frames: number): TruePose[] {
   });
 }
 
-/** depth/N.png (16 bits, so many values a metre), rgb/N.png, and the camera. */
+/** depth/N.png (16 bits, so many values per metre), rgb/N.png, and the camera. */
 export function recording(num_frames: number, first = 0, per_metre = 1000): InputFile[] {
   const poses = walk(first + num_frames);
   const files = poses.slice(first).flatMap((pose, i): InputFile[] => {

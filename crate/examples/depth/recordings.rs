@@ -36,7 +36,7 @@ pub struct Recording {
     pub color: Vec<Vec<u8>>,
     /// fx, fy, cx, cy where the default is not right.
     pub intrinsics: Option<[f64; 4]>,
-    /// Raw values a metre where the default is not right.
+    /// Raw values per metre where the default is not right.
     pub depth_scale: Option<f64>,
     /// `T_world_camera`, x right, y down, z forward.
     pub truth: Vec<Pose3>,

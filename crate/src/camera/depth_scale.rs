@@ -20,7 +20,7 @@ pub struct DepthScale {
     pub basis: ScaleBasis,
     /// Kind of camera, as far as its disparity steps tell.
     pub sensor: DepthSensor,
-    /// Raw values a metre that are possible as well, the likeliest first.
+    /// Raw values per metre that are possible as well, the likeliest first.
     pub alternatives: Vec<f64>,
 }
 
@@ -52,7 +52,7 @@ pub enum DepthSensor {
     Unknown,
 }
 
-/// A way to store depth: raw values a metre, how common it is, and who uses it.
+/// A way to store depth: raw values per metre, how common it is, and who uses it.
 struct Candidate {
     per_metre: f64,
     prior: f64,
@@ -134,7 +134,7 @@ impl DepthScale {
         Self { step: 1.0 / per_metre, basis, sensor, alternatives }
     }
 
-    /// Raw values a metre.
+    /// Raw values per metre.
     pub fn per_metre(&self) -> f64 {
         1.0 / self.step
     }
@@ -168,8 +168,8 @@ impl DepthScale {
         };
         let assumed = numbers(&[self.per_metre()]).join("");
         Some(format!(
-            "The depth images do not say how many raw values a metre has: {assumed} is assumed from {why}{others}. Set \
-             depth_scale to the right number if the map has the wrong size."
+            "The depth images do not state their depth scale: {assumed} raw values per metre are assumed from {why}{others}. \
+             Set depth_scale to the right number if the map has the wrong size."
         ))
     }
 }
@@ -290,7 +290,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// A ramp from `near` to `far` (m), stored with so many raw values a metre, by a camera with this step c (1/m), if any.
+    /// A ramp from `near` to `far` (m), stored with so many raw values per metre, by a camera with this step c (1/m), if any.
     fn ramp((near, far): (f64, f64), per_metre: f64, step: Option<f64>, holes: f64) -> DepthImage {
         let value = |i: usize| {
             let z = near + (far - near) * i as f64 / 307_199.0;

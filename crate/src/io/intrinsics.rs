@@ -22,7 +22,7 @@ pub struct Intrinsics {
     pub cx: f64,
     /// Row of the optical axis (pixels).
     pub cy: f64,
-    /// Raw depth values a metre.
+    /// Raw depth values per metre.
     pub depth_scale: Option<f64>,
 }
 

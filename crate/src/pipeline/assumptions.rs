@@ -15,7 +15,7 @@ use crate::pipeline::spatial_settings::SpatialSettings;
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum ReadingSetting {
-    /// Raw values a metre.
+    /// Raw values per metre.
     DepthScale,
     /// Focal length (pixels).
     Fx,

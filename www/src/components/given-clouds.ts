@@ -12,7 +12,7 @@ export type CloudData =
       normals?: Float32Array<ArrayBuffer> | null;
       is_of_camera?: boolean;
     }
-  /** A depth image and the camera that took it (pixels; raw depth values a metre). */
+  /** A depth image and the camera that took it (pixels; raw depth values per metre). */
   | {
       kind: 'depth';
       name: string;

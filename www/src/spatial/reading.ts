@@ -3,7 +3,7 @@ import type { Assumption } from '../engine/spatial-protocol.js';
 import { DEGREES, formatFixed } from '../views/format.js';
 import type { Camera } from './poses.js';
 
-/** Raw values a metre, or a focal length in pixels, as they are written. */
+/** Raw values per metre, or a focal length in pixels, as they are written. */
 export function valueText(value: number): string {
   return `${Number(value.toPrecision(7))}`;
 }

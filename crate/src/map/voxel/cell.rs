@@ -10,9 +10,9 @@ const MAX_SUMMED_NORMALS: u32 = 1 << (LANE_BITS - BITS);
 /// Bits of each coordinate that is added.
 const BITS: u32 = 10;
 /// Bits of each of the three sums of colours; the number of coloured points is in the bits above them.
-const COLOR_BITS: u32 = 17;
-/// Most points of a voxel whose colours are averaged, for the same reason.
-const MAX_SUMMED_COLORS: u64 = 1 << (COLOR_BITS - u8::BITS);
+const COLOR_BITS: u32 = 18;
+/// Most points of a voxel whose colours are averaged, for the same reason: neither their number nor a sum overflows.
+const MAX_SUMMED_COLORS: u64 = (1 << (u64::BITS - 3 * COLOR_BITS)) - 1;
 /// Integer that stands for a normal's coordinate of 1, with room for rounded normals that are slightly longer.
 pub(super) const NORMAL_SCALE: f32 = 500.0;
 /// Offset of a normal's coordinate, which makes all integers positive.
