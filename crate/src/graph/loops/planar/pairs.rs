@@ -64,14 +64,16 @@ impl LoopClosure {
     /// left to spend allows.
     fn affordable(&mut self, pairs: &[(f64, Pair)]) -> Vec<Pair> {
         let most = self.budget * ROUND_SHARE;
-        let mut spent = 0.0;
-        let order = ascending(pairs.iter().map(|(likelihood, pair)| pair.cost() / likelihood));
-        let affordable = order.into_iter().map(|index| pairs[index].1).take_while(|pair| {
+        let (mut spent, mut affordable) = (0.0, Vec::new());
+        for index in ascending(pairs.iter().map(|(likelihood, pair)| pair.cost() / likelihood)) {
+            let pair = pairs[index].1;
+            if spent + pair.cost() > most {
+                break;
+            }
             spent += pair.cost();
-            spent <= most
-        });
-        let affordable = affordable.collect();
-        self.budget -= spent.min(most);
+            affordable.push(pair);
+        }
+        self.budget -= spent;
         affordable
     }
 
