@@ -355,7 +355,7 @@ mod tests {
         assert!(rendered(1000.0).alternatives.is_empty() && rendered(1000.0).note().is_none());
         assert_eq!(rendered(6553.5).per_metre(), 6553.5);
         assert!(rendered(6553.5).alternatives.contains(&4000.0), "two close scales cannot be told apart by size");
-        assert!(rendered(6553.5).note().unwrap().contains("6553.5 is assumed"));
+        assert!(rendered(6553.5).note().unwrap().contains("6553.5 raw values per metre are assumed"));
         // Matterport3D: at a millimetre the camera would see 14 m.
         let matterport = DepthImage { width: 512, height: 600, ..ramp((0.5, 3.8), 4000.0, None, 0.2) };
         assert_eq!(DepthScale::estimate(&matterport).per_metre(), 4000.0);

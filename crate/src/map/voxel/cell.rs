@@ -12,7 +12,7 @@ const BITS: u32 = 10;
 /// Bits of each of the three sums of colours; the number of coloured points is in the bits above them.
 const COLOR_BITS: u32 = 18;
 /// Most points of a voxel whose colours are averaged, for the same reason: neither their number nor a sum overflows.
-const MAX_SUMMED_COLORS: u64 = (1 << (u64::BITS - 3 * COLOR_BITS)) - 1;
+const MAX_SUMMED_COLORS: u64 = 1000;
 /// Integer that stands for a normal's coordinate of 1, with room for rounded normals that are slightly longer.
 pub(super) const NORMAL_SCALE: f32 = 500.0;
 /// Offset of a normal's coordinate, which makes all integers positive.
