@@ -80,7 +80,7 @@ test('files that are neither scans nor a trajectory are named with the reason', 
     { name: 'scans.zip', content: 'x' },
     { name: 'readme.txt', content: 'Read this first.' },
   ]);
-  for (const words of ['Nothing to use among 4 files', 'photo.png', 'poses.npy', 'scans.zip', 'readme.txt']) {
+  for (const words of ['None of the 4 files can be used', 'photo.png', 'poses.npy', 'scans.zip', 'readme.txt']) {
     await expect(app.messages).toContainText(words);
   }
   expect(await app.numStitched()).toBe(1);

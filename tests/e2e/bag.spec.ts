@@ -127,7 +127,7 @@ test('other topics: another reference trajectory keeps the map, other depth make
   await expect(panel.locator('.summary')).not.toContainText('colours');
   // What is dropped beside the bag and is no recording leaves its topics open.
   await spatial.drop([{ name: 'README.md', content: 'words' }]);
-  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await expect(spatial.messages).toContainText('The file cannot be used');
   await expect(panel).toBeVisible();
 });
 

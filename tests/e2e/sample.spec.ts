@@ -83,6 +83,24 @@ test('the first screen says what it does, how to begin, what else there is and h
   await expect(about).toBeHidden();
 });
 
+test('an address that names another tool is followed on the open page', async ({ app, page }) => {
+  await expect(app.stage).toBeVisible();
+  const shown = page.getByRole('navigation', { name: 'Tools' }).locator('[aria-current=page]');
+  await expect(shown).toHaveText('Map');
+  for (const [fragment, tool] of [
+    ['#evaluate', 'Evaluate'],
+    ['#icp&scene=outliers', 'ICP'],
+    ['#strategies', 'Strategies'],
+  ] as const) {
+    await page.evaluate((hash) => (location.hash = hash), fragment);
+    await expect(shown).toHaveText(tool);
+  }
+  await page.goBack();
+  await expect(shown).toHaveText('ICP');
+  await page.goBack();
+  await expect(shown).toHaveText('Evaluate');
+});
+
 test('back and forward move between views without a new run', async ({ app, page }) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
   const shown = tools.locator('[aria-current=page]');

@@ -135,7 +135,7 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
   // It stays stopped when a file of no use is dropped, and when the ground truth is removed.
   await spatial.drop([{ name: 'README.md', content: 'words' }]);
-  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await expect(spatial.messages).toContainText('The file cannot be used');
   await page.getByRole('button', { name: /^Remove the ground truth/ }).click();
   // The frame that was being registered may still come in.
   await page.waitForTimeout(1000);
@@ -146,7 +146,7 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   await page.getByRole('button', { name: 'Continue' }).click();
   // It goes on when one is dropped in its middle.
   await spatial.drop([{ name: 'README.md', content: 'words' }]);
-  await expect(spatial.messages).toContainText('Nothing to use among 1 file');
+  await expect(spatial.messages).toContainText('The file cannot be used');
   await expect(page.getByRole('button', { name: 'Stop' })).toBeVisible();
   expect((await spatial.stitched()).result.frames).toHaveLength(60);
 });

@@ -147,6 +147,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     is_own_page: () => this.owns_address,
     show: (view) => {
       const named = view ? (view as View) : viewOfAddress();
+      if (!isRun(named) && !this.opened.has(named)) {
+        this.view_history.mark(named);
+        return void this.go(named);
+      }
       this.askForView();
       this.bring(this.opened.has(named) ? named : 'planar');
     },

@@ -19,6 +19,10 @@ interface Disposable {
   dispose(): void;
 }
 
+/** What is said where none of the files that were given can be used. */
+export const noneUsable = (num_files: number): string =>
+  num_files === 1 ? 'The file cannot be used' : `None of the ${num_files} files can be used`;
+
 /** Why there is no result. */
 export const STOPPED = 'The run was stopped';
 

@@ -8,7 +8,7 @@ interface State {
 export interface ViewHistoryHooks {
   /** Whether the page is ours: an element on the page of a host leaves its history alone. */
   is_own_page(): boolean;
-  /** Shows a view that was opened before; empty: the one that the page began with. */
+  /** Shows a view that was opened before; empty: the one that the page began with, or that its address names now. */
   show(view: string): void;
 }
 
@@ -30,9 +30,14 @@ export class ViewHistory implements ReactiveController {
 
   /** A view was opened. The address is as it was: a view that keeps something in it sees to that itself. */
   push(view: string): void {
-    if (!this.#hooks.is_own_page()) return;
-    const state: State = { ...(history.state as State | null), scanstitch_view: view };
-    history.pushState(state, '');
+    const state = history.state as State | null;
+    if (!this.#hooks.is_own_page() || state?.scanstitch_view === view) return;
+    history.pushState({ ...state, scanstitch_view: view }, '');
+  }
+
+  /** The present entry is of this view, which is about to be opened: that needs no entry of its own. */
+  mark(view: string): void {
+    history.replaceState({ ...(history.state as State | null), scanstitch_view: view }, '');
   }
 
   #onPop = ({ state }: PopStateEvent): void => {

@@ -1,4 +1,4 @@
-import { errorMessage, noteMessage, RunSession } from '../components/session.js';
+import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
@@ -118,7 +118,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const trajectory = intake.reference ?? intake.odometry;
     if (intake.scans.length === 0 && !trajectory) {
       this.report(
-        `Nothing to use among ${plural(num_given, 'file')}`,
+        noneUsable(num_given),
         'Drop laser scans as PLY files, one file a scan, or a laser log, or depth images, or a folder of them',
       );
       return;

@@ -1,7 +1,7 @@
 import { joinPoses, type Recording } from '../../../npm/recording.js';
 import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
-import { errorMessage, noteMessage, RunSession } from '../components/session.js';
+import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Origin } from '../datasets/dataset.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
 import { jobsOf } from '../datasets/spatial-jobs.js';
@@ -372,7 +372,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #tellNothing(num_files: number): void {
     this.keepResult();
     this.report(
-      `Nothing to use among ${plural(num_files, 'file')}`,
+      noneUsable(num_files),
       'Drop depth images (PNG or PGM) with their colour images, or clouds (PLY or PCD), one file a frame',
     );
     if (this.snapshot) this.tell([noteMessage('', 'The result on the page stays')]);
