@@ -34,7 +34,7 @@ fn nearest_times_as_evo_takes_them() {
     assert_eq!(pairs(&by_index(2, 2).unwrap()), [(0, 0), (1, 1)]);
     assert!(by_index(3, 2).unwrap_err().to_string().contains("The reference has 3 poses and the estimate 2"));
     assert_eq!(oddities(&[0.0, 1.0, 2.0]), None);
-    assert_eq!(oddities(&[0.0, 2.0, 1.0, 2.0]).unwrap(), "times go back once, first at pose 3; 1 times are repeated");
+    assert_eq!(oddities(&[0.0, 2.0, 1.0, 2.0]).unwrap(), "times go back once, first at pose 3; 1 time is repeated");
 }
 
 #[test]

@@ -65,5 +65,5 @@ fn what_cannot_be_evaluated_is_refused_with_a_reason() {
     stamps[9] = stamps[8];
     let unsorted = full.clone().with_stamps(stamps).unwrap();
     let summary = evaluate(&full, &unsorted, &base).unwrap().summary;
-    assert_eq!(summary.notes[0], "In the estimate, times go back once, first at pose 5; 1 times are repeated.");
+    assert_eq!(summary.notes[0], "In the estimate, times go back once, first at pose 5; 1 time is repeated.");
 }

@@ -175,7 +175,11 @@ pub fn oddities(stamps: &[f64]) -> Option<String> {
         parts.push(format!("times go back {times}, first at pose {pose}"));
     }
     if repeated > 0 {
-        parts.push(format!("{repeated} times are repeated"));
+        parts.push(if repeated == 1 {
+            "1 time is repeated".to_owned()
+        } else {
+            format!("{repeated} times are repeated")
+        });
     }
     (!parts.is_empty()).then(|| parts.join("; "))
 }
