@@ -147,8 +147,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     is_own_page: () => this.owns_address,
     show: (view) => {
       const named = view ? (view as View) : viewOfAddress();
-      if (!isRun(named) && !this.opened.has(named)) {
-        this.view_history.mark(named);
+      if (view === '' && !isRun(named) && !this.opened.has(named)) {
+        this.view_history.mark(named); // the address was changed on the open page
         return void this.go(named);
       }
       this.askForView();
