@@ -94,6 +94,9 @@ test('an address that names another tool is followed on the open page', async ({
   ] as const) {
     await page.evaluate((hash) => (location.hash = hash), fragment);
     await expect(shown).toHaveText(tool);
+    // The scene of the address, not the scans of the run.
+    if (tool === 'ICP') await expect(page.locator('scanstitch-lab')).not.toContainText('1.ply');
+    if (tool === 'ICP') await expect(page.locator('scanstitch-lab')).toContainText('outliers', { ignoreCase: true });
   }
   await page.goBack();
   await expect(shown).toHaveText('ICP');

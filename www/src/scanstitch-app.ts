@@ -149,7 +149,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const named = view ? (view as View) : viewOfAddress();
       if (view === '' && !isRun(named) && !this.opened.has(named)) {
         this.view_history.mark(named); // the address was changed on the open page
-        return void this.go(named);
+        return void this.follow(named);
       }
       this.askForView();
       this.bring(this.opened.has(named) ? named : 'planar');
@@ -402,6 +402,14 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         this.theme = this.isDark() ? 'light' : 'dark';
       },
     });
+  }
+
+  /** Opens the tool that the address names; the lab takes what it shows from the address as well. */
+  private async follow(tool: Exclude<Tool, 'map'>): Promise<void> {
+    if (tool !== 'icp' || location.hash === '#icp') return this.go(tool);
+    const own = this.askForView();
+    await this.parts.loaded(import('./lab/lab-view.js'));
+    if (own === this.num_asked) this.show('icp');
   }
 
   private async go(tool: Tool): Promise<void> {
