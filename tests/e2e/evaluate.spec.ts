@@ -134,3 +134,33 @@ test('an empty view offers a sample and the open run', async ({ app, page }) => 
   expect(await evaluation.column(/^estimate/)).toEqual(['this run']);
   expect(app.faults).toEqual([]);
 });
+
+test('an answer that comes after its trajectories were removed is not shown', async ({ app, page }) => {
+  await page.addInitScript(() => {
+    window.Worker = class extends Worker {
+      constructor(url: string | URL, options?: WorkerOptions) {
+        super(url, options);
+        this.addEventListener('message', ({ data }) => {
+          if (data?.value?.comparisons) Object.assign(window, { is_compared: true });
+        });
+      }
+    };
+  });
+  await page.reload();
+  await page.waitForFunction(() => window.stitched.length > 0);
+  let release = (): void => undefined;
+  const released = new Promise<void>((resolve) => (release = resolve));
+  await page.route('**/evaluate-worker*.js', async (route) => {
+    await released;
+    await route.continue();
+  });
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  release();
+  await page.waitForFunction(() => 'is_compared' in window);
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  expect(await page.evaluate(() => (window as unknown as { evaluations: number[] }).evaluations)).toEqual([]);
+  await expect(evaluation.view.getByRole('status')).not.toContainText('compared');
+  expect(app.faults).toEqual([]);
+});

@@ -10,6 +10,8 @@ export interface LatestHooks<Query, Result> {
 export class LatestQuery<Query, Result> {
   readonly #hooks: LatestHooks<Query, Result>;
   #next: { query: Query } | null = null;
+  /** The query that is being answered, while its answer is awaited. */
+  #current: { query: Query } | null = null;
   #is_busy = false;
 
   constructor(hooks: LatestHooks<Query, Result>) {
@@ -22,30 +24,33 @@ export class LatestQuery<Query, Result> {
     if (!this.#is_busy) void this.#answerAll();
   }
 
-  /** The query that waits is dropped; one that is being answered is not. */
+  /** What was asked so far is dropped: no answer to it comes any more, nor a failure. */
   drop(): void {
     this.#next = null;
+    this.#current = null;
   }
 
   async #answerAll(): Promise<void> {
     this.#is_busy = true;
     try {
       while (this.#next) {
-        const { query } = this.#next;
+        const current = this.#next;
         this.#next = null;
-        await this.#answer(query);
+        await this.#answer(current);
       }
     } finally {
       this.#is_busy = false;
     }
   }
 
-  async #answer(query: Query): Promise<void> {
+  async #answer(asked: { query: Query }): Promise<void> {
+    this.#current = asked;
+    const { query } = asked;
     try {
       const result = await this.#hooks.compute(query);
-      this.#hooks.answered(query, result, this.#next === null);
+      if (this.#current === asked) this.#hooks.answered(query, result, this.#next === null);
     } catch (error) {
-      this.#hooks.failed(query, error);
+      if (this.#current === asked) this.#hooks.failed(query, error);
     }
   }
 }

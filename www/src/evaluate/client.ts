@@ -44,6 +44,11 @@ export class WorkerClient<Command, Query, Result> {
     this.#queries.ask(query);
   }
 
+  /** What was asked so far is no longer answered. */
+  drop(): void {
+    this.#queries.drop();
+  }
+
   dispose(): void {
     this.#queries.drop();
     this.#host.dispose();

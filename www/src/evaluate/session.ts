@@ -192,25 +192,21 @@ export class EvaluateSession extends Session<Clients> {
     if (id === 'times') this.times = null;
     else if (id === 'relations') this.relations = null;
     else {
-      this.clouds = [];
-      this.map_result = null;
-      this.is_judging_map = false;
-      this.#judged = '';
+      this.#clearMaps();
     }
     this.#ask();
   }
 
   clear(): void {
+    this.client?.trajectories.drop();
     this.client?.trajectories.tell({ add: [], remove: this.files.map(({ id }) => id) });
     this.files = [];
-    this.times = this.relations = this.result = this.map_result = null;
-    this.clouds = [];
-    this.is_judging_map = false;
+    this.times = this.relations = this.result = null;
+    this.#clearMaps();
     this.messages = [];
     this.run = null;
     this.run_id = -1;
     this.choices = { ...this.choices, reference_id: -1, options: START_OPTIONS };
-    this.#judged = '';
     this.phase = 'empty';
     this.changed();
   }
@@ -261,6 +257,7 @@ export class EvaluateSession extends Session<Clients> {
     }
     const { reference_id: reference, options, loops_only } = this.choices;
     if (reference < 0) {
+      this.client?.trajectories.drop();
       this.result = null;
     } else {
       this.phase = 'running';
@@ -315,8 +312,15 @@ export class EvaluateSession extends Session<Clients> {
     this.changed();
   }
 
+  #clearMaps(): void {
+    this.#map_client?.drop();
+    this.clouds = [];
+    this.map_result = null;
+    this.is_judging_map = false;
+    this.#judged = '';
+  }
+
   #onJudged(result: MapResult): void {
-    if (this.clouds.length === 0) return;
     this.map_result = result;
     this.is_judging_map = false;
     this.announce('The sharpness of the map has been computed.');

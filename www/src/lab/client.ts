@@ -190,7 +190,7 @@ export class LabClient {
     this.#following.ask({ method, T, stride, answered });
   }
 
-  /** A drag has ended: its pending queries are no longer answered. */
+  /** A drag has ended: what it asked is no longer answered. */
   unfollow(): void {
     this.#following.drop();
   }
