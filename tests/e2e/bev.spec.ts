@@ -3,6 +3,7 @@ import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import type { BevScene } from '../../pkg/scanstitch.js';
 import { BevPage, engine, expect, pair, type Picture, picture, presetNamed, test } from './bev_page.js';
+import { hold } from './held.js';
 
 const SHARED = join(import.meta.dirname, '../../../shared/data/bev');
 
@@ -284,18 +285,13 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
 });
 
 test('the sample gives way to what is opened while it loads, and afterwards', async ({ bev, page }) => {
-  let release = () => {};
-  const released = new Promise<void>((resolve) => (release = resolve));
-  await page.route(/front\b.*\.jpg$/, async (route) => {
-    await released;
-    await route.continue();
-  });
+  const release = await hold(page, /front\b.*\.jpg$/);
   await page.reload();
   await expect(bev.view.getByText('top.jpg')).toBeVisible();
   await bev.choose('Open', /the worked numbers/);
   await expect(bev.view.getByText('top.jpg')).toHaveCount(0);
   const front = page.waitForResponse(/front\b.*\.jpg$/);
-  release();
+  await release();
   await (await front).finished();
   await bev.click('top', 239, 141);
   await expect.poll(() => bev.projections()).toEqual(['247.28 387.33']);

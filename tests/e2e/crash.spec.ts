@@ -1,4 +1,5 @@
 import type { Page } from '@playwright/test';
+import { answered, noteAnswers } from './answers.js';
 import { BevPage } from './bev_page.js';
 import { EvaluationView } from './evaluation_view.js';
 import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
@@ -117,8 +118,10 @@ async function crash(page: Page, script: RegExp): Promise<void> {
 
 test('three crashes with nothing computed in between end it', async ({ page }) => {
   const app = new ScanstitchPage(page);
+  await noteAnswers(page);
   await app.open();
   for (let i = 0; i < 3; i++) {
+    await answered(page, /planar-worker/); // one that dies while it starts is not told
     await crash(page, /planar-worker/);
     // The first two say the same and are one row.
     const said = [/crash/, /2 times/, /crashed 3 times/][i] ?? '';

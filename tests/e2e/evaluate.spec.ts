@@ -2,6 +2,8 @@
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { DATA, EvaluationView, file, SHARED } from './evaluation_view.js';
+import { noteAnswers } from './answers.js';
+import { hold } from './held.js';
 import { expect, test } from './scanstitch_page.js';
 
 test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async ({ app, page }) => {
@@ -136,29 +138,17 @@ test('an empty view offers a sample and the open run', async ({ app, page }) => 
 });
 
 test('an answer that comes after its trajectories were removed is not shown', async ({ app, page }) => {
-  await page.addInitScript(() => {
-    window.Worker = class extends Worker {
-      constructor(url: string | URL, options?: WorkerOptions) {
-        super(url, options);
-        this.addEventListener('message', ({ data }) => {
-          if (data?.value?.comparisons) Object.assign(window, { is_compared: true });
-        });
-      }
-    };
-  });
+  await noteAnswers(page);
   await page.reload();
   await page.waitForFunction(() => window.stitched.length > 0);
-  let release = (): void => undefined;
-  const released = new Promise<void>((resolve) => (release = resolve));
-  await page.route('**/evaluate-worker*.js', async (route) => {
-    await released;
-    await route.continue();
-  });
+  const release = await hold(page, '**/evaluate-worker*.js');
   const evaluation = new EvaluationView(page);
   await evaluation.open();
   await page.getByRole('button', { name: 'Remove all' }).click();
-  release();
-  await page.waitForFunction(() => 'is_compared' in window);
+  await release();
+  await page.waitForFunction(() =>
+    window.answers.some(({ values }) => values.some((value) => Object.hasOwn(Object(value), 'comparisons'))),
+  );
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
   expect(await page.evaluate(() => (window as unknown as { evaluations: number[] }).evaluations)).toEqual([]);
   await expect(evaluation.view.getByRole('status')).not.toContainText('compared');

@@ -2,6 +2,7 @@
 import type { Page } from '@playwright/test';
 import { mcapBytes } from '../cli/bag_files.mjs';
 import { laserScan } from '../cli/bag_messages.mjs';
+import { hold } from './held.js';
 import { expect, sampleScans, ScanstitchPage, test as planar } from './scanstitch_page.js';
 import { test as spatial } from './spatial_page.js';
 import { recording } from './spatial_recording.js';
@@ -30,17 +31,12 @@ planar('a part of the page that does not come is told, and comes when it is trie
 planar('an engine that takes long is told of, and begins when it is there', async ({ page }) => {
   const app = new ScanstitchPage(page);
   await page.clock.install();
-  let letGo = (): void => undefined;
-  const wait = new Promise<void>((resolve) => (letGo = resolve));
-  await page.route('**/*.wasm', async (route) => {
-    await wait;
-    await route.continue();
-  });
+  const release = await hold(page, '**/*.wasm');
   await page.goto('./');
   await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.clock.runFor(16_000);
   await expect(app.messages).toContainText('The engine has not loaded after 15 s');
-  letGo();
+  await release();
   await expect(app.table.getByRole('row')).toHaveCount(11);
   await expect(app.messages).toBeHidden();
 });
@@ -137,18 +133,13 @@ planar(
 
 planar('files that are dropped while the sample is fetched stay', async ({ page }) => {
   const app = new ScanstitchPage(page);
-  let letGo = (): void => undefined;
-  const wait = new Promise<void>((resolve) => (letGo = resolve));
-  await page.route('**/corridor*.js', async (route) => {
-    await wait;
-    await route.continue();
-  });
+  const release = await hold(page, '**/corridor*.js');
   await page.goto('./');
   await expect(page.getByText('Fetching the scans')).toBeVisible();
   await app.drop(sampleScans().slice(0, 3));
   await expect(app.table.getByRole('row')).toHaveCount(4);
   const fetched = page.waitForResponse('**/corridor*.js');
-  letGo();
+  await release();
   await (await fetched).finished();
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
   await expect(app.table.getByRole('row')).toHaveCount(4);

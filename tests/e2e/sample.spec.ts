@@ -1,4 +1,5 @@
 import type { Locator } from '@playwright/test';
+import { hold } from './held.js';
 import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
 
 test('the page opens with the sample stitched, and says how far it is from the truth', async ({ page }) => {
@@ -187,19 +188,12 @@ test('a link leads to Evaluate and to the strategies, and the sample is behind t
 
 test('a view that loads late does not come over one that was chosen since', async ({ app, page }) => {
   const tool = (name: string): Locator => page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name });
-  let let_through: () => void = () => undefined;
-  const held = new Promise<void>((resolve) => {
-    let_through = resolve;
-  });
-  await page.route('**/strategies-view*.js', async (route) => {
-    await held;
-    await route.continue();
-  });
+  const release = await hold(page, '**/strategies-view*.js');
   await tool('Strategies').click();
   await tool('Evaluate').click();
   await expect(tool('Evaluate')).toHaveAttribute('aria-current', 'page');
   const loaded = page.waitForEvent('requestfinished', (request) => /strategies-view/.test(request.url()));
-  let_through();
+  await release();
   await loaded;
   // Chosen again it would be there at once; the one chosen since stays.
   await page.waitForFunction(() => customElements.get('scanstitch-strategies'));

@@ -2,6 +2,7 @@
 import { mkdirSync, readFileSync, truncateSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import type { Worker } from '@playwright/test';
+import { hold } from './held.js';
 import { colorPicture, evenDepth, recording, truth } from './spatial_recording.js';
 import { expect, type SpatialPage, test } from './spatial_page.js';
 import { stopAfter } from './stop.js';
@@ -152,20 +153,17 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
 });
 
 test('opening can be stopped while the files are on their way', async ({ spatial, page }) => {
-  let release = (): void => undefined;
-  const released = new Promise<void>((resolve) => (release = resolve));
-  await page.route('**/apartment/**', async (route) => {
-    await released;
-    await route.continue();
-  });
+  const release = await hold(page, '**/GT_pose*.npy');
   await page.evaluate(() => void document.querySelector('scanstitch-app')?.open('apartment'));
   await expect(page.getByText('Inspecting the files')).toBeVisible();
   await page.getByRole('button', { name: 'Stop' }).click();
   await expect(spatial.messages).toContainText('Opening the files was stopped');
-  release();
-  await page.waitForTimeout(1000);
-  await expect(page.getByRole('button', { name: 'Stop' })).toBeHidden();
-  await expect(spatial.table).toBeHidden();
+  const fetched = page.waitForResponse('**/GT_pose*.npy');
+  await release();
+  await (await fetched).finished();
+  // What is dropped then is all there is.
+  await spatial.drop(recording(3));
+  expect((await spatial.stitched()).result.frames).toHaveLength(3);
 });
 
 test('a lost graphics context is told and comes back with all that was computed', async ({ spatial, page }) => {

@@ -2,6 +2,7 @@
 import { readFileSync } from 'node:fs';
 import type { Page } from '@playwright/test';
 import { expectNamedControls, findWeakContrast } from './access.js';
+import { hold } from './held.js';
 import { dropOn } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
 import { expect, test, type SpatialPage } from './spatial_page.js';
@@ -76,17 +77,12 @@ test('a recording that is dropped where a link led to is shown on the map', asyn
 
 test('who went to the map while it loads stays there', async ({ spatial, page }) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
-  let release = (): void => undefined;
-  const released = new Promise<void>((resolve) => (release = resolve));
-  await page.route('**/apartment/depth/*', async (route) => {
-    await released;
-    await route.continue();
-  });
+  const release = await hold(page, '**/GT_pose*.npy');
   await tools.getByRole('button', { name: 'Strategies' }).click();
   await page.getByRole('button', { name: 'Open the apartment (sample)' }).click();
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
   await tools.getByRole('button', { name: 'Map', exact: true }).click();
-  release();
+  await release();
   await spatial.stitched();
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
 });

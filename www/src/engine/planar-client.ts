@@ -94,10 +94,31 @@ export class PlanarClient {
 
   /** Stops computing; what has been computed arrives as a snapshot. */
   stop(): void {
-    // What it answers is the reaction, also where there was nothing to stop.
-    this.#order(this.#host.call('stop').then(() => clearTimeout(this.#stop_timer)));
+    if (this.#first_host && this.#candidate) {
+      // The full engine is on its way, or reads.
+      this.#run++;
+      this.#listener.slow(false);
+      this.#keepFirst('Reading was stopped: none of it is used', '');
+      return;
+    }
+    const host = this.#host;
     clearTimeout(this.#stop_timer);
-    this.#stop_timer = setTimeout(() => this.#host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
+    let is_answered = false;
+    // What it answers is the reaction, also where there was nothing to stop.
+    const answered = host.call('stop').then(() => {
+      is_answered = true;
+      clearTimeout(this.#stop_timer);
+    });
+    this.#order(answered);
+    // A worker that is still starting cannot react.
+    host.start().then(
+      () => {
+        if (is_answered) return;
+        clearTimeout(this.#stop_timer);
+        this.#stop_timer = setTimeout(() => host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
+      },
+      () => undefined, // reported as `unavailable`
+    );
   }
 
   /** Goes on where it was stopped, or computes for the first time what was only read. */
@@ -225,12 +246,14 @@ export class PlanarClient {
   /** What is shown stays where only the full engine cannot be had. */
   #onUnavailable(message: string): void {
     clearTimeout(this.#stop_timer);
-    if (!this.#first_host || !this.#candidate) {
-      this.#listener.unavailable(message);
-      return;
-    }
-    const problem: Problem = { file: '', place: null, problem: message, remedy: 'Try again when the network is there' };
-    this.#onLoaded({ accepted: [], refused: [], problems: [problem], notes: [] });
+    if (this.#first_host && this.#candidate) this.#keepFirst(message, 'Try again when the network is there');
+    else this.#listener.unavailable(message);
+  }
+
+  /** What the small engine holds stays; nothing of what the full one was to read is used. */
+  #keepFirst(problem: string, remedy: string): void {
+    const problems: Problem[] = [{ file: '', place: null, problem, remedy }];
+    this.#onLoaded({ accepted: [], refused: [], problems, notes: [] });
   }
 
   /**

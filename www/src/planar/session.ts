@@ -38,6 +38,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   tables: TableImports | null = null;
   /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
   has_link = false;
+  /** What the engine is to be given, or is reading. */
   #candidate: Dataset | null = null;
   #is_new_dataset = false;
   #next_reading = 0;
@@ -182,7 +183,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   protected override recompute(settings: Settings): void {
-    if (this.phase === 'reading' && this.#candidate) {
+    if (this.#candidate && this.phase !== 'crashed') {
       this.#load(this.#candidate); // read with the new settings
       return;
     }
@@ -198,6 +199,14 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   override stop(): void {
+    if (this.phase === 'reading' && (!this.#candidate || !this.facts)) {
+      // Scans are being fetched, or wait for the engine to start.
+      this.#num_asked++;
+      this.#candidate = this.facts ? null : this.dataset;
+      this.keepResult();
+      this.tell([noteMessage('', 'Opening the scans was stopped')]);
+      return;
+    }
     this.activity = 'Stopping';
     this.client?.stop();
     this.changed();
@@ -205,10 +214,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   /** Goes on after a stop or a crash. */
   override resume(): void {
-    this.phase = 'running';
     this.messages = [];
     this.requested_at = performance.now();
-    this.client?.resume();
+    if (this.#candidate && this.phase === 'stopped') this.#load(this.#candidate);
+    else {
+      this.phase = 'running';
+      this.client?.resume();
+    }
     this.announce('Computing continues.');
   }
 

@@ -42,8 +42,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #started_at = 0;
   #next_progress = 0;
   #worked_ms = 0;
-  /** What was taken in before the engine was ready, or asked for last. */
-  #pending: (() => void) | null = null;
+  /** The frames wait for the engine to start. */
+  #is_waiting = false;
   #num_intakes = 0;
 
   protected override createClient(): SpatialClient {
@@ -64,7 +64,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   protected override leave(): void {
     super.leave();
     // Come back to the page, it computes again what it was showing.
-    if (this.dataset) this.#pending = () => this.#load();
+    if (this.dataset) this.#wait();
   }
 
   /** Opens files: a recording replaces the current one, or is added to it if `joins` is set; a reference is always added. */
@@ -89,10 +89,9 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       const continues =
         previous !== null && this.snapshot !== null && is_same_camera && isPrefix(previous.jobs, dataset.jobs);
       this.dataset = dataset;
-      const order = (): void => (continues && this.client ? this.#extend(previous, dataset) : this.#load());
       if (this.is_unavailable) this.restart();
-      else if (this.facts) order();
-      else this.#pending = () => this.#load();
+      else if (continues && this.facts) this.#extend(previous, dataset);
+      else this.#load();
     } catch (error) {
       if (intake !== this.#num_intakes) return;
       this.keepResult();
@@ -111,7 +110,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   override clear(): void {
     const had_frames = this.dataset !== null;
     this.#num_intakes++;
-    this.#pending = null;
+    this.#is_waiting = false;
     this.client?.stop();
     this.dataset = null;
     this.snapshot = null;
@@ -132,8 +131,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   /** Stops at once; the frame that is being registered may still come in. */
   override stop(): void {
-    // Before the engine has been given anything: files are being inspected.
-    if (this.phase === 'reading' && this.#pending === null) {
+    if (this.phase === 'reading' && !this.#is_waiting) {
+      // Files are being inspected.
       this.#num_intakes++;
       this.keepResult();
       this.tell([noteMessage('', 'Opening the files was stopped')]);
@@ -146,9 +145,12 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   override resume(): void {
-    this.phase = 'running';
-    this.#started_at = performance.now();
-    this.client?.resume();
+    if (this.#is_waiting) this.#load();
+    else {
+      this.phase = 'running';
+      this.#started_at = performance.now();
+      this.client?.resume();
+    }
     this.announce('Computing continues.');
   }
 
@@ -253,8 +255,19 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     };
   }
 
+  #wait(): void {
+    this.#is_waiting = true;
+    this.phase = 'reading';
+    this.activity = 'Starting the engine';
+    this.changed();
+  }
+
   #load(): void {
-    if (!this.settings) return;
+    if (!this.facts || !this.settings) {
+      this.#wait();
+      return;
+    }
+    this.#is_waiting = false;
     this.phase = 'running';
     this.progress = 0;
     this.activity = `Preparing ${plural(this.dataset?.jobs.length ?? 0, 'frame')}`;
@@ -279,8 +292,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   protected override onStarted(): void {
     if (this.phase === 'starting') this.phase = 'empty';
-    this.#pending?.();
-    this.#pending = null;
+    if (this.#is_waiting && this.phase === 'reading') this.#load();
   }
 
   #onRegistered(index: number, ms: number, done: number, total: number): void {
