@@ -81,8 +81,14 @@ test('an angle and a distance a line, of a laser that turns clockwise', async ({
   await expect(dialog.getByLabel('Each line is')).toHaveValue('reading');
   await dialog.getByLabel('Range column').fill('2');
   await dialog.getByLabel('Angle column').fill('1');
-  await dialog.getByLabel('Unit').selectOption('mm');
-  await dialog.getByRole('button', { name: 'Read 5 scans' }).click();
+  await expect(dialog.getByLabel('On the command line')).toHaveValue(/^--table range=2,angle=1:1deg/);
+  // The change and the click in one: it has not been tried out by then.
+  await dialog.getByLabel('Unit').evaluate((select: HTMLSelectElement) => {
+    select.value = 'mm';
+    select.dispatchEvent(new Event('change', { bubbles: true }));
+    select.form?.requestSubmit();
+  });
+  await expect(dialog).toBeHidden();
   const { result } = await app.stitched();
   expect(result.frames).toHaveLength(5);
   expect(result.frames.every(({ status }) => status === 'good')).toBe(true);
@@ -122,6 +128,7 @@ test('arrays of MATLAB, scans packed by gzip: read at once, and changed afterwar
   await dialog.getByLabel('Columns of').selectOption('');
   await dialog.getByRole('button', { name: 'Read 4 scans' }).click();
   expect((await app.stitched()).result.frames).toHaveLength(4);
+  await expect(page.getByRole('region', { name: 'Table' })).not.toContainText('odometry=');
   const line = PLACES.map((x) =>
     ranges(x, 181, -HALF, HALF)
       .map((range) => range.toFixed(3))

@@ -48,6 +48,8 @@ export class ScanstitchTableImport extends LitElement {
   @property({ type: Boolean }) dark = false;
   @state() private facts!: TableFacts;
   @state() private parts: FormatParts = new Map();
+  /** Whether `facts` are those of the format as it now is. */
+  @state() private is_tried = true;
   @state() private scan = 0;
   @state() private is_copied = false;
   @query('dialog') private dialog!: HTMLDialogElement;
@@ -55,6 +57,7 @@ export class ScanstitchTableImport extends LitElement {
   private timer: ReturnType<typeof setTimeout> | undefined;
   /** Counts the formats that were tried: the last one wins. */
   private num_tried = 0;
+  private trying: Promise<void> = Promise.resolve();
 
   constructor() {
     super();
@@ -75,8 +78,9 @@ export class ScanstitchTableImport extends LitElement {
     this.facts = this.request.facts;
     const { format, num_columns } = this.facts;
     this.parts = partsOf(format || firstGuess(num_columns));
+    this.is_tried = format !== '';
     this.scan = 0;
-    if (format === '') this.tryOut();
+    if (!this.is_tried) this.tryOut();
   }
 
   protected override firstUpdated(): void {
@@ -97,7 +101,7 @@ export class ScanstitchTableImport extends LitElement {
         this.close('table-cancelled');
       }}
     >
-      <form method="dialog" @submit=${(event: Event) => this.submit(event)}>
+      <form method="dialog" @submit=${(event: Event) => void this.submit(event)}>
         <header>
           <h2 id="title">What are the columns of ${baseName(request.name)}?</h2>
           <p class="muted">${plural(num_rows, 'line')} of ${plural(num_columns, 'column')}. ${doubt}</p>
@@ -142,7 +146,8 @@ export class ScanstitchTableImport extends LitElement {
 
   /** The format as text: whole, as the engine understood it, or as it was typed where that is none. */
   private get text(): string {
-    return this.facts.problem === '' && this.facts.format !== '' ? this.facts.format : textOf(this.parts);
+    const { problem, format } = this.facts;
+    return this.is_tried && problem === '' && format !== '' ? format : textOf(this.parts);
   }
 
   private renderLayout(): TemplateResult {
@@ -298,6 +303,7 @@ export class ScanstitchTableImport extends LitElement {
   private change(changes: Readonly<Record<string, string | null>>): void {
     const values = Object.entries(changes).map(([name, value]) => [name, value === '' ? null : value]);
     this.parts = changed(this.parts, Object.fromEntries(values));
+    this.is_tried = false;
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.tryOut(), TYPING_MS);
   }
@@ -308,18 +314,18 @@ export class ScanstitchTableImport extends LitElement {
   }
 
   private tryOut(): void {
-    const own = ++this.num_tried;
+    clearTimeout(this.timer);
+    const [own, parts] = [++this.num_tried, this.parts];
     this.is_copied = false;
-    this.request.describe(textOf(this.parts), this.scan).then(
-      (facts) => {
-        if (own !== this.num_tried) return;
-        this.facts = facts;
-        this.scan = Math.min(this.scan, Math.max(0, facts.num_scans - 1));
-      },
-      (error: unknown) => {
-        if (own === this.num_tried) this.facts = { ...this.facts, problem: String(error) };
-      },
-    );
+    const take = (facts: TableFacts): void => {
+      if (own !== this.num_tried) return;
+      this.facts = facts;
+      this.is_tried = parts === this.parts;
+      this.scan = Math.min(this.scan, Math.max(0, facts.num_scans - 1));
+    };
+    this.trying = this.request
+      .describe(textOf(parts), this.scan)
+      .then(take, (error: unknown) => take({ ...this.facts, problem: String(error) }));
   }
 
   private draw(): void {
@@ -348,9 +354,14 @@ export class ScanstitchTableImport extends LitElement {
     );
   }
 
-  private submit(event: Event): void {
+  /** What was changed a moment ago is tried out first. */
+  private async submit(event: Event): Promise<void> {
     event.preventDefault();
-    if (this.facts.problem === '') this.close('table-chosen');
+    while (!this.is_tried) {
+      this.tryOut();
+      await this.trying;
+    }
+    if (this.dialog.open && this.facts.problem === '') this.close('table-chosen');
   }
 
   private close(type: 'table-chosen' | 'table-cancelled'): void {
