@@ -39,10 +39,11 @@ test('a long computation shows its progress, stops at once, keeps what it has an
     button('Continue')?.click();
     await view?.updateComplete;
     button('Stop')?.click();
-    await new Promise((resolve) => setTimeout(resolve, 1000));
+    while (button('Stop')) await new Promise(requestAnimationFrame);
     return button('Continue') !== undefined;
   });
   expect(restopped).toBe(true);
+  expect(Number(await app.table.getAttribute('aria-rowcount'))).toBeLessThan(1000);
 
   await page.getByRole('button', { name: 'Continue' }).click();
   expect((await app.stitched()).result.frames).toHaveLength(1000);
@@ -64,12 +65,14 @@ test('all is removed in the middle of a run, and stays so', async ({ app, page }
 
 test('a setting changed in the middle starts over with it', async ({ app }) => {
   await app.drop(longDrive(400));
-  // Looked for in every frame of the page: it may not be there for long.
-  await app.page.waitForFunction(() => {
+  // From within the page: seen from outside, the run may be over before the setting is changed.
+  await app.setting('Strategy').evaluate(async (select: HTMLSelectElement) => {
     const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
-    return /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
+    while (!/Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? ''))
+      await new Promise(requestAnimationFrame);
+    select.value = 'scan_to_scan';
+    select.dispatchEvent(new Event('change', { bubbles: true }));
   });
-  await app.setting('Strategy').selectOption('scan_to_scan');
   const { result } = await app.stitched();
   expect(result.settings.strategy).toBe('scan_to_scan');
   expect(result.frames).toHaveLength(400);

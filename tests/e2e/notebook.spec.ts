@@ -49,7 +49,7 @@ test.beforeAll(async () => {
           ({ ok }) => ok,
           () => false,
         ),
-      { timeout: 60_000 },
+      { timeout: 180_000 },
     )
     .toBe(true);
 });
@@ -111,11 +111,11 @@ test('ten NumPy scans, depth images, a bag and a broken file in a notebook', asy
     await page.keyboard.press('Shift+Enter');
   };
   const expectHeard = (type: string, count: number): Promise<void> =>
-    expect(page.locator('body')).toHaveAttribute(`data-${type}`, String(count), { timeout: 60_000 });
+    expect(page.locator('body')).toHaveAttribute(`data-${type}`, String(count), { timeout: 180_000 });
   await page.goto(`http://localhost:${port}/lab/tree/scans.ipynb`);
-  await page.getByText('Python 3 (ipykernel) | Idle').waitFor({ timeout: 60_000 });
+  await page.getByText('Python 3 (ipykernel) | Idle').waitFor({ timeout: 180_000 });
   await run(0);
-  await expect(page.locator('scanstitch-app').first()).toBeVisible({ timeout: 60_000 });
+  await expect(page.locator('scanstitch-app').first()).toBeVisible({ timeout: 180_000 });
   await expectHeard('done', 1);
   await run(1);
   const output = (index: number): Locator => cell(index).locator('.jp-OutputArea-output');

@@ -37,6 +37,7 @@ let folder = '';
 let server: Server;
 
 test.beforeAll(async () => {
+  test.setTimeout(600_000);
   folder = mkdtempSync(join(tmpdir(), 'scanstitch-recipes-'));
   server = await serve(folder);
   if (!is_whole) return;

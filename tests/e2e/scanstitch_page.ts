@@ -67,7 +67,7 @@ export class ScanstitchPage {
   /** The next computation that has not been waited for yet: its map is on the screen. */
   async stitched(): Promise<Stitched> {
     const index = this.num_seen++;
-    await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 60_000 });
+    await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 0 }); // as long as a test may take
     return this.page.evaluate((i) => window.stitched[i] as Stitched, index);
   }
 
@@ -154,6 +154,12 @@ export class ScanstitchPage {
       return (hash >>> 0).toString(16);
     });
   }
+}
+
+/** How much wider than the window the page is (CSS pixels), once it has been laid out. */
+export async function overflowOf(page: Page): Promise<number> {
+  await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  return page.locator('scanstitch-app').evaluate((app) => app.scrollWidth - innerWidth);
 }
 
 /** A test with the page open and the sample stitched; script errors fail it. */

@@ -2,6 +2,7 @@
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { zipSync } from 'fflate';
+import { overflowOf } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
 import { expect, SpatialPage, test } from './spatial_page.js';
 
@@ -71,16 +72,12 @@ test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spat
   await spatial.drop(recording(6));
   await spatial.stitched();
   await spatial.settled();
-  const view = async (): Promise<string> => {
-    await spatial.settled();
-    return (await spatial.canvas.screenshot()).toString('base64');
-  };
-  const open = await view();
+  const open = await spatial.picture();
   expect(await spatial.section.getAttribute('aria-valuetext')).toMatch(/ m above the floor$/);
   await spatial.section.focus();
   await page.keyboard.press('End');
   await expect(spatial.section).toHaveAttribute('aria-valuetext', 'nothing is cut away');
-  expect(await view()).not.toBe(open);
+  expect(await spatial.picture()).not.toBe(open);
   await page.keyboard.press('Home');
   // Below the floor nothing is left but paths and cameras.
   const shut = await spatial.numPainted();
@@ -88,10 +85,10 @@ test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spat
   expect(await spatial.numPainted()).toBeGreaterThan(3 * shut);
 
   await spatial.map.getByRole('group', { name: 'Map' }).focus();
-  let before = await view();
+  let before = await spatial.picture();
   for (const key of ['ArrowLeft', 'ArrowDown', 'Shift+ArrowLeft', '+', 'p', 't']) {
     await page.keyboard.press(key);
-    const now = await view();
+    const now = await spatial.picture();
     expect(now, key).not.toBe(before);
     before = now;
   }
@@ -104,8 +101,7 @@ test('colours by height, frame and direction differ', async ({ spatial, page }) 
   const pictures = new Set<string>();
   for (const mode of ['image', 'height', 'frame', 'normal']) {
     await spatial.map.getByRole('combobox', { name: 'Colour' }).selectOption(mode);
-    await spatial.settled();
-    pictures.add((await spatial.canvas.screenshot()).toString('base64'));
+    pictures.add(await spatial.picture());
   }
   expect(pictures.size).toBe(4);
 });
@@ -136,7 +132,7 @@ test('a changed setting computes again: a camera that moves on a floor', async (
 
 test('the first load fetches neither three.js nor the view in space', async ({ spatial, page }) => {
   const loaded = await page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
-  expect(loaded.filter((name) => /scene-|spatial-view-/.test(name))).toEqual([]);
+  expect(loaded.filter((name) => /scene-|spatial-view-|space-renderer-/.test(name))).toEqual([]);
   await spatial.drop(recording(2));
   await spatial.stitched();
 });
@@ -147,7 +143,7 @@ test('at the width of a phone all is there, in tabs, and nothing scrolls sideway
   await spatial.stitched();
   for (const name of ['Result', 'Frame', 'Frames', 'Settings']) {
     await page.getByRole('tab', { name, exact: true }).click();
-    expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(360);
+    expect(await overflowOf(page)).toBeLessThanOrEqual(0);
   }
   const box = await spatial.map.boundingBox();
   expect(box?.width).toBe(360);

@@ -86,6 +86,13 @@ export class SpatialPage {
     }, picture.toString('base64'));
   }
 
+  /** The map as it is drawn, without what lies over it. */
+  async picture(): Promise<string> {
+    await this.settled();
+    const style = '.controls, .corner, .section, .scale { opacity: 0 !important; }';
+    return (await this.canvas.screenshot({ style })).toString('base64');
+  }
+
   /** Waits until the map is drawn as it is to be: nothing is about to be drawn, and the view has stopped moving. */
   async settled(): Promise<void> {
     await this.page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));

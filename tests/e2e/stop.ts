@@ -45,7 +45,8 @@ export async function stopAfter(
       stop.click();
       await view?.updateComplete;
       const at_once = words();
-      await until(() => words().includes('Stopped: '));
+      await until(() => words().includes('Stopped: ') || !words().includes('Stop'));
+      if (!words().includes('Stopped: ')) throw new Error(`It was over before it stopped: ${before}`);
       return { ms: performance.now() - start, before, at_once };
     },
     [element, num_rows, activity] as const,

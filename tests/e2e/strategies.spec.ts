@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import type { Page } from '@playwright/test';
 import { expectNamedControls, findWeakContrast } from './access.js';
 import { hold } from './held.js';
-import { dropOn } from './scanstitch_page.js';
+import { dropOn, overflowOf } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
 import { expect, test, type SpatialPage } from './spatial_page.js';
 
@@ -166,10 +166,10 @@ test('the table is copied, strategies are chosen by the keyboard, and a run is s
   await load(spatial);
   await compare(page);
   await page.getByRole('button', { name: 'Copy Markdown' }).click();
+  await expect(page.getByRole('status').filter({ hasText: 'copied as Markdown' })).toHaveCount(1);
   const markdown = await page.evaluate(() => navigator.clipboard.readText());
   expect(markdown.split('\n')[0]).toMatch(/^\| Strategy \| Frames \| Lost \|/);
   expect(markdown).toContain('| Golden data |');
-  await expect(page.getByRole('status').filter({ hasText: 'copied as Markdown' })).toHaveCount(1);
 
   for (const label of LABELS.slice(2)) {
     const choice = page.getByRole('checkbox', { name: new RegExp(`^${label}`) });
@@ -180,7 +180,7 @@ test('the table is copied, strategies are chosen by the keyboard, and a run is s
   await page.getByRole('button', { name: 'Compare again' }).focus();
   await stopAtOnce(page);
   await page.keyboard.press('Enter');
-  await expect(page.getByRole('button', { name: /^Compare/ }).and(page.locator('.primary'))).toBeVisible();
+  await expect(page.getByText(/^Stopped after /).first()).toBeVisible();
   await page.locator('scanstitch-strategies').locator('button.primary').click();
   await expect(page.getByText(`${NUM_FRAMES} frames, 2 strategies`)).toBeVisible({ timeout: 60_000 });
   await expect(page.getByRole('table', { name: 'Strategies' }).getByRole('row')).toHaveCount(3);
@@ -200,8 +200,7 @@ test('a broken frame is named and left out; nothing is cut off on a phone, in th
   // Colours may be on their way.
   await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
   await page.setViewportSize({ width: 390, height: 844 });
-  const overflow = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-  expect(overflow).toBeLessThanOrEqual(0);
+  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
   await expect(page.getByRole('region', { name: 'Table', exact: true })).toBeVisible();
 });
 

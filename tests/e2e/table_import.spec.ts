@@ -66,6 +66,9 @@ test('a format that fits nothing is told, and cancelling leaves what was there',
   await expect(dialog.getByRole('button', { name: /^Read/ })).toBeDisabled();
   await page.keyboard.press('Escape');
   await expect(dialog).toBeHidden();
+  // The next run is that of the scans that were there.
+  await app.setting('Strategy').selectOption('scan_to_map');
+  expect((await app.stitched()).result.frames).toHaveLength(10);
   expect(await app.scanNames()).toEqual(before);
   expect(page.url()).not.toContain('table=');
 });

@@ -1,5 +1,6 @@
 /** While files are being chosen, the engine for depth images is made ready; nothing of that is to be seen. */
 import type { Page, Worker } from '@playwright/test';
+import { hold } from './held.js';
 import { recording, truth } from './spatial_recording.js';
 import { expect, test } from './spatial_page.js';
 
@@ -48,10 +49,12 @@ test('threads that nobody wants end after a minute', async ({ spatial, page }) =
 });
 
 test('what comes early ends it', async ({ spatial, page }) => {
+  const release = await hold(page, '**/preparer-worker*.js');
   await page.getByRole('button', { name: 'Open' }).click();
   await expect.poll(() => threads(page).length).toBeGreaterThan(0);
   await page.getByRole('menuitem', { name: /^The sample/ }).click();
   await expect.poll(() => threads(page).length).toBe(0);
   expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
   await expect(spatial.map).toHaveCount(0);
+  await release();
 });

@@ -29,6 +29,11 @@ export class Player {
     this.#onArrived = onArrived;
   }
 
+  /** On the way to an iteration. */
+  get is_moving(): boolean {
+    return this.#goal !== null;
+  }
+
   get iteration_ms(): number {
     return Math.min(Math.max(FILM_MS / Math.max(this.count, 1), SHORTEST_MS), LONGEST_MS) / this.speed;
   }

@@ -407,8 +407,10 @@ export class LabSession extends Session<LabClient> {
       if (this.#wanted !== wanted || this.is_dragged || !iteration) return;
       this.iteration = iteration;
       this.iteration_at = at;
-      if (this.#is_to_be_told) this.announce(stateWords(run, at, iteration));
-      this.#is_to_be_told = false;
+      if (this.#is_to_be_told && !this.player.is_moving) {
+        this.announce(stateWords(run, at, iteration));
+        this.#is_to_be_told = false;
+      }
       this.changed();
       // The next one is there when it is asked for.
       if (at < this.player.count) await this.iterationAt(run, at + 1);
