@@ -220,10 +220,17 @@ test('a link opens a scene with its question and its methods', async ({ page }) 
   await expect(question).toContainText('The squares of a few large residuals');
   await lab(page).getByRole('tab', { name: 'Methods' }).click();
   await expect(lab(page).getByRole('table', { name: 'Methods' }).getByRole('row')).toHaveCount(3);
+  const outliers = page.url();
   const film = await exported(page, /^Film/);
   expect(film.subarray(1, 4).toString('latin1')).toBe('PNG');
   expect(film.includes('acTL') && film.includes('fdAT')).toBe(true);
   expect((await exported(page, /^Picture, SVG/)).toString()).toMatch(/^<svg[^]*<path/);
+  // Another scene, typed into the address of the open page, and the first one again.
+  await page.evaluate(() => (location.hash = '#icp&scene=corridor'));
+  await expect(question).toContainText('A bare corridor');
+  await expect.poll(() => page.url()).toContain('scene=corridor');
+  await page.goto(outliers);
+  await expect(question).toContainText('Outliers');
 });
 
 type Fault = 'transposed rotation' | 'old pairs' | 'centroid not rotated';

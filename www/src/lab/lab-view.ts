@@ -78,11 +78,32 @@ export class ScanstitchLab extends LitElement {
   private colorsOf = memoizeLast(makeColors);
   private drop_target = new DropTarget(this, (transfer) => void this.takeDrop(transfer));
 
+  override connectedCallback(): void {
+    super.connectedCallback();
+    window.addEventListener('hashchange', this.onAddress);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    window.removeEventListener('hashchange', this.onAddress);
+  }
+
   protected override firstUpdated(): void {
-    if (this.given) return;
-    const link = this.remember_link ? readLink(location.hash) : null;
-    if (link && (link.source || link.sample)) this.openLink(link);
-    else if (this.src) this.attend(addressedClouds(this.src));
+    if (!this.given && !this.openAddress(location.hash) && this.src) this.attend(addressedClouds(this.src));
+  }
+
+  /** Another scene was typed into the address; by now the lab may have put its own link there again. */
+  private onAddress = ({ newURL }: HashChangeEvent): void => {
+    const { hash } = new URL(newURL);
+    if (hash !== this.link()) this.openAddress(hash);
+  };
+
+  /** Opens what the page's address names, if it names anything. */
+  private openAddress(hash: string): boolean {
+    const link = this.remember_link ? readLink(hash) : null;
+    if (!link?.source && !link?.sample) return false;
+    this.openLink(link);
+    return true;
   }
 
   private openLink(link: LabLink): void {
