@@ -34,7 +34,10 @@ test('after a crash a changed setting computes as well', async ({ page }) => {
 
 test('a page whose engine cannot be fetched says so, and fetches it when it is tried again', async ({ page }) => {
   const app = new ScanstitchPage(page);
-  await page.route('**/*.wasm', (route) => route.fulfill({ status: 404 }));
+  await page.route('**/*.wasm', async (route) => {
+    await page.getByText('Reading 10 scans').waitFor(); // scans that come after the failure try it again
+    await route.fulfill({ status: 404 });
+  });
   await page.goto('./');
   await expect(app.messages).toContainText('The engine could not be started');
   await page.unroute('**/*.wasm');
