@@ -67,6 +67,7 @@ for (const scheme of ['light', 'dark'] as const) {
     const app = new ScanstitchPage(page);
     await app.open();
     await app.row('5.ply').click();
+    await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
     const weak = await page.evaluate(findWeakContrast);
     expect(weak).toEqual([]);
   });
