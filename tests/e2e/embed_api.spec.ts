@@ -178,6 +178,12 @@ test('it is moved in the document while it runs, and two do not share the addres
   const counts = Object.fromEntries(done.map(({ of, detail }) => [of, detail.result.frames.length]));
   expect(counts).toEqual({ a: 10, b: 2 });
   await expect(page.locator('#right > #a')).toHaveCount(1);
+  const stages = await page.evaluate(() =>
+    window.heard.flatMap(({ type, of, detail }) =>
+      type === 'scanstitch-progress' && of === 'a' ? [detail.stage] : [],
+    ),
+  );
+  expect(stages.slice(stages.indexOf('running')), 'it is not begun anew').not.toContain('reading');
 
   await page.evaluate(() => {
     location.hash = '#strategy=scan_to_scan';
