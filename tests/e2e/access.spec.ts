@@ -67,6 +67,7 @@ for (const scheme of ['light', 'dark'] as const) {
     const app = new ScanstitchPage(page);
     await app.open();
     await app.row('5.ply').click();
+    await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
     const weak = await page.evaluate(findWeakContrast);
     expect(weak).toEqual([]);
   });
@@ -91,12 +92,13 @@ test.describe('on a phone', () => {
   test.use({ viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
 
   test('nothing is wider than the screen, and all is within reach', async ({ app, page }) => {
-    const width = (): Promise<number> => page.evaluate(() => document.documentElement.scrollWidth);
-    expect(await width()).toBe(360);
+    // Of the element: what is too wide for it is hidden, and the page keeps its width.
+    const width = (): Promise<number> => page.locator('scanstitch-app').evaluate(({ scrollWidth }) => scrollWidth);
+    await expect.poll(width).toBe(360);
     for (const tab of ['Scans', 'Details', 'Settings', 'Result']) {
       await page.getByRole('tab', { name: tab }).tap();
       await expect(page.getByRole('tabpanel', { name: tab })).toBeVisible();
-      expect(await width()).toBe(360);
+      await expect.poll(width).toBe(360);
     }
     await expectNamedControls(page);
 

@@ -86,6 +86,7 @@ test('clicking and dragging in the front view is the way back', async ({ bev, pa
 test('a region that reaches behind the front camera is cut, and the cut is shown', async ({ bev, page }, info) => {
   await bev.choose('Open', /the two views/);
   const has_shared = existsSync(SHARED);
+  info.annotations.push({ type: 'pictures', description: has_shared ? '../shared/data/bev' : 'drawn by the test' });
   await bev.load(has_shared ? ['bev1.png', 'front1.png'].map((name) => join(SHARED, name)) : pair(512));
   for (const [u, v] of [
     [235, 46],
@@ -235,7 +236,10 @@ test('axes and kinds of poses are other numbers for the same cameras', async ({ 
   await page.getByLabel('Top camera: intrinsics').selectOption('focal');
   await expect(page.getByLabel('Top camera: fx (px)')).toHaveValue('256');
   await page.getByLabel('Ground: given by').selectOption('tilted');
-  await expect.poll(() => bev.projections()).toEqual(PUBLISHED);
+  await expect(page.getByLabel('Ground: normal z')).toHaveValue('1');
+  // What is answered for another point is of this ground.
+  await bev.click('top', 300, 200);
+  await expect.poll(() => bev.projections()).toEqual([...PUBLISHED, '281 404']);
 });
 
 test('bad input has its own message each, and the page goes on', async ({ bev, page }) => {
@@ -271,6 +275,7 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
   await expect(alert).toHaveCount(0);
   await expect(page.getByLabel('Top camera: width (px)')).toHaveValue('640');
   await bev.view.getByRole('button', { name: 'Undo' }).click();
+  await expect(alert).toContainText('640 x 480');
   await bev.load([top as Picture]);
   await expect(alert).toHaveCount(0);
 
@@ -285,14 +290,25 @@ test('bad input has its own message each, and the page goes on', async ({ bev, p
 });
 
 test('the sample gives way to what is opened while it loads, and afterwards', async ({ bev, page }) => {
+  await page.addInitScript(() => {
+    const decode = window.createImageBitmap;
+    const decoded: ImageBitmap[] = [];
+    const createImageBitmap = async (blob: Blob): Promise<ImageBitmap> => {
+      const bitmap = await decode(blob);
+      decoded.push(bitmap);
+      return bitmap;
+    };
+    Object.assign(window, { decoded, createImageBitmap });
+  });
+  const numDecoded = (): Promise<number> =>
+    page.evaluate(() => (window as unknown as { decoded: ImageBitmap[] }).decoded.length);
   const release = await hold(page, /front\b.*\.jpg$/);
   await page.reload();
   await expect(bev.view.getByText('top.jpg')).toBeVisible();
   await bev.choose('Open', /the worked numbers/);
   await expect(bev.view.getByText('top.jpg')).toHaveCount(0);
-  const front = page.waitForResponse(/front\b.*\.jpg$/);
   await release();
-  await (await front).finished();
+  await expect.poll(numDecoded, 'both pictures of the sample').toBe(2);
   await bev.click('top', 239, 141);
   await expect.poll(() => bev.projections()).toEqual(['247.28 387.33']);
   await expect(bev.view.getByText('front.jpg')).toHaveCount(0);

@@ -1,5 +1,5 @@
 /** How long a step of a drag takes, told and not asserted: the machine may be busy. */
-import { expect, pair, presetNamed, test } from './bev_page.js';
+import { engine, expect, pair, presetNamed, test } from './bev_page.js';
 
 test.use({ trace: 'off' }); // recording a trace costs more than what is measured
 
@@ -28,19 +28,27 @@ test('a drag over images of 2048 x 2048 pixels', async ({ bev, page }, info) => 
   };
   const before = await bev.numDrawn();
   const [x, y] = await bev.place('top', 900, 500);
+  const [to_x, to_y] = await bev.place('top', 1160, 370);
   await page.mouse.move(x, y);
   await page.mouse.down();
   const steps = 40;
   const start = await processorTime();
   for (let step = 1; step <= steps; step++) {
-    await page.mouse.move(x + 2 * step, y - step);
+    await page.mouse.move(x + ((to_x - x) * step) / steps, y + ((to_y - y) * step) / steps);
     await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
   }
   const spent = ((await processorTime()) - start) / steps;
   await page.mouse.up();
+  // However many steps were skipped, the last one is drawn.
   await bev.drawn(before);
+  await expect(page.getByLabel('Point 4, top u')).toHaveValue('1160');
+  await expect(page.getByLabel('Point 4, top v')).toHaveValue('370');
+  const view = new engine.BirdsEyeView(scene);
+  const [last] = view.points(Float64Array.of(1160, 370), 'top');
+  view.free();
+  const projected = last?.projected?.map((value) => value.toFixed(2)).join(' ');
+  await expect.poll(async () => (await bev.projections())[3]).toBe(projected);
   const times = (await bev.times()).slice(before).toSorted((a, b) => a - b);
-  expect(times.length).toBeGreaterThan(10);
   const [median, worst] = [times[times.length >> 1] ?? Number.NaN, times.at(-1) ?? Number.NaN];
   const words = `${median.toFixed(1)} ms in the middle, ${worst.toFixed(1)} ms at worst, of ${times.length}`;
   info.annotations.push({ type: 'a step of a drag, until both views are drawn', description: words });

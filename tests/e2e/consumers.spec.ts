@@ -35,7 +35,11 @@ window.told = [recording.kind, reconstruction.result().frames.length, kind, resu
 
 let project = '';
 
+// One worker: each one would pack and install the package.
+test.describe.configure({ mode: 'default' });
+
 test.beforeAll(() => {
+  test.setTimeout(300_000); // where it installs from the registry
   project = mkdtempSync(join(tmpdir(), 'scanstitch-consumers-'));
   const npm = (...args: string[]): string => {
     // What runs the tests has settings of its own for npm.
@@ -71,14 +75,15 @@ async function expectMap(page: Page, folder: string, path = ''): Promise<void> {
   const faults: string[] = [];
   page.on('pageerror', (error) => faults.push(error.message));
   await page.goto(`http://localhost:${port}/${path}`);
-  await page.waitForFunction(() => 'told' in window, undefined, { timeout: 20_000 }).catch(() => undefined);
+  const told = (): Promise<unknown> => page.evaluate(() => (window as { told?: unknown }).told);
+  await expect
+    .poll(async () => faults.length > 0 || (await told()) !== undefined, {
+      message: 'the page has told, or failed',
+      timeout: 90_000,
+    })
+    .toBe(true);
   expect(faults).toEqual([]);
-  expect(await page.evaluate(() => (window as unknown as { told: unknown }).told)).toEqual([
-    'planar_scans',
-    3,
-    'planar',
-    3,
-  ]);
+  expect(await told()).toEqual(['planar_scans', 3, 'planar', 3]);
   server.close();
 }
 
@@ -91,6 +96,7 @@ function expectNothingOfNode(folder: string): void {
 const page_of = (main: string): string => `<!doctype html><body><script type="module" src="${main}"></script>`;
 
 test('Vite', async ({ page }) => {
+  test.setTimeout(300_000);
   const folder = consumer('with-vite', source());
   writeFileSync(join(folder, 'index.html'), page_of('./main.js'));
   const options = { outDir: 'dist', emptyOutDir: false, target: 'es2022' };
@@ -159,7 +165,7 @@ test('TypeScript', () => {
 
 test('webpack', async ({ page }) => {
   test.skip(!process.env.CI, 'installed where CI=true');
-  test.setTimeout(180_000); // it takes long over scripts of megabytes
+  test.setTimeout(600_000); // it takes long over scripts of megabytes
   const folder = consumer('with-webpack', source());
   const args = [
     'webpack',
@@ -179,6 +185,7 @@ test('webpack', async ({ page }) => {
 
 test('esbuild', async ({ page }) => {
   test.skip(!process.env.CI, 'installed where CI=true');
+  test.setTimeout(300_000);
   const folder = consumer('with-esbuild', source('engine', "import engine from 'scanstitch/scanstitch_bg.wasm';"));
   const args = ['esbuild', 'main.js', '--bundle', '--minify', '--format=esm', '--loader:.wasm=file', '--outdir=dist'];
   execFileSync('npx', ['--no-install', ...args], { cwd: folder });

@@ -47,7 +47,14 @@ function truthOf(num_scans: number): string {
     .join('\n');
 }
 
+/** Script errors on the page fail a test. */
 const test = base.extend<{ course: (body: string) => Promise<ScanstitchPage> }>({
+  page: async ({ page }, use) => {
+    const faults: string[] = [];
+    page.on('pageerror', (error) => faults.push(error.message));
+    await use(page);
+    expect(faults).toEqual([]);
+  },
   course: async ({ page, baseURL }, use) => {
     await use(async (body) => {
       await new ScanstitchPage(page).open(await serveCourse(page, baseURL ?? '', body));
@@ -121,6 +128,7 @@ test('a course page opens the ICP lab on two addresses, and an iteration is step
   await expect(lab.getByLabel('Source', { exact: false }).first()).toHaveValue(/1\.ply$/);
   await expect(lab.getByLabel('Target', { exact: false }).first()).toHaveValue(/0\.ply$/);
   const clouds = page.getByRole('application', { name: 'The two clouds' });
+  await expect(clouds).toHaveAccessibleDescription(/^Start of [1-9]/);
   const isReached = (): Promise<boolean> => clouds.evaluate((element) => element.matches(':focus'));
   for (let i = 0; i < 40 && !(await isReached()); i++) await page.keyboard.press('Tab');
   await expect(clouds).toBeFocused();

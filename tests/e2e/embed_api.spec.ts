@@ -165,14 +165,25 @@ test('depth images of the page that a drop replaces come back by Undo', async ({
 
 test('it is moved in the document while it runs, and two do not share the address', async ({ course, page }) => {
   const body = `<div id="left"><scanstitch-app id="a" src="scans.json" remember-settings></scanstitch-app></div>
-    <div id="right"></div><scanstitch-app id="b" src="0.ply 1.ply" remember-settings></scanstitch-app>`;
+    <div id="right"></div><scanstitch-app id="b" src="0.ply 1.ply" remember-settings></scanstitch-app><script>
+    const element = document.querySelector('#a');
+    const right = document.querySelector('#right');
+    element.addEventListener('scanstitch-progress', ({ detail }) => {
+      if (detail.stage === 'running' && element.parentElement !== right) right.append(element);
+    });
+  </script>`;
   const names = Array.from({ length: 10 }, (_, i) => `${i}.ply`);
   await course.open(body, { ...scans(10), 'scans.json': JSON.stringify({ scans: names }) });
-  await course.heard('scanstitch-progress');
-  await page.evaluate(() => document.querySelector('#right')?.append(document.querySelector('#a') as Element));
   const done = [await course.heard('scanstitch-done'), await course.heard('scanstitch-done', 1)];
   const counts = Object.fromEntries(done.map(({ of, detail }) => [of, detail.result.frames.length]));
   expect(counts).toEqual({ a: 10, b: 2 });
+  await expect(page.locator('#right > #a')).toHaveCount(1);
+  const stages = await page.evaluate(() =>
+    window.heard.flatMap(({ type, of, detail }) =>
+      type === 'scanstitch-progress' && of === 'a' ? [detail.stage] : [],
+    ),
+  );
+  expect(stages.slice(stages.indexOf('running')), 'it is not begun anew').not.toContain('reading');
 
   await page.evaluate(() => {
     location.hash = '#strategy=scan_to_scan';

@@ -77,10 +77,12 @@ test('hand-in mode: many estimates are ranked, sorted, copied and removed', asyn
   await page.getByRole('columnheader', { name: /^max/ }).getByRole('button').click();
   expect(await evaluation.column(/^estimate/)).toEqual([...ranked.reverse(), 'dirk/pred.tum']);
   await page.getByRole('button', { name: 'Copy Markdown' }).click();
+  await expect(evaluation.view.getByText('The table was copied as Markdown.')).toBeAttached();
   const copied = await page.evaluate(() => navigator.clipboard.readText());
   expect(copied.split('\n')[2]).toMatch(/^\| 1 \| anna\/pred\.tum \| 90\/90 \| /);
   expect(copied.split('\n')[5]).toMatch(/^\| – \| dirk\/pred\.tum \| – .* Line 2: /);
   await page.getByRole('button', { name: 'Copy CSV' }).click();
+  await expect(evaluation.view.getByText('The table was copied as CSV.')).toBeAttached();
   expect(await page.evaluate(() => navigator.clipboard.readText())).toMatch(
     /^rank,estimate,poses,rmse \(m\),.*,reason\n1,anna\/pred\.tum,90\/90,/,
   );
