@@ -118,7 +118,7 @@ test('a gigabyte of images: a few beginnings are read', async () => {
 async function understandFolder(folder) {
   const entries = readdirSync(folder, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
   const files = entries.map((entry) => {
-    const path = join(entry.path, entry.name);
+    const path = join(entry.parentPath ?? entry.path, entry.name); // the former in newer versions of Node
     return { path: relative(folder, path), size: statSync(path).size };
   });
   return understand(files, async (path, length) => readFileSync(join(folder, path)).subarray(0, length));
