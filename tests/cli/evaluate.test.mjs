@@ -1,21 +1,19 @@
 // @ts-check
 /** `scanstitch evaluate`, `convert` and `map-quality`: figures of evo, tables, bad input, every form of a trajectory. */
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { asciiPly, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+import { asciiPly, DATA, ROOT, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
-const DATA = join(ROOT, 'tests', 'data', 'evaluation');
-const REFERENCE = join(DATA, 'reference.tum');
-const ESTIMATE = join(DATA, 'estimate.tum');
+const OWN = join(ROOT, 'tests', 'data', 'evaluation');
+const REFERENCE = join(OWN, 'reference.tum');
+const ESTIMATE = join(OWN, 'estimate.tum');
 const MATCH = ['--max-diff', '0.05', '--offset', '-0.25'];
-const SHARED = join(ROOT, '..', 'shared', 'data', 'trajectories');
-const skipWithoutShared = existsSync(SHARED) ? false : '../shared/data is absent';
 
 /** What evo 1.38.1 computes of the two files, see tests/data/README.md. */
-const evo = JSON.parse(readFileSync(join(DATA, 'evo.json'), 'utf8'));
+const evo = JSON.parse(readFileSync(join(OWN, 'evo.json'), 'utf8'));
 
 before(() => engine.load());
 
@@ -419,8 +417,8 @@ test('100,000 poses are read and compared', () => {
   for (const thing of [evaluation, reference, estimate]) thing.free();
 });
 
-test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutShared }, () => {
-  const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(SHARED, name));
+test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutData }, () => {
+  const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(DATA, 'trajectories', name));
   const [{ statistics, drift }] = evaluateJson([...args, '--align', 'se3']).estimates;
   same(statistics.rmse, 1.3034497145650266);
   assert.equal(drift.is_kitti, true);
