@@ -93,6 +93,14 @@ test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pip
 });
 
 test('links that lead to themselves and a folder that may not be read: named, and the rest is used', (t) => {
+  // Root may read everything.
+  const user = process.getuid?.() === 0 ? { uid: 65534, gid: 65534 } : {};
+  const run = (/** @type {string[]} */ ...args) =>
+    spawnSync(process.execPath, [join(ROOT, 'npm', 'cli.js'), ...args], { encoding: 'utf8', ...user });
+  if (run('--version').status !== 0 && 'uid' in user) {
+    t.skip('this folder may be read by root alone');
+    return;
+  }
   const folder = temporaryFolder(t);
   chmodSync(folder, 0o755);
   const scans = join(folder, 'scans');
@@ -105,13 +113,7 @@ test('links that lead to themselves and a folder that may not be read: named, an
   const out = join(folder, 'out');
   mkdirSync(out);
   chmodSync(out, 0o777);
-  // Root may read everything.
-  const isRoot = process.getuid?.() === 0;
-  const { status, stderr, stdout } = spawnSync(
-    process.execPath,
-    [join(ROOT, 'npm', 'cli.js'), 'reconstruct', scans, '--out', out],
-    { encoding: 'utf8', ...(isRoot && { uid: 65534, gid: 65534 }) },
-  );
+  const { status, stderr, stdout } = run('reconstruct', scans, '--out', out);
   chmodSync(join(scans, 'locked'), 0o755);
   assert.match(stderr, /self\.ply: This is a link that leads to itself\.$/m);
   assert.match(stderr, /dangling\.ply: There is no such file or folder\.$/m);
