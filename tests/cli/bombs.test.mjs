@@ -25,7 +25,11 @@ process.on('exit', () => {
 
 /** Runs the command line; its most memory (bytes), and its processor's seconds. @param {string[]} args */
 function measured(args) {
-  const run = spawnSync(process.execPath, ['--import', METER, CLI, ...args], { encoding: 'utf8', timeout: 120_000 });
+  const run = spawnSync(process.execPath, ['--import', METER, CLI, ...args], {
+    encoding: 'utf8',
+    timeout: 120_000,
+    killSignal: 'SIGKILL',
+  });
   const [, kilobytes, microseconds] = run.stderr.match(/peak (\d+) kB, (\d+) us/) ?? [];
   return { ...run, peak: 1024 * Number(kilobytes), seconds: 1e-6 * Number(microseconds) };
 }
