@@ -24,6 +24,16 @@ export function countCargo(output) {
 }
 
 /**
+ * One check: that a compilation ends well and warns of nothing. That cargo asks the network again is no warning of the compiler.
+ * @param {{ code: number, output: string }} compilation
+ * @returns {Counts}
+ */
+export function noWarnings({ code, output }) {
+  const isClean = code === 0 && !/^warning(?!: spurious network error)/m.test(output);
+  return { passed: Number(isClean), failed: Number(!isClean), skipped: 0 };
+}
+
+/**
  * Of `node --test` with the reporter `spec`.
  * @param {string} output
  * @returns {Counts}

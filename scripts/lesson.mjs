@@ -4,11 +4,10 @@
  * frames without an origin, as learning platforms use, and from the disk.
  */
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
-import { basename, join } from 'node:path';
-import { buildStandalone, readArguments, ROOT, runMain, StepError } from './steps.mjs';
+import { basename } from 'node:path';
+import { buildStandalone, ELEMENT, readArguments, runMain, StepError } from './steps.mjs';
 
 const USAGE = 'Usage: npm run lesson -- PAGE.html FILE... [--title TEXT] [--settings NAME=VALUE&...]';
-const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
 
 /** @param {string} text */
 function inHtml(text) {

@@ -7,8 +7,8 @@
  */
 import { AsyncLocalStorage } from 'node:async_hooks';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, statSync } from 'node:fs';
-import { delimiter, join } from 'node:path';
+import { existsSync, mkdirSync, readFileSync, renameSync, statSync, writeFileSync } from 'node:fs';
+import { delimiter, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
@@ -297,12 +297,22 @@ export function buildPage(logLevel = 'info') {
   });
 }
 
-/** Builds the element in one file into www/dist/standalone. */
+/** The element in one file. */
+export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
+
+/** Builds it. */
 export function buildStandalone() {
   return step('Building the element in one file into www/dist/standalone', async () => {
     const { build } = await import('vite');
+    const configFile = join(ROOT, 'www', 'vite.standalone.ts');
     // Rolldown warns of what Vite's own helper does in a classic script.
-    await build({ configFile: join(ROOT, 'www', 'vite.standalone.ts'), logLevel: 'error', clearScreen: false });
+    const built = await build({ configFile, logLevel: 'error', clearScreen: false, build: { write: false } });
+    const [script] = 'output' in built ? built.output : [];
+    if (script?.type !== 'chunk') throw new Error('the element was not built');
+    mkdirSync(dirname(ELEMENT), { recursive: true });
+    // Renamed when it is complete: `npm pack` may read it meanwhile.
+    writeFileSync(`${ELEMENT}.new`, script.code);
+    renameSync(`${ELEMENT}.new`, ELEMENT);
   });
 }
 

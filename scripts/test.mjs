@@ -6,10 +6,10 @@
  * `npm test -- --only NAME` runs one stage (more with more `--only`), `--only lint` all checks that run no test,
  * `--list` names them.
  */
-import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
-import { believe, countCargo, countNode, countPlaywright } from './counts.mjs';
+import { believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
 import { runStages, sumOf } from './stages.mjs';
 import {
   answers,
@@ -28,6 +28,7 @@ import {
   prependPath,
   readArguments,
   requireToolchain,
+  ROOT,
   run,
   runMain,
   say,
@@ -56,7 +57,10 @@ const ENGINE = ['--workspace', '--exclude', 'xtask'];
 const CLIPPY = ['cargo', 'clippy', '--all-targets'];
 const CARGO_TEST = ['test', '--no-fail-fast'];
 const STRICTLY = ['--', '-D', 'warnings'];
+/** Seconds for the driver of the browser to answer, and for a whole run: by default 5 and 20, too few on a busy machine. */
+const WASM_TEST_DEADLINES = { WASM_BINDGEN_TEST_DRIVER_TIMEOUT: '60', WASM_BINDGEN_TEST_TIMEOUT: '300' };
 const WASM_PACK_VERSION = '0.15.1';
+const CLI_TESTS = join('tests', 'cli');
 const PRETTIER_CACHE = ['--cache-location', join(TARGET_DIR, 'prettier')];
 
 /** Node 20 before 20.10 knows no such option, and runs one file less at a time than there are processors. */
@@ -204,11 +208,6 @@ function once(work) {
   return () => (done ??= work());
 }
 
-/** @param {{ code: number, output: string }} compilation */
-function noWarnings({ code, output }) {
-  return code === 0 && !/^warning/m.test(output) ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
-}
-
 /** @param {string[]} command */
 async function succeeds([program = '', ...args]) {
   // What -D warnings is to clippy, on its command line, this is to rustdoc.
@@ -337,7 +336,7 @@ async function wasmPackTests() {
   // CI=true the command is the one that people type.
   const one = process.env.CI === 'true' ? [] : ['--', '--test', 'browser'];
   const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome', ...one], {
-    env: WASM_TEST_ENV,
+    env: { ...WASM_TEST_ENV, ...WASM_TEST_DEADLINES },
     echo: true,
   });
   return believe(countCargo(output), code);
@@ -345,7 +344,10 @@ async function wasmPackTests() {
 
 async function nodeTests() {
   // Both processors: what compiles Rust beside it is soon over, and one file at a time leaves a processor idle then.
-  const args = ['--test', ...NODE_TESTS_AT_A_TIME, '--test-reporter=spec', 'tests/cli/'];
+  // By their names: newer versions of Node take a folder for a module.
+  const names = readdirSync(join(ROOT, CLI_TESTS)).filter((name) => name.endsWith('.test.mjs'));
+  const files = names.map((name) => join(CLI_TESTS, name));
+  const args = ['--test', ...NODE_TESTS_AT_A_TIME, '--test-reporter=spec', ...files];
   const { code, output } = await capture(process.execPath, args, { echo: true });
   return believe(countNode(output), code);
 }

@@ -9,9 +9,7 @@ import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { zipSync } from 'fflate';
-import { buildStandalone, ROOT, runMain, TARGET_DIR } from './steps.mjs';
-
-const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
+import { buildStandalone, ELEMENT, ROOT, runMain, TARGET_DIR } from './steps.mjs';
 
 /** Writes the wheel and returns its path. */
 export function makeWheel() {

@@ -423,20 +423,16 @@ fn chain_as_dropped(clouds: &[PointCloud]) -> Vec<CloudEstimate> {
     chain(settings.cloud_options(), clouds)
 }
 
-fn recorded(name: &str) -> Option<PointCloud> {
-    let path = shared_data("lidar")?.join(name);
+fn recorded(path: &Path) -> PointCloud {
     let cloud = point_cloud::read(&std::fs::read(path).unwrap()).unwrap();
-    Some(PointCloud::from_positions(cloud.positions.into_iter().filter(|p| p.is_finite()).collect()))
+    PointCloud::from_positions(cloud.positions.into_iter().filter(|p| p.is_finite()).collect())
 }
 
 /// Two metres and 41 degrees lie between them: the prediction does not place the second.
 #[test]
 fn two_scans_of_a_room_are_found_without_a_guess() {
-    let Some(clouds) = ["pcl_room/room_scan1.pcd", "pcl_room/room_scan2.pcd"].into_iter().map(recorded).collect()
-    else {
-        return;
-    };
-    let clouds: Vec<PointCloud> = clouds;
+    let Some(folder) = shared_data("lidar/pcl_room") else { return };
+    let clouds = ["room_scan1.pcd", "room_scan2.pcd"].map(|name| recorded(&folder.join(name)));
     let found = &chain_as_dropped(&clouds)[1];
     // The reference tells the shift and the angle, which is about z but for a degree of tilt.
     let T = found.T_world_sensor;
@@ -456,6 +452,7 @@ fn two_scans_of_a_room_are_found_without_a_guess() {
 
 #[test]
 fn clouds_of_different_recordings_are_lost() {
+    let Some(folder) = shared_data("lidar") else { return };
     for (first, second) in [
         ("pcl_room/room_scan1.pcd", "kitti_pair/source.ply"),
         ("kitti_pair/source.ply", "pcl_room/room_scan2.pcd"),
@@ -463,8 +460,7 @@ fn clouds_of_different_recordings_are_lost() {
         ("pcl_pairwise/capture0005.pcd", "pcl_room/room_scan2.pcd"),
         ("pcl_pairwise/capture0002.pcd", "kitti_pair/target.ply"),
     ] {
-        let (Some(a), Some(b)) = (recorded(first), recorded(second)) else { return };
-        let found = &chain_as_dropped(&[a, b])[1];
+        let found = &chain_as_dropped(&[first, second].map(|name| recorded(&folder.join(name))))[1];
         assert_eq!(found.assessment.status, Status::Lost, "{first}, then {second}: {}", found.assessment.reason);
         assert!(!found.assessment.reason.is_empty());
     }

@@ -212,9 +212,9 @@ fn readings_that_do_not_meet_go_round_no_full_turn() {
 
 #[test]
 fn recordings_over_a_half_turn_are_asked_about() {
+    let Some(folder) = shared_data("laser") else { return };
     for name in ["fr079/fr079.log", "radish/freiburg-101.log"] {
-        let Some(path) = shared_data(&format!("laser/{name}")) else { continue };
-        let log = read(&fs::read(path).unwrap()).unwrap();
+        let log = read(&fs::read(folder.join(name)).unwrap()).unwrap();
         let line = |scan: &LaserScan| {
             let ranges = scan.ranges.iter().map(|range| if range.is_finite() { *range } else { 0.0 });
             ranges.map(|range| format!("{range:.2}")).collect::<Vec<_>>().join(",") + "\n"

@@ -3,9 +3,13 @@
 #![cfg(not(target_arch = "wasm32"))] // it reads files
 #![allow(non_snake_case)]
 
+mod common;
+
 use std::fmt::Write as _;
 use std::fs;
+use std::path::Path;
 
+use common::shared_data;
 use scanstitch::geometry::Pose2;
 use scanstitch::io::{laser_log, trajectory};
 use scanstitch::odometry::assessment::Status;
@@ -15,15 +19,6 @@ use scanstitch::pipeline::recorded_scan::RecordedScan;
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::settings::Settings;
 use scanstitch::preprocess::clean::range_limit;
-
-fn shared(path: &str) -> Option<Vec<u8>> {
-    let path = format!("../shared/data/laser/{path}");
-    let bytes = fs::read(&path).ok();
-    if bytes.is_none() {
-        eprintln!("skipped: {path} is absent");
-    }
-    bytes
-}
 
 /// Logs with their own odometry: rows of number, x, y (m), heading (rad).
 struct Drive {
@@ -37,13 +32,13 @@ fn check(drive: &Drive, odometry: &str) -> CheckedOdometry {
     check_odometry("wheels.txt", &drive.scans, &given, limit.unwrap_or(f64::INFINITY))
 }
 
-fn real(log: &str, odometry: Option<&str>) -> Option<Drive> {
-    let log = laser_log::read(&shared(log)?).unwrap();
+fn real(log: &Path, odometry: Option<&Path>) -> Drive {
+    let log = laser_log::read(&fs::read(log).unwrap()).unwrap();
     let scans: Vec<RecordedScan> = RecordedScan::of_log(&log).collect();
     let of_log = |scan: &RecordedScan| scan.odometry.unwrap();
     let poses: Vec<Pose2> = match odometry {
         Some(file) => {
-            let given = trajectory::read(&shared(file)?).unwrap();
+            let given = trajectory::read(&fs::read(file).unwrap()).unwrap();
             let headings = given.headings.unwrap();
             given.positions.iter().zip(&headings).map(|(p, &heading)| Pose2::new(p.xy(), heading)).collect()
         }
@@ -52,18 +47,23 @@ fn real(log: &str, odometry: Option<&str>) -> Option<Drive> {
     let row =
         |(index, pose): (usize, &Pose2)| [index as f64, pose.translation.x, pose.translation.y, pose.rotation.angle()];
     let rows = poses.iter().enumerate().map(row).collect();
-    Some(Drive { scans, rows })
+    Drive { scans, rows }
 }
 
-fn all() -> Vec<(&'static str, Drive)> {
-    let mut drives = Vec::new();
-    for name in ["belgioioso", "edmonton", "freiburg-101", "infinite-corridor"] {
-        let (log, odometry) = (format!("radish/{name}.log"), format!("radish/{name}.odometry.txt"));
-        drives.extend(real(&log, Some(&odometry)).map(|drive| (name, drive)));
-    }
-    drives.extend(real("radish/aces.clf", None).map(|drive| ("aces", drive)));
-    drives.extend(real("fr079/fr079.log", Some("fr079/fr079.odometry.txt")).map(|drive| ("fr079", drive)));
-    drives
+/// All that are recorded.
+fn all(folder: &Path) -> [(&'static str, Drive); 6] {
+    let with_odometry = |recordings: &str, name: &'static str| {
+        let file = |ending: &str| folder.join(recordings).join(format!("{name}.{ending}"));
+        (name, real(&file("log"), Some(&file("odometry.txt"))))
+    };
+    [
+        with_odometry("radish", "belgioioso"),
+        with_odometry("radish", "edmonton"),
+        with_odometry("radish", "freiburg-101"),
+        with_odometry("radish", "infinite-corridor"),
+        ("aces", real(&folder.join("radish/aces.clf"), None)),
+        with_odometry("fr079", "fr079"),
+    ]
 }
 
 /// Rows of number, x, y, heading.
@@ -157,7 +157,8 @@ fn clocks_are_told(name: &str, drive: &Drive) {
 
 #[test]
 fn odometry_of_real_logs_is_taken_and_what_is_wrong_with_it_told() {
-    let drives = all();
+    let Some(folder) = shared_data("laser") else { return };
+    let drives = all(&folder);
     for (name, drive) in &drives {
         units_are_told(name, drive);
         mirrors_are_told(name, drive);

@@ -208,7 +208,8 @@ fn reach_is_inclusive_and_bad_input_finds_nothing() {
 }
 
 /// Sensors write the origin where nothing came back, and a wall seen from afar is flat: without care for ties and for
-/// the axes that no split cuts, each of these queries would look at every point, which takes minutes.
+/// the axes that no split cuts, each of these queries would look at every point. Only the answers are tested: a trap would not
+/// fail this test, it would take minutes.
 #[test]
 fn a_hundred_thousand_identical_or_coplanar_points_are_no_trap() {
     let mut random = Random(4);

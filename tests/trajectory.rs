@@ -120,8 +120,7 @@ fn every_form_comes_back_without_loss() {
             }
             _ => assert_eq!(again.trajectory.stamps, None),
         }
-        // Written again, the file is the same.
-        assert_eq!(write(&again.trajectory, format).unwrap(), write(&again.trajectory, format).unwrap());
+        // Written again, the file is the same; of quaternions, which reading makes unit ones, last digits may differ.
         if matches!(format, TrajectoryFormat::Kitti | TrajectoryFormat::Matrices) {
             assert_eq!(write(&again.trajectory, format).unwrap(), bytes);
         }

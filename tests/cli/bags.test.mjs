@@ -1,7 +1,7 @@
 // @ts-check
 /** Bags of ROS 2 that others recorded, against what the PyPI package rosbags reads in them, and what comes of them. */
 import assert from 'node:assert/strict';
-import { copyFileSync, existsSync, mkdirSync, readdirSync, readFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { zipSync } from 'fflate';
@@ -10,12 +10,18 @@ import { nanoseconds } from '../../npm/bag/stamps.js';
 import { crc32 } from '../../npm/crc32.js';
 import { bagFile, openOne } from './bag_files.mjs';
 import { openBags } from '../../npm/bag/open.js';
-import { readReport, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+import {
+  DATA,
+  readReport,
+  ROOT,
+  scanstitch,
+  skipWithoutData as skip,
+  temporaryFolder,
+  writeFiles,
+} from './support.mjs';
 
-const DATA = join(ROOT, '..', 'shared', 'data');
 const BAGS = join(DATA, 'bags');
 const DERIVED = join(BAGS, 'derived_depth_pointcloud');
-const skip = existsSync(BAGS) ? false : '../shared/data is absent';
 
 /** @typedef {{ type: string, count: number, first?: string, last?: string, times: number, messages: number, stamps?: number, numbers?: number }} Expected */
 /** @type {Record<string, Record<string, Expected>>} */

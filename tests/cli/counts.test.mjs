@@ -2,7 +2,7 @@
 /** What `npm test` counts: what the runners print, and the last line. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { believe, countCargo, countNode, countPlaywright } from '../../scripts/counts.mjs';
+import { believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
 import { runStages, sumOf } from '../../scripts/stages.mjs';
 
 const CARGO = `
@@ -28,6 +28,19 @@ test('Rust tests that lack a recording are skipped, not passed', () => {
   const browser = 'test result: ok. 7 passed; 0 failed; 0 ignored; 0 filtered out; finished in 0.22s\n';
   assert.deepEqual(countCargo(browser), { passed: 7, failed: 0, skipped: 0 });
   assert.deepEqual(countCargo('error: could not compile'), { passed: 0, failed: 0, skipped: 0 });
+});
+
+test('a compilation that warns has failed, one that asks the network again has not', () => {
+  const [passed, failed] = [
+    { passed: 1, failed: 0, skipped: 0 },
+    { passed: 0, failed: 1, skipped: 0 },
+  ];
+  const retried = 'warning: spurious network error (3 tries remaining): [6] Could not resolve hostname\n';
+  const warned = 'warning: unused variable: `x`\n --> crate/src/lib.rs:1:5\n';
+  assert.deepEqual(noWarnings({ code: 0, output: '   Compiling scanstitch v0.1.0\n' }), passed);
+  assert.deepEqual(noWarnings({ code: 0, output: retried }), passed);
+  for (const output of [warned, retried + warned]) assert.deepEqual(noWarnings({ code: 0, output }), failed);
+  assert.deepEqual(noWarnings({ code: 101, output: retried }), failed);
 });
 
 test('Node and Playwright tell what they skipped', () => {

@@ -13,7 +13,7 @@ import { mcapBytes } from './bag_files.mjs';
 import { cameraInfo, image, stampAt } from './bag_messages.mjs';
 import { see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
 import { roomLog } from './laser_room.mjs';
-import { ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
+import { DEADLINE_MS, ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
 
 const PAGES = [
   'README.md',
@@ -103,16 +103,27 @@ function shellOf(folder) {
     chmodSync(join(tools, name), 0o755);
   }
   const env = { ...process.env, PATH: `${tools}:${process.env.PATH}` };
-  return (/** @type {string} */ command) => spawnSync('sh', ['-c', command], { cwd: folder, encoding: 'utf8', env });
+  const options = /** @type {const} */ ({ encoding: 'utf8', timeout: DEADLINE_MS, killSignal: 'SIGKILL' });
+  return (/** @type {string} */ command) => {
+    const { status, stderr, error } = spawnSync('sh', ['-c', command], { cwd: folder, env, ...options });
+    if (error) throw new Error(`${command}: ${error.message}\n${stderr}`, { cause: error });
+    return { status, stderr };
+  };
 }
 
 /** What is not run in the made-up folder: it runs all of this, or has a test of its own. */
 const ELSEWHERE = ['npm start', 'npm test'];
+/** The pages with commands to run. */
+const RUN = PAGES.map((page) => ({
+  page,
+  own: blocksOf(page).commands.filter((command) => !ELSEWHERE.includes(command)),
+})).filter(({ own }) => own.length > 0);
 
-for (const page of PAGES) {
-  const { commands } = blocksOf(page);
-  const own = commands.filter((command) => !ELSEWHERE.includes(command));
-  if (own.length === 0) continue;
+test('commands are found in the blocks of the pages', () => {
+  assert.ok(RUN.length >= 7, RUN.map(({ page }) => page).join());
+});
+
+for (const { page, own } of RUN) {
   test(
     `the commands of ${page} run`,
     { skip: !process.env.CI && needsElement(own) && 'the element is not built yet' },
@@ -140,7 +151,8 @@ function needsElement(commands) {
   return !isBuilt && commands.some((command) => command.startsWith('npm run lesson'));
 }
 
-test('npm start serves the page', { skip: !process.env.CI && 'it builds; run where CI=true' }, async (t) => {
+const ofStart = { skip: !process.env.CI && 'it builds; run where CI=true', timeout: DEADLINE_MS };
+test('npm start serves the page', ofStart, async (t) => {
   const server = spawn('npm', ['start', '--', '--port', '0'], {
     cwd: ROOT,
     detached: true,

@@ -1,21 +1,19 @@
 // @ts-check
 /** `scanstitch evaluate`, `convert` and `map-quality`: figures of evo, tables, bad input, every form of a trajectory. */
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { asciiPly, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+import { asciiPly, DATA, ROOT, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
-const DATA = join(ROOT, 'tests', 'data', 'evaluation');
-const REFERENCE = join(DATA, 'reference.tum');
-const ESTIMATE = join(DATA, 'estimate.tum');
+const OWN = join(ROOT, 'tests', 'data', 'evaluation');
+const REFERENCE = join(OWN, 'reference.tum');
+const ESTIMATE = join(OWN, 'estimate.tum');
 const MATCH = ['--max-diff', '0.05', '--offset', '-0.25'];
-const SHARED = join(ROOT, '..', 'shared', 'data', 'trajectories');
-const skipWithoutShared = existsSync(SHARED) ? false : '../shared/data is absent';
 
 /** What evo 1.38.1 computes of the two files, see tests/data/README.md. */
-const evo = JSON.parse(readFileSync(join(DATA, 'evo.json'), 'utf8'));
+const evo = JSON.parse(readFileSync(join(OWN, 'evo.json'), 'utf8'));
 
 before(() => engine.load());
 
@@ -405,22 +403,29 @@ test('the ground truth of another recording is named as such, and drift is not',
 });
 
 test('100,000 poses are read and compared', () => {
-  const line = (/** @type {number} */ index) => {
+  /** @param {number} index @param {number[]} shift */
+  const line = (index, [east = 0, north = 0]) => {
     const [x, y] = [Math.cos(index / 5000) * 50, Math.sin(index / 5000) * 50];
     const noise = Math.sin(index * 12.9898) * 0.01;
-    return `${index / 100} ${x + noise} ${y} ${noise} 0 0 ${Math.sin(index / 10000)} ${Math.cos(index / 10000)}\n`;
+    return `${index / 100} ${x + noise + east} ${y + north} ${noise} 0 0 ${Math.sin(index / 10000)} ${Math.cos(index / 10000)}\n`;
   };
-  const bytes = new TextEncoder().encode(Array.from({ length: 100_000 }, (_, index) => line(index)).join(''));
-  const [reference, estimate] = ['a.tum', 'b.tum'].map((name) => engine.Trajectory.read(bytes, name));
-  assert.ok(reference && estimate);
-  const evaluation = engine.evaluate(reference, estimate, { alignment: 'sim3', relation: 'full_transformation' });
-  assert.equal(evaluation.errors().length, 100_000);
-  assert.ok(evaluation.summary().statistics.max < 1e-12);
-  for (const thing of [evaluation, reference, estimate]) thing.free();
+  const read = (/** @type {string} */ name, /** @type {number[]} */ shift) => {
+    const text = Array.from({ length: 100_000 }, (_, index) => line(index, shift)).join('');
+    return engine.Trajectory.read(new TextEncoder().encode(text), name);
+  };
+  const [reference, estimate] = [read('a.tum', [0, 0]), read('b.tum', [3, 4])];
+  const evaluate = (/** @type {'none' | 'sim3'} */ alignment) =>
+    engine.evaluate(reference, estimate, { alignment, relation: 'full_transformation' });
+  const [asItIs, aligned] = [evaluate('none'), evaluate('sim3')];
+  assert.equal(asItIs.errors().length, 100_000);
+  const { min, max } = asItIs.summary().statistics;
+  assert.ok(Math.abs(min - 5) < 1e-12 && Math.abs(max - 5) < 1e-12, `${min} to ${max} m`);
+  assert.ok(aligned.summary().statistics.max < 1e-12, 'the alignment takes the shift out');
+  for (const thing of [asItIs, aligned, reference, estimate]) thing.free();
 });
 
-test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutShared }, () => {
-  const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(SHARED, name));
+test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutData }, () => {
+  const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(DATA, 'trajectories', name));
   const [{ statistics, drift }] = evaluateJson([...args, '--align', 'se3']).estimates;
   same(statistics.rmse, 1.3034497145650266);
   assert.equal(drift.is_kitti, true);

@@ -1,12 +1,12 @@
 // @ts-check
 /** One registration looked into, and somebody's own ICP beside it. */
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { bestRotation, difference, multiplied, moved, poseOf, sumsOf } from '../../npm/lab/matrices.js';
-import { SAMPLES, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+import { DATA, SAMPLES, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
 await engine.load();
 
@@ -106,11 +106,8 @@ test('an own ICP is followed, and planted faults are told apart', () => {
   target.free();
 });
 
-const SCANS = new URL('../../../shared/data/laser/zju10/', import.meta.url);
-const skip = existsSync(SCANS) ? false : '../shared/data is absent';
-
-test('an own ICP on the doubles of a file is followed to 1e-9, and a planted fault is told', { skip }, () => {
-  const files = Array.from({ length: 10 }, (_, i) => readFileSync(new URL(`${i}.ply`, SCANS)));
+test('an own ICP on doubles is followed to 1e-9, and a planted fault is told', { skip: skipWithoutData }, () => {
+  const files = Array.from({ length: 10 }, (_, i) => readFileSync(join(DATA, 'laser', 'zju10', `${i}.ply`)));
   const clouds = files.map((bytes, i) => engine.PointCloud.read(bytes, `${i}.ply`));
   const doubles = files.map((bytes) =>
     Float64Array.from(String(bytes).split('end_header')[1]?.trim().split(/\s+/) ?? []),

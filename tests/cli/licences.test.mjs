@@ -26,7 +26,8 @@ test('Rust crates', () => {
     cwd: ROOT,
     encoding: 'utf8',
     maxBuffer: 2 ** 26,
-    stdio: ['ignore', 'pipe', 'ignore'],
+    // What cargo complains of is part of the error that is thrown.
+    stdio: ['ignore', 'pipe', 'pipe'],
   });
   /** @type {{ name: string, license: string | null, source: string | null }[]} */
   const packages = JSON.parse(metadata).packages;

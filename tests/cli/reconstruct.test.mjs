@@ -5,16 +5,16 @@ import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import {
+  DATA,
   plyFiles,
   ROOM_FILES,
   ROOM_POSES,
   readReport,
   SAMPLES,
   scanstitch,
-  skipWithoutZju10,
+  skipWithoutData,
   temporaryFolder,
   writeFiles,
-  zju10,
 } from './support.mjs';
 
 const OUTPUTS = ['trajectory.tum', 'map.ply', 'report.json', 'report.html'];
@@ -187,10 +187,10 @@ test('the samples: within 15 mm of the truth, no heading off by more than 0.2 de
   });
 });
 
-test('ten recorded scans: sharper than MATLAB, and near it', { skip: skipWithoutZju10 }, (t) => {
+test('ten recorded scans: sharper than MATLAB, and near it', { skip: skipWithoutData }, (t) => {
   const folder = temporaryFolder(t);
   const [reference = ''] = writeFiles(folder, { 'matlab.xyz': MATLAB_POSITIONS });
-  const args = ['reconstruct', zju10 ?? '', '--reference', reference, '--out', folder];
+  const args = ['reconstruct', join(DATA, 'laser', 'zju10'), '--reference', reference, '--out', folder];
   const { status, stderr } = scanstitch(args);
   assert.equal(status, 0, stderr);
   const { sharpness, comparison } = readReport(folder);

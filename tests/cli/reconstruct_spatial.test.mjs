@@ -10,10 +10,8 @@ import { zipSync } from 'fflate';
 import { colourPng, greyPng, see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
 import { untilInterrupt } from '../../npm/cli/command.js';
 import { nothingComputed } from '../../npm/cli/reconstruct_spatial.js';
-import { asciiPly, ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
+import { asciiPly, DATA, ROOT, readReport, scanstitch, skipWithoutData as skip, temporaryFolder } from './support.mjs';
 
-const DATA = join(ROOT, '..', 'shared', 'data');
-const skip = existsSync(DATA) ? false : '../shared/data is absent';
 const FILES = walkFiles();
 /** The camera that took them. */
 const CAMERA = { fx: 96, fy: 96, ppx: 96, ppy: 96, width: 192, height: 192, depth_scale: 0.001 };
@@ -404,7 +402,8 @@ test('Ctrl-C: what is computed is written, and it is told', { skip: process.plat
   });
   const input = writeTree(join(folder, 'walk'), Object.fromEntries(images));
   const out = join(folder, 'out');
-  const child = spawn(process.execPath, [join(ROOT, 'npm', 'cli.js'), 'reconstruct', input, '--out', out], {
+  const args = ['reconstruct', input, '--out', out, '--workers', '2'];
+  const child = spawn(process.execPath, [join(ROOT, 'npm', 'cli.js'), ...args], {
     stdio: ['ignore', 'ignore', 'pipe'],
   });
   let stderr = '';

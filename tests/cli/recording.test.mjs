@@ -1,15 +1,12 @@
 // @ts-check
 /** What a folder is: planar scans, laser logs, clouds, results of an earlier run; and the recorded sets. */
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync, readdirSync, statSync } from 'node:fs';
+import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { join, relative } from 'node:path';
 import { test } from 'node:test';
 import { understand } from '../../npm/recording.js';
 import { count, DEPTH16, DEPTH8, encode, many, MATRIX, RGB, SPACE, tum, understandAll } from './recording_files.mjs';
-import { ROOM_FILES, ROOT } from './support.mjs';
-
-const RGBD = join(ROOT, '..', 'shared', 'data', 'rgbd');
-const skip = existsSync(RGBD) ? false : '../shared/data is absent';
+import { DATA, ROOM_FILES, skipWithoutData } from './support.mjs';
 
 test('planar scans, their trajectory, and a word about everything else', async () => {
   const recording = await understandAll({
@@ -118,13 +115,13 @@ test('a gigabyte of images: a few beginnings are read', async () => {
 async function understandFolder(folder) {
   const entries = readdirSync(folder, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
   const files = entries.map((entry) => {
-    const path = join(entry.path, entry.name);
+    const path = join(entry.parentPath ?? entry.path, entry.name); // the former in newer versions of Node
     return { path: relative(folder, path), size: statSync(path).size };
   });
   return understand(files, async (path, length) => readFileSync(join(folder, path)).subarray(0, length));
 }
 
-test('the recorded sets', { skip }, async () => {
+test('the recorded sets', { skip: skipWithoutData }, async () => {
   const expected = /** @type {[string, number, string[] | number, string | null][]} */ ([
     ['apartment_first_floor', 80, ['GT_pose.npy'], null],
     ['apartment_second_floor', 123, ['GT_pose.npy'], null],
@@ -132,7 +129,7 @@ test('the recorded sets', { skip }, async () => {
     ['redwood5', 5, ['odometry.log'], 'camera.json'],
   ]);
   for (const [name, frames, reference, intrinsics] of expected) {
-    const recording = await understandFolder(join(RGBD, name));
+    const recording = await understandFolder(join(DATA, 'rgbd', name));
     assert.equal(recording.kind, 'depth_images');
     assert.equal(recording.depth_frames.length, frames, name);
     assert.ok(recording.depth_frames.every(({ color }) => color !== null));

@@ -1,7 +1,7 @@
 // @ts-check
 /** Bags of ROS 1 against what the PyPI package rosbags reads in them, damaged ones, and what comes of them. */
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { LIMITS } from '../../npm/archive_directory.js';
@@ -14,10 +14,9 @@ import { bagFile, listOne, openOne } from './bag_files.mjs';
 import { openBags } from '../../npm/bag/open.js';
 import { bytesInMemory } from '../../npm/open_archive.js';
 import { unpackWhole } from '../../npm/packed.js';
-import { ROOT } from './support.mjs';
+import { DATA, ROOT, skipWithoutData } from './support.mjs';
 
 const STORED = join(ROOT, 'tests', 'data', 'bags');
-const SHARED = join(ROOT, '..', 'shared', 'data', 'laser', 'ros1_bag');
 /** The streams of the test of bzip2. */
 const RUNS =
   'QlpoOTFBWSZTWadK4RsAAAKRAIAgIAAACCAAIKptQZjFR4u5IpwoSFOlcI2AQlpoOTFBWSZTWba17pUAAAB/////////////////////////////////////////////sADFUgAAAAAAAAAAAAAAAAAAAAABMAmAAAAAAAAAAAAAAEwABMAEmAAmAAJgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAkwAEwABMAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPwCAwQFBgcICQoLDA0ODxAREhMUFRYXGBkaGxwdHh8gISIjJCUmJygpKissLS4vMDEyMzQ1Njc4OTo7PD0+P0BBQkNERUZHSElKS0xNTk9QUVJTVFVWV1hZWltcXV5fYGFiY2RhYmNkZWZnaGlqa2xtbm9wcXJzdHV2d3h5ent8fX5/gIGCg4SFhoeIiYqLjI2Oj5CRkpWWl5iZmpucnZ6foKGio6SlpqeoqaqrrK2ur7CxsrO0tba3uLm6u7y9vr/AwcLDxMXGxcbHyMnKy8zNzs/Q0dLT1NXW19jZ2tvc3d7f4OHi4+Tl5ufo6err7O3u7/Dx8vP09fb3+Pn6+/z9F3JFOFCQtrXulQ=';
@@ -83,10 +82,9 @@ test('bags of ROS 1 hold what rosbags reads in them, packed or not', async () =>
   for (const packing of PACKINGS) await isAsRosbagsReads(`ros1_${packing}.bag`, stored(packing));
 });
 
-const skip = existsSync(SHARED) ? false : '../shared/data is absent';
-test('a bag of ROS 1 that a robot recorded holds what rosbags reads in it', { skip }, async () => {
+test('a bag of ROS 1 that a robot recorded holds what rosbags reads in it', { skip: skipWithoutData }, async () => {
   const name = 'mylaserdata3.bag';
-  await isAsRosbagsReads(name, new Uint8Array(readFileSync(join(SHARED, name))));
+  await isAsRosbagsReads(name, new Uint8Array(readFileSync(join(DATA, 'laser', 'ros1_bag', name))));
 });
 
 test('laser scans of ROS 1 come with the odometry, carried over to the laser by what /tf says', async () => {

@@ -1,14 +1,11 @@
 // @ts-check
 /** Every recording of the shared data is read at once, and how many frames it has; what is none is told of. */
 import assert from 'node:assert/strict';
-import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { readAs } from '../../scripts/recordings.mjs';
-import { ROOT } from './support.mjs';
-
-const DATA = join(ROOT, '..', 'shared', 'data');
+import { DATA, skipWithoutData as skip } from './support.mjs';
 
 /** Path, what it is read as, frames. @type {readonly (readonly [string, import('../../npm/recording.js').Recording['kind'], number])[]} */
 const RECORDINGS = [
@@ -56,7 +53,6 @@ const RECORDINGS = [
 before(() => engine.load());
 
 for (const [path, kind, frames] of RECORDINGS) {
-  const skip = existsSync(join(DATA, path)) ? false : '../shared/data is absent';
   test(`${path}: ${frames === 0 ? 'told of' : `${kind}, ${frames}`}`, { skip }, async () => {
     const found = await readAs(join(DATA, path));
     assert.deepEqual(found.complaints, []);

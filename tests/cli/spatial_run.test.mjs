@@ -393,7 +393,8 @@ test('a registrar in a thread of its own has the next frame at hand, and places 
   run.add(jobs(12));
   const running = run.run();
   // It answers once it has two frames, or the last one.
-  while (registrar.registered.length < 11) {
+  for (let turns = 0; registrar.registered.length < 11; turns += 1) {
+    assert.ok(turns < 60_000, `it hangs after ${registrar.registered.length} frames`);
     await sleep(1);
     if (waiting.length === 2 || registrar.registered.length === 10) waiting.shift()?.();
   }

@@ -9,26 +9,31 @@ import { compareNaturally } from '../../npm/natural_order.js';
 
 export const ROOT = fileURLToPath(new URL('../..', import.meta.url));
 export const SAMPLES = join(ROOT, 'www', 'samples', 'corridor');
-const ZJU10 = join(ROOT, '..', 'shared', 'data', 'laser', 'zju10');
-
-/** The recorded scans, or false with the reason for `skip`. */
-export const zju10 = existsSync(ZJU10) ? ZJU10 : undefined;
-export const skipWithoutZju10 = zju10 ? false : '../shared/data is absent';
+/** The recordings of others. */
+export const DATA = join(ROOT, '..', 'shared', 'data');
+/** For `skip`: false, or why. Where the folder is there, everything that the tests read of it is. */
+export const skipWithoutData = existsSync(DATA) ? false : '../shared/data is absent';
+/** What takes longer hangs (ms): everything takes a fraction of it, also on a busy machine. */
+export const DEADLINE_MS = 600_000;
 
 /**
  * Runs `scanstitch` with these arguments.
  * @param {string[]} args
  * @param {string} [cwd]
+ * @param {number} [timeout] after which it hangs (ms)
  */
-export function scanstitch(args, cwd = ROOT) {
-  const { status, stdout, stderr } = spawnSync(
+export function scanstitch(args, cwd = ROOT, timeout = DEADLINE_MS) {
+  const { status, stdout, stderr, error } = spawnSync(
     process.execPath,
     ['--wasm-tiering-budget=100000000', join(ROOT, 'npm', 'cli.js'), ...args],
     {
       cwd,
       encoding: 'utf8',
+      timeout,
+      killSignal: 'SIGKILL',
     },
   );
+  if (error) throw new Error(`scanstitch ${args.join(' ')}: ${error.message}\n${stderr}`, { cause: error });
   return { status, stdout, stderr };
 }
 

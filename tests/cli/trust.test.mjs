@@ -67,14 +67,17 @@ test('an option whose value is a name that every object has is refused before an
 });
 
 const hasPipes = process.platform !== 'win32';
+/** Who reads from a pipe that nobody writes into waits without end (ms). */
+const PIPE_DEADLINE_MS = 60_000;
 
-test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pipes', timeout: 60_000 }, (t) => {
+test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pipes' }, (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, ROOM_FILES);
   const pipe = join(folder, 'pipe.ply');
   execFileSync('mkfifo', [pipe]);
   const out = join(folder, 'out');
-  const inFolder = scanstitch(['reconstruct', folder, '--out', out]);
+  const run = (/** @type {string[]} */ ...args) => scanstitch(args, ROOT, PIPE_DEADLINE_MS);
+  const inFolder = run('reconstruct', folder, '--out', out);
   assert.match(inFolder.stderr, /pipe\.ply: not used: a pipe or a device, not a file\.$/m);
   assert.equal(inFolder.status, 0);
   for (const args of [
@@ -84,15 +87,23 @@ test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pip
     ['--odometry', '/dev/zero'],
     ['/dev/zero'],
   ]) {
-    const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out, ...args]);
+    const { status, stderr } = run('reconstruct', folder, '--out', out, ...args);
     assert.match(stderr, /: A pipe or a device, not a file; save it as a file first\.$/m, args.join(' '));
     assert.equal(status, 2);
   }
-  assert.match(scanstitch(['evaluate', '/dev/zero', pipe]).stderr, /A pipe or a device/);
-  assert.match(scanstitch(['convert', '/dev/zero', join(folder, 'a.tum')]).stderr, /A pipe or a device/);
+  assert.match(run('evaluate', '/dev/zero', pipe).stderr, /A pipe or a device/);
+  assert.match(run('convert', '/dev/zero', join(folder, 'a.tum')).stderr, /A pipe or a device/);
 });
 
 test('links that lead to themselves and a folder that may not be read: named, and the rest is used', (t) => {
+  // Root may read everything.
+  const user = process.getuid?.() === 0 ? { uid: 65534, gid: 65534 } : {};
+  const run = (/** @type {string[]} */ ...args) =>
+    spawnSync(process.execPath, [join(ROOT, 'npm', 'cli.js'), ...args], { encoding: 'utf8', ...user });
+  if (run('--version').status !== 0 && 'uid' in user) {
+    t.skip('this folder may be read by root alone');
+    return;
+  }
   const folder = temporaryFolder(t);
   chmodSync(folder, 0o755);
   const scans = join(folder, 'scans');
@@ -105,13 +116,7 @@ test('links that lead to themselves and a folder that may not be read: named, an
   const out = join(folder, 'out');
   mkdirSync(out);
   chmodSync(out, 0o777);
-  // Root may read everything.
-  const isRoot = process.getuid?.() === 0;
-  const { status, stderr, stdout } = spawnSync(
-    process.execPath,
-    [join(ROOT, 'npm', 'cli.js'), 'reconstruct', scans, '--out', out],
-    { encoding: 'utf8', ...(isRoot && { uid: 65534, gid: 65534 }) },
-  );
+  const { status, stderr, stdout } = run('reconstruct', scans, '--out', out);
   chmodSync(join(scans, 'locked'), 0o755);
   assert.match(stderr, /self\.ply: This is a link that leads to itself\.$/m);
   assert.match(stderr, /dangling\.ply: There is no such file or folder\.$/m);

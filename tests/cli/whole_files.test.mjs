@@ -112,7 +112,10 @@ for (const signal of /** @type {const} */ (['SIGINT', 'SIGTERM'])) {
 // `npm run fuzz -- --time 500 signals` is the long run, over the commands that only print as well.
 for (const name of ['plane', 'space', 'strategies', 'convert', 'bev', 'icp']) {
   test(`a signal at any time, ${name}: every file that is there is whole`, { skip: !hasShell }, async () => {
-    await signals(new Random(Math.floor(2 ** 31 * Math.random())), name);
+    const seed = Math.floor(2 ** 31 * Math.random());
+    await signals(new Random(seed), name).catch((error) => {
+      throw new Error(`signals(new Random(${seed}), '${name}')`, { cause: error });
+    });
   });
 }
 

@@ -6,6 +6,7 @@
 
 use std::env;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -20,7 +21,12 @@ fn main() -> ExitCode {
     let out_dir = args.next().map_or_else(|| root.join("pkg"), PathBuf::from);
     let name = args.next().unwrap_or_else(|| package.replace('-', "_"));
     let options: Vec<String> = args.collect();
-    match compile(&root, &package, &name, &options).and_then(|wasm| bind(&wasm, &out_dir, &name)) {
+    let target_dir = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
+    let made = target_dir.join("bindings").join(&name);
+    let outcome = compile(&root, &target_dir, &package, &name, &options)
+        .and_then(|wasm| bind(&wasm, &made, &name))
+        .and_then(|()| replace_changed(&made, &out_dir).map_err(|error| format!("{}: {error}", out_dir.display())));
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
             eprintln!("error: {problem}");
@@ -31,7 +37,7 @@ fn main() -> ExitCode {
 
 /// Builds the package's library in release and returns the path of the module. As a `cdylib` alone: beside an `rlib`,
 /// cargo would leave link-time optimisation out.
-fn compile(root: &Path, package: &str, name: &str, options: &[String]) -> Result<PathBuf, String> {
+fn compile(root: &Path, target_dir: &Path, package: &str, name: &str, options: &[String]) -> Result<PathBuf, String> {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--target", TARGET, "--package", package])
@@ -45,7 +51,6 @@ fn compile(root: &Path, package: &str, name: &str, options: &[String]) -> Result
     if !status.success() {
         return Err(format!("cargo could not build {package} for {TARGET} ({status})"));
     }
-    let target_dir = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
     let release = target_dir.join(TARGET).join("release");
     // Cargo gives what is compiled of one package one name, whatever its features are; and this one keeps the names of
     // functions, by which scripts/sizes.mjs tells what takes how much.
@@ -55,7 +60,7 @@ fn compile(root: &Path, package: &str, name: &str, options: &[String]) -> Result
     Ok(linked)
 }
 
-/// Writes `<name>.js`, `<name>.d.ts` and `<name>_bg.wasm` into `out_dir`.
+/// Writes `<name>.js`, `<name>.d.ts` and `<name>_bg.wasm` into `out_dir`, which then holds nothing else.
 fn bind(wasm: &Path, out_dir: &Path, name: &str) -> Result<(), String> {
     let generate = || {
         Bindgen::new()
@@ -70,8 +75,30 @@ fn bind(wasm: &Path, out_dir: &Path, name: &str) -> Result<(), String> {
             .out_name(name)
             .generate(out_dir)
     };
+    if out_dir.exists() {
+        fs::remove_dir_all(out_dir).map_err(|error| format!("{}: {error}", out_dir.display()))?;
+    }
     generate().map_err(|error| format!("{error:#}"))?;
     check_arguments(&out_dir.join(name).with_extension("js"))
+}
+
+/// Brings the files of a folder into another one, each by renaming, so that whoever reads them meanwhile reads a whole one. Those
+/// that are there as they are stay.
+fn replace_changed(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let name = entry?.file_name();
+        let bytes = fs::read(from.join(&name))?;
+        let there = to.join(&name);
+        if fs::read(&there).is_ok_and(|old| old == bytes) {
+            continue;
+        }
+        // Beside it, for the target folder may be on another disk.
+        let new = to.join(format!("{}.new", name.display()));
+        fs::write(&new, bytes)?;
+        fs::rename(&new, &there)?;
+    }
+    Ok(())
 }
 
 /// What hands strings and arrays over to the module, and what each takes. As generated they take whatever they are
