@@ -93,6 +93,8 @@ test('a reference with a number that is not finite is told', async ({ spatial })
 });
 
 test('preparing workers that die in the middle are replaced, and no frame is missing', async ({ spatial, page }) => {
+  await spatial.drop(recording(1));
+  await spatial.stitched(); // from here on no thread is made ready before it is needed
   // From within: seen from outside, all frames may be prepared by then.
   let num_doomed = 0;
   page.on('worker', (worker) => {
