@@ -2,7 +2,7 @@ import type { Page } from '@playwright/test';
 import { answered, noteAnswers } from './answers.js';
 import { BevPage } from './bev_page.js';
 import { EvaluationView } from './evaluation_view.js';
-import { expect, sampleScans, ScanstitchPage, test } from './scanstitch_page.js';
+import { expect, sampleScans, ScanstitchPage, test, TOOL_RESULTS } from './scanstitch_page.js';
 
 test('a crash of the worker is told, and the scans can be computed again', async ({ page }) => {
   const app = new ScanstitchPage(page);
@@ -64,18 +64,12 @@ test('every tool tells that there is no engine, and begins when it is tried agai
   await page.route('**/scanstitch_bg*.wasm', (route) => route.fulfill({ status: 500 }));
   await app.open();
   const tools = page.getByRole('navigation', { name: 'Tools' });
-  const told: [tool: string, element: string, result: string][] = [
-    ['Evaluate', 'scanstitch-evaluate', '1 compared'],
-    ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],
-    ['ICP', 'scanstitch-lab', 'Point to'],
-    ['Strategies', 'scanstitch-strategies', 'Voxels 0.1 m'],
-  ];
-  for (const [tool, element] of told) {
+  for (const [tool, element] of TOOL_RESULTS) {
     await tools.getByRole('button', { name: tool }).click();
     await expect(page.locator(element)).toContainText('The engine could not be started');
   }
   await page.unroute('**/scanstitch_bg*.wasm');
-  for (const [tool, element, result] of told) {
+  for (const [tool, element, result] of TOOL_RESULTS) {
     await tools.getByRole('button', { name: tool }).click();
     const again = page.locator(element).getByRole('button', { name: 'Try again' });
     await again.click();

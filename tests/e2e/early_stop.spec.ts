@@ -19,11 +19,28 @@ test('scans on their way are no longer wanted', async ({ page }) => {
   const fetched = page.waitForResponse('**/corridor*.js');
   await release();
   await (await fetched).finished();
-  // What is asked for afterwards is all there is.
+  // Nothing but the scans that are dropped afterwards.
   await app.drop(sampleScans().slice(0, 3));
   await expect(app.table.getByRole('row')).toHaveCount(4);
   await expect(page.locator('.title')).toHaveText('Your scans');
   expect(app.faults).toEqual([]);
+});
+
+test('depth images on their way are no longer wanted', async ({ page }) => {
+  const spatial = new SpatialPage(page);
+  const release = await hold(page, '**/GT_pose*.npy');
+  await spatial.open();
+  await page.evaluate(() => void document.querySelector('scanstitch-app')?.open('apartment'));
+  await expect(page.getByText('Inspecting the files')).toBeVisible();
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await expect(spatial.messages).toContainText('Opening the files was stopped');
+  const fetched = page.waitForResponse('**/GT_pose*.npy');
+  await release();
+  await (await fetched).finished();
+  // Nothing but the frames that are dropped afterwards.
+  await spatial.drop(recording(3));
+  expect((await spatial.stitched()).result.frames).toHaveLength(3);
+  expect(spatial.app.faults).toEqual([]);
 });
 
 test('scans that wait for the engine are no longer wanted when it is there', async ({ page }) => {
@@ -64,7 +81,7 @@ test('a log that waits for the full engine: nothing is computed, and the scans b
   expect(app.faults).toEqual([]);
 });
 
-test('frames that wait for the engine are computed when it is asked to go on', async ({ page }) => {
+test('frames that wait for the engine are computed by Continue', async ({ page }) => {
   const spatial = new SpatialPage(page);
   const release = await hold(page, '**/scanstitch_bg*.wasm');
   await spatial.open();

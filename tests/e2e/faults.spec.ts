@@ -3,7 +3,7 @@ import type { Page } from '@playwright/test';
 import { mcapBytes } from '../cli/bag_files.mjs';
 import { laserScan } from '../cli/bag_messages.mjs';
 import { hold } from './held.js';
-import { expect, sampleScans, ScanstitchPage, test as planar } from './scanstitch_page.js';
+import { expect, sampleScans, ScanstitchPage, test as planar, TOOL_RESULTS } from './scanstitch_page.js';
 import { test as spatial } from './spatial_page.js';
 import { recording } from './spatial_recording.js';
 import { serve } from './static_server.mjs';
@@ -227,13 +227,7 @@ planar('kept for use offline where the host asks for it: every tool works withou
     await page.unroute(url);
     await new Promise((resolve) => server.close(resolve).closeAllConnections());
     const tools = page.getByRole('navigation', { name: 'Tools' });
-    // What each shows once its worker and the engine are there.
-    for (const [tool, element, result] of [
-      ['Evaluate', 'scanstitch-evaluate', '1 compared'],
-      ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],
-      ['Strategies', 'scanstitch-strategies', 'Voxels 0.1 m'],
-      ['ICP', 'scanstitch-lab', 'Point to'],
-    ] as const) {
+    for (const [tool, element, result] of TOOL_RESULTS) {
       await tools.getByRole('button', { name: tool }).click();
       await expect(tools.locator('[aria-current=page]')).toHaveText(tool);
       await expect(page.locator(element)).toContainText(result);

@@ -29,7 +29,7 @@ test('while a query is answered, only the last one after it waits', async () => 
   expect(told).toEqual(['a: 1, not the latest', 'c failed: no']);
 });
 
-test('of what was dropped neither an answer nor a failure is told; what is asked after it is answered', async () => {
+test('dropped queries are neither answered nor failed, and a later one is answered', async () => {
   const { queries, computing, told } = setUp();
   queries.ask('a');
   queries.ask('b');

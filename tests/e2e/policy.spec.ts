@@ -2,7 +2,7 @@
 import { join } from 'node:path';
 import type { Page } from '@playwright/test';
 import { COURSE, expect, scans, test as course_test } from './course_page.js';
-import { expect as expected, ScanstitchPage, test } from './scanstitch_page.js';
+import { expect as expected, ScanstitchPage, test, TOOL_RESULTS } from './scanstitch_page.js';
 import { test as spatial_test } from './spatial_page.js';
 import { recording } from './spatial_recording.js';
 
@@ -122,15 +122,9 @@ test('no tool of the page needs more than its policy allows', async ({ page }) =
   await page.addInitScript(record);
   await new ScanstitchPage(page).open();
   const tools = page.getByRole('navigation', { name: 'Tools' });
-  // What each shows when its worker and its pictures have come.
-  for (const [tool, element, shown] of [
-    ['Evaluate', 'scanstitch-evaluate', '1 compared'],
-    ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],
-    ['ICP', 'scanstitch-lab', 'Point to'],
-    ['Strategies', 'scanstitch-strategies', 'Drop depth images'],
-  ] as const) {
+  for (const [tool, element, result] of TOOL_RESULTS) {
     await tools.getByRole('button', { name: tool }).click();
-    await expected(page.locator(element)).toContainText(shown);
+    await expected(page.locator(element)).toContainText(result);
   }
   expected(await violations(page)).toEqual([]);
 });

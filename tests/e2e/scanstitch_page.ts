@@ -30,6 +30,14 @@ declare global {
   }
 }
 
+/** Every tool beside the map, its element, and words that it shows once its worker and the engine are there. */
+export const TOOL_RESULTS: readonly (readonly [tool: string, element: string, result: string])[] = [
+  ['Evaluate', 'scanstitch-evaluate', '1 compared'],
+  ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],
+  ['ICP', 'scanstitch-lab', 'Point to'],
+  ['Strategies', 'scanstitch-strategies', 'Voxels 0.1 m'],
+];
+
 /** Drops files on an element, all at once. */
 export async function dropOn(target: Locator, files: readonly InputFile[]): Promise<void> {
   const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));

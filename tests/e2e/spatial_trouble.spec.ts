@@ -1,7 +1,6 @@
 /** Bad input, workers that die, a graphics card that gives up: each is told, and nothing that was computed is lost. */
 import { mkdirSync, readFileSync, truncateSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
-import { hold } from './held.js';
 import { colorPicture, evenDepth, recording, truth } from './spatial_recording.js';
 import { expect, test } from './spatial_page.js';
 import { stopAfter } from './stop.js';
@@ -152,20 +151,6 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   await expect(spatial.messages).toContainText('The file cannot be used');
   await expect(page.getByRole('button', { name: 'Stop' })).toBeVisible();
   expect((await spatial.stitched()).result.frames).toHaveLength(60);
-});
-
-test('opening can be stopped while the files are on their way', async ({ spatial, page }) => {
-  const release = await hold(page, '**/GT_pose*.npy');
-  await page.evaluate(() => void document.querySelector('scanstitch-app')?.open('apartment'));
-  await expect(page.getByText('Inspecting the files')).toBeVisible();
-  await page.getByRole('button', { name: 'Stop' }).click();
-  await expect(spatial.messages).toContainText('Opening the files was stopped');
-  const fetched = page.waitForResponse('**/GT_pose*.npy');
-  await release();
-  await (await fetched).finished();
-  // What is dropped then is all there is.
-  await spatial.drop(recording(3));
-  expect((await spatial.stitched()).result.frames).toHaveLength(3);
 });
 
 test('a lost graphics context is told and comes back with all that was computed', async ({ spatial, page }) => {
