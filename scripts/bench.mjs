@@ -12,11 +12,10 @@ import { join } from 'node:path';
 import { compareNaturally } from '../npm/natural_order.js';
 import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
 import { listRuns, timeRuns } from './bench_runs.mjs';
+import { buildBench, buildEngine, buildPage } from './engine.mjs';
+import { tellOn } from './progress.mjs';
 import { engineParts, fileSizes } from './sizes.mjs';
 import {
-  buildEngine,
-  buildPage,
-  buildWasm,
   capture,
   ensureWasmTarget,
   findChromium,
@@ -161,7 +160,8 @@ function round(value) {
 
 await runMain(async () => {
   const { positionals: words } = readArguments({ allowPositionals: true }, 'Usage: npm run bench [-- NAME...]');
-  console.log = console.error; // only the document goes to stdout
+  // Only the document goes to stdout.
+  tellOn(process.stderr);
   requireToolchain();
   await ensureWasmTarget();
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
@@ -169,7 +169,7 @@ await runMain(async () => {
   if (isTimed) {
     const withPeers = ['--features', 'peers'];
     await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
-    await buildWasm('scanstitch-bench', PKG, ...withPeers);
+    await buildBench(PKG, ...withPeers);
   }
   const jobs = isTimed ? (await listJobs()).filter(({ label }) => isWanted(label)) : [];
   const recordings = listRuns(isWanted);
@@ -209,7 +209,7 @@ await runMain(async () => {
   const runs = [];
   const withSizes = isWanted('sizes');
   if (recordings.length > 0 || withSizes) {
-    await buildEngine();
+    await buildEngine('release');
     await buildPage('warn'); // what it tells else goes to stdout
   }
   const sizes = withSizes ? { files: fileSizes(), engine_code: engineParts() } : null;

@@ -1,22 +1,17 @@
 // @ts-check
 /** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve, and beside
- * it the element in one file. */
+ * it the element in one file. With `--quick` the engine is compiled as for `npm start`, for tests. */
 import { writeBillOfMaterials } from './sbom.mjs';
-import {
-  buildEngine,
-  buildPage,
-  buildStandalone,
-  ensureNodeModules,
-  ensureWasmTarget,
-  requireToolchain,
-  runMain,
-} from './steps.mjs';
+import { buildEngine, buildPage, buildStandalone } from './engine.mjs';
+import { ensureNodeModules, ensureWasmTarget, readArguments, requireToolchain, runMain } from './steps.mjs';
+
+const USAGE = 'Usage: npm run build [-- --quick]';
 
 await runMain(async () => {
+  const { values } = readArguments({ options: { quick: { type: 'boolean' } } }, USAGE);
   requireToolchain();
-  await ensureWasmTarget();
-  await ensureNodeModules();
-  await buildEngine();
+  await Promise.all([ensureWasmTarget(), ensureNodeModules()]);
+  await buildEngine(values.quick ? 'quick' : 'release');
   await buildPage();
   await buildStandalone();
   writeBillOfMaterials();

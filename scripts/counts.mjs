@@ -1,6 +1,6 @@
 // @ts-check
 /** Counts of passed, failed and skipped tests, from the output of the test runners. */
-import { say } from './steps.mjs';
+import { say } from './progress.mjs';
 
 /** @typedef {import('./stages.mjs').Counts} Counts */
 

@@ -9,7 +9,8 @@ import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { MemoryPeak } from './fuzz/memory.mjs';
 import { Random } from './fuzz/random.mjs';
-import { answers, readArguments, ROOT, runMain, say, StepError } from './steps.mjs';
+import { say } from './progress.mjs';
+import { answers, readArguments, ROOT, runMain, StepError } from './steps.mjs';
 
 /** Targets in Node, by their modules. @type {Record<string, [module: string, name: string]>} */
 const NODE_TARGETS = {

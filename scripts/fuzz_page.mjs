@@ -10,7 +10,8 @@ import { chromium } from '@playwright/test';
 import { zipSync } from 'fflate';
 import { serve } from '../tests/e2e/static_server.mjs';
 import { Random } from './fuzz/random.mjs';
-import { findChromium, readArguments, ROOT, runMain, say, StepError } from './steps.mjs';
+import { say } from './progress.mjs';
+import { findChromium, readArguments, ROOT, runMain, StepError } from './steps.mjs';
 
 /** @typedef {import('@playwright/test').Page} Page */
 /** @typedef {{ name: string, bytes: Uint8Array }} Given */

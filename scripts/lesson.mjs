@@ -5,7 +5,8 @@
  */
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { basename } from 'node:path';
-import { buildStandalone, ELEMENT, readArguments, runMain, StepError } from './steps.mjs';
+import { buildStandalone, ELEMENT } from './engine.mjs';
+import { readArguments, runMain, StepError } from './steps.mjs';
 
 const USAGE = 'Usage: npm run lesson -- PAGE.html FILE... [--title TEXT] [--settings NAME=VALUE&...]';
 

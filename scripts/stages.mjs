@@ -1,107 +1,157 @@
 // @ts-check
 /**
- * Runs the stages of `npm test`: some one after the other, some side by side, each with its counts, its duration and the
- * processor time of its commands. A stage that fails does not stop the others.
+ * Runs the stages of `npm test` and what they need: each begins when what it needs is there and a processor is free. What a
+ * stage writes is shown when it has ended, so that no two mix. A stage that fails does not stop the others.
  */
-import { account, duration, StepError, say } from './steps.mjs';
+import { availableParallelism } from 'node:os';
+import { print, say, track } from './progress.mjs';
+import { duration, StepError } from './steps.mjs';
 
 /** @typedef {{ passed: number, failed: number, skipped: number }} Counts */
 /**
- * @typedef {object} Stage
+ * A stage, or something that stages need.
+ * @typedef {object} Task
  * @property {string} name
  * @property {string} about
- * @property {boolean} [lint] it runs no test
- * @property {boolean} [beside] it may go on beside the stages that compile Rust: it uses nothing that they write
- * @property {boolean} [last] it needs both processors to itself
- * @property {(() => Promise<void>)[]} [needs] each is done once, by the first stage that needs it
- * @property {() => Promise<Counts>} run
+ * @property {readonly Task[]} [needs] what has to be done before it
+ * @property {boolean} [light] it computes little: it goes on beside everything else
+ * @property {string} [folder] cargo's folder, which it locks: tasks of one folder go one after the other
+ * @property {() => Promise<Counts | void>} run what a stage returns is counted
  */
-/** @typedef {Counts & { milliseconds: number, cpuSeconds: number }} Outcome */
+/** @typedef {Task & { lint?: boolean, run: () => Promise<Counts> }} Stage lint: it runs no test */
+/**
+ * @typedef {object} Outcome
+ * @property {Counts | null} counts null for what is not counted
+ * @property {boolean} failed
+ * @property {number} milliseconds
+ * @property {number} cpuSeconds processor time of its commands
+ * @property {string} waited for what, and how long
+ */
 
-/** @type {Map<() => Promise<void>, Promise<void>>} */
-const met = new Map();
+/** So many tasks go on at a time: most use two processors for part of their time. */
+const NUM_AT_A_TIME = Math.max(2, Math.ceil(availableParallelism() / 2));
+/** Waiting for less is not told (ms). */
+const TOLD_WAIT_MS = 500;
 
 /**
- * @param {Stage} stage
- * @returns {Promise<Counts>}
+ * The tasks and all that they need, each once and after what it needs itself.
+ * @param {readonly Task[]} tasks
+ * @param {Set<Task>} [found]
  */
-async function countsOf(stage) {
-  try {
-    for (const need of stage.needs ?? []) {
-      const done = met.get(need) ?? need();
-      met.set(need, done);
-      await done;
+function withNeeds(tasks, found = new Set()) {
+  for (const task of tasks) {
+    withNeeds(task.needs ?? [], found);
+    found.add(task);
+  }
+  return found;
+}
+
+/**
+ * Does a task; what it writes is shown when it has ended.
+ * @param {Task} task
+ * @param {Task | undefined} lacking a need that failed
+ * @returns {Promise<Omit<Outcome, 'waited'>>}
+ */
+async function perform({ name, about, run }, lacking) {
+  /** @type {(string | Uint8Array)[]} */
+  const written = [`\n=== ${name}: ${about}\n`];
+  const start = performance.now();
+  const action = async () => {
+    try {
+      if (lacking) throw new StepError(`Not run: ${lacking.name} failed.`);
+      return { counts: (await run()) ?? null, failed: false };
+    } catch (error) {
+      say(error instanceof StepError ? error.message : String(error instanceof Error ? error.stack : error));
+      return { counts: null, failed: true };
     }
-    return await stage.run();
-  } catch (error) {
-    say(error instanceof StepError ? error.message : String(error instanceof Error ? error.stack : error));
-    return { passed: 0, failed: 1, skipped: 0 };
+  };
+  const { result, work } = await track(name, action, (text) => written.push(text));
+  written.forEach(print);
+  return { ...result, milliseconds: performance.now() - start, cpuSeconds: work.cpuSeconds };
+}
+
+/**
+ * Runs stages, those that are named first sooner, with all that they need.
+ * @param {readonly Stage[]} stages
+ * @returns {Promise<Map<Task, Outcome>>}
+ */
+export async function runStages(stages) {
+  const start = performance.now();
+  /** @type {Map<Task, Outcome>} */
+  const outcomes = new Map();
+  const waiting = withNeeds(stages);
+  /** When all that a task needs was there (ms), and what came last of it. @type {Map<Task, { at: number, last: string }>} */
+  const ready = new Map();
+  /** @type {Map<Task, Promise<void>>} */
+  const running = new Map();
+  let last = '';
+
+  const isFree = (/** @type {Task} */ { light, folder }) => {
+    const others = [...running.keys()];
+    const isLocked = folder !== undefined && others.some((other) => other.folder === folder);
+    return !isLocked && (light || others.filter((other) => !other.light).length < NUM_AT_A_TIME);
+  };
+  const begin = (/** @type {Task} */ task, /** @type {{ at: number, last: string }} */ { at, last }) => {
+    waiting.delete(task);
+    const waits = [waitFor(last, at - start), waitFor('a free processor', performance.now() - at)];
+    const lacking = task.needs?.find((need) => outcomes.get(need)?.failed);
+    return perform(task, lacking).then((outcome) => {
+      outcomes.set(task, { ...outcome, waited: waits.filter(Boolean).join(', ') });
+      running.delete(task);
+    });
+  };
+
+  for (;;) {
+    for (const task of waiting) {
+      if (!(task.needs ?? []).every((need) => outcomes.has(need))) continue;
+      const since = ready.get(task) ?? { at: performance.now(), last };
+      ready.set(task, since);
+      if (isFree(task)) running.set(task, begin(task, since));
+    }
+    if (running.size === 0) return outcomes;
+    await Promise.race(running.values());
+    last = [...outcomes.keys()].at(-1)?.name ?? '';
   }
 }
 
-/**
- * @param {Stage} stage
- * @param {(text: string | Uint8Array) => void} write
- * @returns {Promise<Outcome>}
- */
-async function runStage(stage, write) {
-  const own = { write, cpuSeconds: 0 };
-  return account.run(own, async () => {
-    say(`\n=== ${stage.name}: ${stage.about}`);
-    const start = performance.now();
-    const counts = await countsOf(stage);
-    const outcome = { ...counts, milliseconds: performance.now() - start, cpuSeconds: own.cpuSeconds };
-    say(row(stage.name, outcome));
-    return outcome;
-  });
+/** @param {string} what @param {number} milliseconds */
+function waitFor(what, milliseconds) {
+  return milliseconds < TOLD_WAIT_MS ? '' : `${duration(milliseconds)} for ${what}`;
 }
 
 /**
- * Runs stages and tells what each came to, in the order in which they were given.
+ * The table of what was done, stages first and in their order.
  * @param {readonly Stage[]} stages
- * @param {Map<string, Outcome>} outcomes filled as stages end
+ * @param {ReadonlyMap<Task, Outcome>} outcomes
  */
-export async function runStages(stages, outcomes) {
-  const live = (/** @type {string | Uint8Array} */ text) => process.stdout.write(text);
-  const first = stages.filter(({ beside, last }) => !beside && !last);
-  const beside = stages.filter(({ beside }) => beside);
-  const run = async (/** @type {readonly Stage[]} */ lane, /** @type {boolean} */ isLive) => {
-    for (const stage of lane) {
-      /** @type {(string | Uint8Array)[]} */
-      const written = [];
-      const write = isLive ? live : (/** @type {string | Uint8Array} */ text) => written.push(text);
-      outcomes.set(stage.name, await runStage(stage, write));
-      for (const text of written) live(text);
-    }
-  };
-  // What goes on beside others is shown when it is over, so that no two mix.
-  await Promise.all([run(first, true), run(beside, first.length === 0)]);
-  await run(
-    stages.filter(({ last }) => last),
-    true,
-  );
-  return stages.flatMap(({ name }) => {
-    const outcome = outcomes.get(name);
-    return outcome ? [row(name, outcome)] : [];
+export function tableOf(stages, outcomes) {
+  const others = [...outcomes.keys()].filter((task) => !stages.some((stage) => stage === task));
+  return [...stages, ...others].flatMap((task) => {
+    const outcome = outcomes.get(task);
+    return outcome ? [row(task.name, outcome)] : [];
   });
 }
 
 /** @param {string} name @param {Outcome} outcome */
-function row(name, { passed, failed, skipped, milliseconds, cpuSeconds }) {
+function row(name, { counts, failed, milliseconds, cpuSeconds, waited }) {
+  const { passed, skipped, failed: numFailed } = counts ?? { passed: null, failed: Number(failed), skipped: 0 };
   const cells = [
-    `${passed} passed`.padStart(12),
-    `${failed} failed`.padStart(10),
-    (skipped > 0 ? `${skipped} skipped` : '').padStart(12),
-    duration(milliseconds).padStart(13),
-    cpuSeconds > 0 ? `${cpuSeconds.toFixed(0)} s of processor time`.padStart(26) : '',
+    passed === null ? '' : `${passed} passed`,
+    passed === null && !failed ? '' : `${numFailed} failed`,
+    skipped > 0 ? `${skipped} skipped` : '',
+    duration(milliseconds),
+    cpuSeconds > 0 ? `${cpuSeconds.toFixed(0)} s of processor time` : '',
   ];
-  return `${name.padEnd(12)}${cells.join('')}`.trimEnd();
+  const widths = [12, 11, 12, 13, 26];
+  const line = `${name.padEnd(14)}${cells.map((cell, index) => cell.padStart(widths[index] ?? 0)).join('')}`;
+  return (waited === '' ? line : `${line}  waited ${waited}`).trimEnd();
 }
 
 /** The last line: `N passed, N failed`, and `N skipped` where there are such. @param {Iterable<Outcome>} outcomes */
 export function sumOf(outcomes) {
   const sum = { passed: 0, failed: 0, skipped: 0 };
-  for (const { passed, failed, skipped } of outcomes) {
+  for (const { counts, failed: hasFailed } of outcomes) {
+    const { passed, failed, skipped } = counts ?? { passed: 0, failed: Number(hasFailed), skipped: 0 };
     sum.passed += passed;
     sum.failed += failed;
     sum.skipped += skipped;

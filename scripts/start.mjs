@@ -1,11 +1,14 @@
 // @ts-check
 /**
- * `npm start`: from a fresh clone to the page in the browser. Installs what is missing, builds, serves, prints the
- * address. `npm start -- --port 8080` chooses the port.
+ * `npm start`: from a fresh clone to the page in the browser. Installs what is missing, builds, serves, prints the address.
+ * `npm start -- --port 8080` chooses the port. The page is served as soon as the part of the engine that it begins with is
+ * compiled; the full engine follows, and terminal and page say when it is there.
  */
 import { join } from 'node:path';
+import { buildPart, buildWasmTool } from './engine.mjs';
+import { fullEngineLater } from './full_engine.mjs';
+import { describe, say } from './progress.mjs';
 import {
-  buildEngine,
   duration,
   ensureNodeModules,
   ensureWasmTarget,
@@ -14,7 +17,6 @@ import {
   requireToolchain,
   runMain,
   StepError,
-  step,
 } from './steps.mjs';
 
 const USAGE = 'Usage: npm start [-- --port NUMBER]';
@@ -29,27 +31,38 @@ function readPort() {
   return port;
 }
 
+/**
+ * @param {number} port
+ * @param {Promise<void>} fullEngine
+ */
+async function serve(port, fullEngine) {
+  const { createServer } = await import('vite');
+  const server = await createServer({
+    root: join(ROOT, 'www'),
+    logLevel: 'warn',
+    clearScreen: false,
+    plugins: [fullEngineLater(fullEngine, describe)],
+    // The page reads the compiled engine from pkg/, beside its own root.
+    server: { host: 'localhost', port, fs: { allow: [ROOT] } },
+  });
+  await server.listen();
+  return server.resolvedUrls?.local[0];
+}
+
 await runMain(async () => {
   const started = performance.now();
+  const sinceStart = () => duration(performance.now() - started);
   const port = readPort();
   requireToolchain();
-  await ensureWasmTarget();
-  await ensureNodeModules();
-  await buildEngine();
-  const server = await step('Starting the server', async () => {
-    const { createServer } = await import('vite');
-    const server = await createServer({
-      root: join(ROOT, 'www'),
-      logLevel: 'warn',
-      clearScreen: false,
-      // The page reads the compiled engine from pkg/, beside its own root.
-      server: { host: 'localhost', port, fs: { allow: [ROOT] } },
-    });
-    return server.listen();
-  });
-  const address = server.resolvedUrls?.local[0];
-  console.log(
-    `\nReady after ${duration(performance.now() - started)}. Open this address in a browser:\n\n    ${address}\n`,
-  );
-  console.log('Ctrl+C stops the server. Changes under www/src show at once; after a change under crate/, start again.');
+  const [tool, modules] = [buildWasmTool(), ensureNodeModules()];
+  const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tool));
+  const full = planar.then(() => buildPart('full', 'quick', tool));
+  full.catch(() => undefined); // reported where it is awaited; until then something before it may fail
+  await Promise.all([tool, modules, planar]);
+  const address = await serve(port, full);
+  say(`\nReady after ${sinceStart()}. Open this address in a browser:\n\n    ${address}\n`);
+  say('Planar PLY scans work at once; the full engine, for everything else, is being compiled.');
+  await full;
+  say(`\nThe full engine is there after ${sinceStart()}: everything works.`);
+  say('Ctrl+C stops the server. Changes under www/src show at once; after a change under crate/, start again.');
 });

@@ -1,16 +1,17 @@
 // @ts-check
 /**
  * What `npm start`, `npm test`, `npm run build` and `npm run bench` have in common: say what is being done and how long
- * it took, install what is missing inside the clone, build the WebAssembly module.
+ * it took, install what is missing inside the clone.
  *
  * Nothing here may import a package: it runs before `npm ci` has.
  */
-import { AsyncLocalStorage } from 'node:async_hooks';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, renameSync, statSync, writeFileSync } from 'node:fs';
-import { delimiter, dirname, join } from 'node:path';
+import { existsSync, readFileSync, statSync } from 'node:fs';
+import { delimiter, join } from 'node:path';
+import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
+import { CARGO_TELLS, currentWork, isProgress, print, say, track } from './progress.mjs';
 
 /** The root of the clone. */
 export const ROOT = fileURLToPath(new URL('..', import.meta.url));
@@ -18,30 +19,11 @@ export const ROOT = fileURLToPath(new URL('..', import.meta.url));
 /** Cargo's output folder; the tools built from `crate/xtask` lie in `tools` within. */
 export const TARGET_DIR = join(ROOT, process.env.CARGO_TARGET_DIR ?? 'target');
 
-const WASM_TARGET = 'wasm32-unknown-unknown';
+export const WASM_TARGET = 'wasm32-unknown-unknown';
 const OLDEST_NODE = 20;
 
 /** A problem the person at the keyboard can mend: printed as it is, without a stack. */
 export class StepError extends Error {}
-
-/**
- * Where a piece of work writes, and what its commands have cost, where several pieces are done at a time.
- * @typedef {{ write: (text: string | Uint8Array) => void, cpuSeconds: number }} Account
- */
-/** @type {AsyncLocalStorage<Account>} */
-export const account = new AsyncLocalStorage();
-
-/** @param {string | Uint8Array} text */
-function write(text) {
-  const { write } = account.getStore() ?? {};
-  if (write) write(text);
-  else process.stdout.write(text);
-}
-
-/** A line to the person at the keyboard. @param {string} line */
-export function say(line) {
-  write(`${line}\n`);
-}
 
 /**
  * Processor time (s) of all commands that have ended, with those that they started and waited for; null where the system
@@ -55,9 +37,6 @@ export function commandSeconds() {
   return (Number(fields[13]) + Number(fields[14])) / TICKS_PER_SECOND;
 }
 
-/** What of `commandSeconds` has been put down to an account. */
-let accountedSeconds = 0;
-
 /** @param {number} milliseconds */
 export function duration(milliseconds) {
   return milliseconds < 60_000
@@ -69,19 +48,19 @@ export function duration(milliseconds) {
  * Says what it is about to do, does it, says how long it took.
  * @template T
  * @param {string} title
- * @param {() => T | Promise<T>} work
+ * @param {() => T | Promise<T>} action
  * @returns {Promise<T>}
  */
-export async function step(title, work) {
-  say(`\n> ${title}`);
+export async function step(title, action) {
+  say(`> ${title}`);
   const start = performance.now();
-  const result = await work();
-  say(`  done in ${duration(performance.now() - start)}`);
+  const result = currentWork() ? await action() : (await track(title, action)).result;
+  say(`  ${title}: done in ${duration(performance.now() - start)}`);
   return result;
 }
 
 /**
- * Runs a command with its output passed through.
+ * Runs a command with its output passed through, but for what tells only how far it is.
  * @param {string} command
  * @param {string[]} args
  * @param {{ env?: NodeJS.ProcessEnv, cwd?: string, remedy?: string }} [options]
@@ -95,6 +74,9 @@ export async function run(command, args, options = {}) {
   }
 }
 
+/** Runs a command and writes the processor time of it, and of what it started and waited for, to the fourth stream. */
+const TIMED = ['sh', '-c', '"$@" 3>&-; code=$?; times >&3; exit $code', 'sh'];
+
 /**
  * Runs a command and returns its exit code and everything it printed.
  * @param {string} command
@@ -103,29 +85,42 @@ export async function run(command, args, options = {}) {
  * @returns {Promise<{ code: number, output: string }>}
  */
 export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = {}) {
-  const own = account.getStore();
+  const work = currentWork();
+  const isTimed = work !== undefined && process.platform !== 'win32';
+  const [program = '', ...rest] = [...(isTimed ? TIMED : []), command, ...args];
+  const tells = command === 'cargo' ? CARGO_TELLS : {};
   return new Promise((resolve, reject) => {
-    const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, stdio: ['ignore', 'pipe', 'pipe'] });
-    /** @type {Buffer[]} */
-    const chunks = [];
-    for (const [from, to] of /** @type {const} */ ([
-      [child.stdout, process.stdout],
-      [child.stderr, process.stderr],
-    ])) {
-      from.on('data', (chunk) => {
-        chunks.push(chunk);
-        if (echo && own) own.write(chunk);
-        else if (echo) to.write(chunk);
+    const child = spawn(program, rest, {
+      cwd,
+      env: { ...process.env, ...tells, ...env },
+      stdio: ['ignore', 'pipe', 'pipe', 'pipe'],
+    });
+    /** @type {string[]} */
+    const lines = [];
+    let times = '';
+    for (const from of [child.stdout, child.stderr]) {
+      createInterface({ input: /** @type {import('node:stream').Readable} */ (from) }).on('line', (line) => {
+        if (isProgress(line, work)) return;
+        lines.push(line);
+        if (echo) (work?.write ?? print)(`${line}\n`);
       });
     }
-    child.on('exit', () => {
-      const used = (commandSeconds() ?? 0) - accountedSeconds;
-      accountedSeconds += used;
-      if (own) own.cpuSeconds += used;
-    });
+    child.stdio[3]?.on('data', (text) => (times += text));
     child.on('error', (error) => reject(new StepError(`\`${command}\` could not be started: ${error.message}.`)));
-    child.on('close', (code) => resolve({ code: code ?? 1, output: Buffer.concat(chunks).toString() }));
+    child.on('close', (code) => {
+      if (work) work.cpuSeconds += secondsOf(times);
+      resolve({ code: code ?? 1, output: lines.map((line) => `${line}\n`).join('') });
+    });
   });
+}
+
+/**
+ * Of what the shell's `times` writes: a line for the shell, one for its commands, each user and system time as `0m1.50s`.
+ * @param {string} times
+ */
+function secondsOf(times) {
+  const commands = times.split('\n')[1] ?? '';
+  return [...commands.matchAll(/(\d+)m([\d.]+)s/g)].reduce((sum, [, m, s]) => sum + Number(m) * 60 + Number(s), 0);
 }
 
 /**
@@ -197,7 +192,7 @@ export function requireToolchain() {
     );
   }
   const cargo = spawnSync('cargo', ['--version'], { encoding: 'utf8' }).stdout.trim();
-  console.log(`Node ${node}, ${cargo}`);
+  say(`Node ${node}, ${cargo}`);
 }
 
 /** Adds the WebAssembly target to the Rust toolchain when it lacks it. */
@@ -231,89 +226,6 @@ export async function ensureNodeModules() {
       remedy: 'Is the network there? The same command alone says more: npm ci',
     }),
   );
-}
-
-const TOOLS = ['--profile', 'tools', '--package', 'xtask'];
-
-const TEST_TOOLS = ['build', ...TOOLS, '--features', 'test-tools', '--bins'];
-
-/** Builds the tools that tests need: wasm-bindgen and its test runner, into `tools` under the target folder. */
-export async function buildTestTools() {
-  await step('Building the test tools of crate/xtask', () => run('cargo', TEST_TOOLS));
-}
-
-/** The same, and what cargo says. @param {NodeJS.ProcessEnv} env */
-export function captureTestTools(env) {
-  return capture('cargo', TEST_TOOLS, { env, echo: true });
-}
-
-/**
- * Builds the tool of crate/xtask that makes WebAssembly; returns the arguments of cargo that run it.
- * @returns {Promise<string[]>}
- */
-async function buildWasmTool() {
-  // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
-  const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
-  const tools = [...TOOLS, ...(hasTestTools ? ['--features', 'test-tools'] : [])];
-  await step('Building the tool that makes WebAssembly (crate/xtask)', () => run('cargo', ['build', ...tools]));
-  return ['run', '--quiet', ...tools, '--bin', 'wasm', '--'];
-}
-
-/**
- * Compiles a package to WebAssembly; cargo skips what is up to date.
- * @param {string} packageName
- * @param {string} outDir
- * @param {string[]} options of cargo
- */
-export async function buildWasm(packageName, outDir, ...options) {
-  const tool = await buildWasmTool();
-  await step(`Compiling ${packageName} to WebAssembly, into ${outDir}`, () =>
-    run('cargo', [...tool, packageName, outDir, packageName.replaceAll('-', '_'), ...options]),
-  );
-}
-
-/** What the page begins with: planar scans alone, compiled for size. What is done often is done by the full engine. */
-const FIRST_ENGINE = ['scanstitch_planar', '--no-default-features', '--', '-C', 'opt-level=s'];
-
-/** Compiles the engine into pkg/: everything, and what the page begins with. */
-export async function buildEngine() {
-  const tool = await buildWasmTool();
-  await step('Compiling the engine to WebAssembly, into pkg', () =>
-    run('cargo', [...tool, 'scanstitch', 'pkg', 'scanstitch']),
-  );
-  await step('Compiling the part of it that the page begins with', () =>
-    run('cargo', [...tool, 'scanstitch', 'pkg', ...FIRST_ENGINE]),
-  );
-}
-
-/**
- * Builds the page into www/dist from pkg/.
- * @param {import('vite').LogLevel} [logLevel]
- */
-export function buildPage(logLevel = 'info') {
-  return step('Building the page into www/dist', async () => {
-    const { build } = await import('vite');
-    await build({ root: join(ROOT, 'www'), logLevel, clearScreen: false });
-  });
-}
-
-/** The element in one file. */
-export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
-
-/** Builds it. */
-export function buildStandalone() {
-  return step('Building the element in one file into www/dist/standalone', async () => {
-    const { build } = await import('vite');
-    const configFile = join(ROOT, 'www', 'vite.standalone.ts');
-    // Rolldown warns of what Vite's own helper does in a classic script.
-    const built = await build({ configFile, logLevel: 'error', clearScreen: false, build: { write: false } });
-    const [script] = 'output' in built ? built.output : [];
-    if (script?.type !== 'chunk') throw new Error('the element was not built');
-    mkdirSync(dirname(ELEMENT), { recursive: true });
-    // Renamed when it is complete: `npm pack` may read it meanwhile.
-    writeFileSync(`${ELEMENT}.new`, script.code);
-    renameSync(`${ELEMENT}.new`, ELEMENT);
-  });
 }
 
 /**

@@ -10,13 +10,12 @@ import { existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from 'node:f
 import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
-import { runStages, sumOf } from './stages.mjs';
+import { buildPart, buildTestTools, buildWasmTool, captureTestTools } from './engine.mjs';
+import { say } from './progress.mjs';
+import { runStages, sumOf, tableOf } from './stages.mjs';
 import {
   answers,
-  buildTestTools,
-  buildEngine,
   capture,
-  captureTestTools,
   commandSeconds,
   duration,
   ensureNodeModules,
@@ -31,7 +30,6 @@ import {
   ROOT,
   run,
   runMain,
-  say,
   StepError,
   step,
   TARGET_DIR,
@@ -69,120 +67,147 @@ const NODE_TESTS_AT_A_TIME = answers(process.execPath, ['--test-concurrency=2', 
   : [];
 
 /** @typedef {import('./stages.mjs').Counts} Counts */
+/** @typedef {import('./stages.mjs').Task} Task */
 /** @typedef {import('./stages.mjs').Stage} Stage */
 
+const isCI = process.env.CI === 'true';
 /** @type {Counts} */
 const NONE = { passed: 0, failed: 0, skipped: 0 };
-/** What the stages that have run came to. @type {Map<string, import('./stages.mjs').Outcome>} */
-const outcomes = new Map();
+
+// What stages need.
+
+/** @type {Task} */
+const nodeModules = { name: 'node modules', about: 'npm ci', light: true, run: ensureNodeModules };
+/** @type {Task} */
+const wasmTarget = { name: 'Rust target', about: 'the standard library for WebAssembly', light: true, run: ensureWasmTarget };
+/** @type {Task} */
+const rustLinters = { name: 'Rust linters', about: 'rustfmt and clippy', light: true, run: ensureRustLinters };
+
+/** The tool that makes WebAssembly modules; where wasm-pack runs, with the tools that it needs: they share what is compiled. */
+const buildTools = once(isCI ? buildTestTools : buildWasmTool);
+
+/** @type {Task} */
+const tools = { name: 'tools', about: 'the tools of crate/xtask', folder: 'tools', run: buildTools };
+/** @type {Task} */
+const planarEngine = {
+  name: 'planar engine',
+  about: 'the part of the engine that the page begins with, into pkg/',
+  needs: [wasmTarget],
+  folder: 'quick',
+  // Compiled beside the tools: they are needed at its end.
+  run: () => buildPart('planar', 'quick', buildTools()),
+};
+/** @type {Task} */
+const engine = {
+  name: 'engine',
+  about: 'the full engine, into pkg/',
+  needs: [planarEngine, tools],
+  folder: 'quick',
+  run: () => buildPart('full', 'quick', buildTools()),
+};
+/** @type {Task} */
+const chromium = { name: 'Chromium', about: 'Chromium and its driver', light: true, run: installChromium };
+/** @type {Task} */
+const otherBrowsers = {
+  name: 'other browsers',
+  about: 'Firefox and WebKit, where CI=true',
+  light: true,
+  needs: [chromium], // apt does one thing at a time
+  run: installOtherBrowsers,
+};
+/** @type {Task} */
+const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', needs: [tools], run: installWasmPack };
+
+/** @type {Stage} */
+const build = {
+  name: 'build',
+  about: 'npm run build',
+  needs: [nodeModules, engine],
+  folder: 'quick',
+  run: () => succeeds(['npm', 'run', '--silent', 'build', '--', '--quick']),
+};
 
 /**
- * In this order, but for those that go on beside others. What compiles Rust is ordered and flagged such that a dependency
- * is compiled once for each target and profile: the same packages and features each time, or cargo starts anew.
+ * What stands first begins first where several could. What compiles Rust is ordered and flagged such that a dependency is
+ * compiled once for each target and profile: the same packages and features each time, or cargo starts anew.
  * @type {Stage[]}
  */
 const STAGES = [
-  lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], [ensureRustLinters]),
-  lint('clippy', 'clippy finds nothing', [...CLIPPY, ...ENGINE, ...STRICTLY], [ensureRustLinters]),
   {
-    ...lint('clippy-tools', 'clippy finds nothing in the tools', [], [ensureRustLinters]),
-    run: async () => noWarnings(await captureTestTools(CLIPPY_COMPILES)),
+    name: 'e2e',
+    about: 'the built page in Chromium',
+    needs: [build, chromium],
+    run: playwrightTests,
   },
-  {
-    ...lint('clippy-wasm', 'clippy finds nothing in the WebAssembly build', [], [ensureRustLinters, ensureWasmTarget]),
-    run: async () => noWarnings(await capture('cargo', WASM_TESTS, { env: WASM_TEST_ENV, echo: true })),
-  },
-  lint('docs', 'the Rust documentation builds, and its links lead somewhere', [
-    ...['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
-  ]),
   {
     name: 'rust',
     about: 'native tests',
+    folder: 'debug',
     run: rustTests,
-  },
-  {
-    name: 'wasm-pack',
-    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
-    needs: [ensureWasmTarget, browser, wasmPack],
-    run: wasmPackTests,
-  },
-  {
-    ...lint(
-      'prettier',
-      'JavaScript, TypeScript, HTML and CSS are formatted',
-      // What it found in a file holds for as long as the file's bytes and its own version and options do.
-      [
-        'npx',
-        'prettier',
-        '--check',
-        '--log-level',
-        'warn',
-        '--cache',
-        '--cache-strategy',
-        'content',
-        ...PRETTIER_CACHE,
-        '.',
-      ],
-      [ensureNodeModules],
-    ),
-    beside: true,
-  },
-  {
-    ...lint(
-      'promises',
-      'no promise is left without anybody waiting for it',
-      ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
-      [ensureNodeModules, engine],
-    ),
-    beside: true,
-  },
-  {
-    ...lint(
-      'types',
-      'types of the package, scripts and tests',
-      ['npx', 'tsc', '--project', '.'],
-      [ensureNodeModules, engine],
-    ),
-    beside: true,
-  },
-  {
-    name: 'advisories',
-    about: 'no package with a known flaw is used, where the registries answer',
-    lint: true,
-    beside: true,
-    needs: [ensureNodeModules],
-    run: advisories,
-  },
-  {
-    ...lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], [ensureNodeModules, engine]),
-    beside: true,
   },
   {
     name: 'cli',
     about: 'the command line and the npm package',
-    beside: true,
-    needs: [ensureNodeModules, engine],
+    needs: [build],
     run: nodeTests,
-  },
-  {
-    name: 'build',
-    about: 'npm run build',
-    beside: true,
-    run: () => succeeds(['npm', 'run', '--silent', 'build']),
-  },
-  {
-    name: 'e2e',
-    about: 'the built page in Chromium',
-    last: true,
-    needs: [ensureNodeModules, browser, headlessBrowser, page],
-    run: playwrightTests,
   },
   {
     name: 'browsers',
     about: 'the built page in Firefox and WebKit, where they are installed; where CI=true they are installed first',
-    last: true,
-    needs: [ensureNodeModules, browser, otherBrowsers, page],
+    needs: [build, otherBrowsers],
     run: browserTests,
+  },
+  build,
+  lint('clippy', 'clippy finds nothing', [...CLIPPY, ...ENGINE, ...STRICTLY], { needs: [rustLinters], folder: 'debug' }),
+  {
+    ...lint('clippy-tools', 'clippy finds nothing in the tools', [], { needs: [rustLinters, tools], folder: 'tools' }),
+    run: async () => noWarnings(await captureTestTools(CLIPPY_COMPILES)),
+  },
+  {
+    ...lint('clippy-wasm', 'clippy finds nothing in the WebAssembly build', [], {
+      needs: [rustLinters, wasmTarget],
+      folder: 'debug',
+    }),
+    run: async () => noWarnings(await capture('cargo', WASM_TESTS, { env: WASM_TEST_ENV, echo: true })),
+  },
+  lint(
+    'docs',
+    'the Rust documentation builds, and its links lead somewhere',
+    ['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
+    { folder: 'debug' },
+  ),
+  {
+    name: 'wasm-pack',
+    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
+    needs: [wasmTarget, chromium, wasmPack],
+    folder: 'debug',
+    run: wasmPackTests,
+  },
+  lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], { needs: [rustLinters], light: true }),
+  lint(
+    'prettier',
+    'JavaScript, TypeScript, HTML and CSS are formatted',
+    // What it found in a file holds for as long as the file's bytes and its own version and options do.
+    ['npx', 'prettier', '--check', '--log-level', 'warn', '--cache', '--cache-strategy', 'content', ...PRETTIER_CACHE, '.'],
+    { needs: [nodeModules] },
+  ),
+  lint(
+    'promises',
+    'no promise is left without anybody waiting for it',
+    ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
+    { needs: [nodeModules, engine] },
+  ),
+  lint('types', 'types of the package, scripts and tests', ['npx', 'tsc', '--project', '.'], {
+    needs: [nodeModules, engine],
+  }),
+  lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], { needs: [nodeModules, engine] }),
+  {
+    name: 'advisories',
+    about: 'no package with a known flaw is used, where the registries answer',
+    lint: true,
+    light: true,
+    needs: [nodeModules],
+    run: advisories,
   },
 ];
 
@@ -191,11 +216,11 @@ const STAGES = [
  * @param {string} name
  * @param {string} about
  * @param {string[]} command
- * @param {Stage['needs']} [needs]
+ * @param {Partial<Task>} [more]
  * @returns {Stage}
  */
-function lint(name, about, command, needs = []) {
-  return { name, about, lint: true, needs, run: () => succeeds(command) };
+function lint(name, about, command, more = {}) {
+  return { ...more, name, about, lint: true, run: () => succeeds(command) };
 }
 
 /**
@@ -245,28 +270,21 @@ function readJson(text) {
   }
 }
 
-// What stages need. Each is done once, by the first stage that needs it.
+// What the stages need is installed.
 
-/** wasm-bindgen and its test runner. They come first: what makes the engine is then compiled with them, once. */
-const testTools = once(buildTestTools);
-
-/** The engine in pkg/. */
-async function engine() {
-  await ensureWasmTarget();
-  await testTools();
-  await buildEngine();
+/** Chromium and its driver; and Chromium without windows, with which the tests of the page take less time. */
+async function installChromium() {
+  if (!answers('chromedriver') || !findChromium()) await installChromiumItself();
+  if (findHeadlessChromium() !== findChromium() || !canInstall()) return;
+  try {
+    await install('Chromium without windows', ['chromium-headless-shell']);
+  } catch (error) {
+    if (!(error instanceof StepError)) throw error;
+    say('It is not to be had here: the tests run in Chromium.');
+  }
 }
 
-/** The page in www/dist: as the build stage left it, or built here where that stage was not asked for. */
-async function page() {
-  const built = outcomes.get('build');
-  if (!built) await run('npm', ['run', '--silent', 'build']);
-  else if (built.failed > 0) throw new StepError('There is no page to test: the build stage failed.');
-}
-
-/** Chromium and its driver. */
-async function browser() {
-  if (answers('chromedriver') && findChromium()) return;
+async function installChromiumItself() {
   const packages = ['chromium', 'chromium-driver'];
   if (!canInstall()) {
     throw new StepError(
@@ -278,20 +296,9 @@ async function browser() {
   await install('Chromium and its driver', packages);
 }
 
-/** Chromium without windows, with which the tests of the page take less time; where it cannot be had, Chromium serves. */
-async function headlessBrowser() {
-  if (findHeadlessChromium() !== findChromium() || !canInstall()) return;
-  try {
-    await install('Chromium without windows', ['chromium-headless-shell']);
-  } catch (error) {
-    if (!(error instanceof StepError)) throw error;
-    say('It is not to be had here: the tests run in Chromium.');
-  }
-}
-
 /** Firefox and WebKit, in continuous integration. Elsewhere their tests are skipped and counted where they are missing. */
-async function otherBrowsers() {
-  if (process.env.CI !== 'true' || !canInstall()) return;
+async function installOtherBrowsers() {
+  if (!isCI || !canInstall()) return;
   if (findProgram(['firefox-esr', 'firefox']) && answers('WebKitWebDriver') && answers('xvfb-run', ['--help'])) return;
   await install('Firefox and WebKit', ['firefox-esr', 'webkit2gtk-driver', 'xvfb', 'xauth']);
 }
@@ -308,8 +315,7 @@ async function install(what, packages) {
 }
 
 /** wasm-pack, and the locked wasm-bindgen on the PATH, which it would build for minutes otherwise. */
-async function wasmPack() {
-  await testTools();
+async function installWasmPack() {
   prependPath(join(TARGET_DIR, 'tools'));
   const root = join(TARGET_DIR, 'wasm-pack');
   prependPath(join(root, 'bin'));
@@ -334,7 +340,7 @@ async function rustTests() {
 async function wasmPackTests() {
   // All are in one binary (tests/architecture.rs sees to it), and the runner takes a second to see that another has none. Where
   // CI=true the command is the one that people type.
-  const one = process.env.CI === 'true' ? [] : ['--', '--test', 'browser'];
+  const one = isCI ? [] : ['--', '--test', 'browser'];
   const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome', ...one], {
     env: { ...WASM_TEST_ENV, ...WASM_TEST_DEADLINES },
     echo: true,
@@ -343,7 +349,6 @@ async function wasmPackTests() {
 }
 
 async function nodeTests() {
-  // Both processors: what compiles Rust beside it is soon over, and one file at a time leaves a processor idle then.
   // By their names: newer versions of Node take a folder for a module.
   const names = readdirSync(join(ROOT, CLI_TESTS)).filter((name) => name.endsWith('.test.mjs'));
   const files = names.map((name) => join(CLI_TESTS, name));
@@ -389,9 +394,9 @@ await runMain(async () => {
   }
   requireToolchain();
   const started = performance.now();
-  const rows = await runStages(stages, outcomes);
-  say('\n=== All stages, each with what it had to install and build first');
-  for (const row of rows) say(row);
+  const outcomes = await runStages(stages);
+  say('\n=== All stages, and what they needed');
+  tableOf(stages, outcomes).forEach(say);
   const { line, failed } = sumOf(outcomes.values());
   const seconds = commandSeconds();
   const processors = seconds === null ? '' : `, ${seconds.toFixed(0)} s of processor time`;

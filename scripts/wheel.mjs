@@ -9,7 +9,8 @@ import { createHash } from 'node:crypto';
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { zipSync } from 'fflate';
-import { buildStandalone, ELEMENT, ROOT, runMain, TARGET_DIR } from './steps.mjs';
+import { buildStandalone, ELEMENT } from './engine.mjs';
+import { ROOT, runMain, TARGET_DIR } from './steps.mjs';
 
 /** Writes the wheel and returns its path. */
 export function makeWheel() {

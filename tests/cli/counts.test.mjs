@@ -1,9 +1,11 @@
 // @ts-check
 /** What `npm test` counts: what the runners print, and the last line. */
 import assert from 'node:assert/strict';
+import { availableParallelism } from 'node:os';
 import { test } from 'node:test';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
-import { runStages, sumOf } from '../../scripts/stages.mjs';
+import { currentWork, isProgress, track } from '../../scripts/progress.mjs';
+import { runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
 
 const CARGO = `
      Running tests/clean.rs (target/debug/deps/clean-1)
@@ -58,54 +60,112 @@ test('a runner that failed without naming a test has failed once', () => {
   assert.deepEqual(believe({ passed: 4, failed: 0, skipped: 1 }, 0), { passed: 4, failed: 0, skipped: 1 });
 });
 
+const NOTHING = { passed: 0, failed: 0, skipped: 0 };
+
 test('the last line names what was skipped where something was', () => {
-  const outcome = { passed: 3, failed: 0, skipped: 0, milliseconds: 1, cpuSeconds: 1 };
-  assert.deepEqual(sumOf([outcome, outcome]), { failed: 0, line: '6 passed, 0 failed' });
-  const lacking = { ...outcome, failed: 1, skipped: 2 };
+  const outcome = { counts: { ...NOTHING, passed: 3 }, failed: false, milliseconds: 1, cpuSeconds: 1, waited: '' };
+  const needed = { ...outcome, counts: null };
+  assert.deepEqual(sumOf([outcome, outcome, needed]), { failed: 0, line: '6 passed, 0 failed' });
+  const lacking = { ...outcome, counts: { passed: 3, failed: 1, skipped: 2 } };
   assert.deepEqual(sumOf([outcome, lacking, lacking]), { failed: 2, line: '9 passed, 2 failed, 4 skipped' });
+  assert.deepEqual(sumOf([outcome, { ...needed, failed: true }]), { failed: 1, line: '3 passed, 1 failed' });
 });
 
-test('stages beside others and the last one are told in the order in which they stand', async () => {
+/** Stages that record when they begin and end. */
+function recorder() {
   /** @type {string[]} */
-  const order = [];
-  let numMet = 0;
-  const met = async () => {
-    numMet += 1;
-  };
-  const stage = (
-    /** @type {string} */ name,
-    /** @type {Partial<import('../../scripts/stages.mjs').Stage>} */ more,
-  ) => ({
+  const log = [];
+  const stage = (/** @type {string} */ name, /** @type {Partial<import('../../scripts/stages.mjs').Task>} */ more = {}) => ({
     name,
     about: name,
-    needs: [met],
-    run: async () => {
-      order.push(name);
-      return { passed: 1, failed: 0, skipped: 0 };
-    },
     ...more,
+    run: async () => {
+      log.push(`+${name}`);
+      await new Promise((resolve) => setTimeout(resolve, 20));
+      log.push(`-${name}`);
+      return { ...NOTHING, passed: 1 };
+    },
   });
-  const broken = async () => {
-    throw new Error('no compiler');
+  const at = (/** @type {string} */ entry) => {
+    const index = log.indexOf(entry);
+    assert.notEqual(index, -1, `${entry} in ${log.join(' ')}`);
+    return index;
   };
-  const stages = [
-    stage('e2e', { last: true }),
-    stage('rust', { needs: [met, broken] }),
-    stage('types', { beside: true }),
-    stage('docs', {}),
-  ];
-  const outcomes = new Map();
-  const rows = await runStages(stages, outcomes);
-  assert.equal(order.at(-1), 'e2e');
-  assert.deepEqual(order.toSorted(), ['docs', 'e2e', 'types']);
-  assert.equal(numMet, 1, 'what several need is done once');
-  assert.deepEqual(
-    rows.map((row) => row.split(/\s+/).slice(0, 5)),
-    [
-      ['e2e', '1', 'passed', '0', 'failed'],
-      ['rust', '0', 'passed', '1', 'failed'],
-      ['types', '1', 'passed', '0', 'failed'],
-      ['docs', '1', 'passed', '0', 'failed'],
-    ],
-  );
+  return { log, stage, at };
+}
+
+test('a stage begins when what it needs is there, which is done once', async () => {
+  const { log, stage, at } = recorder();
+  const need = stage('need');
+  const last = stage('last', { needs: [need] });
+  const stages = [stage('first', { needs: [need, last] }), last, stage('free')];
+  const outcomes = await runStages(stages);
+  assert.equal(log.filter((entry) => entry === '+need').length, 1);
+  assert.ok(at('-need') < at('+last') && at('-last') < at('+first'));
+  assert.ok(at('+free') < at('-need'), 'what needs nothing does not wait');
+  assert.equal(sumOf(outcomes.values()).line, '4 passed, 0 failed');
+  const names = tableOf(stages, outcomes).map((row) => row.split(/\s+/)[0]);
+  assert.deepEqual(names, ['first', 'last', 'free', 'need']);
+});
+
+test('what locks one folder of cargo, or both processors, goes one after the other', async () => {
+  const { log, stage, at } = recorder();
+  const folder = 'debug';
+  const stages = [stage('a', { folder }), stage('b', { folder }), stage('c'), stage('d'), stage('light', { light: true })];
+  await runStages(stages);
+  assert.ok(at('-a') < at('+b'));
+  assert.ok(at('+light') < at('-a'), 'what computes little does not wait');
+  const most = log.filter((entry) => !entry.endsWith('light')).reduce(
+    ({ now, most }, entry) => {
+      const next = now + (entry.startsWith('+') ? 1 : -1);
+      return { now: next, most: Math.max(most, next) };
+    },
+    { now: 0, most: 0 },
+  ).most;
+  assert.equal(most, Math.max(2, Math.ceil(availableParallelism() / 2)));
+});
+
+test('a stage whose need failed is not run and has failed; the others go on', async () => {
+  const { log, stage, at } = recorder();
+  const broken = {
+    ...stage('compiler'),
+    run: async () => {
+      throw new Error('no compiler');
+    },
+  };
+  const stages = [stage('rust', { needs: [broken] }), stage('docs')];
+  const outcomes = await runStages(stages);
+  assert.ok(!log.includes('+rust'));
+  at('-docs');
+  assert.equal(sumOf(outcomes.values()).line, '1 passed, 2 failed');
+  const cells = tableOf(stages, outcomes).map((row) => row.replace(/ +\d[\d.]* s.*/, '').split(/\s+/));
+  assert.deepEqual(cells, [
+    ['rust', '1', 'failed'],
+    ['docs', '1', 'passed', '0', 'failed'],
+    ['compiler', '1', 'failed'],
+  ]);
+});
+
+test('the table names what a stage waited for', async () => {
+  const { stage } = recorder();
+  const slow = {
+    ...stage('engine'),
+    run: async () => void (await new Promise((resolve) => setTimeout(resolve, 600))),
+  };
+  const stages = [stage('e2e', { needs: [slow] })];
+  const [row = ''] = tableOf(stages, await runStages(stages));
+  assert.match(row, /waited 0\.\d s for engine$/);
+});
+
+test("cargo's progress and tests that passed are how far a stage is", async () => {
+  const { work } = await track('rust', () => {
+    const own = currentWork();
+    assert.ok(isProgress('   Building [=====>      ] 34/62: nalgebra, scanstitch...', own));
+    assert.equal(own?.far, '34 of 62 nalgebra, scanstitch');
+    assert.ok(isProgress('   Compiling nalgebra v0.35.0', own));
+    assert.ok(!isProgress('test search::nearest ... ok', own));
+    assert.ok(!isProgress('  ✓  12 sample.spec.ts:7 › the sample (1.2s)', own));
+    assert.ok(!isProgress('warning: unused variable', own));
+  });
+  assert.equal(work.far, '2 passed');
 });

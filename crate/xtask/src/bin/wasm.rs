@@ -1,30 +1,23 @@
-//! Compiles a package of this workspace to WebAssembly and writes its JavaScript beside it:
-//! `wasm [PACKAGE] [OUT_DIR] [NAME] [CARGO_OPTION]...`, by default `wasm scanstitch pkg scanstitch`.
-//!
-//! Two steps, as `wasm-pack build` does them, without a tool to install first: `cargo build` for
-//! `wasm32-unknown-unknown`, then `wasm-bindgen --target web`.
+//! Makes a compiled module ready for JavaScript: `wasm MODULE.wasm OUT_DIR NAME` writes `NAME.js`, `NAME.d.ts` and
+//! `NAME_bg.wasm` into the folder, as `wasm-bindgen --target web` does.
 
 use std::env;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use wasm_bindgen_cli_support::Bindgen;
 
-const TARGET: &str = "wasm32-unknown-unknown";
-
 fn main() -> ExitCode {
-    let mut args = env::args().skip(1);
-    let package = args.next().unwrap_or_else(|| "scanstitch".into());
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let out_dir = args.next().map_or_else(|| root.join("pkg"), PathBuf::from);
-    let name = args.next().unwrap_or_else(|| package.replace('-', "_"));
-    let options: Vec<String> = args.collect();
-    let target_dir = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir));
-    let made = target_dir.join("bindings").join(&name);
-    let outcome = compile(&root, &target_dir, &package, &name, &options)
-        .and_then(|wasm| bind(&wasm, &made, &name))
+    let args: Vec<String> = env::args().skip(1).collect();
+    let [module, out_dir, name] = args.as_slice() else {
+        eprintln!("usage: wasm MODULE.wasm OUT_DIR NAME");
+        return ExitCode::FAILURE;
+    };
+    let made = Path::new(module).with_extension("bindings");
+    let out_dir = PathBuf::from(out_dir);
+    let outcome = bind(Path::new(module), &made, name)
         .and_then(|()| replace_changed(&made, &out_dir).map_err(|error| format!("{}: {error}", out_dir.display())));
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -33,31 +26,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Builds the package's library in release and returns the path of the module. As a `cdylib` alone: beside an `rlib`,
-/// cargo would leave link-time optimisation out.
-fn compile(root: &Path, target_dir: &Path, package: &str, name: &str, options: &[String]) -> Result<PathBuf, String> {
-    let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status = Command::new(cargo)
-        .args(["rustc", "--release", "--lib", "--crate-type", "cdylib", "--target", TARGET, "--package", package])
-        .args(options)
-        // Without it cargo keeps one module of a package, and compiles both engines anew, each in the place of the other,
-        // at every build. What Rust's own build uses; where cargo no longer knows it, builds take longer and are the same.
-        .env("__CARGO_DEFAULT_LIB_METADATA", "scanstitch")
-        .current_dir(root)
-        .status()
-        .map_err(|error| format!("cargo could not be started: {error}"))?;
-    if !status.success() {
-        return Err(format!("cargo could not build {package} for {TARGET} ({status})"));
-    }
-    let release = target_dir.join(TARGET).join("release");
-    // Cargo gives what is compiled of one package one name, whatever its features are; and this one keeps the names of
-    // functions, by which scripts/sizes.mjs tells what takes how much.
-    let linked = release.join(name).with_extension("linked.wasm");
-    let built = release.join(package.replace('-', "_")).with_extension("wasm");
-    fs::copy(&built, &linked).map_err(|error| format!("{}: {error}", built.display()))?;
-    Ok(linked)
 }
 
 /// Writes `<name>.js`, `<name>.d.ts` and `<name>_bg.wasm` into `out_dir`, which then holds nothing else.

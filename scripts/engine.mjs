@@ -1,0 +1,132 @@
+// @ts-check
+/** Compiles the engine to WebAssembly and builds the page from it. */
+import { copyFileSync, existsSync, mkdirSync, renameSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { capture, ROOT, run, step, TARGET_DIR, WASM_TARGET } from './steps.mjs';
+
+/**
+ * How Rust is optimised: `release` is what is published; `quick` compiles in a third of the time, for the page of `npm start`
+ * and for tests. Both compute the same bytes.
+ * @typedef {'release' | 'quick'} Profile
+ */
+
+const TOOLS = ['build', '--profile', 'tools', '--package', 'xtask'];
+const TEST_TOOLS = [...TOOLS, '--features', 'test-tools', '--bins'];
+const WASM_TOOL = join(TARGET_DIR, 'tools', 'wasm');
+
+/** Builds the tools of `wasm-pack test`: wasm-bindgen and its test runner, into `tools` under the target folder. */
+export function buildTestTools() {
+  return step('Building the test tools of crate/xtask', () => run('cargo', TEST_TOOLS));
+}
+
+/** The same, and what cargo says. @param {NodeJS.ProcessEnv} env */
+export function captureTestTools(env) {
+  return capture('cargo', TEST_TOOLS, { env, echo: true });
+}
+
+/** Builds the tool of crate/xtask that makes JavaScript modules of compiled ones. */
+export function buildWasmTool() {
+  // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
+  const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
+  const tools = hasTestTools ? TEST_TOOLS : TOOLS;
+  return step('Building the tool that makes WebAssembly modules (crate/xtask)', () => run('cargo', tools));
+}
+
+/**
+ * Compiles the library of a package to WebAssembly; cargo skips what is up to date.
+ * @param {string} packageName
+ * @param {string} name of the module
+ * @param {Profile} profile
+ * @param {string[]} options of `cargo rustc`
+ * @returns {Promise<string>} the path of the module
+ */
+async function compileWasm(packageName, name, profile, options) {
+  // As a `cdylib` alone: beside an `rlib`, cargo would leave link-time optimisation out.
+  const library = ['--lib', '--crate-type', 'cdylib', '--target', WASM_TARGET, '--package', packageName];
+  // Without it cargo keeps one module of a package, and compiles both engines anew, each in the place of the other, at every
+  // build. What Rust's own build uses; where cargo no longer knows it, builds take longer and are the same.
+  const env = { __CARGO_DEFAULT_LIB_METADATA: 'scanstitch' };
+  await run('cargo', ['rustc', '--profile', profile, ...library, ...options], { env });
+  const folder = join(TARGET_DIR, WASM_TARGET, profile);
+  // Cargo gives what is compiled of one package one name, whatever its features are; and this one keeps the names of functions, by
+  // which scripts/sizes.mjs tells what takes how much.
+  const linked = join(folder, `${name}.linked.wasm`);
+  copyFileSync(join(folder, `${packageName.replaceAll('-', '_')}.wasm`), linked);
+  return linked;
+}
+
+/**
+ * Compiles the benchmarks to WebAssembly.
+ * @param {string} outDir
+ * @param {string[]} options of `cargo rustc`
+ */
+export async function buildBench(outDir, ...options) {
+  await buildWasmTool();
+  await step('Compiling the benchmarks to WebAssembly', async () => {
+    const linked = await compileWasm('scanstitch-bench', 'scanstitch_bench', 'release', options);
+    await run(WASM_TOOL, [linked, outDir, 'scanstitch_bench']);
+  });
+}
+
+/** The engine's parts: what the page begins with, planar scans alone; and everything. */
+const PARTS = {
+  planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar' },
+  full: { title: 'the full engine', name: 'scanstitch' },
+};
+
+/** What the page begins with is compiled for size where it is published. What is done often is done by the full engine. */
+const PLANAR_OPTIONS = {
+  quick: ['--no-default-features'],
+  release: ['--no-default-features', '--', '-C', 'opt-level=s'],
+};
+
+/**
+ * Compiles a part of the engine into pkg/.
+ * @param {keyof typeof PARTS} part
+ * @param {Profile} profile
+ * @param {Promise<void>} tool what `buildWasmTool` returned
+ */
+export function buildPart(part, profile, tool) {
+  const { title, name } = PARTS[part];
+  return step(`Compiling ${title}`, async () => {
+    const linked = await compileWasm('scanstitch', name, profile, part === 'planar' ? PLANAR_OPTIONS[profile] : []);
+    await tool;
+    await run(WASM_TOOL, [linked, join(ROOT, 'pkg'), name]);
+  });
+}
+
+/** Compiles the engine into pkg/. @param {Profile} profile */
+export async function buildEngine(profile) {
+  const tool = buildWasmTool();
+  await Promise.all([tool, buildPart('planar', profile, tool).then(() => buildPart('full', profile, tool))]);
+}
+
+/**
+ * Builds the page into www/dist from pkg/.
+ * @param {import('vite').LogLevel} [logLevel]
+ */
+export function buildPage(logLevel = 'info') {
+  return step('Building the page into www/dist', async () => {
+    const { build } = await import('vite');
+    await build({ root: join(ROOT, 'www'), logLevel, clearScreen: false });
+  });
+}
+
+/** The element in one file. */
+export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
+
+/** Builds it. */
+export function buildStandalone() {
+  return step('Building the element in one file into www/dist/standalone', async () => {
+    const { build } = await import('vite');
+    const configFile = join(ROOT, 'www', 'vite.standalone.ts');
+    // Rolldown warns of what Vite's own helper does in a classic script.
+    const built = await build({ configFile, logLevel: 'error', clearScreen: false, build: { write: false } });
+    const [script] = 'output' in built ? built.output : [];
+    if (script?.type !== 'chunk') throw new Error('the element was not built');
+    mkdirSync(dirname(ELEMENT), { recursive: true });
+    // Renamed when it is complete: `npm pack` may read it meanwhile.
+    writeFileSync(`${ELEMENT}.new`, script.code);
+    renameSync(`${ELEMENT}.new`, ELEMENT);
+  });
+}
