@@ -2,7 +2,7 @@
 /** Compiles the engine to WebAssembly and builds the page from it. */
 import { copyFileSync, existsSync, mkdirSync, renameSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
-import { capture, ROOT, run, step, TARGET_DIR, WASM_TARGET } from './steps.mjs';
+import { capture, ROOT, run, step, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
 /**
  * How Rust is optimised: `release` is what is published; `quick` compiles in a third of the time, for the page of `npm start`
@@ -11,25 +11,23 @@ import { capture, ROOT, run, step, TARGET_DIR, WASM_TARGET } from './steps.mjs';
  */
 
 const TOOLS = ['build', '--profile', 'tools', '--package', 'xtask'];
-const TEST_TOOLS = [...TOOLS, '--features', 'test-tools', '--bins'];
 const WASM_TOOL = join(TARGET_DIR, 'tools', 'wasm');
+const TEST_RUNNER = join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner');
 
-/** Builds the tools of `wasm-pack test`: wasm-bindgen and its test runner, into `tools` under the target folder. */
-export function buildTestTools() {
-  return step('Building the test tools of crate/xtask', () => run('cargo', TEST_TOOLS));
-}
-
-/** The same, and what cargo says. @param {NodeJS.ProcessEnv} env */
-export function captureTestTools(env) {
-  return capture('cargo', TEST_TOOLS, { env, echo: true });
-}
-
-/** Builds the tool of crate/xtask that makes JavaScript modules of compiled ones. */
-export function buildWasmTool() {
-  // Where the tools for tests are built as well: without their features, cargo would compile what both need anew.
-  const hasTestTools = existsSync(join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner'));
-  const tools = hasTestTools ? TEST_TOOLS : TOOLS;
-  return step('Building the tool that makes WebAssembly modules (crate/xtask)', () => run('cargo', tools));
+/**
+ * Builds the tool of crate/xtask that makes JavaScript modules of compiled ones; for `wasm-pack test` wasm-bindgen and its test
+ * runner as well.
+ * @param {{ withTestRunner?: boolean, env?: NodeJS.ProcessEnv }} [options]
+ * @returns {Promise<string>} what cargo says
+ */
+export function buildTools({ withTestRunner = false, env = {} } = {}) {
+  // Where all were built once: without their features, cargo would compile what they share anew.
+  const all = withTestRunner || existsSync(TEST_RUNNER) ? ['--features', 'test-tools', '--bins'] : [];
+  return step('Building the tool that makes WebAssembly modules (crate/xtask)', async () => {
+    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true });
+    if (code !== 0) throw new StepError('The tools of crate/xtask could not be built.');
+    return output;
+  });
 }
 
 /**
@@ -61,7 +59,7 @@ async function compileWasm(packageName, name, profile, options) {
  * @param {string[]} options of `cargo rustc`
  */
 export async function buildBench(outDir, ...options) {
-  await buildWasmTool();
+  await buildTools();
   await step('Compiling the benchmarks to WebAssembly', async () => {
     const linked = await compileWasm('scanstitch-bench', 'scanstitch_bench', 'release', options);
     await run(WASM_TOOL, [linked, outDir, 'scanstitch_bench']);
@@ -84,21 +82,21 @@ const PLANAR_OPTIONS = {
  * Compiles a part of the engine into pkg/.
  * @param {keyof typeof PARTS} part
  * @param {Profile} profile
- * @param {Promise<void>} tool what `buildWasmTool` returned
+ * @param {Promise<unknown>} tools what `buildTools` returned
  */
-export function buildPart(part, profile, tool) {
+export function buildPart(part, profile, tools) {
   const { title, name } = PARTS[part];
   return step(`Compiling ${title}`, async () => {
     const linked = await compileWasm('scanstitch', name, profile, part === 'planar' ? PLANAR_OPTIONS[profile] : []);
-    await tool;
+    await tools;
     await run(WASM_TOOL, [linked, join(ROOT, 'pkg'), name]);
   });
 }
 
 /** Compiles the engine into pkg/. @param {Profile} profile */
 export async function buildEngine(profile) {
-  const tool = buildWasmTool();
-  await Promise.all([tool, buildPart('planar', profile, tool).then(() => buildPart('full', profile, tool))]);
+  const tools = buildTools();
+  await Promise.all([tools, buildPart('planar', profile, tools).then(() => buildPart('full', profile, tools))]);
 }
 
 /**

@@ -110,7 +110,8 @@ function tell() {
 }
 
 /** What cargo says while all goes well: nobody needs it. */
-const CARGO_ROUTINE = /^\s*(Compiling|Checking|Documenting|Downloaded|Downloading|Updating|Locking|Finished|Blocking|Fresh)\b/;
+const CARGO_ROUTINE =
+  /^\s*(Compiling|Checking|Documenting|Downloaded|Downloading|Updating|Locking|Finished|Blocking|Fresh)\b/;
 const CARGO_PROGRESS = /^\s*(?:Building|Updating|Fetch|Downloading) \[[=> ]*\] (\d+)\/(\d+)(?:: (.*))?/;
 /** What makes cargo tell its progress where nobody sees a terminal. */
 export const CARGO_TELLS = { CARGO_TERM_PROGRESS_WHEN: 'always', CARGO_TERM_PROGRESS_WIDTH: '100' };

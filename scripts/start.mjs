@@ -5,7 +5,7 @@
  * compiled; the full engine follows, and terminal and page say when it is there.
  */
 import { join } from 'node:path';
-import { buildPart, buildWasmTool } from './engine.mjs';
+import { buildPart, buildTools } from './engine.mjs';
 import { fullEngineLater } from './full_engine.mjs';
 import { describe, say } from './progress.mjs';
 import {
@@ -54,11 +54,11 @@ await runMain(async () => {
   const sinceStart = () => duration(performance.now() - started);
   const port = readPort();
   requireToolchain();
-  const [tool, modules] = [buildWasmTool(), ensureNodeModules()];
-  const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tool));
-  const full = planar.then(() => buildPart('full', 'quick', tool));
+  const [tools, modules] = [buildTools(), ensureNodeModules()];
+  const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tools));
+  const full = planar.then(() => buildPart('full', 'quick', tools));
   full.catch(() => undefined); // reported where it is awaited; until then something before it may fail
-  await Promise.all([tool, modules, planar]);
+  await Promise.all([tools, modules, planar]);
   const address = await serve(port, full);
   say(`\nReady after ${sinceStart()}. Open this address in a browser:\n\n    ${address}\n`);
   say('Planar PLY scans work at once; the full engine, for everything else, is being compiled.');

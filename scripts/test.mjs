@@ -10,7 +10,7 @@ import { existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from 'node:f
 import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
-import { buildPart, buildTestTools, buildWasmTool, captureTestTools } from './engine.mjs';
+import { buildPart, buildTools } from './engine.mjs';
 import { say } from './progress.mjs';
 import { runStages, sumOf, tableOf } from './stages.mjs';
 import {
@@ -35,26 +35,21 @@ import {
   TARGET_DIR,
 } from './steps.mjs';
 
-/**
- * Clippy as compiler of the packages here, in place of `cargo clippy`: that would look through all dependencies anew,
- * which are compiled for the tests anyway.
- */
-const CLIPPY_COMPILES = { RUSTC_WORKSPACE_WRAPPER: 'clippy-driver', CARGO_TERM_COLOR: 'never' };
-/** As wasm-pack does. */
-const WASM_TESTS = ['build', '--tests', '--target', 'wasm32-unknown-unknown'];
-/** To optimise these tests takes longer than it saves. */
-const WASM_TEST_ENV = {
-  ...CLIPPY_COMPILES,
-  CARGO_PROFILE_DEV_OPT_LEVEL: '0',
-  CARGO_INCREMENTAL: '0',
-};
+const isCI = process.env.CI === 'true';
 /** Where everything is built once, what would speed up the next time only costs. */
-if (process.env.CI) process.env.CARGO_INCREMENTAL ??= '0';
+if (isCI) process.env.CARGO_INCREMENTAL ??= '0';
+/**
+ * Clippy as compiler of the packages here, in place of `cargo clippy`, which would look through all dependencies anew. Not of the
+ * engine in pkg/: it leaves optimisations out.
+ */
+const BY_CLIPPY = { RUSTC_WORKSPACE_WRAPPER: 'clippy-driver', CARGO_TERM_COLOR: 'never' };
 /** All packages but the tools that make WebAssembly, which have a profile of their own and a hundred dependencies. */
 const ENGINE = ['--workspace', '--exclude', 'xtask'];
-const CLIPPY = ['cargo', 'clippy', '--all-targets'];
-const CARGO_TEST = ['test', '--no-fail-fast'];
-const STRICTLY = ['--', '-D', 'warnings'];
+const RUST_BUILD = ['build', ...ENGINE, '--lib', '--bins', '--tests'];
+const RUST_TEST = ['test', ...ENGINE, '--no-fail-fast'];
+/** As wasm-pack does; to optimise these tests takes longer than it saves. */
+const WASM_TESTS = ['build', '--tests', '--target', 'wasm32-unknown-unknown'];
+const WASM_TEST_ENV = { ...BY_CLIPPY, CARGO_PROFILE_DEV_OPT_LEVEL: '0', CARGO_INCREMENTAL: '0' };
 /** Seconds for the driver of the browser to answer, and for a whole run: by default 5 and 20, too few on a busy machine. */
 const WASM_TEST_DEADLINES = { WASM_BINDGEN_TEST_DRIVER_TIMEOUT: '60', WASM_BINDGEN_TEST_TIMEOUT: '300' };
 const WASM_PACK_VERSION = '0.15.1';
@@ -70,7 +65,6 @@ const NODE_TESTS_AT_A_TIME = answers(process.execPath, ['--test-concurrency=2', 
 /** @typedef {import('./stages.mjs').Task} Task */
 /** @typedef {import('./stages.mjs').Stage} Stage */
 
-const isCI = process.env.CI === 'true';
 /** @type {Counts} */
 const NONE = { passed: 0, failed: 0, skipped: 0 };
 
@@ -79,15 +73,18 @@ const NONE = { passed: 0, failed: 0, skipped: 0 };
 /** @type {Task} */
 const nodeModules = { name: 'node modules', about: 'npm ci', light: true, run: ensureNodeModules };
 /** @type {Task} */
-const wasmTarget = { name: 'Rust target', about: 'the standard library for WebAssembly', light: true, run: ensureWasmTarget };
+const wasmTarget = {
+  name: 'Rust target',
+  about: 'the standard library for WebAssembly',
+  light: true,
+  run: ensureWasmTarget,
+};
 /** @type {Task} */
 const rustLinters = { name: 'Rust linters', about: 'rustfmt and clippy', light: true, run: ensureRustLinters };
 
-/** The tool that makes WebAssembly modules; where wasm-pack runs, with the tools that it needs: they share what is compiled. */
-const buildTools = once(isCI ? buildTestTools : buildWasmTool);
+/** Where wasm-pack runs, with the tools that it needs: they share what is compiled. */
+const tools = once(() => buildTools({ withTestRunner: isCI, env: BY_CLIPPY }));
 
-/** @type {Task} */
-const tools = { name: 'tools', about: 'the tools of crate/xtask', folder: 'tools', run: buildTools };
 /** @type {Task} */
 const planarEngine = {
   name: 'planar engine',
@@ -95,15 +92,15 @@ const planarEngine = {
   needs: [wasmTarget],
   folder: 'quick',
   // Compiled beside the tools: they are needed at its end.
-  run: () => buildPart('planar', 'quick', buildTools()),
+  run: () => buildPart('planar', 'quick', tools()),
 };
 /** @type {Task} */
 const engine = {
   name: 'engine',
   about: 'the full engine, into pkg/',
-  needs: [planarEngine, tools],
+  needs: [planarEngine],
   folder: 'quick',
-  run: () => buildPart('full', 'quick', buildTools()),
+  run: () => buildPart('full', 'quick', tools()),
 };
 /** @type {Task} */
 const chromium = { name: 'Chromium', about: 'Chromium and its driver', light: true, run: installChromium };
@@ -116,7 +113,7 @@ const otherBrowsers = {
   run: installOtherBrowsers,
 };
 /** @type {Task} */
-const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', needs: [tools], run: installWasmPack };
+const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', run: installWasmPack };
 
 /** @type {Stage} */
 const build = {
@@ -127,21 +124,53 @@ const build = {
   run: () => succeeds(['npm', 'run', '--silent', 'build', '--', '--quick']),
 };
 
+/** @type {Stage} */
+const clippyTools = {
+  name: 'clippy-tools',
+  about: 'the tools compile and clippy finds nothing in them',
+  lint: true,
+  needs: [rustLinters],
+  folder: 'tools',
+  run: async () => noWarnings({ code: 0, output: await tools() }),
+};
+/** @type {Stage} */
+const clippy = {
+  name: 'clippy',
+  about: 'the engine and its tests compile and clippy finds nothing in them',
+  lint: true,
+  needs: [rustLinters],
+  folder: 'debug',
+  run: async () => noWarnings(await capture('cargo', RUST_BUILD, { env: BY_CLIPPY, echo: true })),
+};
+/** @type {Stage} */
+const clippyWasm = {
+  name: 'clippy-wasm',
+  about: 'the same of the WebAssembly build',
+  lint: true,
+  needs: [rustLinters, wasmTarget, clippy],
+  folder: 'debug',
+  run: async () => noWarnings(await capture('cargo', WASM_TESTS, { env: WASM_TEST_ENV, echo: true })),
+};
+
 /**
- * What stands first begins first where several could. What compiles Rust is ordered and flagged such that a dependency is
- * compiled once for each target and profile: the same packages and features each time, or cargo starts anew.
+ * What stands first begins first where several could. Of a folder of cargo, each compiles with the same profile, packages and
+ * features, or cargo starts anew.
  * @type {Stage[]}
  */
 const STAGES = [
+  clippyTools,
+  build,
   {
     name: 'e2e',
     about: 'the built page in Chromium',
     needs: [build, chromium],
     run: playwrightTests,
   },
+  clippy,
   {
     name: 'rust',
     about: 'native tests',
+    needs: [clippy],
     folder: 'debug',
     run: rustTests,
   },
@@ -157,38 +186,31 @@ const STAGES = [
     needs: [build, otherBrowsers],
     run: browserTests,
   },
-  build,
-  lint('clippy', 'clippy finds nothing', [...CLIPPY, ...ENGINE, ...STRICTLY], { needs: [rustLinters], folder: 'debug' }),
-  {
-    ...lint('clippy-tools', 'clippy finds nothing in the tools', [], { needs: [rustLinters, tools], folder: 'tools' }),
-    run: async () => noWarnings(await captureTestTools(CLIPPY_COMPILES)),
-  },
-  {
-    ...lint('clippy-wasm', 'clippy finds nothing in the WebAssembly build', [], {
-      needs: [rustLinters, wasmTarget],
-      folder: 'debug',
-    }),
-    run: async () => noWarnings(await capture('cargo', WASM_TESTS, { env: WASM_TEST_ENV, echo: true })),
-  },
+  clippyWasm,
   lint(
     'docs',
     'the Rust documentation builds, and its links lead somewhere',
     ['cargo', 'doc', '--no-deps', '--lib', ...ENGINE],
-    { folder: 'debug' },
+    { needs: [rustLinters], folder: 'debug' },
   ),
-  {
-    name: 'wasm-pack',
-    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
-    needs: [wasmTarget, chromium, wasmPack],
-    folder: 'debug',
-    run: wasmPackTests,
-  },
+  ...(isCI ? [wasmPackTested()] : []),
   lint('format', 'Rust is formatted', ['cargo', 'fmt', '--all', '--check'], { needs: [rustLinters], light: true }),
   lint(
     'prettier',
     'JavaScript, TypeScript, HTML and CSS are formatted',
     // What it found in a file holds for as long as the file's bytes and its own version and options do.
-    ['npx', 'prettier', '--check', '--log-level', 'warn', '--cache', '--cache-strategy', 'content', ...PRETTIER_CACHE, '.'],
+    [
+      'npx',
+      'prettier',
+      '--check',
+      '--log-level',
+      'warn',
+      '--cache',
+      '--cache-strategy',
+      'content',
+      ...PRETTIER_CACHE,
+      '.',
+    ],
     { needs: [nodeModules] },
   ),
   lint(
@@ -212,6 +234,20 @@ const STAGES = [
 ];
 
 /**
+ * The command that people type. Elsewhere than in continuous integration, the same is tested on pkg/ by the stage `cli`.
+ * @returns {Stage}
+ */
+function wasmPackTested() {
+  return {
+    name: 'wasm-pack',
+    about: 'tests of the WebAssembly build in headless Chromium: wasm-pack test --headless --chrome',
+    needs: [clippyTools, clippyWasm, chromium, wasmPack],
+    folder: 'debug',
+    run: wasmPackTests,
+  };
+}
+
+/**
  * A stage that runs no test: one command, one check.
  * @param {string} name
  * @param {string} about
@@ -224,19 +260,20 @@ function lint(name, about, command, more = {}) {
 }
 
 /**
- * @param {() => Promise<void>} work
- * @returns {() => Promise<void>} does it the first time it is asked
+ * @template T
+ * @param {() => Promise<T>} work
+ * @returns {() => Promise<T>} does it the first time it is asked
  */
 function once(work) {
-  /** @type {Promise<void> | null} */
+  /** @type {Promise<T> | null} */
   let done = null;
   return () => (done ??= work());
 }
 
 /** @param {string[]} command */
 async function succeeds([program = '', ...args]) {
-  // What -D warnings is to clippy, on its command line, this is to rustdoc.
-  const { code } = await capture(program, args, { env: { RUSTDOCFLAGS: '-D warnings' }, echo: true });
+  const env = { ...BY_CLIPPY, RUSTDOCFLAGS: '-D warnings' };
+  const { code } = await capture(program, args, { env, echo: true });
   return code === 0 ? { ...NONE, passed: 1 } : { ...NONE, failed: 1 };
 }
 
@@ -331,20 +368,14 @@ async function installWasmPack() {
 // The runners, and what they count.
 
 async function rustTests() {
-  // Not the examples: that they compile is seen by clippy.
-  const tests = await capture('cargo', [...CARGO_TEST, '--lib', '--bins', '--tests', ...ENGINE], { echo: true });
-  const docs = await capture('cargo', [...CARGO_TEST, '--doc', ...ENGINE], { echo: true });
+  const tests = await capture('cargo', [...RUST_TEST, '--tests'], { env: BY_CLIPPY, echo: true });
+  const docs = await capture('cargo', [...RUST_TEST, '--doc'], { env: BY_CLIPPY, echo: true });
   return believe(countCargo(tests.output + docs.output), tests.code || docs.code);
 }
 
 async function wasmPackTests() {
-  // All are in one binary (tests/architecture.rs sees to it), and the runner takes a second to see that another has none. Where
-  // CI=true the command is the one that people type.
-  const one = isCI ? [] : ['--', '--test', 'browser'];
-  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome', ...one], {
-    env: { ...WASM_TEST_ENV, ...WASM_TEST_DEADLINES },
-    echo: true,
-  });
+  const env = { ...WASM_TEST_ENV, ...WASM_TEST_DEADLINES };
+  const { code, output } = await capture('wasm-pack', ['test', '--headless', '--chrome'], { env, echo: true });
   return believe(countCargo(output), code);
 }
 

@@ -75,7 +75,10 @@ test('the last line names what was skipped where something was', () => {
 function recorder() {
   /** @type {string[]} */
   const log = [];
-  const stage = (/** @type {string} */ name, /** @type {Partial<import('../../scripts/stages.mjs').Task>} */ more = {}) => ({
+  const stage = (
+    /** @type {string} */ name,
+    /** @type {Partial<import('../../scripts/stages.mjs').Task>} */ more = {},
+  ) => ({
     name,
     about: name,
     ...more,
@@ -111,17 +114,25 @@ test('a stage begins when what it needs is there, which is done once', async () 
 test('what locks one folder of cargo, or both processors, goes one after the other', async () => {
   const { log, stage, at } = recorder();
   const folder = 'debug';
-  const stages = [stage('a', { folder }), stage('b', { folder }), stage('c'), stage('d'), stage('light', { light: true })];
+  const stages = [
+    stage('a', { folder }),
+    stage('b', { folder }),
+    stage('c'),
+    stage('d'),
+    stage('light', { light: true }),
+  ];
   await runStages(stages);
   assert.ok(at('-a') < at('+b'));
   assert.ok(at('+light') < at('-a'), 'what computes little does not wait');
-  const most = log.filter((entry) => !entry.endsWith('light')).reduce(
-    ({ now, most }, entry) => {
-      const next = now + (entry.startsWith('+') ? 1 : -1);
-      return { now: next, most: Math.max(most, next) };
-    },
-    { now: 0, most: 0 },
-  ).most;
+  const most = log
+    .filter((entry) => !entry.endsWith('light'))
+    .reduce(
+      ({ now, most }, entry) => {
+        const next = now + (entry.startsWith('+') ? 1 : -1);
+        return { now: next, most: Math.max(most, next) };
+      },
+      { now: 0, most: 0 },
+    ).most;
   assert.equal(most, Math.max(2, Math.ceil(availableParallelism() / 2)));
 });
 

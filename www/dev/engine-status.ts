@@ -1,3 +1,4 @@
+/// <reference types="vite/client" />
 /** On the page of `npm start` alone: how far the full engine is, while it is being compiled. */
 
 /** What the server tells (scripts/full_engine.mjs). `progress`: what is being compiled, how far and for how long. */
