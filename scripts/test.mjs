@@ -33,6 +33,7 @@ import {
   StepError,
   step,
   TARGET_DIR,
+  WASM_TARGET,
 } from './steps.mjs';
 
 const isCI = process.env.CI === 'true';
@@ -47,8 +48,8 @@ const BY_CLIPPY = { RUSTC_WORKSPACE_WRAPPER: 'clippy-driver', CARGO_TERM_COLOR: 
 const ENGINE = ['--workspace', '--exclude', 'xtask'];
 const RUST_BUILD = ['build', ...ENGINE, '--lib', '--bins', '--tests'];
 const RUST_TEST = ['test', ...ENGINE, '--no-fail-fast'];
-/** As wasm-pack does; to optimise these tests takes longer than it saves. */
-const WASM_TESTS = ['build', '--tests', '--target', 'wasm32-unknown-unknown'];
+/** As wasm-pack does; where it does not run, nothing has to be generated. To optimise these tests takes longer than it saves. */
+const WASM_TESTS = [isCI ? 'build' : 'check', '--tests', '--target', WASM_TARGET];
 const WASM_TEST_ENV = { ...BY_CLIPPY, CARGO_PROFILE_DEV_OPT_LEVEL: '0', CARGO_INCREMENTAL: '0' };
 /** Seconds for the driver of the browser to answer, and for a whole run: by default 5 and 20, too few on a busy machine. */
 const WASM_TEST_DEADLINES = { WASM_BINDGEN_TEST_DRIVER_TIMEOUT: '60', WASM_BINDGEN_TEST_TIMEOUT: '300' };
@@ -170,8 +171,7 @@ const STAGES = [
   {
     name: 'rust',
     about: 'native tests',
-    needs: [clippy],
-    folder: 'debug',
+    needs: [clippy], // which compiles them
     run: rustTests,
   },
   {
