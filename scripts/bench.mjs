@@ -14,6 +14,7 @@ import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
 import { listRuns, timeRuns } from './bench_runs.mjs';
 import { engineParts, fileSizes } from './sizes.mjs';
 import {
+  account,
   buildEngine,
   buildPage,
   buildWasm,
@@ -159,9 +160,8 @@ function round(value) {
   return Number(value.toPrecision(4));
 }
 
-await runMain(async () => {
+async function main() {
   const { positionals: words } = readArguments({ allowPositionals: true }, 'Usage: npm run bench [-- NAME...]');
-  console.log = console.error; // only the document goes to stdout
   requireToolchain();
   await ensureWasmTarget();
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
@@ -210,7 +210,7 @@ await runMain(async () => {
   const withSizes = isWanted('sizes');
   if (recordings.length > 0 || withSizes) {
     await buildEngine();
-    await buildPage('warn'); // what it tells else goes to stdout
+    await buildPage('warn');
   }
   const sizes = withSizes ? { files: fileSizes(), engine_code: engineParts() } : null;
   for (const recording of recordings) {
@@ -228,4 +228,8 @@ await runMain(async () => {
   };
   const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
   process.stdout.write(`${JSON.stringify({ machine, policy, sizes, benchmarks, peers, runs }, null, 2)}\n`);
-});
+}
+
+// Only the document goes to stdout: what is told, by Vite too, and what the compilers print goes to stderr.
+console.log = console.error;
+await account.run({ write: (text) => process.stderr.write(text), cpuSeconds: 0 }, () => runMain(main));
