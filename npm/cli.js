@@ -1,107 +1,18 @@
 #!/usr/bin/env node
 // @ts-check
-/**
- * The `scanstitch` command. Each subcommand is a module of `cli/` with a name, a line about it, its help and what it
- * does; this file only chooses.
- */
-import { CommandError, EXIT } from './cli/command.js';
-import { fileProblem, written } from './cli/disk.js';
-import { tell } from './cli/terminal.js';
-import { lookUp } from './look_up.js';
-
-/**
- * Where each command is. One that is not asked for is not loaded: reading all of them takes as long as a dozen scans.
- * @type {Record<string, () => Promise<import('./cli/command.js').Command>>}
- */
-const COMMANDS = {
-  reconstruct: async () => (await import('./cli/reconstruct.js')).reconstruct,
-  evaluate: async () => (await import('./cli/evaluate.js')).evaluate,
-  convert: async () => (await import('./cli/convert.js')).convert,
-  'map-quality': async () => (await import('./cli/map_quality.js')).mapQuality,
-  consistency: async () => (await import('./cli/consistency.js')).consistency,
-  strategies: async () => (await import('./cli/strategies.js')).strategies,
-  bev: async () => (await import('./cli/bev.js')).bev,
-  icp: async () => (await import('./cli/icp.js')).icp,
-  topics: async () => (await import('./cli/topics.js')).topics,
-  settings: async () => (await import('./cli/settings.js')).settings,
-};
-
-const INTRODUCTION = `Laser scans, depth images and clouds to a trajectory and a stitched map; errors of trajectories against a reference.
-
-Usage: scanstitch COMMAND [ARGUMENT]...
-       scanstitch COMMAND --help
-       scanstitch --help | --version
-`;
-const EXIT_CODES = `Exit codes:
-  0  everything asked for was done
-  1  nothing was computed: the command is wrong, or no input can be used
-  2  the results were written, but something was left out: a file that could not be used, or a scan that could not be
-     placed. The lines on stderr name it.
-`;
-
-/** @param {typeof import('./index.js')} engine */
-async function fullHelp(engine) {
-  const commands = await Promise.all(Object.values(COMMANDS).map((load) => load()));
-  const list = commands.map(({ name, about }) => `  ${name.padEnd(14)} ${about}\n`).join('');
-  const each = commands.map((command) => `\n${command.help(engine)}`).join('');
-  return `${INTRODUCTION}\nCommands:\n${list}\n${EXIT_CODES}${each}`;
-}
-
-/** The engine, ready; or, in a clone that has not been built, what to do. */
-async function loadEngine() {
-  let engine;
-  try {
-    engine = await import('./index.js');
-  } catch (error) {
-    if (/** @type {NodeJS.ErrnoException} */ (error).code !== 'ERR_MODULE_NOT_FOUND') throw error;
-    throw new CommandError('The engine has not been built yet. In the clone, run: npm run build');
-  }
-  await engine.load();
-  return engine;
-}
-
-/** @param {string[]} args */
-async function main([name, ...args]) {
-  const engine = await loadEngine();
-  if (name === '--version') {
-    process.stdout.write(`${engine.version()}\n`);
-    return EXIT.done;
-  }
-  if (name === '--help' || name === '-h' || name === 'help') {
-    process.stdout.write(await fullHelp(engine));
-    return EXIT.done;
-  }
-  const load = name === undefined ? undefined : lookUp(COMMANDS, name);
-  if (!load) {
-    const problem = name === undefined ? 'No command was given' : `There is no command ${JSON.stringify(name)}`;
-    const known = Object.keys(COMMANDS).join(', ');
-    throw new CommandError(`${problem}. There are: ${known}. For all about them: scanstitch --help`);
-  }
-  const command = await load();
-  if (args.includes('--help') || args.includes('-h')) {
-    process.stdout.write(command.help(engine));
-    return EXIT.done;
-  }
-  return command.run(engine, args);
-}
+/** The `scanstitch` command as a process. */
+import { fileProblem } from './cli/disk.js';
+import { main } from './cli/main.js';
+import { exitCodeOfFailure, tell } from './cli/terminal.js';
 
 // `scanstitch ... | head` closes the pipe early, which is no failure.
 process.stdout.on('error', (error) => {
   if (/** @type {NodeJS.ErrnoException} */ (error).code === 'EPIPE') return;
-  process.exitCode = written.length > 0 ? EXIT.partial : EXIT.nothing;
+  process.exitCode = exitCodeOfFailure();
   tell(`scanstitch: The output could not be printed. ${fileProblem(error)}`);
 });
 // Nobody reads stderr: the exit code still says what happened.
 process.stderr.on('error', () => {});
 
-try {
-  const code = await main(process.argv.slice(2));
-  process.exitCode ??= code;
-} catch (error) {
-  if (error instanceof CommandError) tell(`scanstitch: ${error.message}`);
-  else {
-    tell('scanstitch: This is a defect of Scanstitch, not of your files. Please report it with these lines.');
-    for (const line of String(/** @type {Error} */ (error).stack).split('\n')) tell(line);
-  }
-  process.exitCode = written.length > 0 ? EXIT.partial : EXIT.nothing;
-}
+const code = await main(process.argv.slice(2));
+process.exitCode ??= code;

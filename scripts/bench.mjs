@@ -158,7 +158,7 @@ function round(value) {
   return Number(value.toPrecision(4));
 }
 
-await runMain(async () => {
+async function main() {
   const { positionals: words } = readArguments({ allowPositionals: true }, 'Usage: npm run bench [-- NAME...]');
   // Only the document goes to stdout.
   tellOn(process.stderr);
@@ -228,4 +228,9 @@ await runMain(async () => {
   };
   const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
   process.stdout.write(`${JSON.stringify({ machine, policy, sizes, benchmarks, peers, runs }, null, 2)}\n`);
-});
+}
+
+// Only the document goes to stdout: what is told, by Vite too, and what the compilers print goes to stderr.
+console.log = console.error;
+tellOn(process.stderr);
+await runMain(main);

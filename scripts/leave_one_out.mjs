@@ -251,7 +251,7 @@ if (!existsSync(program)) {
     edit(file, (text) => asFunction(text, name));
   }
   const build = ['build', '--quiet', '--profile', 'quick', '--example', 'laser_scores'];
-  execFileSync('cargo', build, { cwd: scratch, stdio: 'inherit' });
+  execFileSync('cargo', build, { cwd: scratch, stdio: ['ignore', process.stderr, 'inherit'] });
 }
 
 /**

@@ -27,14 +27,14 @@ const INTERVAL_MS = 10_000;
 const TICK_MS = 1000;
 const CLEAR_LINE = '\r\u001B[K';
 
-/** @type {NodeJS.WriteStream} */
+/** @type {NodeJS.WritableStream & { isTTY?: boolean, columns?: number }} */
 let stream = process.stdout;
 let isLineShown = false;
 let lastTold = 0;
 /** @type {NodeJS.Timeout | undefined} */
 let timer;
 
-/** From here on everything is told on this stream. @param {NodeJS.WriteStream} other */
+/** From here on everything is told on this stream. @param {typeof stream} other */
 export function tellOn(other) {
   stream = other;
 }

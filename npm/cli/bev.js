@@ -4,7 +4,7 @@ import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
-import { note } from './terminal.js';
+import { note, print } from './terminal.js';
 
 /** @typedef {import('../index.js').BevScene} BevScene */
 /** @typedef {import('../index.js').BevPoint} BevPoint */
@@ -209,7 +209,7 @@ function rows(matrix) {
  * @param {string} text
  */
 async function write(path, text) {
-  if (path === undefined) process.stdout.write(text);
+  if (path === undefined) print(text);
   else await writeWhole(path, text);
 }
 

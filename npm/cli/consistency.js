@@ -7,7 +7,7 @@ import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { understandInputs } from './reconstruct.js';
 import { create } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
-import { Complaints, note, progressLine } from './terminal.js';
+import { Complaints, note, print, progressLine } from './terminal.js';
 import { readWishes } from './wishes.js';
 import { readTrajectory } from './trajectories.js';
 
@@ -92,7 +92,7 @@ async function run(engine, args) {
     const { report, notes } = await compared(task, trajectory, jobs, settings);
     notes.forEach(note);
     const named = { recording: recording.root, trajectory: path, ...report };
-    process.stdout.write(values.json ? `${JSON.stringify(named, null, 2)}\n` : printed(report, jobs));
+    print(values.json ? `${JSON.stringify(named, null, 2)}\n` : printed(report, jobs));
   } catch (error) {
     if (!isScanstitchError(error)) throw error;
     throw new CommandError(

@@ -6,7 +6,7 @@ import { printable } from '../printable.js';
 import { CommandError, EXIT, readArguments } from './command.js';
 import { writeWhole } from './disk.js';
 import { create } from './results.js';
-import { note } from './terminal.js';
+import { note, print } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP, trajectoryFormat } from './trajectories.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -62,9 +62,7 @@ async function run(engine, args) {
     output,
     create(() => trajectory.write(format)),
   );
-  process.stdout.write(
-    `${trajectory.length} poses, ${trajectory.format} to ${format}: written to ${printable(output)}\n`,
-  );
+  print(`${trajectory.length} poses, ${trajectory.format} to ${format}: written to ${printable(output)}\n`);
   trajectory.free();
   return EXIT.done;
 }

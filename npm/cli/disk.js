@@ -20,6 +20,7 @@ import { constants as system } from 'node:os';
 import { dirname, join } from 'node:path';
 import { promisify } from 'node:util';
 import { CommandError, SIGNALS } from './command.js';
+import { invocation } from './invocation.js';
 
 /** The engine's memory ends at twice as much. */
 const MOST_BYTES = 2 ** 31;
@@ -133,9 +134,6 @@ export async function readWholeLater(path) {
   }
 }
 
-/** Files that were written, in their order. @type {string[]} */
-export const written = [];
-
 /**
  * Writes one file, whole or not at all.
  * @param {string} path
@@ -143,6 +141,7 @@ export const written = [];
  * @returns {Promise<void>} rejects with a CommandError that names what has been written before
  */
 export async function writeWhole(path, contents) {
+  const { written } = invocation();
   try {
     await replace(path, contents);
     written.push(path);

@@ -11,7 +11,7 @@ import {
   relationsJson,
   relationsText,
 } from './relations.js';
-import { Complaints, note } from './terminal.js';
+import { Complaints, note, print } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP } from './trajectories.js';
 
 /** @typedef {import('../index.js').EvaluationOptions} EvaluationOptions */
@@ -179,11 +179,11 @@ function relationsAlone(engine, path, relations, values, complain) {
   if (values.json) {
     const estimates = [{ name, relations: relationsJson(known, values.errors ?? false) }];
     const report = { version: engine.version(), relations: relations.name, estimates };
-    process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
+    print(`${JSON.stringify(report, null, 2)}\n`);
   } else if (values.table === 'text') {
-    process.stdout.write(relationsText([{ name, relations: known }], relations.name));
+    print(relationsText([{ name, relations: known }], relations.name));
   } else {
-    process.stdout.write(rowsText(['estimate', ...RELATION_HEADS], [[name, ...relationCells(known)]], values.table, 0));
+    print(rowsText(['estimate', ...RELATION_HEADS], [[name, ...relationCells(known)]], values.table, 0));
   }
 }
 
@@ -234,10 +234,10 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
       relations: relationsJson(result.relations, values.errors ?? false),
     }));
     const report = { version: engine.version(), reference: basename(reference), options, estimates: ranked };
-    process.stdout.write(`${JSON.stringify(report, null, 2)}\n`);
+    print(`${JSON.stringify(report, null, 2)}\n`);
   } else {
-    process.stdout.write(printed(results, values.table ?? 'text', values.drift ?? false, options));
-    if (relations && values.table === 'text') process.stdout.write(`\n${relationsText(results, relations.name)}`);
+    print(printed(results, values.table ?? 'text', values.drift ?? false, options));
+    if (relations && values.table === 'text') print(`\n${relationsText(results, relations.name)}`);
   }
 }
 

@@ -7,6 +7,7 @@ import { CommandError, EXIT, isScanstitchError, readArguments, table } from './c
 import { writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { png } from './png.js';
+import { print, tell } from './terminal.js';
 
 /** @typedef {import('./command.js').Engine} Engine */
 /** @typedef {import('../index.js').PointCloud} PointCloud */
@@ -70,15 +71,15 @@ async function run(engine, args) {
     const [source, target] = /** @type {[PointCloud, PointCloud]} */ (clouds);
     const options = { ...given, ...(await thinning(engine, source, target, given)) };
     const result = engine.register(source, target, { ...options, trace: true });
-    process.stdout.write(iterations(result));
+    print(iterations(result));
     const is_stuck = result.end_reason === 'no_step';
-    if (is_stuck) process.stderr.write(`scanstitch: ${noStep(result)}\n`);
+    if (is_stuck) tell(`scanstitch: ${noStep(result)}`);
     if (values.trace) await writeWhole(values.trace, `${JSON.stringify(result)}\n`);
     const T_center = result.T_target_source;
     if (values.landscape)
       await writeWhole(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
     if (values.basin) await writeWhole(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
-    if (own) process.stdout.write(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
+    if (own) print(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
     return is_stuck ? EXIT.partial : EXIT.done;
   } catch (error) {
     if (isScanstitchError(error)) throw new CommandError(error.message);
@@ -105,8 +106,8 @@ async function thinning(engine, source, target, options) {
   };
   if (counted(0) <= MOST_POINTS) return {};
   const voxel_size = await voxelFor(target.positions(), counted);
-  process.stderr.write(
-    `scanstitch: a cloud of ${most} points: both are thinned to one point in ${voxel_size} m. --set voxel_size=0 uses all points.\n`,
+  tell(
+    `scanstitch: a cloud of ${most} points: both are thinned to one point in ${voxel_size} m. --set voxel_size=0 uses all points.`,
   );
   return { voxel_size };
 }
@@ -201,9 +202,7 @@ function landscape(engine, source, target, options, grid) {
     const share = Math.sqrt((cost - low) / Math.max(high - low, Number.MIN_VALUE));
     return [255 * share ** 0.7, 255 * share ** 1.5, 80 + 120 * share];
   };
-  process.stdout.write(
-    `landscape: ${minima.length} local minima, cost ${low.toExponential(3)} to ${high.toExponential(3)} m^2\n`,
-  );
+  print(`landscape: ${minima.length} local minima, cost ${low.toExponential(3)} to ${high.toExponential(3)} m^2\n`);
   return picture(whole.size, (node) => shade(costs[node] ?? Number.NaN));
 }
 
@@ -227,7 +226,7 @@ function basin(engine, source, target, options, grid) {
   const color = (/** @type {number} */ label) =>
     label < 0 ? [0, 0, 0] : label === 0 ? [0, 158, 115] : (COLORS[(label - 1) % COLORS.length] ?? [0, 0, 0]);
   const share = `${(100 * share_home).toFixed(1)} % of ${labels.length} starts end here`;
-  process.stdout.write(`basin: ${share}, the others in ${minima.length - 1} other minima\n`);
+  print(`basin: ${share}, the others in ${minima.length - 1} other minima\n`);
   return picture(found.grid.size, (node) => color(labels[node] ?? -1));
 }
 

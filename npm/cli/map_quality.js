@@ -6,7 +6,7 @@ import { compareNaturally } from '../natural_order.js';
 import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import { fileProblem } from './disk.js';
 import { readInput } from './inputs.js';
-import { Complaints } from './terminal.js';
+import { Complaints, print } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -61,7 +61,7 @@ function run(engine, args) {
       ? positionals.flatMap((path) => judgedMap(engine, path, options, complain))
       : judgedFrames(engine, values.frames, positionals, options, complain);
   if (results.length === 0) throw new CommandError('Nothing could be used, so nothing was computed.');
-  process.stdout.write(values.json ? `${JSON.stringify(results, null, 2)}\n` : printed(results));
+  print(values.json ? `${JSON.stringify(results, null, 2)}\n` : printed(results));
   return complaints.exitCode;
 }
 

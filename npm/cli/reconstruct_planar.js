@@ -9,7 +9,7 @@ import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
 import { accepted, create, errorFigures, mapFile, millimetres, reportFile } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
-import { note, progressLine, tellNotes } from './terminal.js';
+import { note, print, progressLine, tellNotes } from './terminal.js';
 
 /** Of more scans than this, only those that are not good have a line. */
 const MOST_ROWS = 200;
@@ -56,9 +56,7 @@ export async function reconstructPlanar(task) {
     note(`${odometry} gives the first guess of every scan.`);
   }
   result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
-  process.stdout.write(
-    `${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`,
-  );
+  print(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`);
 }
 
 /**

@@ -12,7 +12,7 @@ import { accepted, create, mapFile, reportFile } from './results.js';
 import { runFrames } from './run_frames.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { assumptionNotes, frameTable, headline } from './spatial_summary.js';
-import { note } from './terminal.js';
+import { note, print } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
 /** @typedef {import('./results.js').Task} Task */
@@ -60,8 +60,8 @@ export async function reconstructSpatial(task) {
   const { sizes, milliseconds, positions } = await writeMap(reconstruction, options, complain);
   await writeResults(options.out, reportFile(result, positions, task));
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
-  process.stdout.write(`${frameTable(result, timing)}\n${summary}`);
-  process.stdout.write(`Written to ${printable(options.out)}\n`);
+  print(`${frameTable(result, timing)}\n${summary}`);
+  print(`Written to ${printable(options.out)}\n`);
 }
 
 /**

@@ -1,6 +1,7 @@
 // @ts-check
 /** Settings on the command line: `scanstitch settings`, `--preset NAME` and `--set name=value`. */
 import { CommandError, EXIT, readArguments } from './command.js';
+import { print } from './terminal.js';
 
 /** @typedef {import('../index.js').SettingDescription} SettingDescription */
 
@@ -17,7 +18,7 @@ planar scans, and those for depth images and clouds.
 `,
   run: (engine, args) => {
     readArguments('settings', { args, options: {} });
-    process.stdout.write(settingsHelp(engine));
+    print(settingsHelp(engine));
     return EXIT.done;
   },
 };

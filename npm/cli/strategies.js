@@ -12,7 +12,7 @@ import { writeWhole } from './disk.js';
 import { accepted, create } from './results.js';
 import { runFrames } from './run_frames.js';
 import { describeAll, readSettings, spatialCatalogue } from './settings.js';
-import { Complaints, note, tellNotes } from './terminal.js';
+import { Complaints, note, print, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 const OPTIONS = /** @type {const} */ ({
@@ -109,7 +109,7 @@ async function run(engine, args) {
     if (values.frames !== undefined) {
       await writeWhole(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
     }
-    process.stdout.write(values.json ? jsonOf(compared) : printed(compared.rows));
+    print(values.json ? jsonOf(compared) : printed(compared.rows));
     for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
   } finally {
     await inputs.close();

@@ -1,15 +1,21 @@
 // @ts-check
-/** What is said on stderr. All of it passes through here, so that no name or file content can forge a line. */
+/** What is printed. All that is said on stderr passes through here, so that no name or file content can forge a line. */
 import { printable } from '../printable.js';
 import { groupBy } from '../recording/names.js';
 import { EXIT } from './command.js';
+import { invocation } from './invocation.js';
 
 /** Characters of a line that are shown at most: more than any list of topics or settings takes. */
 const LINE_LENGTH = 4000;
 
+/** Results, on stdout. @param {string} text */
+export function print(text) {
+  invocation().stdout.write(text);
+}
+
 /** One line. @param {string} text */
 export function tell(text) {
-  process.stderr.write(`${printable(text, LINE_LENGTH)}\n`);
+  invocation().stderr.write(`${printable(text, LINE_LENGTH)}\n`);
 }
 
 /** What is worth knowing, and changes no exit code. @param {string} text */
@@ -53,15 +59,21 @@ export class Complaints {
   }
 }
 
+/** The exit code where something failed: of what has been written by then. */
+export function exitCodeOfFailure() {
+  return invocation().written.length > 0 ? EXIT.partial : EXIT.nothing;
+}
+
 /** A line that counts, where somebody looks. @param {number} total @param {string} [what] is counted */
 export function progressLine(total, what = 'frames') {
-  const isSeen = process.stderr.isTTY;
+  const { stderr } = invocation();
+  const isSeen = stderr.isTTY;
   return {
     show: (/** @type {number} */ done) => {
-      if (isSeen) process.stderr.write(`\r${done} of ${total} ${what}`);
+      if (isSeen) stderr.write(`\r${done} of ${total} ${what}`);
     },
     clear: () => {
-      if (isSeen) process.stderr.write('\r\x1b[K');
+      if (isSeen) stderr.write('\r\x1b[K');
     },
   };
 }

@@ -4,7 +4,7 @@ import { chooseAsWished, ROLES } from '../bag/topics.js';
 import { printable } from '../printable.js';
 import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import { gatherBags } from './inputs.js';
-import { Complaints, tellNotes } from './terminal.js';
+import { Complaints, print, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 /** @typedef {import('../bag/topics.js').Role} Role */
@@ -47,8 +47,7 @@ async function run(_engine, args) {
   try {
     tellNotes([...notes, ...bags.flatMap(({ bag }) => bag.notes)], complain);
     if (bags.length === 0) throw new CommandError('No bag could be opened.');
-    for (const { bag, topics } of bags)
-      process.stdout.write(`${printable(bag.path)}\n${list(bag.path, topics, wishes)}\n`);
+    for (const { bag, topics } of bags) print(`${printable(bag.path)}\n${list(bag.path, topics, wishes)}\n`);
   } finally {
     await close();
   }

@@ -8,6 +8,7 @@ import { CommandError } from '../../npm/cli/command.js';
 import { bev } from '../../npm/cli/bev.js';
 import { consistency } from '../../npm/cli/consistency.js';
 import { icp } from '../../npm/cli/icp.js';
+import { invoke } from '../../npm/cli/invocation.js';
 import { mapQuality } from '../../npm/cli/map_quality.js';
 import { reconstruct } from '../../npm/cli/reconstruct.js';
 import { settings } from '../../npm/cli/settings.js';
@@ -68,6 +69,8 @@ const WORDS = [
 ];
 // Nothing is there, so that nothing can be written.
 const ABSENT = 'no folder of this name';
+/** What is printed does not matter. */
+const UNSEEN = { stdout: { write() {} }, stderr: { write() {} } };
 
 /** @param {import('./random.mjs').Random} random */
 export async function commandLine(random) {
@@ -79,16 +82,10 @@ export async function commandLine(random) {
     .flatMap((word) => (['-', '--out', '--to'].includes(word) ? [] : [word.replaceAll('\0', '')]))
     // The root of the disk and what else is there have nothing to do with what is tried, by `none/..`, too.
     .filter((word) => word.trim() === '' || !existsSync(resolve(word)));
-  const { stdout, stderr } = process;
-  const [out, err] = [stdout.write, stderr.write];
-  stdout.write = stderr.write = () => true;
   try {
-    await command.run(engine, [...args, `${ABSENT}/a.tum`]);
+    await invoke(UNSEEN, async () => command.run(engine, [...args, `${ABSENT}/a.tum`]));
   } catch (error) {
     if (!(error instanceof CommandError)) throw new Error(`${command.name} ${JSON.stringify(args)}`, { cause: error });
-  } finally {
-    stdout.write = out;
-    stderr.write = err;
   }
   return new TextEncoder().encode(args.join(' '));
 }

@@ -58,10 +58,10 @@ const BROKEN_IMAGES = /** @type {Record<string, [name: string, contents: string 
 });
 
 for (const [what, [name, contents, message]] of Object.entries(BROKEN_IMAGES)) {
-  test(`${what}, alone: named with what to do`, (t) => {
+  test(`${what}, alone: named with what to do`, async (t) => {
     const folder = temporaryFolder(t);
     writeFiles(folder, { [name]: contents });
-    const { status, stderr } = scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
+    const { status, stderr } = await scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
     assert.equal(status, 1);
     assert.match(stderr, message);
     assert.match(stderr, /copy or export it again/);
@@ -76,11 +76,11 @@ function binaryPly(count) {
 }
 
 for (const [what, [contents, message]] of Object.entries(BAD_FILES)) {
-  test(`${what}: named on stderr, the good files are reconstructed`, (t) => {
+  test(`${what}: named on stderr, the good files are reconstructed`, async (t) => {
     const folder = temporaryFolder(t);
     writeFiles(folder, { ...ROOM_FILES, 'bad.ply': contents });
     const out = join(folder, 'out');
-    const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+    const { status, stdout, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
     assert.match(stderr, message);
     assert.equal(stderr.trim().split('\n').length, 1, `one line: ${stderr}`);
     assert.equal(status, 2);
@@ -88,11 +88,11 @@ for (const [what, [contents, message]] of Object.entries(BAD_FILES)) {
     assert.equal(readReport(out).frames.length, 3);
   });
 
-  test(`${what}, alone: nothing is written`, (t) => {
+  test(`${what}, alone: nothing is written`, async (t) => {
     const folder = temporaryFolder(t);
     const [path = ''] = writeFiles(folder, { 'bad.ply': contents });
     const out = join(folder, 'out');
-    const { status, stdout, stderr } = scanstitch(['reconstruct', path, '--out', out]);
+    const { status, stdout, stderr } = await scanstitch(['reconstruct', path, '--out', out]);
     // Alone, a cloud in space is one.
     assert.match(stderr, what === 'a cloud in space' ? /^bad\.ply: .*too few to register it/ : message);
     assert.match(stderr, /^scanstitch: No (scan could be used|frame could be placed)/m);
@@ -102,45 +102,45 @@ for (const [what, [contents, message]] of Object.entries(BAD_FILES)) {
   });
 }
 
-test('some NaN coordinates: the rest of the scan is used, and the number is told', (t) => {
+test('some NaN coordinates: the rest of the scan is used, and the number is told', async (t) => {
   const folder = temporaryFolder(t);
   const holes = GOOD.split('\n').map((line, index) => ([30, 31, 90].includes(index) ? 'nan nan 0' : line));
   writeFiles(folder, { ...ROOM_FILES, '0.ply': holes.join('\n') });
   const out = join(folder, 'out');
-  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
   assert.match(stderr, /^note: 0\.ply: 3 of its 180 points have coordinates that are not finite/);
   assert.match(stdout, /^537 of 540 points used; dropped: 3 not finite$/m);
   assert.equal(readReport(out).frames[0].cleaning.non_finite, 3);
   assert.equal(status, 0);
 });
 
-test('a single scan makes a map, and that there is no motion is told', (t) => {
+test('a single scan makes a map, and that there is no motion is told', async (t) => {
   const folder = temporaryFolder(t);
   const [path = ''] = writeFiles(folder, { 'lonely.ply': GOOD });
   const out = join(folder, 'out');
-  const { status, stderr } = scanstitch(['reconstruct', path, '--out', out]);
+  const { status, stderr } = await scanstitch(['reconstruct', path, '--out', out]);
   assert.match(stderr, /^note: .*lonely\.ply/);
   assert.equal(readReport(out).frames.length, 1);
   assert.equal(status, 0);
 });
 
-test('two scans without overlap: the one that cannot be placed is named', (t) => {
+test('two scans without overlap: the one that cannot be placed is named', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { '0room.ply': GOOD, '1hall.ply': roomScan([0, 0, 0], HALL) });
   const out = join(folder, 'out');
-  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
   assert.match(stderr, /^1hall\.ply: This scan could not be placed: .{20,}\.$/m);
   assert.match(stdout, /^1hall\.ply .* lost$/m);
   assert.equal(readReport(out).frames[1].status, 'lost');
   assert.equal(status, 2);
 });
 
-test('a file that is missing, and a folder without scans', (t) => {
+test('a file that is missing, and a folder without scans', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, ROOM_FILES);
   mkdirSync(join(folder, 'empty'));
   const [missing, empty] = [join(folder, 'missing.ply'), join(folder, 'empty')];
-  const { status, stderr } = scanstitch(['reconstruct', missing, empty, folder, '--out', join(folder, 'out')]);
+  const { status, stderr } = await scanstitch(['reconstruct', missing, empty, folder, '--out', join(folder, 'out')]);
   assert.deepEqual(stderr.trim().split('\n'), [
     `${missing}: There is no such file or folder.`,
     `${empty}: There is no file in this folder.`,
@@ -148,7 +148,7 @@ test('a file that is missing, and a folder without scans', (t) => {
   assert.equal(status, 2);
 });
 
-test('a reference that is none: told, and the scans are reconstructed', (t) => {
+test('a reference that is none: told, and the scans are reconstructed', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { ...ROOM_FILES, 'truth.tum': '0 0 0 0 0 0 0 1\n1 0.3 zero 0 0 0 0 1\n' });
   for (const [reference, message] of /** @type {const} */ ([
@@ -157,18 +157,18 @@ test('a reference that is none: told, and the scans are reconstructed', (t) => {
   ])) {
     const out = join(folder, reference, '..', 'out');
     const args = ['reconstruct', folder, '--reference', join(folder, reference), '--out', out];
-    const { status, stderr } = scanstitch(args);
+    const { status, stderr } = await scanstitch(args);
     assert.match(stderr, message);
     assert.equal(status, 2);
     assert.equal(readReport(out).comparison, null);
   }
 });
 
-test('results that cannot be written: one line', (t) => {
+test('results that cannot be written: one line', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { ...ROOM_FILES, occupied: 'a file' });
   const out = join(folder, 'occupied');
-  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
   const [note, told] = stderr.split(/(?<=\n)/);
   assert.match(note ?? '', /^note: .*occupied: not used/);
   assert.equal(
@@ -178,7 +178,7 @@ test('results that cannot be written: one line', (t) => {
   assert.equal(status, 1);
 });
 
-test('wrong commands: one line each, exit code 1', (t) => {
+test('wrong commands: one line each, exit code 1', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { '0.ply': roomScan(ROOM_POSES[0]) });
   const cases = /** @type {[string[], RegExp][]} */ ([
@@ -201,7 +201,7 @@ test('wrong commands: one line each, exit code 1', (t) => {
     [['settings', 'extra'], /extra/],
   ]);
   for (const [args, message] of cases) {
-    const { status, stdout, stderr } = scanstitch(args, folder);
+    const { status, stdout, stderr } = await scanstitch(args, folder);
     assert.match(stderr, /^scanstitch: .+\n$/);
     assert.equal(stderr.trim().split('\n').length, 1, stderr);
     assert.match(stderr, message);

@@ -150,7 +150,7 @@ test('a summary that is damaged is told, and the bag is read without it', async 
     [5, 5],
   );
   const [path = ''] = writeFiles(temporaryFolder(t), { 'walk.mcap': bytes });
-  const { status, stderr } = scanstitch(['topics', path]);
+  const { status, stderr } = await scanstitch(['topics', path]);
   assert.match(stderr, /^note: walk\.mcap: its summary is damaged/m);
   assert.equal(status, 0, 'nothing is lost');
 });
@@ -179,7 +179,7 @@ test('a message that is shorter than it says is named; the others are used', asy
   assert.equal((await read(4)).length, 'P5\n32 24\n65535\n'.length + 1536);
   // All of it through the command: named, and the rest placed or not for reasons of its own.
   const [path = ''] = writeFiles(temporaryFolder(t), { 'walk.mcap': mcapBytes([DEPTH, CAMERA], messages) });
-  const { stderr } = scanstitch(['reconstruct', path, '--out', join(temporaryFolder(t), 'out')]);
+  const { stderr } = await scanstitch(['reconstruct', path, '--out', join(temporaryFolder(t), 'out')]);
   assert.match(stderr, /Message 3 of \/camera\/depth\/image_raw: The message is shorter/);
   assert.doesNotMatch(stderr, /defect/);
 });

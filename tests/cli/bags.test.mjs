@@ -76,8 +76,8 @@ test('every bag holds what rosbags reads in it: topics, counts, times, messages,
   }
 });
 
-test('topics are listed, and what is not used is told with its reason', { skip }, () => {
-  const { status, stdout } = scanstitch(['topics', BAGS]);
+test('topics are listed, and what is not used is told with its reason', { skip }, async () => {
+  const { status, stdout } = await scanstitch(['topics', BAGS]);
   assert.equal(status, 0);
   assert.match(stdout, /^\/camera\/depth\/image_raw +sensor_msgs\/msg\/Image +10 +30\.0 +depth +640 x 480, 16UC1$/m);
   assert.match(stdout, /^\/camera\/depth\/image_raw .* 640 x 480, 32FC1$/m);
@@ -87,20 +87,24 @@ test('topics are listed, and what is not used is told with its reason', { skip }
   assert.match(stdout, /^\/test_topic .* serialised as wrong_format, and only cdr and ros1 are read/m);
 });
 
-test('bags of types that are not used, and of another middleware, are named, and nothing breaks', { skip }, (t) => {
-  const out = temporaryFolder(t);
-  for (const [bag, reason] of [
-    ['rosbag2_resources/sqlite3_cdr_test', /\/array_topic \(test_msgs\/msg\/Arrays\).*not used/],
-    ['rosbag2_resources/sqlite3_wrong_rmw_test', /serialised as wrong_format/],
-    ['rosbag2_resources/mcap_talker', /\/topic \(std_msgs\/msg\/String\)/],
-    ['nav2_turtlebot.mcap', /no topic of this bag can be used/],
-  ]) {
-    const { status, stderr } = scanstitch(['reconstruct', join(BAGS, String(bag)), '--out', out]);
-    assert.equal(status, 1, stderr);
-    assert.match(stderr, /** @type {RegExp} */ (reason));
-    assert.doesNotMatch(stderr, /defect/);
-  }
-});
+test(
+  'bags of types that are not used, and of another middleware, are named, and nothing breaks',
+  { skip },
+  async (t) => {
+    const out = temporaryFolder(t);
+    for (const [bag, reason] of [
+      ['rosbag2_resources/sqlite3_cdr_test', /\/array_topic \(test_msgs\/msg\/Arrays\).*not used/],
+      ['rosbag2_resources/sqlite3_wrong_rmw_test', /serialised as wrong_format/],
+      ['rosbag2_resources/mcap_talker', /\/topic \(std_msgs\/msg\/String\)/],
+      ['nav2_turtlebot.mcap', /no topic of this bag can be used/],
+    ]) {
+      const { status, stderr } = await scanstitch(['reconstruct', join(BAGS, String(bag)), '--out', out]);
+      assert.equal(status, 1, stderr);
+      assert.match(stderr, /** @type {RegExp} */ (reason));
+      assert.doesNotMatch(stderr, /defect/);
+    }
+  },
+);
 
 /** Positions of the frames, m. @param {string} folder */
 function positions(folder) {
@@ -116,13 +120,13 @@ function largestDistance(a, b) {
 }
 
 /** @param {string[]} args @param {string} out */
-function reconstruct(args, out) {
-  const { status, stderr } = scanstitch(['reconstruct', ...args, '--out', out]);
+async function reconstruct(args, out) {
+  const { status, stderr } = await scanstitch(['reconstruct', ...args, '--out', out]);
   assert.equal(status, 0, stderr);
   return positions(out);
 }
 
-test('depth in bags gives the trajectory of the frames it was made from', { skip }, (t) => {
+test('depth in bags gives the trajectory of the frames it was made from', { skip }, async (t) => {
   const folder = temporaryFolder(t);
   const frames = join(DATA, 'rgbd', 'fusion_demo50');
   mkdirSync(join(folder, 'frames'));
@@ -133,9 +137,9 @@ test('depth in bags gives the trajectory of the frames it was made from', { skip
     .slice(0, 10);
   for (const name of names) copyFileSync(join(frames, 'rgbd-frames', name), join(folder, 'frames', name));
   copyFileSync(join(frames, 'camera-intrinsics.txt'), join(folder, 'frames', 'camera-intrinsics.txt'));
-  const expected = reconstruct([join(folder, 'frames')], join(folder, 'expected'));
+  const expected = await reconstruct([join(folder, 'frames')], join(folder, 'expected'));
   for (const bag of ['depth_16UC1_db3', 'depth_32FC1_mcap']) {
-    const found = reconstruct([join(DERIVED, bag), join(DERIVED, 'depth_gt_tum.txt')], join(folder, bag));
+    const found = await reconstruct([join(DERIVED, bag), join(DERIVED, 'depth_gt_tum.txt')], join(folder, bag));
     const distance = largestDistance(found, expected);
     t.diagnostic(`${bag}: at most ${(1000 * distance).toFixed(3)} mm from the frames' trajectory`);
     assert.ok(distance < 0.005);
@@ -145,27 +149,27 @@ test('depth in bags gives the trajectory of the frames it was made from', { skip
   }
 });
 
-test('clouds in bags give the registration of the clouds they were made from', { skip }, (t) => {
+test('clouds in bags give the registration of the clouds they were made from', { skip }, async (t) => {
   const folder = temporaryFolder(t);
   mkdirSync(join(folder, 'pair'));
   copyFileSync(join(DATA, 'lidar', 'kitti_pair', 'target.ply'), join(folder, 'pair', '0.ply'));
   copyFileSync(join(DATA, 'lidar', 'kitti_pair', 'source.ply'), join(folder, 'pair', '1.ply'));
-  const expected = reconstruct([join(folder, 'pair')], join(folder, 'expected'));
+  const expected = await reconstruct([join(folder, 'pair')], join(folder, 'expected'));
   for (const bag of ['pointcloud2_kitti_pair_db3', 'pointcloud2_kitti_pair_mcap']) {
-    const distance = largestDistance(reconstruct([join(DERIVED, bag)], join(folder, bag)), expected);
+    const distance = largestDistance(await reconstruct([join(DERIVED, bag)], join(folder, bag)), expected);
     t.diagnostic(`${bag}: ${(1000 * distance).toFixed(3)} mm from the registration of the PLY files`);
     assert.ok(distance < 0.005);
   }
 });
 
-test('a bag inside a ZIP archive is opened', { skip }, (t) => {
+test('a bag inside a ZIP archive is opened', { skip }, async (t) => {
   const folder = temporaryFolder(t);
   const bag = join(DERIVED, 'pointcloud2_kitti_pair_mcap', 'pointcloud2_kitti_pair_mcap.mcap');
   const [zip] = writeFiles(folder, { 'pair.zip': zipSync({ 'run/pair.mcap': new Uint8Array(readFileSync(bag)) }) });
-  const { status, stdout } = scanstitch(['topics', zip ?? '']);
+  const { status, stdout } = await scanstitch(['topics', zip ?? '']);
   assert.equal(status, 0);
   assert.match(stdout, /^run\/pair\.mcap\n.*\n\/velodyne_points .* clouds /);
-  assert.equal(reconstruct([zip ?? ''], join(folder, 'out')).length, 2);
+  assert.equal((await reconstruct([zip ?? ''], join(folder, 'out'))).length, 2);
 });
 
 test('files of one bag are one, with or without metadata.yaml', { skip }, async () => {

@@ -27,13 +27,13 @@ function preset(name) {
   return structuredClone(found.scene);
 }
 
-test('a scene and points: the published integers, as CSV and as JSON', (t) => {
+test('a scene and points: the published integers, as CSV and as JSON', async (t) => {
   const folder = temporaryFolder(t);
   const [scene = '', points = ''] = writeFiles(folder, {
     'scene.json': JSON.stringify(preset('homework_numbers')),
     'points.csv': MARKED,
   });
-  const csv = scanstitch(['bev', '--scene', scene, '--points', points, '--truncate']);
+  const csv = await scanstitch(['bev', '--scene', scene, '--points', points, '--truncate']);
   assert.deepEqual([csv.status, csv.stderr], [0, '']);
   const lines = csv.stdout.trim().split('\n');
   assert.equal(lines[0], 'number,top_u,top_v,x,y,z,front_u,front_v,status');
@@ -41,7 +41,7 @@ test('a scene and points: the published integers, as CSV and as JSON', (t) => {
   assert.deepEqual(landed, PUBLISHED);
 
   const out = join(folder, 'projected.json');
-  const json = scanstitch(['bev', '--scene', scene, '--points', points, '--round', '--polygon', '--out', out]);
+  const json = await scanstitch(['bev', '--scene', scene, '--points', points, '--round', '--polygon', '--out', out]);
   assert.deepEqual([json.status, json.stdout], [0, '']);
   const report = JSON.parse(readFileSync(out, 'utf8'));
   assert.deepEqual(report.points[2].projected, [352, 501]);
@@ -91,7 +91,7 @@ test('points that the front view does not show are told, and have no pixel', () 
   view.free();
 });
 
-test('pairs refine the front camera, and the refined scene is used', (t) => {
+test('pairs refine the front camera, and the refined scene is used', async (t) => {
   const folder = temporaryFolder(t);
   const truth = preset('homework_views');
   const view = new engine.BirdsEyeView(truth);
@@ -109,7 +109,7 @@ test('pairs refine the front camera, and the refined scene is used', (t) => {
     'pairs.csv': `top_u,top_v,front_u,front_v\n${lines.join('\n')}\n`,
     'points.csv': '256,128\n',
   });
-  const { status, stdout, stderr } = scanstitch([
+  const { status, stdout, stderr } = await scanstitch([
     ...['bev', '--scene', scene, '--pairs', pairs, '--points', points, '--refine', 'pitch,height', '--json'],
   ]);
   assert.equal(status, 0, stderr);
@@ -137,7 +137,7 @@ test('the same scene in other axes projects alike', () => {
   }
 });
 
-test('bad input: one line each, exit code 1', (t) => {
+test('bad input: one line each, exit code 1', async (t) => {
   const folder = temporaryFolder(t);
   const with_change = (/** @type {(scene: any) => void} */ change) => {
     const scene = preset('homework_views');
@@ -188,7 +188,7 @@ test('bad input: one line each, exit code 1', (t) => {
     [['--scene', good, '--pairs', points], /points\.csv, line 1: The line has 2 of 4 numbers/],
   ]);
   for (const [args, message] of cases) {
-    const { status, stdout, stderr } = scanstitch(['bev', ...args]);
+    const { status, stdout, stderr } = await scanstitch(['bev', ...args]);
     assert.match(stderr, message);
     assert.equal(stderr.trim().split('\n').length, 1, stderr);
     assert.deepEqual([status, stdout], [1, '']);

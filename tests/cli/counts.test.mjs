@@ -2,10 +2,14 @@
 /** What `npm test` counts: what the runners print, and the last line. */
 import assert from 'node:assert/strict';
 import { availableParallelism } from 'node:os';
+import { PassThrough } from 'node:stream';
 import { test } from 'node:test';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
-import { currentWork, isProgress, track } from '../../scripts/progress.mjs';
+import { currentWork, isProgress, tellOn, track } from '../../scripts/progress.mjs';
 import { runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
+
+// What the stages tell belongs to no test.
+tellOn(new PassThrough().resume());
 
 const CARGO = `
      Running tests/clean.rs (target/debug/deps/clean-1)

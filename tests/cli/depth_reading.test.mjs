@@ -4,11 +4,11 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
-import { colourPng, greyPng, see, WALK, walkFiles } from './depth_room.mjs';
+import { colourPng, greyPng, see, VIEWS, WALK, walkFiles } from './depth_room.mjs';
 import { readReport, scanstitch, temporaryFolder } from './support.mjs';
 
 const FILES = walkFiles();
-const DEPTHS = WALK.map((pose) => see(pose).depth);
+const DEPTHS = VIEWS.map(({ depth }) => depth);
 
 /**
  * The result of a run on these files, and what it said.
@@ -16,14 +16,14 @@ const DEPTHS = WALK.map((pose) => see(pose).depth);
  * @param {Record<string, Uint8Array | string>} files
  * @param {string[]} options
  */
-function reconstruct(t, files, options = []) {
+async function reconstruct(t, files, options = []) {
   const folder = temporaryFolder(t);
   for (const [path, contents] of Object.entries(files)) {
     mkdirSync(dirname(join(folder, 'walk', path)), { recursive: true });
     writeFileSync(join(folder, 'walk', path), contents);
   }
   const out = join(folder, 'out');
-  const run = scanstitch(['reconstruct', join(folder, 'walk'), '--out', out, '--workers', '0', ...options]);
+  const run = await scanstitch(['reconstruct', join(folder, 'walk'), '--out', out, '--workers', '0', ...options]);
   /** @type {import('../../npm/index.js').SpatialResult | null} */
   const result = run.status === 1 ? null : readReport(out);
   const report = join(out, 'report.html');
@@ -36,15 +36,15 @@ function depthFiles(change) {
   return { ...Object.fromEntries(images), 'groundtruth.txt': FILES['groundtruth.txt'] ?? '' };
 }
 
-test('the depth scale of a camera file is used, and nothing but what it leaves out is assumed', (t) => {
+test('the depth scale of a camera file is used, and nothing but what it leaves out is assumed', async (t) => {
   const files = depthFiles((depth) => greyPng(depth.map((value) => 5 * value)));
   const camera = { fx: 96, fy: 96, ppx: 96, ppy: 96, width: 192, height: 192, depth_scale: 0.0002 };
-  const told = reconstruct(t, { ...files, 'realsense.json': JSON.stringify(camera) });
+  const told = await reconstruct(t, { ...files, 'realsense.json': JSON.stringify(camera) });
   assert.equal(told.status, 0, told.stderr);
   assert.equal(told.result?.depth_scale, 5000);
   assert.deepEqual(told.result?.assumptions, []);
   assert.ok((told.result?.comparison?.max ?? 9) < 0.01);
-  const { result } = reconstruct(
+  const { result } = await reconstruct(
     t,
     depthFiles((depth) => greyPng(depth)),
   );
@@ -57,22 +57,22 @@ test('the depth scale of a camera file is used, and nothing but what it leaves o
   );
 });
 
-test('what is set of a camera leaves the rest to the camera file, or to what is assumed', (t) => {
-  const camera = (/** @type {Record<string, string>} */ file, /** @type {string[]} */ options) => {
-    const { result } = reconstruct(t, { ...imagesOf(depthFiles((depth) => greyPng(depth))), ...file }, options);
+test('what is set of a camera leaves the rest to the camera file, or to what is assumed', async (t) => {
+  const camera = async (/** @type {Record<string, string>} */ file, /** @type {string[]} */ options) => {
+    const { result } = await reconstruct(t, { ...imagesOf(depthFiles((depth) => greyPng(depth))), ...file }, options);
     const { fx, fy, cx, cy } = result?.camera ?? assert.fail('no camera');
     return [fx, fy, cx, cy].map((value) => Number(value.toFixed(6)));
   };
   const file = { 'camera.txt': '97 98 96 94' };
-  assert.deepEqual(camera({}, ['--set', 'fx=96']), [96, 96, 95.5, 95.5]);
+  assert.deepEqual(await camera({}, ['--set', 'fx=96']), [96, 96, 95.5, 95.5]);
   assert.deepEqual(
-    camera({}, ['--set', 'fx=96', '--set', 'fy=95', '--set', 'cx=94', '--set', 'cy=93']),
+    await camera({}, ['--set', 'fx=96', '--set', 'fy=95', '--set', 'cx=94', '--set', 'cy=93']),
     [96, 95, 94, 93],
   );
-  assert.deepEqual(camera({}, ['--set', 'cy=93']), [96, 96, 96, 93]);
-  assert.deepEqual(camera(file, []), [97, 98, 96, 94]);
-  assert.deepEqual(camera(file, ['--set', 'fx=96']), [96, 96, 96, 94]);
-  assert.deepEqual(camera(file, ['--set', 'cy=95']), [97, 98, 96, 95]);
+  assert.deepEqual(await camera({}, ['--set', 'cy=93']), [96, 96, 96, 93]);
+  assert.deepEqual(await camera(file, []), [97, 98, 96, 94]);
+  assert.deepEqual(await camera(file, ['--set', 'fx=96']), [96, 96, 96, 94]);
+  assert.deepEqual(await camera(file, ['--set', 'cy=95']), [97, 98, 96, 95]);
 });
 
 /** The frames with steps of depth like a Kinect's, which tell its scale. @param {Uint16Array} depth */
@@ -82,8 +82,11 @@ const inKinectSteps = (depth) =>
 /** The images alone: no ground truth confirms what is assumed. @param {Record<string, Uint8Array | string>} files */
 const imagesOf = (files) => Object.fromEntries(Object.entries(files).filter(([path]) => path.startsWith('depth/')));
 
-test('what is assumed and unconfirmed stands beside the number of good frames, with the options that change it', (t) => {
-  const { status, stdout, stderr, result, html } = reconstruct(t, imagesOf(depthFiles((depth) => greyPng(depth))));
+test('what is assumed and unconfirmed stands beside the number of good frames, with the options that change it', async (t) => {
+  const { status, stdout, stderr, result, html } = await reconstruct(
+    t,
+    imagesOf(depthFiles((depth) => greyPng(depth))),
+  );
   assert.equal(status, 0, stderr);
   assert.deepEqual(
     result?.assumptions.map(({ confirmed_by }) => confirmed_by),
@@ -108,8 +111,8 @@ test('what is assumed and unconfirmed stands beside the number of good frames, w
   assert.ok(html.includes(`${condition}; 0 doubtful, 0 lost`));
 });
 
-test('a scale that the steps of a known sensor confirm is no condition; the focal length remains one', (t) => {
-  const { stdout, stderr, result } = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96']);
+test('a scale that the steps of a known sensor confirm is no condition; the focal length remains one', async (t) => {
+  const { stdout, stderr, result } = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96']);
   assert.match(
     result?.assumptions[0]?.confirmed_by ?? '',
     /^the disparity steps of a Kinect, which fit no other scale in use$/,
@@ -120,16 +123,16 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
   );
   assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed, confirmed\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
-  const open = reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
+  const open = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
   assert.match(
     open.stdout,
     /^\d good if the focal length is \d+ pixels, which nothing in the recording confirms \(--set fx=PIXELS\); \d doubtful/m,
   );
 });
 
-test('a scale that the steps of a known sensor contradict is a condition of the good frames', (t) => {
+test('a scale that the steps of a known sensor contradict is a condition of the good frames', async (t) => {
   const set = ['--set', 'fx=96', '--set', 'depth_scale=5000'];
-  const wrong = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), set);
+  const wrong = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)), set);
   assert.match(
     wrong.stderr,
     /^note: depth_scale = 5000 is set, but the spacing of the raw values is that of a depth camera with 1000/m,
@@ -138,19 +141,24 @@ test('a scale that the steps of a known sensor contradict is a condition of the 
     wrong.stdout,
     /^\d good if the depth scale is 5000 raw values per metre, which the depth images contradict \(--set depth_scale=NUMBER\); \d doubtful/m,
   );
-  const right = reconstruct(t, imagesOf(depthFiles(inKinectSteps)), ['--set', 'fx=96', '--set', 'depth_scale=1000']);
+  const right = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)), [
+    '--set',
+    'fx=96',
+    '--set',
+    'depth_scale=1000',
+  ]);
   assert.match(right.stdout, /^\d good, \d doubtful, \d lost$/m);
 });
 
-test('a ground truth of the same size confirms what is assumed, and one of another size does not', (t) => {
-  const right = reconstruct(
+test('a ground truth of the same size confirms what is assumed, and one of another size does not', async (t) => {
+  const right = await reconstruct(
     t,
     depthFiles((depth) => greyPng(depth)),
   );
   const confirmations = right.result?.assumptions.map(({ confirmed_by }) => confirmed_by ?? '');
   assert.match(confirmations?.[0] ?? '', /^the ground truth, whose distances are the same within 5 %$/);
   assert.match(right.stdout, /^6 good( if the focal length|,)/m);
-  const small = reconstruct(
+  const small = await reconstruct(
     t,
     depthFiles((depth) => greyPng(depth.map((value) => value / 2))),
   );
@@ -158,7 +166,7 @@ test('a ground truth of the same size confirms what is assumed, and one of anoth
   assert.match(small.stdout, /^\d good if the depth scale is 1000 raw values per metre/m);
 });
 
-test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', (t) => {
+test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', async (t) => {
   const poses = WALK.map(([x, y, z, yaw], index) => {
     const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
     const rows = [[c, 0, s, x], [0, 1, 0, y], [-s, 0, c, z], [0, 0, 0, 1]]; // prettier-ignore
@@ -166,7 +174,7 @@ test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', 
     return [`pose/${index + 1}.txt`, index === 0 || index === 3 ? '-inf -inf -inf -inf\n'.repeat(4) : text];
   });
   const images = Object.entries(depthFiles((depth) => greyPng(depth))).filter(([path]) => path.startsWith('depth/'));
-  const { status, stderr, result } = reconstruct(t, Object.fromEntries([...images, ...poses]));
+  const { status, stderr, result } = await reconstruct(t, Object.fromEntries([...images, ...poses]));
   assert.equal(status, 0, stderr);
   assert.match(
     stderr,
@@ -177,10 +185,10 @@ test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', 
   assert.ok(max < 0.01, `${max}`);
 });
 
-test('colours of another size in every frame are one note', (t) => {
+test('colours of another size in every frame are one note', async (t) => {
   const small = colourPng(see([0, 0, 0, 0], 96, 96).colours, 96);
   const colours = Object.fromEntries(WALK.map((_, index) => [`rgb/${index + 1}.png`, small]));
-  const { stderr } = reconstruct(t, { ...FILES, ...colours });
+  const { stderr } = await reconstruct(t, { ...FILES, ...colours });
   assert.equal(stderr.match(/its colours are left out/g)?.length, 1, stderr);
   assert.match(
     stderr,
@@ -188,28 +196,28 @@ test('colours of another size in every frame are one note', (t) => {
   );
 });
 
-test('a wrong scale by hand: what would make it fit the ground truth is offered, and the estimate stays', (t) => {
+test('a wrong scale by hand: what would make it fit the ground truth is offered, and the estimate stays', async (t) => {
   const files = depthFiles((depth) => greyPng(depth));
-  const { stdout, result } = reconstruct(t, files, ['--set', 'depth_scale=200', '--set', 'max_range=50']);
+  const { stdout, result } = await reconstruct(t, files, ['--set', 'depth_scale=200', '--set', 'max_range=50']);
   assert.match(
     stdout,
     /The path is 5\.0\d times as long as the ground truth's: depth_scale 1000 would make them equal \(--set depth_scale=1000\)/,
   );
   assert.equal(result?.depth_scale, 200);
   assert.deepEqual([result?.suggestion?.setting, result?.suggestion?.value], ['depth_scale', 1000]);
-  const right = reconstruct(t, files);
+  const right = await reconstruct(t, files);
   assert.equal(right.result?.suggestion, null);
-  const tiny = reconstruct(t, files, ['--set', 'depth_scale=1']);
+  const tiny = await reconstruct(t, files, ['--set', 'depth_scale=1']);
   assert.match(
     tiny.stderr,
     /depth_scale = 1 puts the median depth of the first image at \d{4}\.\d+ m: is it in raw values per metre\?|No frame/,
   );
 });
 
-test('the camera of other images is refused in plain words, and a typical one taken', (t) => {
+test('the camera of other images is refused in plain words, and a typical one taken', async (t) => {
   const camera =
     '%YAML:1.0\n---\nimage_width: 1280\nimage_height: 720\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 900., 0., 640., 0., 900., 360., 0., 0., 1. ]\n';
-  const { status, stderr, result } = reconstruct(t, { ...FILES, 'camera.yaml': camera });
+  const { status, stderr, result } = await reconstruct(t, { ...FILES, 'camera.yaml': camera });
   assert.match(
     stderr,
     /camera\.yaml: not used: This camera is for 1280 x 720 pixels, the depth images have 192 x 192\. Give the camera of the depth images/,
@@ -218,20 +226,20 @@ test('the camera of other images is refused in plain words, and a typical one ta
   assert.equal(Math.round(result?.camera?.fx ?? 0), 96);
   const folder = temporaryFolder(t);
   writeFileSync(join(folder, 'camera.yaml'), camera);
-  const named = reconstruct(t, FILES, ['--intrinsics', join(folder, 'camera.yaml')]);
+  const named = await reconstruct(t, FILES, ['--intrinsics', join(folder, 'camera.yaml')]);
   assert.equal(named.status, 1);
   assert.match(named.stderr, /camera\.yaml: This camera is for 1280 x 720 pixels/);
 });
 
-test('depth and colours of other sizes, and frames of other sizes and kinds, are each told', (t) => {
+test('depth and colours of other sizes, and frames of other sizes and kinds, are each told', async (t) => {
   const small = see([0, 0, 0, 0], 96, 96);
-  const colours = reconstruct(t, { ...FILES, 'rgb/2.png': colourPng(small.colours, 96) });
+  const colours = await reconstruct(t, { ...FILES, 'rgb/2.png': colourPng(small.colours, 96) });
   assert.match(
     colours.stderr,
     /2\.png: its colours are left out: .*The colour image has 96 x 96 pixels, the depth image 192 x 192/,
   );
   assert.equal(colours.result?.frames.length, WALK.length);
-  const sizes = reconstruct(t, { ...FILES, 'depth/3.png': greyPng(small.depth, 96) });
+  const sizes = await reconstruct(t, { ...FILES, 'depth/3.png': greyPng(small.depth, 96) });
   assert.match(
     sizes.stderr,
     /3\.png: The depth image has 96 x 96 pixels, the first one has 192 x 192\. Give images of one camera/,
@@ -241,7 +249,7 @@ test('depth and colours of other sizes, and frames of other sizes and kinds, are
     Buffer.from('P5 192 192 255\n'),
     Buffer.from(DEPTHS[2]?.map((value) => value / 40) ?? []),
   ]);
-  const bits = reconstruct(
+  const bits = await reconstruct(
     t,
     depthFiles((depth, index) => (index === 2 ? pgm : greyPng(depth))),
   );
@@ -251,11 +259,11 @@ test('depth and colours of other sizes, and frames of other sizes and kinds, are
   );
 });
 
-test('frames of two cameras among each other are told by the spacing of their values', (t) => {
+test('frames of two cameras among each other are told by the spacing of their values', async (t) => {
   /** @param {Uint16Array} depth @param {number} scale */
   const ofKinect = (depth, scale) =>
     greyPng(depth.map((value) => (value > 0 ? Math.round((scale * 348) / Math.round((348 * 1000) / value)) : 0)));
-  const { stderr } = reconstruct(
+  const { stderr } = await reconstruct(
     t,
     depthFiles((depth, index) => ofKinect(depth, index === 4 ? 5000 : 1000)),
   );

@@ -1,6 +1,7 @@
 // @ts-check
 /** A made-up room that a depth camera walks through, as PNG files, with the true path. */
 import { deflateSync } from 'node:zlib';
+import { crc32 } from '../../npm/crc32.js';
 
 export const SIZE = 192;
 /** Walls seen from inside, and furniture seen from outside: lower and upper corners (m; x right, y down, z forward). */
@@ -45,42 +46,44 @@ export function see([x, y, z, yaw], width = SIZE, height = SIZE) {
   const depth = new Uint16Array(width * height);
   const colours = new Uint8Array(3 * width * height);
   const focal = width / 2;
+  const [origin, ray] = [Float64Array.of(x, y, z), new Float64Array(3)];
+  const [sin, cos] = [Math.sin(yaw), Math.cos(yaw)];
   for (let pixel = 0; pixel < width * height; pixel += 1) {
-    const [u, v] = [((pixel % width) - width / 2) / focal, (Math.floor(pixel / width) - height / 2) / focal];
-    const ray = [u * Math.cos(yaw) + Math.sin(yaw), v, Math.cos(yaw) - u * Math.sin(yaw)];
-    const reach = Math.min(exit(ROOM, [x, y, z], ray), ...FURNITURE.map((box) => entry(box, [x, y, z], ray)));
+    const u = ((pixel % width) - width / 2) / focal;
+    ray[0] = u * cos + sin;
+    ray[1] = (Math.floor(pixel / width) - height / 2) / focal;
+    ray[2] = cos - u * sin;
+    let reach = exit(ROOM, origin, ray);
+    for (const box of FURNITURE) reach = Math.min(reach, entry(box, origin, ray));
     depth[pixel] = Math.round(1000 * reach);
-    const seen = ray.map((component, axis) => component * reach + ([x, y, z][axis] ?? 0));
-    colours.set(
-      seen.map((value) => 128 + 100 * Math.sin(4 * value)),
-      3 * pixel,
-    );
+    for (let axis = 0; axis < 3; axis += 1) {
+      const seen = (ray[axis] ?? 0) * reach + (origin[axis] ?? 0);
+      colours[3 * pixel + axis] = 128 + 100 * Math.sin(4 * seen);
+    }
   }
   return { depth, colours };
 }
 
 /** @typedef {readonly [number, number, number, number, number, number]} Box */
 
-/** Where a ray crosses a box's pairs of sides. @param {Box} box @param {number[]} origin @param {number[]} ray */
+/** Where a ray crosses a box's pairs of sides. @param {Box} box @param {Float64Array} origin @param {Float64Array} ray */
 function crossings(box, origin, ray) {
-  const near = [];
-  const far = [];
-  for (const axis of [0, 1, 2]) {
-    const sides = [box[axis] ?? 0, box[axis + 3] ?? 0].map(
-      (side) => (side - (origin[axis] ?? 0)) / (ray[axis] || 1e-12),
-    );
-    near.push(Math.min(...sides));
-    far.push(Math.max(...sides));
+  let [near, far] = [-Infinity, Infinity];
+  for (let axis = 0; axis < 3; axis += 1) {
+    const [start, along] = [origin[axis] ?? 0, ray[axis] || 1e-12];
+    const [lower, upper] = [((box[axis] ?? 0) - start) / along, ((box[axis + 3] ?? 0) - start) / along];
+    near = Math.max(near, Math.min(lower, upper));
+    far = Math.min(far, Math.max(lower, upper));
   }
-  return { near: Math.max(...near), far: Math.min(...far) };
+  return { near, far };
 }
 
-/** @param {Box} box @param {number[]} origin @param {number[]} ray */
+/** @param {Box} box @param {Float64Array} origin @param {Float64Array} ray */
 function exit(box, origin, ray) {
   return crossings(box, origin, ray).far;
 }
 
-/** @param {Box} box @param {number[]} origin @param {number[]} ray */
+/** @param {Box} box @param {Float64Array} origin @param {Float64Array} ray */
 function entry(box, origin, ray) {
   const { near, far } = crossings(box, origin, ray);
   return near > 0 && near < far ? near : Number.POSITIVE_INFINITY;
@@ -131,17 +134,8 @@ function chunk(type, data) {
   return framed;
 }
 
-/** @param {Uint8Array} bytes */
-function crc32(bytes) {
-  let crc = 0xffffffff;
-  for (const byte of bytes) {
-    crc ^= byte;
-    for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
-  }
-  return ~crc >>> 0;
-}
-
-const VIEWS = WALK.map((pose) => see(pose));
+/** What the camera sees at each pose of the walk. */
+export const VIEWS = WALK.map((pose) => see(pose));
 
 /**
  * The walk as files: rgb/N.png and depth/N.png from 1, and the truth.

@@ -1,8 +1,8 @@
 // @ts-check
 /**
- * Every command that stands in a block of the README or of the docs is run by a shell, in the order of its page, in a folder with
- * made-up files of the names that it uses. Commands within the text name what exists, with options that it has; those that take no
- * longer than a moment are run.
+ * Every command that stands in a block of the README or of the docs is run, in the order of its page, in a folder with made-up
+ * files of the names that it uses: by a shell where a shell changes its words. Commands within the text name what exists, with
+ * options that it has; those that take no longer than a moment are run.
  */
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
@@ -11,7 +11,7 @@ import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { mcapBytes } from './bag_files.mjs';
 import { cameraInfo, image, stampAt } from './bag_messages.mjs';
-import { see, SIZE, truthOf, WALK, walkFiles } from './depth_room.mjs';
+import { SIZE, truthOf, VIEWS, WALK, walkFiles } from './depth_room.mjs';
 import { roomLog } from './laser_room.mjs';
 import { DEADLINE_MS, ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
 
@@ -33,11 +33,10 @@ function blocksOf(page) {
 }
 
 function bag() {
-  const messages = WALK.flatMap((pose, i) => {
+  const messages = VIEWS.flatMap(({ depth }, i) => {
     const stamp = stampAt(100 + i);
     const time = BigInt(100 + i) * 1_000_000_000n;
-    const data = new Uint8Array(see(pose).depth.buffer);
-    const shape = { width: SIZE, height: SIZE, encoding: '16UC1', data };
+    const shape = { width: SIZE, height: SIZE, encoding: '16UC1', data: new Uint8Array(depth.buffer) };
     return [
       { topic: DEPTH_TOPIC, time, data: image({ stamp, ...shape }) },
       {
@@ -55,7 +54,7 @@ function bag() {
 }
 
 /** Everything that the docs name, as small as it may be. @param {string} folder */
-function makeWorld(folder) {
+async function makeWorld(folder) {
   const truth = ROOM_POSES.map(
     ([x, y, theta], i) => `${i} ${x} ${y} 0 0 0 ${Math.sin(theta / 2)} ${Math.cos(theta / 2)}\n`,
   );
@@ -83,10 +82,16 @@ function makeWorld(folder) {
     mkdirSync(dirname(join(folder, path)), { recursive: true });
     writeFileSync(join(folder, path), content);
   }
-  const converted = scanstitch(['convert', 'walk.tum', 'GT_pose.npy'], folder);
+  const converted = await scanstitch(['convert', 'walk.tum', 'GT_pose.npy'], folder);
   assert.equal(converted.status, 0, converted.stderr);
   mkdirSync(join(folder, 'hand-ins'));
   for (const name of ['ada.npy', 'bob.npy']) copyFileSync(join(folder, 'GT_pose.npy'), join(folder, 'hand-ins', name));
+}
+
+/** The words of a command of ours that a shell would hand on as they stand; null for others. @param {string} command */
+function plainWords(command) {
+  const [, words] = /^npx scanstitch ([\w ./=:,-]+)$/.exec(command) ?? [];
+  return words?.split(/ +/) ?? null;
 }
 
 /** A shell in which `npx scanstitch` and `npm run` are those of this clone. @param {string} folder */
@@ -127,19 +132,22 @@ for (const { page, own } of RUN) {
   test(
     `the commands of ${page} run`,
     { skip: !process.env.CI && needsElement(own) && 'the element is not built yet' },
-    (t) => {
+    async (t) => {
       const folder = temporaryFolder(t);
-      makeWorld(folder);
-      const run = shellOf(folder);
+      await makeWorld(folder);
+      const shell = shellOf(folder);
+      const run = async (/** @type {string} */ command) => {
+        const words = plainWords(command);
+        return words ? scanstitch(words, folder) : shell(command);
+      };
       // What an earlier page has computed.
       if (page !== 'docs/laser.md' && own.some((command) => command.includes('aces.relations')))
-        run('npx scanstitch reconstruct drive.log --out result');
-      if (page === 'docs/command_line.md') run('npx scanstitch reconstruct office/ --out result');
+        await run('npx scanstitch reconstruct drive.log --out result');
       for (const command of own) {
-        const { status, stderr } = run(command);
+        const { status, stderr } = await run(command);
         assert.equal(status, 0, `${command}\n${stderr}`);
         if (page === 'docs/command_line.md' && command.includes('scans/'))
-          run('npx scanstitch reconstruct office/ --out result');
+          await run('npx scanstitch reconstruct office/ --out result');
       }
     },
   );
@@ -162,7 +170,7 @@ test('npm start serves the page', ofStart, async (t) => {
   let output = '';
   for await (const chunk of server.stdout) {
     output += chunk;
-    if (/http:\/\/localhost:\d+/.test(output)) break;
+    if (output.includes('The full engine is there')) break;
   }
   const [address = ''] = /http:\/\/localhost:\d+\S*/.exec(output) ?? [];
   assert.match(await (await fetch(address)).text(), /<scanstitch-app/);
@@ -171,12 +179,13 @@ test('npm start serves the page', ofStart, async (t) => {
 /** Commands within the text that are run as they stand. */
 const QUICK = ['npx scanstitch settings', 'npm test -- --list'];
 
-test('commands within the text name what exists, with options that it has', (t) => {
+test('commands within the text name what exists, with options that it has', async (t) => {
   const examples = readFileSync(join(ROOT, 'Cargo.toml'), 'utf8');
   const all = PAGES.flatMap((page) => [...blocksOf(page).text.matchAll(/`((?:npm|npx|node|cargo) [^`\n]*)`/g)]);
   assert.ok(all.length > 10, `only ${all.length} commands were found`);
   for (const [, written = ''] of all) {
-    const command = written.replace(/^node( --\S+)+/, 'node'); // Node's own options stand before the file
+    // Options of node and npm themselves stand before the file or the script.
+    const command = written.replace(/^(node|npm run)( --\S+)+/, '$1').replace(/^node npm\/cli\.js/, 'npx scanstitch');
     const [program, first = '', second = ''] = command.split(' ');
     const [, example] = /--example (\w+)/.exec(command) ?? [];
     if (example !== undefined) {
@@ -185,8 +194,11 @@ test('commands within the text name what exists, with options that it has', (t) 
     } else if (program === 'node') assertHasOptions(command, first);
     else if (program === 'npm' && first === 'run') assertHasOptions(command, scriptOf(second));
     else if (program === 'npm' && ['test', 'start'].includes(first)) assertHasOptions(command, scriptOf(first));
-    else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second))
-      assert.equal(scanstitch([second, '--help']).status, 0, command);
+    else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second)) {
+      const { status, stdout } = await scanstitch([second, '--help']);
+      assert.equal(status, 0, command);
+      for (const [option] of command.matchAll(/ --(?!help)[a-z-]+/g)) assert.ok(stdout.includes(option), command);
+    }
   }
   const run = shellOf(temporaryFolder(t));
   for (const command of QUICK) {

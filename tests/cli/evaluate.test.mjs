@@ -18,8 +18,8 @@ const evo = JSON.parse(readFileSync(join(OWN, 'evo.json'), 'utf8'));
 before(() => engine.load());
 
 /** @param {string[]} args */
-function evaluateJson(args) {
-  const { status, stdout, stderr } = scanstitch(['evaluate', ...args, '--json']);
+async function evaluateJson(args) {
+  const { status, stdout, stderr } = await scanstitch(['evaluate', ...args, '--json']);
   assert.equal(status, 0, stderr);
   return JSON.parse(stdout);
 }
@@ -32,7 +32,7 @@ function same(found, expected) {
   assert.ok(Math.abs(found - expected) <= 1e-9 * Math.abs(expected), `${found} in place of ${expected}`);
 }
 
-test('the figures of evo, by way of the command line', () => {
+test('the figures of evo, by way of the command line', async () => {
   const cases = /** @type {const} */ ([
     ['-as 20', ['--align', 'sim3', '--align-first', '20'], 'APE translation_part'],
     ['origin', ['--align', 'origin', '--relation', 'rotation_angle_deg'], 'APE rotation_angle_deg'],
@@ -48,7 +48,7 @@ test('the figures of evo, by way of the command line', () => {
     const { results } = evo.cases.find(
       (/** @type {{ align: string, max_diff: number }} */ one) => one.align === align && one.max_diff === 0.05,
     );
-    const { estimates, options, reference } = evaluateJson([REFERENCE, ESTIMATE, ...MATCH, ...args]);
+    const { estimates, options, reference } = await evaluateJson([REFERENCE, ESTIMATE, ...MATCH, ...args]);
     assert.equal(reference, 'reference.tum');
     assert.equal(options.max_diff, 0.05);
     const [{ name, rank, statistics, num_errors }] = estimates;
@@ -59,7 +59,7 @@ test('the figures of evo, by way of the command line', () => {
   }
 });
 
-test('hand-in mode: many estimates are ranked, in every form of a table', (t) => {
+test('hand-in mode: many estimates are ranked, in every form of a table', async (t) => {
   const folder = temporaryFolder(t);
   const shifted = (/** @type {number} */ by) =>
     readFileSync(REFERENCE, 'utf8').replace(/^(\S+) (\S+)/gm, (_, stamp, x) => `${stamp} ${Number(x) + by}`);
@@ -68,21 +68,21 @@ test('hand-in mode: many estimates are ranked, in every form of a table', (t) =>
     'best.tum': shifted(0.1),
     'a|b, worst.tum': shifted(3),
   });
-  const text = scanstitch(['evaluate', REFERENCE, ...paths, '--drift']);
+  const text = await scanstitch(['evaluate', REFERENCE, ...paths, '--drift']);
   assert.equal(text.stderr, '');
   assert.equal(text.status, 0);
   assert.match(text.stdout, /^APE of translation_part, alignment none\n/);
   assert.match(text.stdout, /^rank +estimate +poses +rmse \(m\) .*drift \(%\) +drift \(deg\/m\)$/m);
   assert.match(text.stdout, /^ +1 +best\.tum +90\/90 +0\.1 .*\n +2 +late\.tum .*\n +3 +a\|b, worst\.tum .* 3 /m);
 
-  const markdown = scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'markdown']).stdout;
+  const markdown = (await scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'markdown'])).stdout;
   assert.match(markdown, /^\| rank \| estimate \| .*\n\| ---: \| --- \| .*\n\| 1 \| best\.tum \| 90\/90 \| 0\.1 \| /);
   assert.match(markdown, /\| 3 \| a\\\|b, worst\.tum \|/);
-  const csv = scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'csv', '--sort', 'max']).stdout;
+  const csv = (await scanstitch(['evaluate', REFERENCE, ...paths, '--table', 'csv', '--sort', 'max'])).stdout;
   assert.match(csv, /^rank,estimate,poses,rmse \(m\),.*\n1,best\.tum,90\/90,0\.1,.*\n.*\n3,"a\|b, worst\.tum",/);
 });
 
-test('one estimate that cannot be used does not spoil the others', (t) => {
+test('one estimate that cannot be used does not spoil the others', async (t) => {
   const folder = temporaryFolder(t);
   const good = readFileSync(REFERENCE, 'utf8');
   const files = {
@@ -93,7 +93,7 @@ test('one estimate that cannot be used does not spoil the others', (t) => {
     'long_quaternions.tum': good.replace(/ (\S+) (\S+) (\S+) (\S+)$/gm, ' $1 $2 $3 $4').replace(/(\S+)$/m, '3'),
   };
   const paths = writeFiles(folder, files);
-  const { status, stdout, stderr } = scanstitch([
+  const { status, stdout, stderr } = await scanstitch([
     'evaluate',
     REFERENCE,
     ESTIMATE,
@@ -116,10 +116,13 @@ test('one estimate that cannot be used does not spoil the others', (t) => {
   );
   assert.match(stdout, /^ +1 +long_quaternions\.tum +90\/90 /m);
   assert.match(stdout, / +estimate\.tum /);
-  assert.match(scanstitch(['evaluate', ESTIMATE, join(folder, 'broken.tum')]).stderr, /No estimate could be compared/);
+  assert.match(
+    (await scanstitch(['evaluate', ESTIMATE, join(folder, 'broken.tum')])).stderr,
+    /No estimate could be compared/,
+  );
 });
 
-test('convert: every form and back, without loss', (t) => {
+test('convert: every form and back, without loss', async (t) => {
   const folder = temporaryFolder(t);
   const times = join(folder, 'times.txt');
   const lines = readFileSync(REFERENCE, 'utf8').trim().split('\n');
@@ -133,38 +136,38 @@ test('convert: every form and back, without loss', (t) => {
     ['euroc.csv', 'euroc'],
   ])) {
     const path = join(folder, file);
-    const made = scanstitch(['convert', REFERENCE, path, '--to', form]);
+    const made = await scanstitch(['convert', REFERENCE, path, '--to', form]);
     assert.equal(made.status, 0, made.stderr);
     assert.match(made.stdout, new RegExp(`^90 poses, tum to ${form}: written to `));
     for (const relation of ['translation_part', 'rotation_angle_rad']) {
       const args = [REFERENCE, path, '--times', times, '--max-diff', '1e-6', '--relation', relation];
-      const [{ statistics, num_matched }] = evaluateJson(args).estimates;
+      const [{ statistics, num_matched }] = (await evaluateJson(args)).estimates;
       assert.equal(num_matched, 90, form);
       assert.ok(statistics.max < 1e-15, `${form} ${relation} ${statistics.max}`);
     }
   }
-  const { stderr, status } = scanstitch(['convert', REFERENCE, join(folder, 'x.unknown')]);
+  const { stderr, status } = await scanstitch(['convert', REFERENCE, join(folder, 'x.unknown')]);
   assert.deepEqual([stderr, status], ['scanstitch: Name the form of x.unknown with --to.\n', 1]);
 });
 
-test('a folder of one matrix a frame is one estimate', (t) => {
+test('a folder of one matrix a frame is one estimate', async (t) => {
   const folder = temporaryFolder(t);
   const frames = join(folder, 'frames');
   mkdirSync(frames);
   const all = join(folder, 'all.log');
-  scanstitch(['convert', REFERENCE, all]);
+  await scanstitch(['convert', REFERENCE, all]);
   const rows = readFileSync(all, 'utf8').trim().split('\n');
   for (let index = 0; index < 90; index += 1) {
     writeFileSync(join(frames, `frame-${index}.pose.txt`), rows.slice(4 * index, 4 * index + 4).join('\n'));
   }
   writeFileSync(join(frames, 'camera-intrinsics.txt'), '585 0 320\n0 585 240\n0 0 1\n');
-  const [{ statistics, num_matched }] = evaluateJson([REFERENCE, frames]).estimates;
+  const [{ statistics, num_matched }] = (await evaluateJson([REFERENCE, frames])).estimates;
   assert.deepEqual([num_matched, statistics.max], [90, 0]);
   writeFileSync(join(frames, 'frame-7.pose.txt'), rows.slice(0, 3).join('\n'));
-  assert.match(scanstitch(['evaluate', REFERENCE, frames]).stderr, /^frame-7\.pose\.txt, line \d/);
+  assert.match((await scanstitch(['evaluate', REFERENCE, frames])).stderr, /^frame-7\.pose\.txt, line \d/);
 });
 
-test('relations that are known to be right', (t) => {
+test('relations that are known to be right', async (t) => {
   const folder = temporaryFolder(t);
   const [poses, relations] = writeFiles(folder, {
     'poses.txt': '0 0 0 0\n1 1 0 1.5707963267948966\n2 1 1 3.141592653589793\n3 0 1 -1.5707963267948966\n',
@@ -172,13 +175,13 @@ test('relations that are known to be right', (t) => {
       'VERTEX2 0 0 0 0\nEDGE2 0 1 1 0 1.5707963267948966 1 0 1 1 0 0\nEDGE2 0 3 0 1.2 -1.5707963267948966 1 0 1 1 0 0\n',
   });
   const args = [poses ?? '', poses ?? '', '--relations', relations ?? ''];
-  const [{ relations: all }] = evaluateJson(args).estimates;
+  const [{ relations: all }] = (await evaluateJson(args)).estimates;
   assert.deepEqual([all.num_relations, all.num_compared], [2, 2]);
   same(all.translation.mean, 0.1);
-  const [{ relations: loops }] = evaluateJson([...args, '--loops-only']).estimates;
+  const [{ relations: loops }] = (await evaluateJson([...args, '--loops-only'])).estimates;
   assert.equal(loops.num_relations, 1);
   same(loops.translation.max, 0.2);
-  assert.match(scanstitch(['evaluate', ...args]).stdout, /relations +trans \(m\) +rot \(deg\)\n.* 2 +0\.1 /);
+  assert.match((await scanstitch(['evaluate', ...args])).stdout, /relations +trans \(m\) +rot \(deg\)\n.* 2 +0\.1 /);
 });
 
 /** A drive of 40 poses, one each 0.12 s, a quarter of a metre a step, and relations between every pose and the tenth after. */
@@ -194,14 +197,14 @@ function timedRelations(shift, far = 0) {
   return Array.from({ length: 30 }, line).join('');
 }
 
-test('relations by time and a trajectory alone: counts, figures, the share that is wrong', (t) => {
+test('relations by time and a trajectory alone: counts, figures, the share that is wrong', async (t) => {
   const folder = temporaryFolder(t);
   const extra = '900.000000 901.000000 1 0 0 0 0 0\n';
   const [drive = '', known = ''] = writeFiles(folder, {
     'drive.tum': DRIVE,
     'known.relations': timedRelations(0, 3) + extra,
   });
-  const { status, stdout, stderr } = scanstitch(['evaluate', drive, '--relations', known]);
+  const { status, stdout, stderr } = await scanstitch(['evaluate', drive, '--relations', known]);
   assert.deepEqual([status, stderr], [0, '']);
   assert.match(
     stdout,
@@ -212,20 +215,20 @@ test('relations by time and a trajectory alone: counts, figures, the share that 
   assert.match(stdout, /^rotation \(deg\) +2\.0000 +0\.0000 +2\.0000 +2\.0000$/m);
   assert.match(stdout, /^Off by more than 0\.5 m or 5 deg: 3 of 30 \(10\.00 %\)$/m);
 
-  const { relations, estimates } = evaluateJson([drive, '--relations', known]);
+  const { relations, estimates } = await evaluateJson([drive, '--relations', known]);
   assert.equal(relations, 'known.relations');
   const [{ name, relations: found }] = estimates;
   assert.deepEqual([name, found.num_relations, found.num_compared, found.num_left_out], ['drive.tum', 31, 30, 1]);
   assert.deepEqual([found.num_wrong, found.share_wrong, found.translation_errors], [3, 0.1, undefined]);
   same(found.translation.median, 0.05);
   same(found.rotation_deg.mean, 2);
-  const [{ relations: full }] = evaluateJson([drive, '--relations', known, '--errors']).estimates;
+  const [{ relations: full }] = (await evaluateJson([drive, '--relations', known, '--errors'])).estimates;
   assert.equal(full.translation_errors.length, 30);
-  const csv = scanstitch(['evaluate', drive, '--relations', known, '--table', 'csv']).stdout;
+  const csv = (await scanstitch(['evaluate', drive, '--relations', known, '--table', 'csv'])).stdout;
   assert.match(csv, /^estimate,relations,left out,trans \(m\),.*\ndrive\.tum,30,1,0\.1490,.*,10\.00\n$/);
 });
 
-test('relations whose times fit no pose are told with the remedy, and the rest is computed', (t) => {
+test('relations whose times fit no pose are told with the remedy, and the rest is computed', async (t) => {
   const folder = temporaryFolder(t);
   const counted = DRIVE.split('\n').slice(0, -1).map((line, i) => line.replace(/^\S+/, String(i))).join('\n'); // prettier-ignore
   const files = {
@@ -235,7 +238,7 @@ test('relations whose times fit no pose are told with the remedy, and the rest i
     'edges.g2o': 'EDGE2 0 10 2.5 0 0 1 0 1 1 0 0\nEDGE2 300 310 1 0 0 1 0 1 1 0 0\nEDGE2 310 320 1 0 0 1 0 1 1 0 0\n',
   };
   const [drive = '', counts = '', late = '', edges = ''] = writeFiles(folder, files);
-  const alone = scanstitch(['evaluate', drive, '--relations', late]);
+  const alone = await scanstitch(['evaluate', drive, '--relations', late]);
   assert.deepEqual([alone.status, alone.stdout], [1, '']);
   assert.match(
     alone.stderr,
@@ -245,19 +248,19 @@ test('relations whose times fit no pose are told with the remedy, and the rest i
     alone.stderr,
     /an offset of 1234\.500 s would make them meet\.\nscanstitch: No relation could be compared/,
   );
-  const shifted = scanstitch(['evaluate', drive, '--relations', late, '--offset', '1234.5']);
+  const shifted = await scanstitch(['evaluate', drive, '--relations', late, '--offset', '1234.5']);
   assert.equal(shifted.status, 0, shifted.stderr);
   assert.match(shifted.stdout, /30 relations used, 0 left out/);
 
-  const counting = scanstitch(['evaluate', counts, '--relations', late]);
+  const counting = await scanstitch(['evaluate', counts, '--relations', late]);
   assert.equal(counting.status, 1);
   assert.match(counting.stderr, /the estimate counts its poses: 0, 1, 2\. Reconstruct the log anew/);
 
   // With a reference the rest is computed; some relations that fit are compared, and the others told.
-  const ranked = scanstitch(['evaluate', drive, drive, '--relations', late]);
+  const ranked = await scanstitch(['evaluate', drive, drive, '--relations', late]);
   assert.equal(ranked.status, 2);
   assert.match(ranked.stdout, /^ +1 +drive\.tum +40\/40 +0 /m);
-  const partly = scanstitch(['evaluate', drive, '--relations', edges]);
+  const partly = await scanstitch(['evaluate', drive, '--relations', edges]);
   assert.equal(partly.status, 2);
   assert.match(
     partly.stderr,
@@ -266,7 +269,7 @@ test('relations whose times fit no pose are told with the remedy, and the rest i
   assert.match(partly.stdout, /1 relations used, 2 left out\n/);
 });
 
-test('wrong commands: one line each, exit code 1', () => {
+test('wrong commands: one line each, exit code 1', async () => {
   const cases = /** @type {[string[], RegExp][]} */ ([
     [['evaluate'], /Name the reference and one estimate at least/],
     [['evaluate', REFERENCE], /Name the reference and one estimate at least, or one trajectory and --relations FILE/],
@@ -282,26 +285,26 @@ test('wrong commands: one line each, exit code 1', () => {
     [['convert', REFERENCE], /Name one input and one output/],
   ]);
   for (const [args, message] of cases) {
-    const { status, stdout, stderr } = scanstitch(args);
+    const { status, stdout, stderr } = await scanstitch(args);
     assert.match(stderr, /^scanstitch: .+\n$/);
     assert.match(stderr, message);
     assert.deepEqual([stdout, status], ['', 1]);
   }
-  const { stderr } = scanstitch(['evaluate', 'absent.tum', ESTIMATE]);
+  const { stderr } = await scanstitch(['evaluate', 'absent.tum', ESTIMATE]);
   assert.match(stderr, /^absent\.tum: There is no such file or folder\.\nscanstitch: The reference could not be used/);
 });
 
-test('map-quality: a blurred map scores worse', (t) => {
+test('map-quality: a blurred map scores worse', async (t) => {
   const folder = temporaryFolder(t);
   const wall = (/** @type {number} */ blur) =>
     asciiPly(Array.from({ length: 900 }, (_, i) => [(i % 300) / 100, blur * Math.sin(i * i), 0]));
   const paths = writeFiles(folder, { 'crisp.ply': wall(0.005), 'blurred.ply': wall(0.02) });
-  const { status, stdout } = scanstitch(['map-quality', ...paths, '--json']);
+  const { status, stdout } = await scanstitch(['map-quality', ...paths, '--json']);
   assert.equal(status, 0);
   const [crisp, blurred] = JSON.parse(stdout);
   assert.ok(crisp.mean_map_entropy < blurred.mean_map_entropy);
   assert.ok(crisp.mean_plane_variance < blurred.mean_plane_variance / 10);
-  assert.match(scanstitch(['map-quality', ...paths]).stdout, /^map +mean map entropy \(nats\)/);
+  assert.match((await scanstitch(['map-quality', ...paths])).stdout, /^map +mean map entropy \(nats\)/);
 });
 
 test('map-quality: the points evaluated of a large map are spread over all of it', () => {
@@ -318,7 +321,7 @@ test('map-quality: the points evaluated of a large map are spread over all of it
   assert.ok(mean_plane_variance > 1e-6, `${mean_plane_variance}`);
 });
 
-test('map-quality: frames are placed by trajectories, and what does not fit them is told', (t) => {
+test('map-quality: frames are placed by trajectories, and what does not fit them is told', async (t) => {
   const folder = temporaryFolder(t);
   // A corner of three walls, seen from places along a line; each frame has points of its own.
   const shift = 0.1;
@@ -342,16 +345,16 @@ test('map-quality: frames are placed by trajectories, and what does not fit them
     'short.tum': '0 0 0 0 0 0 0 1\n',
   });
   const args = ['map-quality', '--frames', join(folder, 'scans'), truth, mine];
-  const [exact, off] = JSON.parse(scanstitch([...args, '--json']).stdout);
+  const [exact, off] = JSON.parse((await scanstitch([...args, '--json'])).stdout);
   assert.equal(exact.residual.num_overlaps, 6);
   assert.ok(exact.residual.mean_residual < 0.005 && off.residual.mean_residual > exact.residual.mean_residual + 0.003);
   assert.ok(exact.mean_plane_variance < off.mean_plane_variance);
-  assert.match(scanstitch(args).stdout, /^frames placed by +residual \(mm\) +mean map entropy/);
-  const { status, stderr } = scanstitch([...args, short]);
+  assert.match((await scanstitch(args)).stdout, /^frames placed by +residual \(mm\) +mean map entropy/);
+  const { status, stderr } = await scanstitch([...args, short]);
   assert.equal(status, 2);
   assert.match(stderr, /^short\.tum: There are 4 frames and 1 poses/);
   assert.match(
-    scanstitch(['map-quality', '--frames', folder, truth]).stderr,
+    (await scanstitch(['map-quality', '--frames', folder, truth])).stderr,
     /There is no PLY or PCD file in this folder/,
   );
 });
@@ -382,7 +385,7 @@ test('in JavaScript: arrays of an evaluation', () => {
   for (const thing of [evaluation, reference, estimate]) thing.free();
 });
 
-test('the ground truth of another recording is named as such, and drift is not', (t) => {
+test('the ground truth of another recording is named as such, and drift is not', async (t) => {
   const folder = temporaryFolder(t);
   /** Poses of a drive in the plane, as TUM. @param {number} phase @param {number} drift rad a pose */
   const drive = (phase, drift) => {
@@ -397,9 +400,9 @@ test('the ground truth of another recording is named as such, and drift is not',
   };
   const files = { 'own.tum': drive(0, 0), 'other.tum': drive(1.4, 0), 'drifting.tum': drive(0, 0.004) };
   const [own, other, drifting] = writeFiles(folder, files);
-  const notes = (/** @type {string} */ estimate) => scanstitch(['evaluate', own ?? '', estimate]).stderr;
-  assert.match(notes(other ?? ''), /only \d+ % of its motions .* it is of another recording/);
-  assert.doesNotMatch(notes(drifting ?? ''), /another recording/);
+  const notes = async (/** @type {string} */ estimate) => (await scanstitch(['evaluate', own ?? '', estimate])).stderr;
+  assert.match(await notes(other ?? ''), /only \d+ % of its motions .* it is of another recording/);
+  assert.doesNotMatch(await notes(drifting ?? ''), /another recording/);
 });
 
 test('100,000 poses are read and compared', () => {
@@ -424,9 +427,9 @@ test('100,000 poses are read and compared', () => {
   for (const thing of [asItIs, aligned, reference, estimate]) thing.free();
 });
 
-test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutData }, () => {
+test('the stored result of evo: KITTI 00 against ORB-SLAM', { skip: skipWithoutData }, async () => {
   const args = ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt'].map((name) => join(DATA, 'trajectories', name));
-  const [{ statistics, drift }] = evaluateJson([...args, '--align', 'se3']).estimates;
+  const [{ statistics, drift }] = (await evaluateJson([...args, '--align', 'se3'])).estimates;
   same(statistics.rmse, 1.3034497145650266);
   assert.equal(drift.is_kitti, true);
 });

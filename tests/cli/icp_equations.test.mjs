@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { moved } from '../../npm/lab/matrices.js';
+import { IDENTITY, moved, multiplied, poseOf } from '../../npm/lab/matrices.js';
 
 await engine.load();
 
@@ -72,4 +72,40 @@ test('the landscape is lowest where the loop ends', () => {
     const [column, row] = [(lowest % 101) - 50, Math.floor(lowest / 101) - 50];
     assert.ok(Math.abs(column) <= 2 && Math.abs(row) <= 2, `${column} ${row} nodes of 1 cm off`);
   }
+});
+
+/** A turn about z and a translation in the plane. @param {number} theta @param {number} x @param {number} y */
+function planarPose(theta, x, y) {
+  const [cos, sin] = [Math.cos(theta), Math.sin(theta)];
+  return poseOf([cos, -sin, 0, sin, cos, 0, 0, 0, 1], [x, y, 0]);
+}
+
+/** The motion of a twist in the plane. @param {number[]} twist theta, x, y */
+function exponential([theta = 0, x = 0, y = 0]) {
+  const [along, across] = theta === 0 ? [1, 0] : [Math.sin(theta) / theta, (2 * Math.sin(theta / 2) ** 2) / theta];
+  return planarPose(theta, along * x - across * y, across * x + along * y);
+}
+
+test('sines, cosines and their inverses in WebAssembly: turns come back from poses, steps from their logarithm', () => {
+  // Of three points far apart, the step turns them back by up to a sixth of a turn.
+  const points = engine.PointCloud.from_positions(Float32Array.of(-9, -5, 0, 9, -5, 0, 0, 10, 0));
+  const all_pairs = { max_normal_angle: Math.PI, max_correspondence_distance: 100 };
+  const exact = /** @type {const} */ ({ metric: 'point_to_point', step: 'closed_form', robust_kernel: 'none' });
+  const lab = new engine.IcpLab(points, points, { ...exact, ...all_pairs });
+  assert.ok(lab.is_planar);
+  const same = (/** @type {ArrayLike<number>} */ found, /** @type {ArrayLike<number>} */ expected) => {
+    assert.equal(found.length, expected.length);
+    const off = Array.from(found, (value, at) => Math.abs(value - (expected[at] ?? Number.NaN)));
+    assert.ok(Math.max(...off) < 1e-10, `${Array.from(found)} in place of ${Array.from(expected)}`);
+  };
+  for (const theta of [-3.1, -1, -1e-9, 0, 1e-4, 0.5, 3.1]) {
+    const [center, offsets] = [Float64Array.from(IDENTITY), Float64Array.of(theta, 0.15, -0.2)];
+    const pose = lab.pose_at(center, offsets);
+    same(pose, planarPose(theta, 0.15, -0.2));
+    same(lab.offsets(center, pose), offsets);
+    const { x, T_next } = lab.iteration(pose);
+    same(T_next, multiplied(exponential(x ?? []), pose));
+    if (Math.abs(theta) <= 1) same(x?.slice(0, 1) ?? [], [-theta]);
+  }
+  for (const thing of [points, lab]) thing.free();
 });

@@ -11,10 +11,10 @@ import { readReport, scanstitch, temporaryFolder, writeFiles } from './support.m
 const rows = (/** @type {number} */ count, scale = 1) =>
   Array.from({ length: count }, (_, i) => `${i} ${0.05 * i * scale} 0 0\n`).join('');
 
-test('a log: a trajectory of all its scans, a grid for map_server, and the poses in it as a reference', (t) => {
+test('a log: a trajectory of all its scans, a grid for map_server, and the poses in it as a reference', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { 'drive.log': roomLog(9) });
-  const { status, stdout, stderr } = scanstitch([
+  const { status, stdout, stderr } = await scanstitch([
     'reconstruct',
     join(folder, 'drive.log'),
     '--out',
@@ -38,15 +38,22 @@ test('a log: a trajectory of all its scans, a grid for map_server, and the poses
   assert.match(yaml, /^image: map\.pgm\nmode: trinary\nresolution: 0\.05\norigin: \[-?[\d.]+, -?[\d.]+, 0\.0\]\n/);
 });
 
-test('odometry that is named gives the first guess; one without headings is told', (t) => {
+test('odometry that is named gives the first guess; one without headings is told', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { 'drive.log': roomLog(9), 'wheels.txt': rows(9, 1.1), 'positions.txt': '0 0\n0.05 0\n' });
   const at = (/** @type {string} */ name) => join(folder, name);
-  const used = scanstitch(['reconstruct', at('drive.log'), '--odometry', at('wheels.txt'), '--out', at('out')]);
+  const used = await scanstitch(['reconstruct', at('drive.log'), '--odometry', at('wheels.txt'), '--out', at('out')]);
   assert.equal(used.status, 0, used.stderr);
   assert.match(used.stderr, /wheels\.txt gives the first guess/);
   assert.ok(readReport(at('out')).comparison.max < 0.01);
-  const refused = scanstitch(['reconstruct', at('drive.log'), '--odometry', at('positions.txt'), '--out', at('out')]);
+  const refused = await scanstitch([
+    'reconstruct',
+    at('drive.log'),
+    '--odometry',
+    at('positions.txt'),
+    '--out',
+    at('out'),
+  ]);
   assert.equal(refused.status, 2);
   assert.match(refused.stderr, /positions\.txt: These positions have no headings/);
 });
@@ -66,22 +73,22 @@ function turningLog(numScans) {
   return `${Array.from({ length: numScans }, line).join('\n')}\n`;
 }
 
-test('a trajectory carries the times of the log, and report.json as well; without such, the number of the scan', (t) => {
+test('a trajectory carries the times of the log, and report.json as well; without such, the number of the scan', async (t) => {
   const folder = temporaryFolder(t);
   const repeated = turningLog(12).replaceAll(/100\d\.\d+ robot/g, '1.01893e+09 robot');
   writeFiles(folder, { 'drive.log': turningLog(12), 'repeated.log': repeated });
-  const stampsOf = (/** @type {string} */ name) => {
+  const stampsOf = async (/** @type {string} */ name) => {
     const out = join(folder, `${name}-out`);
-    const run = scanstitch(['reconstruct', join(folder, name), '--out', out]);
+    const run = await scanstitch(['reconstruct', join(folder, name), '--out', out]);
     assert.equal(run.status, 0, run.stderr);
     const lines = readFileSync(join(out, 'trajectory.tum'), 'utf8').trim().split('\n').slice(1);
     const { frames } = readReport(out);
     return { ...run, stamps: lines.map((line) => Number(line.split(' ')[0])), times: frames.map((/** @type {any} */ { time }) => time) }; // prettier-ignore
   };
   const times = Array.from({ length: 12 }, (_, scan) => 1000 + 0.25 * scan);
-  const timed = stampsOf('drive.log');
+  const timed = await stampsOf('drive.log');
   assert.deepEqual([timed.stamps, timed.times], [times, times]);
-  const counted = stampsOf('repeated.log');
+  const counted = await stampsOf('repeated.log');
   assert.deepEqual(counted.stamps, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
   assert.match(counted.stderr, /^note: The log's times do not tell its scans apart: 11 of 12 scans are not later/m);
 
@@ -97,19 +104,19 @@ test('a trajectory carries the times of the log, and report.json as well; withou
   });
   const at = (/** @type {string} */ name) => join(folder, name);
   const trajectory = at('drive.log-out/trajectory.tum');
-  const known = scanstitch(['evaluate', trajectory, '--relations', at('known.relations'), '--json']);
+  const known = await scanstitch(['evaluate', trajectory, '--relations', at('known.relations'), '--json']);
   assert.equal(known.status, 0, known.stderr);
   const [{ relations }] = JSON.parse(known.stdout).estimates;
   assert.deepEqual([relations.num_compared, relations.num_left_out, relations.num_wrong], [10, 0, 0]);
   assert.ok(relations.rotation_deg.max < 0.5, known.stdout);
   for (const reference of ['timed.tum', 'counted.tum', 'index.txt']) {
-    const { status, stdout, stderr } = scanstitch(['evaluate', at(reference), trajectory, '--json']);
+    const { status, stdout, stderr } = await scanstitch(['evaluate', at(reference), trajectory, '--json']);
     assert.equal(status, 0, stderr);
     assert.equal(JSON.parse(stdout).estimates[0].num_matched, 12, reference);
   }
 });
 
-test('odometry in other units, by another clock or of another log is told with the remedy, and the scans are placed', (t) => {
+test('odometry in other units, by another clock or of another log is told with the remedy, and the scans are placed', async (t) => {
   const folder = temporaryFolder(t);
   const count = 40;
   const turning = (/** @type {number} */ scale) =>
@@ -124,13 +131,13 @@ test('odometry in other units, by another clock or of another log is told with t
   const at = (/** @type {string} */ name) => join(folder, name);
   const run = (/** @type {string} */ name) =>
     scanstitch(['reconstruct', at('drive.log'), '--odometry', at(name), '--out', at('out')]);
-  const good = run('good.txt');
+  const good = await run('good.txt');
   assert.deepEqual([good.status, /^note: good\.txt gives the first guess/m.test(good.stderr)], [0, true], good.stderr);
   for (const [name, told] of /** @type {const} */ ([
     ['degrees.txt', /^degrees\.txt: Its headings are degrees: .* Give them in radians\. It was not used\.$/m],
     ['others.txt', /^others\.txt: .*Give the odometry of this log.* It was not used\.$/m],
   ])) {
-    const { status, stderr } = run(name);
+    const { status, stderr } = await run(name);
     assert.equal(status, 2, stderr);
     assert.match(stderr, told);
     assert.doesNotMatch(stderr, /gives the first guess/);
@@ -139,12 +146,12 @@ test('odometry in other units, by another clock or of another log is told with t
     assert.match(odometry_refusal, told);
     assert.ok(comparison.max < 0.05, `${comparison.max} m`);
   }
-  const gaps = run('gaps.txt');
+  const gaps = await run('gaps.txt');
   assert.equal(gaps.status, 0, gaps.stderr);
   assert.match(gaps.stderr, /^note: gaps\.txt has gaps: 5 of 40 scans have no pose in it, scan 10 first/m);
 });
 
-test('a log that was cut in mid-scan, and scans of two lasers in one', (t) => {
+test('a log that was cut in mid-scan, and scans of two lasers in one', async (t) => {
   const folder = temporaryFolder(t);
   const log = turningLog(30);
   const rear = log.replaceAll(/^(FLASER .*)$/gm, '$1\n$1').replaceAll(/^(FLASER .*)\nFLASER/gm, '$1\nRLASER');
@@ -156,22 +163,22 @@ test('a log that was cut in mid-scan, and scans of two lasers in one', (t) => {
     ['two.log', 30, 0, /^note: two\.log: 30 scans of another laser \(RLASER, ROBOTLASER2\) were left out/m],
     ['mixed.log', 30, 2, /^mixed\.log: The log mixes the scans of several lasers: 30 of 60 were left out/m],
   ])) {
-    const { status, stderr } = scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
+    const { status, stderr } = await scanstitch(['reconstruct', join(folder, name), '--out', join(folder, 'out')]);
     assert.equal(status, code, stderr);
     assert.match(stderr, told);
     assert.equal(readReport(join(folder, 'out')).frames.length, scans);
   }
 });
 
-test('a bad line is told with its number', (t) => {
+test('a bad line is told with its number', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { 'bad.log': 'FLASER 3 1 2 3 0 0 0 0 0 0\nFLASER 3 1 x 3 0 0 0 0 0 0\n# end\n' });
-  const { status, stderr } = scanstitch(['reconstruct', join(folder, 'bad.log'), '--out', join(folder, 'out')]);
+  const { status, stderr } = await scanstitch(['reconstruct', join(folder, 'bad.log'), '--out', join(folder, 'out')]);
   assert.notEqual(status, 0);
   assert.match(stderr, /bad\.log, line 2: "x" in the place of readings is not a number/);
 });
 
-test('a log whose odometry is the mirror image of its scans: told, doubtful, and exit code 2', (t) => {
+test('a log whose odometry is the mirror image of its scans: told, doubtful, and exit code 2', async (t) => {
   const folder = temporaryFolder(t);
   const log = (/** @type {boolean} */ isClockwise) =>
     Array.from({ length: 120 }, (_, scan) => {
@@ -183,13 +190,13 @@ test('a log whose odometry is the mirror image of its scans: told, doubtful, and
       const beams = (isClockwise ? ranges.toReversed() : ranges).join(' ');
       return `FLASER 180 ${beams} ${x} ${y} ${heading} ${x} ${y} ${heading} ${100 + scan / 2} h ${100 + scan / 2}\n`;
     }).join('');
-  const run = (/** @type {boolean} */ isClockwise) => {
+  const run = async (/** @type {boolean} */ isClockwise) => {
     const [path = ''] = writeFiles(folder, { 'drive.log': log(isClockwise) });
     return scanstitch(['reconstruct', path, '--out', folder]);
   };
-  const right = run(false);
+  const right = await run(false);
   assert.equal(right.status, 0, right.stderr);
-  const { status, stderr } = run(true);
+  const { status, stderr } = await run(true);
   assert.equal(status, 2, stderr);
   assert.match(stderr, /mirror image/);
   // A complaint, not a note.

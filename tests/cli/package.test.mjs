@@ -38,10 +38,10 @@ test('packed, installed elsewhere and run alone', (t) => {
   // versions there are.
   const { dependencies } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
   const installed = Object.keys(dependencies).map((name) => join(ROOT, 'node_modules', name));
-  const needed = JSON.parse(npm(['pack', '--json', '--ignore-scripts', ...installed]));
-  npm(['install', filename, ...needed.map((/** @type {{ filename: string }} */ packed) => packed.filename)]);
+  npm(['install', '--install-links', '--ignore-scripts', filename, ...installed]);
   writeFiles(folder, ROOM_FILES);
-  const run = spawnSync('npx', ['--no-install', 'scanstitch', 'reconstruct', '.'], { cwd: folder, encoding: 'utf8' });
+  const command = join(folder, 'node_modules', '.bin', 'scanstitch');
+  const run = spawnSync(command, ['reconstruct', '.'], { cwd: folder, encoding: 'utf8' });
   assert.equal(run.status, 0, run.stderr);
   assert.ok(existsSync(join(folder, 'scanstitch-out', 'map.ply')));
 
@@ -96,6 +96,7 @@ test('PointCloud: arrays in, arrays out, PLY both ways', () => {
   const cloud = api.PointCloud.from_positions(xyz);
   assert.equal(cloud.length, 2);
   assert.equal(cloud.is_planar, false);
+  assert.equal(api.PointCloud.from_positions(Float32Array.of(1, 2, 0, 3.5, 4, -0)).is_planar, true);
   assert.deepEqual(cloud.positions(), xyz);
   assert.equal(cloud.normals(), undefined);
   assert.equal(cloud.colors(), undefined);
@@ -124,6 +125,8 @@ test('Reconstruction: step by step, results at any time, other settings on the s
   for (const [name, text] of Object.entries(ROOM_FILES)) {
     const { num_read, num_kept } = reconstruction.add_scan(name, bytes(text));
     assert.deepEqual([num_read, num_kept], [180, 180]);
+    // A bad one leaves the others in place.
+    assert.throws(() => reconstruction.add_scan('bad.ply', bytes('not a scan')), { name: 'ScanstitchError' });
   }
   const run = () => {
     for (let steps = 0; reconstruction.step().stage !== 'done'; steps += 1) assert.ok(steps < 1000);
@@ -140,10 +143,11 @@ test('Reconstruction: step by step, results at any time, other settings on the s
   assert.ok(reconstruction.correspondences(1).length > 0);
 
   reconstruction.set_settings({ strategy: 'joint' });
-  const { settings, frames } = run();
-  assert.equal(settings.strategy, 'joint');
-  assert.equal(frames.length, 3);
-  assert.equal(JSON.parse(reconstruction.report_json()).settings.strategy, 'joint');
+  const result = run();
+  assert.equal(result.settings.strategy, 'joint');
+  assert.equal(result.frames.length, 3);
+  // The report says what the result says.
+  assert.equal(JSON.stringify(JSON.parse(reconstruction.report_json())), JSON.stringify(result));
   reconstruction.free();
 });
 

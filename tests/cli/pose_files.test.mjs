@@ -163,12 +163,12 @@ test('stamps in the order of the frames, of a network, and fractions of any leng
   }
 });
 
-test('they are trajectories to every command', (t) => {
+test('they are trajectories to every command', async (t) => {
   const folder = temporaryFolder(t);
   const [path = ''] = writeFiles(folder, { 'transforms.json': DOCUMENTS['transforms.json'] ?? '' });
-  const { status, stderr } = scanstitch(['convert', path, join(folder, 'walk.tum')]);
+  const { status, stderr } = await scanstitch(['convert', path, join(folder, 'walk.tum')]);
   assert.equal(status, 0, stderr);
   const lines = readFileSync(join(folder, 'walk.tum'), 'utf8').trim().split('\n');
   assert.match(lines.at(-1) ?? '', /^2(\.0)? 10(\.0)? 2(\.0)? 3(\.0)? /);
-  assert.match(scanstitch(['evaluate', path, join(folder, 'walk.tum')]).stdout, /walk\.tum/);
+  assert.match((await scanstitch(['evaluate', path, join(folder, 'walk.tum')])).stdout, /walk\.tum/);
 });

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
+import * as engine from '../../npm/index.js';
 import { WALK, walkFiles } from './depth_room.mjs';
 import { scanstitch, temporaryFolder } from './support.mjs';
 
@@ -26,10 +27,10 @@ function readCsv(path) {
   return rows.map((row) => Object.fromEntries(heads.map((head, index) => [head, row[index] ?? ''])));
 }
 
-test('the default set: a line a strategy, in the table and in the file', (t) => {
+test('the default set: a line a strategy, in the table and in the file', async (t) => {
   const { folder, walk } = room(t);
   const [out, frames] = [join(folder, 'table.csv'), join(folder, 'frames.csv')];
-  const { status, stdout, stderr } = scanstitch(['strategies', walk, '--out', out, '--frames', frames]);
+  const { status, stdout, stderr } = await scanstitch(['strategies', walk, '--out', out, '--frames', frames]);
   assert.equal(status, 0, stderr);
   const names = ['plain', 'voxels_0.1', 'voxels_0.3', 'planar', 'golden_data', 'adaptive', 'together'];
   const lines = stdout.trimEnd().split('\n');
@@ -57,10 +58,10 @@ test('the default set: a line a strategy, in the table and in the file', (t) => 
   assert.ok(perFrame.every(({ ms, error }) => Number(ms) > 0 && error !== ''));
 });
 
-test('strategies of one’s own, as JSON', (t) => {
+test('strategies of one’s own, as JSON', async (t) => {
   const { walk } = room(t);
   const own = 'voxels_0.1, kept=mean, crop_distance=2';
-  const { status, stdout, stderr } = scanstitch([
+  const { status, stdout, stderr } = await scanstitch([
     'strategies',
     walk,
     '--strategies',
@@ -82,7 +83,7 @@ test('strategies of one’s own, as JSON', (t) => {
   assert.ok(results[0].sharpness.mean_plane_variance > 0);
 });
 
-test('what cannot be is one line', (t) => {
+test('what cannot be is one line', async (t) => {
   const { folder, walk } = room(t);
   /** @type {[string[], RegExp][]} */
   const cases = [
@@ -95,32 +96,36 @@ test('what cannot be is one line', (t) => {
     [['reconstruct', walk, '--map-format', 'las'], /--map-format las: it is one of ply, ply-ascii, pcd, /],
   ];
   for (const [args, expected] of cases) {
-    const { status, stdout, stderr } = scanstitch(args);
+    const { status, stdout, stderr } = await scanstitch(args);
     assert.equal(status, 1, args.join(' '));
     assert.match(stderr, expected);
     assert.equal(stdout, '');
   }
 });
 
-test('maps in every format hold the same points', (t) => {
+test('maps in every format hold the same points', async (t) => {
+  await engine.load();
   const { folder, walk } = room(t);
-  const counts = ['ply', 'ply-ascii', 'pcd', 'pcd-ascii', 'pcd-compressed'].map((format) => {
+  const maps = [];
+  for (const format of ['ply', 'ply-ascii', 'pcd', 'pcd-ascii', 'pcd-compressed']) {
     const out = join(folder, format);
-    const made = scanstitch(['reconstruct', walk, '--out', out, '--map-format', format]);
+    const made = await scanstitch(['reconstruct', walk, '--out', out, '--map-format', format]);
     assert.equal(made.status, 0, made.stderr);
-    const map = readFileSync(join(out, `map.${format.slice(0, 3)}`));
+    const name = `map.${format.slice(0, 3)}`;
+    const map = readFileSync(join(out, name));
     const head = map.subarray(0, 600).toString('latin1');
     const encoding = /^(?:format|DATA) (\w+)/m.exec(head)?.[1];
     const expected = { ply: 'binary_little_endian', 'ply-ascii': 'ascii', pcd: 'binary', 'pcd-ascii': 'ascii' };
     assert.equal(encoding, expected[/** @type {keyof typeof expected} */ (format)] ?? 'binary_compressed');
-    const judged = scanstitch(['map-quality', join(out, `map.${format.slice(0, 3)}`), '--json']);
-    const [quality] = JSON.parse(judged.stdout);
-    return { size: map.length, points: /(?:element vertex|POINTS) (\d+)/.exec(head)?.[1], quality };
-  });
-  const [first, ...others] = counts;
-  for (const other of others) {
-    assert.equal(other.points, first?.points);
-    assert.ok(Math.abs(other.quality.mean_map_entropy - first?.quality.mean_map_entropy) < 1e-6);
+    const cloud = engine.PointCloud.read(map, name);
+    maps.push({ size: map.length, points: cloud.positions(), normals: cloud.normals(), colors: cloud.colors() });
+    cloud.free();
   }
-  assert.ok((counts[4]?.size ?? 0) < (counts[2]?.size ?? 0));
+  const [{ size: _, ...first }, ...others] = /** @type {[typeof maps[0], ...typeof maps]} */ (maps);
+  assert.ok(first.points.length > 100_000);
+  for (const { size, ...other } of others) assert.deepEqual(other, first);
+  const files = [join(folder, 'ply', 'map.ply'), join(folder, 'pcd-compressed', 'map.pcd')];
+  const [ply, pcd] = JSON.parse((await scanstitch(['map-quality', ...files, '--json'])).stdout);
+  assert.equal(pcd.mean_map_entropy, ply.mean_map_entropy);
+  assert.ok((maps[4]?.size ?? 0) < (maps[2]?.size ?? 0));
 });

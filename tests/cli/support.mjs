@@ -5,6 +5,8 @@ import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSy
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { invoke } from '../../npm/cli/invocation.js';
+import { main } from '../../npm/cli/main.js';
 import { compareNaturally } from '../../npm/natural_order.js';
 
 export const ROOT = fileURLToPath(new URL('../..', import.meta.url));
@@ -17,22 +19,38 @@ export const skipWithoutData = existsSync(DATA) ? false : '../shared/data is abs
 export const DEADLINE_MS = 600_000;
 
 /**
- * Runs `scanstitch` with these arguments.
+ * Runs `scanstitch` with these arguments in this process: one of its own takes longer to start than most commands to run.
+ * @param {string[]} args
+ * @param {string} [cwd]
+ */
+export async function scanstitch(args, cwd = ROOT) {
+  const printed = { stdout: '', stderr: '' };
+  const into = (/** @type {'stdout' | 'stderr'} */ name) => ({
+    write: (/** @type {string} */ text) => (printed[name] += text),
+  });
+  const before = process.cwd();
+  process.chdir(cwd);
+  try {
+    const status = await invoke({ stdout: into('stdout'), stderr: into('stderr') }, () => main(args));
+    return { status, ...printed };
+  } finally {
+    process.chdir(before);
+  }
+}
+
+/**
+ * Runs it in a process of its own.
  * @param {string[]} args
  * @param {string} [cwd]
  * @param {number} [timeout] after which it hangs (ms)
  */
-export function scanstitch(args, cwd = ROOT, timeout = DEADLINE_MS) {
-  const { status, stdout, stderr, error } = spawnSync(
-    process.execPath,
-    ['--wasm-tiering-budget=100000000', join(ROOT, 'npm', 'cli.js'), ...args],
-    {
-      cwd,
-      encoding: 'utf8',
-      timeout,
-      killSignal: 'SIGKILL',
-    },
-  );
+export function spawnScanstitch(args, cwd = ROOT, timeout = DEADLINE_MS) {
+  const { status, stdout, stderr, error } = spawnSync(process.execPath, [join(ROOT, 'npm', 'cli.js'), ...args], {
+    cwd,
+    encoding: 'utf8',
+    timeout,
+    killSignal: 'SIGKILL',
+  });
   if (error) throw new Error(`scanstitch ${args.join(' ')}: ${error.message}\n${stderr}`, { cause: error });
   return { status, stdout, stderr };
 }

@@ -145,7 +145,7 @@ test('flipped bytes of an archive are told or harmless', async () => {
   }
 });
 
-test('scans in a tar and scans packed one by one are reconstructed', (t) => {
+test('scans in a tar and scans packed one by one are reconstructed', async (t) => {
   const folder = temporaryFolder(t);
   const entries = Object.entries(ROOM_FILES).map(([name, content]) => entry(`room/${name}`, text(content)));
   writeFileSync(join(folder, 'room.tar.gz'), gzipSync(archiveOf(...entries)));
@@ -154,7 +154,7 @@ test('scans in a tar and scans packed one by one are reconstructed', (t) => {
   for (const [name, content] of Object.entries(ROOM_FILES)) writeFileSync(join(scans, `${name}.gz`), gzipSync(content));
   for (const input of ['room.tar.gz', 'packed']) {
     const out = join(folder, 'out');
-    const { status, stderr } = scanstitch(['reconstruct', join(folder, input), '--out', out]);
+    const { status, stderr } = await scanstitch(['reconstruct', join(folder, input), '--out', out]);
     assert.equal(status, 0, stderr);
     assert.equal(readReport(out).frames.length, 3);
   }
@@ -165,7 +165,7 @@ test('what is packed twice, and an archive in a folder, have the line that helps
   const folder = temporaryFolder(t);
   writeFileSync(join(folder, 'a.ply.gz.gz'), gzipSync(gzipSync(ROOM_FILES['0.ply'] ?? '')));
   writeFileSync(join(folder, 'in.zip'), 'whatever');
-  const { status, stderr } = scanstitch(['reconstruct', folder]);
+  const { status, stderr } = await scanstitch(['reconstruct', folder]);
   assert.match(stderr, /a\.ply\.gz\.gz: not used: it is packed twice/);
   assert.match(stderr, /in\.zip: not used: an archive within an archive or a folder/);
   assert.equal(status, 1);

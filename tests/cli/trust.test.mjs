@@ -34,11 +34,11 @@ test('names that every object has are in no table', () => {
   for (const name of ['constructor', '__proto__', 'toString', '']) assert.equal(lookUp(table, name), undefined);
 });
 
-test('a file whose name holds escapes and line ends has one line, and no escape reaches the terminal', (t) => {
+test('a file whose name holds escapes and line ends has one line, and no escape reaches the terminal', async (t) => {
   const folder = temporaryFolder(t);
   const name = 'b\x1b[2J\x1b]0;owned\x07ad\nnote: all is well.ply';
   writeFiles(folder, { ...ROOM_FILES, [name]: 'no PLY', 'odd\x1b[31m.ply': ROOM_FILES['0.ply'] ?? '' });
-  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
   assert.equal(status, 2);
   assert.doesNotMatch(stdout + stderr, /[^\n\P{Cc}]/u);
   assert.match(stderr, /^b\\u001b\[2J.*\\u000anote: all is well\.ply, /);
@@ -46,7 +46,7 @@ test('a file whose name holds escapes and line ends has one line, and no escape 
   assert.match(stdout, /^odd\\u001b\[31m\.ply /m);
 });
 
-test('an option whose value is a name that every object has is refused before anything is computed', (t) => {
+test('an option whose value is a name that every object has is refused before anything is computed', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, ROOM_FILES);
   for (const name of ['constructor', '__proto__', 'toString']) {
@@ -57,7 +57,7 @@ test('an option whose value is a name that every object has is refused before an
       [['--set', `${name}=1`], /there is no setting/],
       [['--topic', `${name}=/a`], /--topic/],
     ])) {
-      const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out, ...args]);
+      const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', out, ...args]);
       assert.match(stderr, message);
       assert.doesNotMatch(stderr, /defect/);
       assert.equal(status, 1);
@@ -76,23 +76,35 @@ test('pipes and devices are reported and not used', { skip: !hasPipes && 'no pip
   const pipe = join(folder, 'pipe.ply');
   execFileSync('mkfifo', [pipe]);
   const out = join(folder, 'out');
-  const run = (/** @type {string[]} */ ...args) => scanstitch(args, ROOT, PIPE_DEADLINE_MS);
-  const inFolder = run('reconstruct', folder, '--out', out);
-  assert.match(inFolder.stderr, /pipe\.ply: not used: a pipe or a device, not a file\.$/m);
-  assert.equal(inFolder.status, 0);
-  for (const args of [
+  const reconstruct = ['reconstruct', folder, '--out', out];
+  const named = [
     [pipe],
     ['--reference', pipe],
     ['--reference', '/dev/zero'],
     ['--odometry', '/dev/zero'],
     ['/dev/zero'],
-  ]) {
-    const { status, stderr } = run('reconstruct', folder, '--out', out, ...args);
-    assert.match(stderr, /: A pipe or a device, not a file; save it as a file first\.$/m, args.join(' '));
-    assert.equal(status, 2);
+  ];
+  const others = [['evaluate', '/dev/zero', pipe], ['convert', '/dev/zero', join(folder, 'a.tum')]]; // prettier-ignore
+  const runs = [reconstruct, ...named.map((args) => [...reconstruct, ...args]), ...others];
+  // In one process of their own, which is ended when it waits.
+  const script = `
+    import { scanstitch } from ${JSON.stringify(join(import.meta.dirname, 'support.mjs'))};
+    for (const args of ${JSON.stringify(runs)}) console.log(JSON.stringify(await scanstitch(args)));`;
+  const options = /** @type {const} */ ({ encoding: 'utf8', timeout: PIPE_DEADLINE_MS, killSignal: 'SIGKILL' });
+  const child = spawnSync(process.execPath, ['--input-type=module', '-e', script], options);
+  assert.equal(child.status, 0, child.stderr);
+  /** @type {{ status: number, stderr: string }[]} */
+  const [inFolder, ...told] = child.stdout
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
+  assert.match(inFolder?.stderr ?? '', /pipe\.ply: not used: a pipe or a device, not a file\.$/m);
+  assert.equal(inFolder?.status, 0);
+  assert.equal(told.length, runs.length - 1);
+  for (const [index, { status, stderr }] of told.entries()) {
+    assert.match(stderr, /: A pipe or a device, not a file; save it as a file first\.$/m, runs[index + 1]?.join(' '));
+    assert.equal(status, index < named.length ? 2 : 1);
   }
-  assert.match(run('evaluate', '/dev/zero', pipe).stderr, /A pipe or a device/);
-  assert.match(run('convert', '/dev/zero', join(folder, 'a.tum')).stderr, /A pipe or a device/);
 });
 
 test('links that lead to themselves and a folder that may not be read: named, and the rest is used', (t) => {
@@ -126,31 +138,31 @@ test('links that lead to themselves and a folder that may not be read: named, an
   assert.equal(status, 2);
 });
 
-test('what is named and not used is complained of', (t) => {
+test('what is named and not used is complained of', async (t) => {
   const folder = temporaryFolder(t);
   const paths = writeFiles(folder, { ...ROOM_FILES, 'junk.pdf': 'x', 'broken.tum': '0 0 0 zero\n', 'more.xyz': 'x' });
   const out = join(folder, 'out');
   const run = (/** @type {string[]} */ ...args) => scanstitch(['reconstruct', ...args, '--out', out]);
-  const named = run(...paths);
+  const named = await run(...paths);
   assert.equal(named.status, 2);
   assert.match(named.stderr, /^junk\.pdf: not used: not a PLY scan/m);
   assert.match(named.stderr, /^broken\.tum, line 1: /m);
   assert.match(named.stderr, /^more\.xyz: not used: /m);
-  const options = run(...paths.slice(0, 3), '--intrinsics', 'nope');
+  const options = await run(...paths.slice(0, 3), '--intrinsics', 'nope');
   assert.equal(options.status, 2);
   assert.match(options.stderr, /^--intrinsics nope: not used, for planar scans have no camera\.$/m);
 });
 
-test('of many files of which the same is to be said, the first are named', (t) => {
+test('of many files of which the same is to be said, the first are named', async (t) => {
   const folder = temporaryFolder(t);
   const junk = Array.from({ length: 25 }, (_, i) => [`${String.fromCharCode(97 + i)}.dat`, 'x']);
   writeFiles(folder, { ...ROOM_FILES, ...Object.fromEntries(junk) });
-  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+  const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
   assert.equal(status, 0);
   assert.match(stderr, /^note: \S+\/a\.dat, \S+\/b\.dat, \S+\/c\.dat and 22 others: not used: .+\n$/);
 });
 
-test('one locked file costs the archive nothing else', (t) => {
+test('one locked file costs the archive nothing else', async (t) => {
   const folder = temporaryFolder(t);
   const bytes = (/** @type {string} */ text) => new TextEncoder().encode(text);
   const files = { ...ROOM_FILES, 'secret.ply': ROOM_FILES['0.ply'] ?? '' };
@@ -158,43 +170,43 @@ test('one locked file costs the archive nothing else', (t) => {
   const record = Buffer.from(zip).lastIndexOf('PK\x01\x02', undefined, 'latin1');
   zip[record + 8] = (zip[record + 8] ?? 0) | 1;
   const [path = ''] = writeFiles(folder, { 'scans.zip': zip });
-  const { status, stdout, stderr } = scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
   assert.equal(stderr, 'secret.ply: not used: protected by a password; unpack the archive with it.\n');
   assert.match(stdout, /^3 scans in /m);
   assert.equal(status, 2);
 });
 
-test('all planar scans lost: exit code 1, and nothing is written', (t) => {
+test('all planar scans lost: exit code 1, and nothing is written', async (t) => {
   const folder = temporaryFolder(t);
   const few = [0, 1, 2].map((i) => asciiPly([[1, 2, 0], [1.1, 2 + i, 0]])); // prettier-ignore
   writeFiles(folder, Object.fromEntries(few.map((scan, index) => [`${index}.ply`, scan])));
   const out = join(folder, 'out');
-  const { status, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
   assert.match(stderr, /^scanstitch: No scan could be placed, so nothing was written\.$/m);
   assert.equal(status, 1);
   assert.ok(!existsSync(out));
 });
 
-test('a reference beside planar scans is compared with, as it is in space', (t) => {
+test('a reference beside planar scans is compared with, as it is in space', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, { ...ROOM_FILES, 'truth.tum': '0 0 0 0 0 0 0 1\n1 0.3 0.5 0 0 0 0 1\n2 0.5 1 0 0 0 0 1\n' });
   const out = join(folder, 'out');
-  assert.equal(scanstitch(['reconstruct', folder, '--out', out]).status, 0);
+  assert.equal((await scanstitch(['reconstruct', folder, '--out', out])).status, 0);
   assert.equal(readReport(out).comparison.num_matched, 3);
 });
 
-test('what stands in the place of a file without Git LFS is told, whatever its name', (t) => {
+test('what stands in the place of a file without Git LFS is told, whatever its name', async (t) => {
   const folder = temporaryFolder(t);
   const pointer = 'version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n';
   for (const name of ['0.png', 'walk.mcap', 'scans.zip']) {
     const [path = ''] = writeFiles(folder, { [name]: pointer });
-    const { status, stderr } = scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
+    const { status, stderr } = await scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
     assert.match(stderr, /Git LFS pointer.*git lfs pull/s, name);
     assert.equal(status, 1);
   }
 });
 
-test('planar scans on a map, in millimetres, or a hair off the plane', (t) => {
+test('planar scans on a map, in millimetres, or a hair off the plane', async (t) => {
   const folder = temporaryFolder(t);
   const changed = (/** @type {(x: number, y: number) => number[]} */ change) =>
     Object.fromEntries(
@@ -206,19 +218,19 @@ test('planar scans on a map, in millimetres, or a hair off the plane', (t) => {
         ];
       }),
     );
-  const run = (/** @type {Record<string, string>} */ files) => {
+  const run = async (/** @type {Record<string, string>} */ files) => {
     writeFiles(folder, files);
     return scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
   };
   for (const far of [20_000, 1e5, 1e6]) {
-    const map = run(changed((x, y) => [x + far, y + far, 0]));
+    const map = await run(changed((x, y) => [x + far, y + far, 0]));
     assert.match(map.stderr, /^0\.ply: The coordinates are those of a map.*Give clouds in the frame of the sensor/m);
     assert.equal(map.status, 1);
   }
-  const millimetres = run(changed((x, y) => [1000 * x, 1000 * y, 0]));
+  const millimetres = await run(changed((x, y) => [1000 * x, 1000 * y, 0]));
   assert.match(millimetres.stderr, /^0\.ply: Half of its points lie over 1000 m away, as in millimetres.*Give metres/m);
   assert.equal(millimetres.status, 1);
-  const turned = run(changed((x, y) => [x, y, 1e-9 * x]));
+  const turned = await run(changed((x, y) => [x, y, 1e-9 * x]));
   assert.equal(turned.stderr, '');
   assert.match(turned.stdout, /^3 scans in /m);
 });

@@ -119,12 +119,12 @@ for (const name of ['plane', 'space', 'strategies', 'convert', 'bev', 'icp']) {
   });
 }
 
-test('each command writes its file whole', (t) => {
+test('each command writes its file whole', async (t) => {
   const folder = temporaryFolder(t);
   const [path = ''] = writeFiles(folder, { 'a.tum': '0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n' });
   const target = join(folder, 'b.kitti');
   writeFileSync(target, 'old');
-  assert.equal(scanstitch(['convert', path, target]).status, 0);
+  assert.equal((await scanstitch(['convert', path, target])).status, 0);
   assert.match(readFileSync(target, 'utf8'), /^1\.0 0\.0 0\.0 0\.0 /);
   if (!existsSync('/dev/stdout')) return;
   const args = ['-c', '"$0" "$@" | cat', process.execPath, CLI, 'convert', path, '/dev/stdout', '--to', 'tum'];
