@@ -145,6 +145,21 @@ fn bindings_clocks_and_printing_stay_in_wasm() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
+/// A file that no module names would not run, and one beside the folders would be linked to a binary of its own.
+#[test]
+fn every_native_test_is_a_module_of_the_one_binary() {
+    let files: Vec<String> = sources_in("tests").into_iter().map(|source| source.file).collect();
+    let stray: Vec<&String> = files.iter().filter(|file| !file.contains('/')).collect();
+    assert!(stray.is_empty(), "{stray:?}");
+    for file in files.iter().filter(|file| !file.ends_with("/main.rs")) {
+        let path = file.strip_suffix("/mod.rs").or(file.strip_suffix(".rs")).expect("a source");
+        let (folder, name) = path.rsplit_once('/').expect("a folder");
+        let texts = ["main.rs", "mod.rs"].map(|page| fs::read_to_string(format!("tests/{folder}/{page}")));
+        let is_named = texts.iter().flatten().any(|text| text.lines().any(|line| line == format!("mod {name};")));
+        assert!(is_named, "no module names tests/{file}");
+    }
+}
+
 /// `wasm-pack test` compiles no others.
 #[test]
 fn tests_of_the_webassembly_build_are_in_tests_browser() {
