@@ -6,7 +6,7 @@ import { say } from './progress.mjs';
 
 /**
  * Of `cargo test` and `wasm-pack test`. A Rust test that lacks a recording passes for cargo and prints a line by which it counts as
- * skipped (tests/common). What is ignored is skipped as well.
+ * skipped (tests/native/common.rs). What is ignored is skipped as well.
  * @param {string} output
  * @returns {Counts}
  */

@@ -20,7 +20,7 @@ import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 
 const FACTORS = [0.7, 1.4];
-/** What cargo needs to build the example. */
+/** What cargo needs to build the program. */
 const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
 
 /**
@@ -231,7 +231,7 @@ mkdirSync(scratch, { recursive: true });
 const resultsFile = join(scratch, 'results.json');
 /** @type {Record<string, Scores>} */
 const results = existsSync(resultsFile) ? JSON.parse(readFileSync(resultsFile, 'utf8')) : {};
-const program = join(scratch, 'target/quick/examples/laser_scores');
+const program = join(scratch, 'target/quick/scanstitch-measure');
 if (!existsSync(program)) {
   for (const file of SOURCES) cpSync(file, join(scratch, file), { recursive: true });
   const source = (/** @type {string} */ file) => join(scratch, 'crate/src', file);
@@ -250,7 +250,7 @@ if (!existsSync(program)) {
     const [name = '', file = ''] = use.split(' ');
     edit(file, (text) => asFunction(text, name));
   }
-  const build = ['build', '--quiet', '--profile', 'quick', '--example', 'laser_scores'];
+  const build = ['build', '--quiet', '--profile', 'quick', '--package', 'scanstitch-measure'];
   execFileSync('cargo', build, { cwd: scratch, stdio: ['ignore', process.stderr, 'inherit'] });
 }
 
@@ -261,7 +261,7 @@ if (!existsSync(program)) {
 function scored(factors, only) {
   const key = `${only ?? 'all'} ${factors.join(' ')}`;
   if (!results[key]) {
-    const run = ['--mode', 'odometry', '--data', values.data, ...(only ? ['--only', only] : [])];
+    const run = ['laser_scores', '--mode', 'odometry', '--data', values.data, ...(only ? ['--only', only] : [])];
     const env = { ...process.env, FACTORS: factors.join(' ') };
     results[key] = parsed(execFileSync(program, run, { encoding: 'utf8', maxBuffer: 1 << 26, env }));
     writeFileSync(resultsFile, JSON.stringify(results));

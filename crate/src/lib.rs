@@ -40,6 +40,8 @@
 //!
 //! Conventions everywhere: SI units and radians. `source` moves, `target` stays; `T_target_source` maps source points
 //! into the target's frame; `T_world_sensor` is a pose.
+// In WebAssembly the tests of tests/browser run, and no others: nothing is compiled for unit tests and examples there.
+#![cfg(not(all(target_arch = "wasm32", any(test, doctest))))]
 #![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
 
 pub mod error;
@@ -66,6 +68,10 @@ pub mod evaluation;
 
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/api.md")]
+mod guide {}
 
 pub use error::{Error, Place, Result};
 pub use geometry::{PointCloud, Pose2, Pose3};

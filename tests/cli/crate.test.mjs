@@ -1,8 +1,8 @@
 // @ts-check
-/** The crate as it is published: what is in it, and the documented example in an empty project. */
+/** The crate as it is published: what is in it, and that it compiles in an empty project. */
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { copyFileSync, readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { ROOT, temporaryFolder } from './support.mjs';
@@ -30,7 +30,7 @@ test('the package holds the sources, the licences and nothing else', () => {
 });
 
 test(
-  'the example of docs/api.md runs in an empty project',
+  'the package compiles in an empty project, with the example of docs/api.md',
   { skip: !process.env.CI && 'compiled where CI=true' },
   (t) => {
     const folder = temporaryFolder(t);
@@ -46,7 +46,7 @@ test(
     const [, example = ''] = /^```rust\n([^]*?)^```$/m.exec(guide) ?? [];
     assert.match(example, /fn main/);
     writeFileSync(join(project, 'src', 'main.rs'), example);
-    for (const name of ['0.ply', '1.ply']) copyFileSync(join(ROOT, 'www/samples/corridor', name), join(project, name));
-    assert.match(cargo(['run'], project, env), /^0\.1\d* 0\.9\d* -0\.1/);
+    // What it computes, its doctest asserts (crate/src/lib.rs).
+    cargo(['check'], project, env);
   },
 );

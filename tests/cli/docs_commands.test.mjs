@@ -180,18 +180,14 @@ test('npm start serves the page', ofStart, async (t) => {
 const QUICK = ['npx scanstitch settings', 'npm test -- --list'];
 
 test('commands within the text name what exists, with options that it has', async (t) => {
-  const examples = readFileSync(join(ROOT, 'Cargo.toml'), 'utf8');
   const all = PAGES.flatMap((page) => [...blocksOf(page).text.matchAll(/`((?:npm|npx|node|cargo) [^`\n]*)`/g)]);
   assert.ok(all.length > 10, `only ${all.length} commands were found`);
   for (const [, written = ''] of all) {
     // Options of node and npm themselves stand before the file or the script.
     const command = written.replace(/^(node|npm run)( --\S+)+/, '$1').replace(/^node npm\/cli\.js/, 'npx scanstitch');
     const [program, first = '', second = ''] = command.split(' ');
-    const [, example] = /--example (\w+)/.exec(command) ?? [];
-    if (example !== undefined) {
-      const [, path = ''] = new RegExp(`name = "${example}"\\s+path = "([^"]+)"`).exec(examples) ?? [];
-      assertHasOptions(command, path);
-    } else if (program === 'node') assertHasOptions(command, first);
+    if (program === 'cargo' && first === 'measure') assertHasOptions(command, measuringProgram(second));
+    else if (program === 'node') assertHasOptions(command, first);
     else if (program === 'npm' && first === 'run') assertHasOptions(command, scriptOf(second));
     else if (program === 'npm' && ['test', 'start'].includes(first)) assertHasOptions(command, scriptOf(first));
     else if (program === 'npx' && first === 'scanstitch' && /^[a-z]/.test(second)) {
@@ -217,15 +213,20 @@ function scriptOf(name) {
   return /^node (\S+)/.exec(scripts[name] ?? '')?.[1] ?? '';
 }
 
+/** The source of one of the programs of crate/measure. @param {string} name */
+function measuringProgram(name) {
+  const path = join('crate', 'measure', 'src', name);
+  return existsSync(join(ROOT, path)) ? join(path, 'mod.rs') : `${path}.rs`;
+}
+
 /** @param {string} command @param {string} path of what it runs */
 function assertHasOptions(command, path) {
   if (path === '') return;
   assert.ok(existsSync(join(ROOT, path)), command);
-  const folder = path.endsWith('/main.rs') ? dirname(path) : '';
+  const folder = path.endsWith('/mod.rs') ? dirname(path) : '';
   const paths = folder ? readdirSync(join(ROOT, folder)).map((name) => join(folder, name)) : [path];
   const source = paths.map((one) => readFileSync(join(ROOT, one), 'utf8')).join('\n');
-  const own = command.includes('--example') ? (command.split(' -- ')[1] ?? '') : command;
-  for (const [, name = ''] of own.matchAll(/ --([a-z][a-z-]*)/g)) {
+  for (const [, name = ''] of command.matchAll(/ --([a-z][a-z-]*)/g)) {
     const isKnown = path.endsWith('.rs') ? source.includes(`--${name}`) : new RegExp(`\\b'?${name}'?\\b`).test(source);
     assert.ok(isKnown, `${command}: ${path} has no --${name}`);
   }

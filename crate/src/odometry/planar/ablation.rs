@@ -1,4 +1,4 @@
-//! Parts of the planar engine that can be left out, to measure what each brings (`examples/laser_scores --without`).
+//! Parts of the planar engine that can be left out, to measure what each brings (`cargo measure laser_scores --without`).
 
 /// What is left out; nothing by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

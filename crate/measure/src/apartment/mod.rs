@@ -1,0 +1,4 @@
+//! Recordings of the synthetic flat.
+
+pub mod recording;
+pub mod registering;
