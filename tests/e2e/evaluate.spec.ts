@@ -91,7 +91,7 @@ test('hand-in mode: many estimates are ranked, sorted, copied and removed', asyn
   expect(app.faults).toEqual([]);
 });
 
-test('a run of the reconstruction opens with its reference; hovering one figure marks the others', async ({
+test('a run opens with its reference; hovering one figure marks the others; an empty view offers a sample and the run', async ({
   app,
   page,
 }, info) => {
@@ -106,6 +106,14 @@ test('a run of the reconstruction opens with its reference; hovering one figure 
   const marks = (name: string) => page.locator(`.${name} scanstitch-figure .marks`).locator('line, circle').count();
   for (const name of ['paths', 'errors', 'positions', 'angles']) expect(await marks(name), name).toBeGreaterThan(0);
   await page.screenshot({ path: info.outputPath('evaluate.png') });
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  const start = page.getByRole('region', { name: 'No trajectories yet' });
+  await expect(evaluation.view.locator('select')).toHaveCount(0);
+  await evaluation.answered(() => start.getByRole('button', { name: 'Show a sample' }).click());
+  expect(await evaluation.column(/^estimate/)).toEqual(['joint.tum', 'scan_to_map.tum', 'scan_to_scan.tum']);
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  await evaluation.answered(() => start.getByRole('button', { name: 'The open run' }).click());
+  expect(await evaluation.column(/^estimate/)).toEqual(['this run']);
   await page.getByRole('button', { name: 'Map', exact: true }).click();
   await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
   expect(app.faults).toEqual([]);
@@ -125,20 +133,6 @@ test('real recordings against the truth', async ({ app, page }, info) => {
   expect(app.faults).toEqual([]);
 });
 
-test('an empty view offers a sample and the open run', async ({ app, page }) => {
-  const evaluation = new EvaluationView(page);
-  await evaluation.answered(() => evaluation.open());
-  await page.getByRole('button', { name: 'Remove all' }).click();
-  const start = page.getByRole('region', { name: 'No trajectories yet' });
-  await expect(evaluation.view.locator('select')).toHaveCount(0);
-  await evaluation.answered(() => start.getByRole('button', { name: 'Show a sample' }).click());
-  expect(await evaluation.column(/^estimate/)).toEqual(['joint.tum', 'scan_to_map.tum', 'scan_to_scan.tum']);
-  await page.getByRole('button', { name: 'Remove all' }).click();
-  await evaluation.answered(() => start.getByRole('button', { name: 'The open run' }).click());
-  expect(await evaluation.column(/^estimate/)).toEqual(['this run']);
-  expect(app.faults).toEqual([]);
-});
-
 test('an answer that comes after its trajectories were removed is not shown', async ({ app, page }) => {
   await noteAnswers(page);
   await page.reload();
@@ -155,4 +149,22 @@ test('an answer that comes after its trajectories were removed is not shown', as
   expect(await page.evaluate(() => (window as unknown as { evaluations: number[] }).evaluations)).toEqual([]);
   await expect(evaluation.view.getByRole('status')).not.toContainText('compared');
   expect(app.faults).toEqual([]);
+});
+
+test('twenty thousand poses are drawn, and one is marked under the mouse', async ({ empty, page }) => {
+  const trajectory = (noise: number): string =>
+    Array.from({ length: 20_000 }, (_, i) => {
+      const [x, y] = [30 * Math.sin(i / 4000) + noise * Math.sin(0.37 * i), 20 * Math.sin(i / 6000)];
+      return `${(i / 100).toFixed(2)} ${x.toFixed(6)} ${y.toFixed(6)} 0 0 0 0 1\n`;
+    }).join('');
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await evaluation.drop([
+    { name: 'gt.tum', content: trajectory(0) },
+    { name: 'est.tum', content: trajectory(0.05) },
+  ]);
+  await expect(evaluation.rows.locator('td').nth(2)).toHaveText('20000/20000');
+  await page.locator('.errors scanstitch-figure').hover();
+  await expect(evaluation.view.locator('.readout')).toContainText('error');
+  expect(empty.faults).toEqual([]);
 });

@@ -13,15 +13,23 @@ export interface SpatialStitched {
 }
 
 export class SpatialPage {
-  readonly app: ScanstitchPage;
+  constructor(
+    readonly page: Page,
+    readonly app = new ScanstitchPage(page),
+  ) {}
 
-  constructor(readonly page: Page) {
-    this.app = new ScanstitchPage(page);
-  }
-
-  /** Opens the page with the sample in the plane, small maps set: graphics are emulated here. */
-  async open(): Promise<void> {
-    await this.app.open();
+  /**
+   * Opens the page with nothing on it. Graphics are emulated here, and to draw costs more than all else: it is done where a test looks
+   * at what is drawn.
+   */
+  async open({ draws = false } = {}): Promise<void> {
+    if (!draws) {
+      await this.page.addInitScript(() => {
+        for (const name of ['drawArrays', 'drawElements'] as const)
+          WebGL2RenderingContext.prototype[name] = () => undefined;
+      });
+    }
+    await this.app.openEmpty();
   }
 
   drop(files: readonly InputFile[]): Promise<void> {
@@ -100,11 +108,17 @@ export class SpatialPage {
   }
 }
 
-/** A test with the page open; script errors fail it. */
-export const test = base.extend<{ spatial: SpatialPage }>({
+/** A test with the page open and nothing on it; script errors fail it. `drawn`: the map is drawn. */
+export const test = base.extend<{ spatial: SpatialPage; drawn: SpatialPage }>({
   spatial: async ({ page }, use) => {
     const spatial = new SpatialPage(page);
     await spatial.open();
+    await use(spatial);
+    expect(spatial.app.faults).toEqual([]);
+  },
+  drawn: async ({ page }, use) => {
+    const spatial = new SpatialPage(page);
+    await spatial.open({ draws: true });
     await use(spatial);
     expect(spatial.app.faults).toEqual([]);
   },
