@@ -73,34 +73,35 @@ async function timeEvaluation() {
   }));
   const dropped = await answered(() => view.locator('input[type=file]').setInputFiles(files));
   const aligned = await answered(() => page.getByLabel('Alignment').selectOption('sim3'));
-  const hover = (/** @type {string | null} */ section) =>
-    view.evaluate(
-      async (view, { section, num_frames }) => {
-        const figure = section && view.shadowRoot?.querySelector(`section.${section} scanstitch-figure`);
-        const target = figure ? figure.shadowRoot?.querySelector('div') : null;
-        const box = figure ? figure.getBoundingClientRect() : new DOMRect();
-        const frames = /** @type {number[]} */ ([]);
-        const scripts = /** @type {number[]} */ ([]);
-        let before = await new Promise(requestAnimationFrame);
-        for (let i = 0; i < num_frames; i++) {
-          const start = performance.now();
-          const place = { clientX: box.x + 80 + (i % 40) * 8, clientY: box.y + box.height / 2 + (i % 7) * 5 };
-          target?.dispatchEvent(new PointerEvent('pointermove', { ...place, bubbles: true, composed: true }));
-          // All that follows from it is done in microtasks.
-          await new Promise((resolve) => setTimeout(resolve));
-          scripts.push(performance.now() - start);
-          const now = await new Promise(requestAnimationFrame);
-          frames.push(now - before);
-          before = now;
-        }
-        return { frames, scripts };
-      },
-      { section, num_frames: NUM_FRAMES },
-    );
+  /** @param {import('@playwright/test').Locator} target where the mouse moves @returns times of frames and of their scripts */
+  const hover = (target) =>
+    target.evaluate(async (element, num_frames) => {
+      const box = element.getBoundingClientRect();
+      const inside = element.shadowRoot?.querySelector('div');
+      const frames = /** @type {number[]} */ ([]);
+      const scripts = /** @type {number[]} */ ([]);
+      let before = await new Promise(requestAnimationFrame);
+      for (let i = 0; i < num_frames; i++) {
+        const start = performance.now();
+        const place = { clientX: box.x + 80 + (i % 40) * 8, clientY: box.y + box.height / 2 + (i % 7) * 5 };
+        inside?.dispatchEvent(new PointerEvent('pointermove', { ...place, bubbles: true, composed: true }));
+        // All that follows from it is done in microtasks.
+        await new Promise((resolve) => setTimeout(resolve));
+        scripts.push(performance.now() - start);
+        const now = await new Promise(requestAnimationFrame);
+        frames.push(now - before);
+        before = now;
+      }
+      return { frames, scripts };
+    }, NUM_FRAMES);
   const found = /** @type {Record<string, { frame: number, script: number }>} */ ({});
-  for (const section of [null, 'errors', 'paths']) {
-    const { frames, scripts } = await hover(section);
-    found[section ?? 'idle'] = { frame: median(frames), script: median(scripts) };
+  for (const [name, target] of Object.entries({
+    idle: page.locator('body'),
+    errors: page.locator('section.errors scanstitch-figure'),
+    paths: page.locator('section.paths scanstitch-figure'),
+  })) {
+    const { frames, scripts } = await hover(target);
+    found[name] = { frame: median(frames), script: median(scripts) };
   }
   return { poses: NUM_POSES, dropped, aligned, ...found };
 }

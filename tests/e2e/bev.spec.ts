@@ -308,7 +308,8 @@ test('the sample gives way to what is opened while it loads, and afterwards', as
   const numDecoded = (): Promise<number> =>
     page.evaluate(() => (window as unknown as { decoded: ImageBitmap[] }).decoded.length);
   const release = await hold(page, /front\b.*\.jpg$/);
-  await page.reload();
+  await page.goto('about:blank');
+  await page.goto('./#bev');
   await expect(bev.view.getByText('top.jpg')).toBeVisible();
   await bev.choose('Open', /the worked numbers/);
   await expect(bev.view.getByText('top.jpg')).toHaveCount(0);

@@ -6,10 +6,9 @@ import { noteAnswers } from './answers.js';
 import { hold } from './held.js';
 import { expect, test } from './scanstitch_page.js';
 
-test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async ({ app, page }) => {
+test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async ({ empty: app, page }) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   await evaluation.drop([file(DATA, 'estimate.tum'), file(DATA, 'reference.tum')]);
   await expect(evaluation.view.locator('select').first().locator('option:checked')).toHaveText('reference.tum');
   await page.getByText('Matching of poses').click();
@@ -51,11 +50,10 @@ test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async (
   expect(app.faults).toEqual([]);
 });
 
-test('hand-in mode: many estimates are ranked, sorted, copied and removed', async ({ app, page, context }) => {
+test('hand-in mode: many estimates are ranked, sorted, copied and removed', async ({ empty: app, page, context }) => {
   await context.grantPermissions(['clipboard-read', 'clipboard-write']);
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   const truth = readFileSync(join(DATA, 'reference.tum'), 'utf8');
   const shaken = (size: number) => {
     let line = 0;
@@ -119,11 +117,10 @@ test('a run opens with its reference; hovering one figure marks the others; an e
   expect(app.faults).toEqual([]);
 });
 
-test('real recordings against the truth', async ({ app, page }, info) => {
+test('real recordings against the truth', async ({ empty: app, page }, info) => {
   test.skip(!existsSync(SHARED), '../shared/data is absent');
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   await evaluation.drop(
     ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt', 'KITTI_00_SPTAM.txt'].map((name) => file(SHARED, name)),
   );

@@ -19,14 +19,13 @@ const HAND_INS: InputFile[] = [
 
 async function handedIn(app: ScanstitchPage): Promise<EvaluationView> {
   const evaluation = new EvaluationView(app.page);
-  await evaluation.answered(() => evaluation.open());
-  await app.page.getByRole('button', { name: 'Remove all' }).click();
+  await evaluation.open();
   await evaluation.drop(HAND_INS);
   return evaluation;
 }
 
 test('every control has a name, every figure its words, which can be read in light and in dark colours', async ({
-  app,
+  empty: app,
   page,
 }) => {
   const evaluation = await handedIn(app);
@@ -58,7 +57,7 @@ test('every control has a name, every figure its words, which can be read in lig
   await expectLegible('light');
 });
 
-test('all is done by keys: an instant, the view, the order, the selection', async ({ app, page }) => {
+test('all is done by keys: an instant, the view, the order, the selection', async ({ empty: app, page }) => {
   const evaluation = await handedIn(app);
   // A mouse that rests on a figure marks an instant there whenever the page moves under it.
   await page.mouse.move(0, 0);
@@ -97,7 +96,7 @@ test('all is done by keys: an instant, the view, the order, the selection', asyn
 test.describe('on a phone', () => {
   test.use({ viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
 
-  test('nothing is wider than the screen, and all is within reach', async ({ app, page }, info) => {
+  test('nothing is wider than the screen, and all is within reach', async ({ empty: app, page }, info) => {
     const evaluation = await handedIn(app);
     const overflow = (): Promise<number> =>
       evaluation.view.evaluate((view) => Math.max(view.scrollWidth, document.documentElement.scrollWidth));

@@ -1,4 +1,5 @@
 import { expect, ScanstitchPage, test } from './scanstitch_page.js';
+import { drawNothing } from './spatial_page.js';
 
 test('a changed setting computes again, in degrees and within its range, and is marked until it is put back', async ({
   app,
@@ -50,17 +51,16 @@ test('changed settings are kept in the address, and a link carries them', async 
   expect(result.settings.metric).toBe('point_to_line');
 });
 
-test('settings in space are kept in the address, and a link carries them to the depth images', async ({
-  page,
-  context,
-}) => {
+test('settings in space are kept in the address, and a link carries them to the depth images', async ({ page }) => {
+  await drawNothing(page);
   await page.goto('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
   const effort = page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true });
   await effort.selectOption('quick');
   const linked = (name: string): string | null => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);
   await expect.poll(() => linked('effort')).toBe('quick');
-  const other = await context.newPage();
-  const { result } = await new ScanstitchPage(other).open(`./${new URL(page.url()).hash}`);
+  const link = page.url();
+  await page.goto('about:blank');
+  const { result } = await new ScanstitchPage(page).open(link);
   expect(result.frames.length).toBeGreaterThan(10);
   expect(result.settings).toMatchObject({
     effort: 'quick',

@@ -5,7 +5,8 @@ import { expectNamedControls, findWeakContrast } from './access.js';
 import { hold } from './held.js';
 import { dropOn, overflowOf } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
-import { expect, test } from './spatial_page.js';
+import { drawNothing, expect, test } from './spatial_page.js';
+import { stopAfter } from './stop.js';
 
 const NUM_FRAMES = 8;
 const LABELS = [
@@ -66,6 +67,7 @@ test('a link to the strategies, or a host that shows them alone: the sample is c
     await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
     await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
   };
+  await drawNothing(page);
   await page.goto('./#strategies');
   await open();
   const host = '<!doctype html><title>Lesson</title><scanstitch-app view="strategies"></scanstitch-app>';
@@ -83,7 +85,7 @@ test('a recording that is dropped where a link led to is shown on the map', asyn
   await expect(shown).toHaveText('Map');
 });
 
-test('who went to the map while it loads stays there', async ({ spatial, page }) => {
+test('who went to the map while it loads stays there', async ({ spatial: { page } }) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
   const release = await hold(page, '**/GT_pose*.npy');
   await tools.getByRole('button', { name: 'Strategies' }).click();
@@ -92,9 +94,7 @@ test('who went to the map while it loads stays there', async ({ spatial, page })
   await tools.getByRole('button', { name: 'Map', exact: true }).click();
   await release();
   // What is compared is compared as soon as its first frames are on the map.
-  await expect(spatial.table.getByRole('row').nth(1)).toBeVisible();
-  await page.getByRole('button', { name: 'Stop' }).click();
-  await expect(page.getByText('Stopped: partial map')).toBeVisible();
+  await stopAfter(page, 'scanstitch-spatial', 0);
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
 });
 

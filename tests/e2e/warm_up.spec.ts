@@ -63,8 +63,8 @@ test('while files are dragged over the page it says so, and is made ready where 
   page,
 }) => {
   const hint = page.getByText('Drop scans, depth images or a folder here');
-  /** Drags files of these types over the map; what takes them away again. */
-  const drag = async (...types: string[]): Promise<() => Promise<void>> => {
+  /** Drags files of these types over the map, and away. */
+  const drag = async (...types: string[]): Promise<void> => {
     const dataTransfer = await page.evaluateHandle((types) => {
       const all = new DataTransfer();
       types.forEach((type, i) => all.items.add(new File([], String(i), { type })));
@@ -72,19 +72,13 @@ test('while files are dragged over the page it says so, and is made ready where 
     }, types);
     await app.map.dispatchEvent('dragenter', { dataTransfer });
     await expect(hint).toBeVisible();
-    return async () => {
-      await app.map.dispatchEvent('dragleave', { dataTransfer });
-      await expect(hint).toBeHidden();
-    };
+    await app.map.dispatchEvent('dragleave', { dataTransfer });
+    await expect(hint).toBeHidden();
   };
   const asked: string[] = [];
   page.on('request', (request) => asked.push(request.url()));
-  await (
-    await drag('', '', '')
-  )(); // scans: browsers know no type of theirs
+  await drag('', '', ''); // scans: browsers know no type of theirs
   expect(asked.filter((url) => /warm-up/.test(url))).toEqual([]);
-  await (
-    await drag('image/png', 'image/png')
-  )();
+  await drag('image/png', 'image/png');
   await expect.poll(() => threads(page).length).toBeGreaterThan(1);
 });
