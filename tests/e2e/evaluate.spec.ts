@@ -143,7 +143,7 @@ test('an answer that comes after its trajectories were removed is not shown', as
     window.answers.some(({ values }) => values.some((value) => Object.hasOwn(Object(value), 'comparisons'))),
   );
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
-  expect(await page.evaluate(() => (window as unknown as { evaluations: number[] }).evaluations)).toEqual([]);
+  expect(await page.evaluate(() => window.evaluations)).toEqual([]);
   await expect(evaluation.view.getByRole('status')).not.toContainText('compared');
   expect(app.faults).toEqual([]);
 });
