@@ -28,6 +28,8 @@ export default defineConfig({
         // Without a graphics card, drawing straight away costs less than emulating one.
         '--disable-gpu',
         '--disable-quic',
+        // Pages on other hosts embed this one, as if it were a public host as well.
+        `--ip-address-space-overrides=127.0.0.1:${PORT}=public,[::1]:${PORT}=public`,
         '--no-first-run',
         '--disable-background-networking',
         '--disable-component-update',

@@ -4,7 +4,8 @@
  * is one, side by side, and prints one JSON document. Progress goes to stderr, so `npm run --silent bench > bench.json` keeps it.
  * `npm run bench -- NAME...` runs those whose name contains one of the words. Names beginning with `run_` are whole runs, on one
  * core and on two; `sizes` lists the sizes of the page and of the engine's parts; `small_gicp` times that library on the same pair of
- * clouds, where it can be installed; kiddo and faer are timed beside our k-d tree and sparse Cholesky.
+ * clouds, where it can be installed; kiddo and faer are timed beside our k-d tree and sparse Cholesky. `views` are drags and hovers on
+ * the page.
  */
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
@@ -165,7 +166,7 @@ async function main() {
   requireToolchain();
   await ensureWasmTarget();
   const isWanted = (/** @type {string} */ name) => words.length === 0 || words.some((word) => name.includes(word));
-  const isTimed = words.length === 0 || words.some((word) => word !== 'sizes');
+  const isTimed = words.length === 0 || words.some((word) => word !== 'sizes' && word !== 'views');
   if (isTimed) {
     const withPeers = ['--features', 'peers'];
     await run('cargo', ['build', '--release', '--package', 'scanstitch-bench', ...withPeers]);
@@ -174,7 +175,7 @@ async function main() {
   const jobs = isTimed ? (await listJobs()).filter(({ label }) => isWanted(label)) : [];
   const recordings = listRuns(isWanted);
   const withPeer = isWanted('small_gicp') || jobs.some(({ name }) => name.startsWith('pair_'));
-  if (jobs.length + recordings.length === 0 && !withPeer && !isWanted('sizes'))
+  if (jobs.length + recordings.length === 0 && !withPeer && !isWanted('sizes') && !isWanted('views'))
     throw new StepError(`No benchmark has a name with ${words.join(' or ')} in it.`);
   const browser = findChromium();
   if (!browser) console.error('Chromium is absent: timed natively and in Node');
@@ -208,7 +209,8 @@ async function main() {
   }
   const runs = [];
   const withSizes = isWanted('sizes');
-  if (recordings.length > 0 || withSizes) {
+  const withViews = isWanted('views') && browser;
+  if (recordings.length > 0 || withSizes || withViews) {
     await buildEngine('release');
     await buildPage('warn'); // what it tells else goes to stdout
   }
@@ -216,6 +218,12 @@ async function main() {
   for (const recording of recordings) {
     console.error(`${recording.name}: a whole run of ${recording.folder}`);
     runs.push({ ...recording, timings: await timeRuns(recording, browser) });
+  }
+  let views = null;
+  if (withViews) {
+    console.error('views: drags and hovers on the page');
+    const { output } = await capture(process.execPath, [join(ROOT, 'scripts', 'bench_views.mjs')]);
+    views = JSON.parse(output.trim().split('\n').at(-1) ?? '');
   }
   const { output: rustc } = await capture('rustc', ['--version']);
   const machine = {
@@ -227,7 +235,7 @@ async function main() {
     rustc: rustc.trim(),
   };
   const policy = { warm_up_ms: WARM_UP_MS, sample_ms: SAMPLE_MS, samples: SAMPLES, threads: 1 };
-  process.stdout.write(`${JSON.stringify({ machine, policy, sizes, benchmarks, peers, runs }, null, 2)}\n`);
+  process.stdout.write(`${JSON.stringify({ machine, policy, sizes, benchmarks, peers, runs, views }, null, 2)}\n`);
 }
 
 // Only the document goes to stdout: what is told, by Vite too, and what the compilers print goes to stderr.

@@ -1,7 +1,7 @@
 import { expectNamedControls, findWeakContrast, tabbedThrough } from './access.js';
 import { expect, ScanstitchPage, sampleScans, test } from './scanstitch_page.js';
 
-test('every control has a name, every region its role', async ({ app, page }) => {
+test('every control has a name, every region its role, and a menu is worked by keys', async ({ app, page }) => {
   await expectNamedControls(page);
   await expect(page.getByRole('main')).toBeVisible();
   await expect(page.getByRole('navigation', { name: 'Actions' })).toBeVisible();
@@ -11,6 +11,19 @@ test('every control has a name, every region its role', async ({ app, page }) =>
   await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
   await expectNamedControls(page);
   expect(await page.locator('html').getAttribute('lang')).toBe('en');
+
+  const button = page.getByRole('button', { name: 'Export' });
+  await button.focus();
+  await page.keyboard.press('Enter');
+  await expect(page.getByRole('menuitem').first()).toBeFocused();
+  await page.keyboard.press('ArrowDown');
+  await expect(page.getByRole('menuitem').nth(1)).toBeFocused();
+  await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('ArrowUp');
+  await expect(page.getByRole('menuitem').last()).toBeFocused();
+  await page.keyboard.press('Escape');
+  await expect(page.getByRole('menu')).toBeHidden();
+  await expect(button).toBeFocused();
 });
 
 test('the keyboard reaches everything, in the order of the page, and the focus is seen', async ({ app: { page } }) => {
@@ -34,24 +47,10 @@ test('the keyboard reaches everything, in the order of the page, and the focus i
   expect(map).toBeLessThan(reached.indexOf('0.ply'));
 });
 
-test('a menu is worked by keys', async ({ app: { page } }) => {
-  const button = page.getByRole('button', { name: 'Export' });
-  await button.focus();
-  await page.keyboard.press('Enter');
-  await expect(page.getByRole('menuitem').first()).toBeFocused();
-  await page.keyboard.press('ArrowDown');
-  await expect(page.getByRole('menuitem').nth(1)).toBeFocused();
-  await page.keyboard.press('ArrowUp');
-  await page.keyboard.press('ArrowUp');
-  await expect(page.getByRole('menuitem').last()).toBeFocused();
-  await page.keyboard.press('Escape');
-  await expect(page.getByRole('menu')).toBeHidden();
-  await expect(button).toBeFocused();
-});
-
 test('errors are announced, and no later announcement takes their place', async ({ app, page }) => {
   await app.drop([{ name: 'letter.ply', content: 'Dear all' }, ...sampleScans().slice(0, 2)]);
   await app.stitched();
+  await expect(page.getByLabel('Result in figures')).toContainText('1 file not read');
   const announced = page.getByRole('status').getByRole('paragraph');
   await expect(announced.filter({ hasText: /^2 scans stitched/ })).toHaveCount(1);
   const texts = await announced.allInnerTexts();
@@ -61,17 +60,17 @@ test('errors are announced, and no later announcement takes their place', async 
   expect(result, 'the result is announced after it').toBeGreaterThan(error);
 });
 
-for (const scheme of ['light', 'dark'] as const) {
-  test(`words can be read in ${scheme} colours`, async ({ page }) => {
-    await page.emulateMedia({ colorScheme: scheme });
-    const app = new ScanstitchPage(page);
-    await app.open();
-    await app.row('5.ply').click();
-    await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
-    const weak = await page.evaluate(findWeakContrast);
-    expect(weak).toEqual([]);
-  });
-}
+test('words can be read in light and in dark colours', async ({ app, page }) => {
+  await app.row('5.ply').click();
+  await expect(app.why.getByRole('img', { name: /rmse.*by iteration/ })).toBeVisible();
+  for (const colorScheme of ['light', 'dark'] as const) {
+    await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
+    await expect(page.getByRole('button', { name: /^(Light|Dark) colours$/ })).toHaveAccessibleName(
+      colorScheme === 'light' ? 'Dark colours' : 'Light colours',
+    );
+    expect(await page.evaluate(findWeakContrast)).toEqual([]);
+  }
+});
 
 test('dark colours follow the system, and the button overrules it', async ({ page }) => {
   await page.emulateMedia({ colorScheme: 'dark' });

@@ -28,22 +28,30 @@ const BAD_FILES: { what: string; file: InputFile; says: RegExp[] }[] = [
   { what: 'a cloud in space', file: { name: 'space.ply', content: in_space }, says: [/space\.ply/, /planar/] },
 ];
 
-for (const { what, file, says } of BAD_FILES) {
-  test(`${what} gets its own message, and the scans beside it are stitched`, async ({ app }) => {
-    await app.drop([...sampleScans().slice(0, 3), file]);
-    const { result } = await app.stitched();
-    expect(result.frames).toHaveLength(3);
-    await expect(app.messages.getByRole('listitem')).toHaveCount(1);
-    for (const words of says) await expect(app.messages).toContainText(words);
-    await expect(app.page.getByLabel('Result in figures')).toContainText('1 file not read');
-  });
-}
+test('each bad file gets a message of its own, and the scans beside them are stitched', async ({ empty: app }) => {
+  await app.drop([...sampleScans().slice(0, 3), ...BAD_FILES.map(({ file }) => file)]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(3);
+  const rows = app.messages.getByRole('listitem');
+  await expect(rows).toHaveCount(BAD_FILES.length);
+  for (const { what, file, says } of BAD_FILES) {
+    for (const words of says) await expect(rows.filter({ hasText: file.name }), what).toContainText(words);
+  }
+  await expect(app.page.getByLabel('Result in figures')).toContainText(`${BAD_FILES.length} files not read`);
+});
 
-test('single returns that are no numbers are dropped and counted', async ({ app }) => {
+test('a single scan is shown, and said to be alone; returns that are no numbers are dropped and counted', async ({
+  empty: app,
+}) => {
+  await app.drop([{ name: 'alone.ply', content: ply(room(8, 6)) }]);
+  const { result } = await app.stitched();
+  expect(result.frames).toHaveLength(1);
+  await expect(app.why).toContainText('A single scan');
+  expect(await app.numPainted()).toBeGreaterThan(100);
   const points = room(8, 6).map(([x, y], i): [number, number, number] => (i < 5 ? [Number.NaN, y, 0] : [x, y, 0]));
   await app.drop([{ name: 'some.ply', content: ply(points) }]);
-  const { result } = await app.stitched();
-  expect(result.frames[0]?.cleaning.non_finite).toBe(5);
+  const cleaned = (await app.stitched()).result;
+  expect(cleaned.frames[0]?.cleaning.non_finite).toBe(5);
   await expect(app.page.getByLabel('Result in figures')).toContainText('5 not a number');
 });
 
@@ -56,19 +64,19 @@ test('several bad files are listed one by one, and what was on the page stays', 
   await expect(app.why).toContainText('were matched');
 });
 
-test('a bad trajectory is told, and the scans are stitched without it', async ({ app }) => {
+test('a trajectory that is bad or does not fit is told, and the scans are stitched without it', async ({
+  empty: app,
+}) => {
   await app.drop([...sampleScans().slice(0, 3), { name: 'path.tum', content: '0 0 0 0 0 0 0 1\n1 one 0 0 0 0 0 1\n' }]);
   const { result } = await app.stitched();
   expect(result.frames).toHaveLength(3);
   expect(result.comparison).toBeNull();
   await expect(app.messages).toContainText(/path\.tum, line 2/);
-});
 
-test('a trajectory that does not fit the scans is told', async ({ app }) => {
   await app.drop([...sampleScans().slice(0, 4), { name: 'short.txt', content: '0 0 0\n0 1 0\n' }]);
-  const { result } = await app.stitched();
-  expect(result.frames).toHaveLength(4);
-  expect(result.comparison).toBeNull();
+  const other = (await app.stitched()).result;
+  expect(other.frames).toHaveLength(4);
+  expect(other.comparison).toBeNull();
   await expect(app.messages).toContainText('short.txt');
   await expect(app.messages).toContainText('2 poses');
 });
@@ -83,12 +91,7 @@ test('files that are neither scans nor a trajectory are named with the reason', 
   for (const words of ['None of the 4 files can be used', 'photo.png', 'poses.npy', 'scans.zip', 'readme.txt']) {
     await expect(app.messages).toContainText(words);
   }
-  // Another run before this one would be the next to be told.
-  await app.setting('Strategy').selectOption('scan_to_map');
-  expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
-});
-
-test('a lone PNG that cannot be read is called so, with what to do', async ({ app }) => {
+  // A lone PNG is called so, with what to do.
   const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
   await app.drop([{ name: 'depth.png', content: signature }]);
   await expect(app.messages).toContainText('depth.png');
@@ -102,15 +105,7 @@ test('a lone PNG that cannot be read is called so, with what to do', async ({ ap
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
 });
 
-test('a single scan is shown, and said to be alone', async ({ app }) => {
-  await app.drop([{ name: 'alone.ply', content: ply(room(8, 6)) }]);
-  const { result } = await app.stitched();
-  expect(result.frames).toHaveLength(1);
-  await expect(app.why).toContainText('A single scan');
-  expect(await app.numPainted()).toBeGreaterThan(100);
-});
-
-test('two scans of different rooms: the second is lost or doubtful, and the page says why', async ({ app }) => {
+test('two scans of different rooms: the second is lost or doubtful, and the page says why', async ({ empty: app }) => {
   const elsewhere = room(3, 40).map(([x, y]): [number, number, number] => [x + 20, y - 22, 0]);
   await app.drop([
     { name: 'here.ply', content: ply(room(8, 6)) },

@@ -5,7 +5,7 @@ import type { Page } from '@playwright/test';
 import { db3Bytes, mcapBytes } from '../cli/bag_files.mjs';
 import { cameraInfo, image, laserScan, poseStamped, type stampAt } from '../cli/bag_messages.mjs';
 import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, test } from './spatial_page.js';
+import { expect, SpatialPage, test } from './spatial_page.js';
 import { FOCAL, HEIGHT, render, walk, WIDTH } from './spatial_recording.js';
 
 const BAGS = join(import.meta.dirname, '../../../shared/data/bags');
@@ -166,13 +166,17 @@ test('a bag with nothing to use says what is in it', async ({ spatial, page }) =
   await expect(spatial.messages).toContainText('This bag is of the version V1.2');
 });
 
-test('the first load fetches nothing of bags', async ({ spatial, page }) => {
+test('the first load fetches neither three.js nor the view in space, and nothing of bags', async ({ page }) => {
+  const spatial = new SpatialPage(page);
+  await spatial.app.open();
   const scripts = () => page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
-  const before = await scripts();
-  expect(before.filter((name) => /bag_recordings|mcap|db3|topics-panel/.test(name))).toEqual([]);
+  const later = /scene-|spatial-view-|space-renderer-|bag_recordings|mcap|db3|topics-panel/;
+  expect((await scripts()).filter((name) => later.test(name))).toEqual([]);
   await spatial.drop([{ name: 'room.mcap', content: Buffer.from(mcapBytes(TOPICS, messages(2))) }]);
   await spatial.stitched();
-  expect((await scripts()).some((name) => /bag_recordings/.test(name))).toBe(true);
+  for (const part of [/spatial-view-/, /bag_recordings/])
+    expect((await scripts()).some((name) => part.test(name))).toBe(true);
+  expect(spatial.app.faults).toEqual([]);
 });
 
 test('the list of topics at the width of a phone, named and legible, dark and light', async ({ spatial, page }) => {

@@ -55,7 +55,7 @@ test.beforeAll(() => {
     filename: string;
   }[];
   npm('install', '--offline', ...packed.map(({ filename }) => filename));
-  if (process.env.CI) npm('install', '--no-audit', '--no-fund', ...BUNDLERS);
+  if (process.env.CI) npm('install', '--prefer-offline', '--no-audit', '--no-fund', ...BUNDLERS);
 });
 
 test.afterAll(() => rmSync(project, { recursive: true, force: true }));

@@ -11,7 +11,7 @@ import { FOCAL, HEIGHT, recording, render, walk, WIDTH } from './spatial_recordi
 export { expect };
 
 export const COURSE = 'http://course.example/lesson/';
-/** The same host as Scanstitch's, where it lets no other site read its files. */
+/** The same host as Scanstitch's, where it has no files: what it answers there, no other site may read. */
 export const CLOSED = `http://localhost:${process.env.E2E_PORT ?? 4173}/closed/`;
 
 export type Heard = { [K in keyof ScanstitchEvents]: { type: K; of: string; detail: ScanstitchEvents[K] } };
@@ -22,8 +22,6 @@ declare global {
     heard: Heard[keyof Heard][];
   }
 }
-
-const CORS = { 'access-control-allow-origin': '*' };
 
 export class CoursePage {
   /** Errors of scripts on the page. */
@@ -39,11 +37,6 @@ export class CoursePage {
   /** Opens a page with this in its body, and these files beside it. */
   async open(body: string, files: Files = {}, script = `${this.baseURL}scanstitch-app.js`): Promise<void> {
     const context = this.page.context();
-    await context.route(`${this.baseURL}**`, async (route) => {
-      if (route.request().url().startsWith(CLOSED)) return route.continue();
-      const response = await route.fetch();
-      await route.fulfill({ response, headers: { ...response.headers(), ...CORS } });
-    });
     await context.route(`${COURSE}**`, (route) => {
       const path = new URL(route.request().url()).pathname.slice('/lesson/'.length);
       const file = path === '' ? `<!doctype html><title>Lesson</title>${body}${moduleTag(script)}` : files[path];
@@ -55,6 +48,16 @@ export class CoursePage {
 
   get element(): Locator {
     return this.page.locator('scanstitch-app').first();
+  }
+
+  /** The first event of this type of the element with this id. */
+  async heardOf<K extends keyof ScanstitchEvents>(id: string, type: K): Promise<Heard[K]> {
+    const event = await this.page.waitForFunction(
+      ([id, type]) => window.heard.find((event) => event.of === id && event.type === type),
+      [id, type] as const,
+      { timeout: 60_000 },
+    );
+    return event.jsonValue() as Promise<Heard[K]>;
   }
 
   /** The next event of this type after the first `index` of them. */
@@ -83,7 +86,7 @@ function typeOf(path: string): string {
 }
 
 /** Runs in the page: what the document hears of any element. */
-function listen(): void {
+export function listen(): void {
   window.heard = [];
   for (const type of ['scanstitch-progress', 'scanstitch-done', 'scanstitch-error'] as const) {
     addEventListener(type, (event) => {

@@ -4,7 +4,22 @@ import { BevPage } from './bev_page.js';
 import { EvaluationView } from './evaluation_view.js';
 import { expect, sampleScans, ScanstitchPage, test, TOOL_RESULTS } from './scanstitch_page.js';
 
-test('a crash of the worker is told, and the scans can be computed again', async ({ page }) => {
+/** Makes the worker whose address matches throw outside of any call. It has started: one that dies before is not told. */
+async function crash(page: Page, script: RegExp): Promise<void> {
+  await answered(page, script);
+  await expect.poll(() => page.workers().filter((worker) => script.test(worker.url())).length).toBe(1);
+  const worker = page.workers().find((candidate) => script.test(candidate.url()));
+  if (!worker) return;
+  const ended = worker.waitForEvent('close');
+  await worker.evaluate(() => {
+    setTimeout(() => {
+      throw new Error('for the sake of this test');
+    });
+  });
+  await ended;
+}
+
+test('a crash of the worker is told, and the scans can be computed again; three in a row end it', async ({ page }) => {
   const app = new ScanstitchPage(page);
   await noteAnswers(page);
   await app.open();
@@ -20,16 +35,23 @@ test('a crash of the worker is told, and the scans can be computed again', async
   expect((await app.stitched()).result.frames).toHaveLength(10);
   await expect(app.messages).toBeHidden();
   await expect.poll(() => page.workers()).toHaveLength(1);
-});
 
-test('after a crash a changed setting computes as well', async ({ page }) => {
-  const app = new ScanstitchPage(page);
-  await noteAnswers(page);
-  await app.open();
+  // A changed setting computes as well.
   await crash(page, /planar-worker/);
   await expect(app.messages).toContainText('The engine crashed');
   await app.setting('Strategy').selectOption('scan_to_map');
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
+
+  // With nothing computed in between three end it.
+  for (let i = 0; i < 3; i++) {
+    await crash(page, /planar-worker/);
+    // The first two say the same and are one row.
+    const said = [/crash/, /2 times/, /crashed 3 times/][i] ?? '';
+    await expect(app.messages).toContainText(said);
+  }
+  await expect(app.messages).toContainText('The engine crashed 3 times and is not started again');
+  await expect.poll(() => page.workers().filter((worker) => /planar-worker/.test(worker.url()))).toHaveLength(0);
+  expect(await app.scanNames()).toHaveLength(10);
 });
 
 test('a page whose engine cannot be fetched says so, and fetches it when it is tried again', async ({ page }) => {
@@ -82,45 +104,6 @@ test('a worker whose script cannot be loaded is told', async ({ page }) => {
   await page.route('**/*planar-worker*.js', (route) => route.fulfill({ status: 404 }));
   await page.goto('./');
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText('The engine could not be started');
-});
-
-test('a part of the page that cannot be loaded is told', async ({ page }) => {
-  const app = new ScanstitchPage(page);
-  await app.open();
-  await page.route('**/evaluate-view*.js', (route) => route.fulfill({ status: 404 }));
-  await page.getByRole('button', { name: 'Evaluate' }).click();
-  await expect(app.messages).toContainText('evaluate-view');
-});
-
-/** Makes the worker whose address matches throw outside of any call. It has started: one that dies before is not told. */
-async function crash(page: Page, script: RegExp): Promise<void> {
-  await answered(page, script);
-  await expect.poll(() => page.workers().filter((worker) => script.test(worker.url())).length).toBe(1);
-  const worker = page.workers().find((candidate) => script.test(candidate.url()));
-  if (!worker) return;
-  const ended = worker.waitForEvent('close');
-  await worker.evaluate(() => {
-    setTimeout(() => {
-      throw new Error('for the sake of this test');
-    });
-  });
-  await ended;
-}
-
-test('three crashes with nothing computed in between end it', async ({ page }) => {
-  const app = new ScanstitchPage(page);
-  await noteAnswers(page);
-  await app.open();
-  for (let i = 0; i < 3; i++) {
-    await crash(page, /planar-worker/);
-    // The first two say the same and are one row.
-    const said = [/crash/, /2 times/, /crashed 3 times/][i] ?? '';
-    await expect(app.messages).toContainText(said);
-  }
-  await expect(app.messages).toContainText('The engine crashed 3 times and is not started again');
-  await expect.poll(() => page.workers().filter((worker) => /planar-worker/.test(worker.url()))).toHaveLength(0);
-  // What was computed is still there to be looked at.
-  expect(await app.scanNames()).toHaveLength(10);
 });
 
 test('a crash of the evaluation is told, and it answers again', async ({ page }) => {

@@ -16,7 +16,7 @@ const MATLAB_POSITIONS = [
   [0.1687, 9.0731],
 ];
 
-test('ten recorded scans, dropped in any order, become a trajectory and a map', async ({ app }, info) => {
+test('ten recorded scans, dropped in any order, become a trajectory and a map', async ({ empty: app }, info) => {
   test.skip(!existsSync(ZJU_FOLDER), '../shared/data is absent');
   const reference = { name: 'matlab.txt', content: MATLAB_POSITIONS.map(([x, y]) => `${x} ${y} 0`).join('\n') };
   const scans = zjuScans();
@@ -34,12 +34,24 @@ test('ten recorded scans, dropped in any order, become a trajectory and a map', 
   await expect(app.page.getByText('Your scans')).toBeVisible();
 });
 
-test('scans are put in natural order: 2.ply before 10.ply', async ({ app }) => {
+test('scans are put in natural order: 2.ply before 10.ply; files of no use leave them, and say why', async ({
+  empty: app,
+  page,
+}) => {
   const scans = sampleScans();
   const names = ['scan_10.ply', 'scan_2.ply', 'scan_1.ply'];
   await app.drop(names.map((name, i) => ({ name, content: scans[2 - i]?.content ?? '' })));
   await app.stitched();
-  expect(await app.scanNames()).toEqual(['scan_1.ply', 'scan_2.ply', 'scan_10.ply']);
+  const order = ['scan_1.ply', 'scan_2.ply', 'scan_10.ply'];
+  expect(await app.scanNames()).toEqual(order);
+
+  await app.drop([{ name: 'broken.ply', content: 'ply\nformat ascii 1.0\nelement vertex 3\nend_header\n' }]);
+  await expect(app.messages).toContainText('broken.ply');
+  expect(await app.scanNames()).toEqual(order);
+  await expect(page.getByRole('region', { name: 'Replaced recording' })).toBeHidden();
+  // Another run before this one would be the next to be told.
+  await app.setting('Strategy').selectOption('scan_to_map');
+  expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
 });
 
 test('a drop replaces what is open; Undo brings it back as it was, and Redo the other one', async ({ app, page }) => {
@@ -79,7 +91,7 @@ test('a drop replaces what is open; Undo brings it back as it was, and Redo the 
 });
 
 test('files join what they replaced when that is wanted; one of the same name replaces the old one', async ({
-  app,
+  empty: app,
   page,
 }) => {
   const scans = sampleScans();
@@ -94,19 +106,7 @@ test('files join what they replaced when that is wanted; one of the same name re
   await expect(add).toBeHidden();
 });
 
-test('files of no use leave what is open, and say why', async ({ app, page }) => {
-  await app.drop(sampleScans().slice(0, 3));
-  await app.stitched();
-  await app.drop([{ name: 'broken.ply', content: 'ply\nformat ascii 1.0\nelement vertex 3\nend_header\n' }]);
-  await expect(app.messages).toContainText('broken.ply');
-  expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply']);
-  await expect(page.getByRole('region', { name: 'Replaced recording' })).toBeHidden();
-  // Another run before this one would be the next to be told.
-  await app.setting('Strategy').selectOption('scan_to_map');
-  expect((await app.stitched()).result.settings.strategy).toBe('scan_to_map');
-});
-
-test('a trajectory dropped alone is compared with what is there', async ({ app }) => {
+test('a trajectory dropped alone is compared with what is there', async ({ empty: app }) => {
   const scans = sampleScans();
   await app.drop(scans);
   expect((await app.stitched()).result.comparison).toBeNull();
@@ -116,7 +116,7 @@ test('a trajectory dropped alone is compared with what is there', async ({ app }
   expect(result.comparison?.name).toBe('path.csv');
 });
 
-test('a folder is opened to any depth; what is no scan is named and not used', async ({ app, page }, info) => {
+test('a folder is opened to any depth; what is no scan is named and not used', async ({ empty: app, page }, info) => {
   const folder = info.outputPath('recording');
   mkdirSync(join(folder, 'late'), { recursive: true });
   const scans = sampleScans();
@@ -147,7 +147,7 @@ test('a folder is opened to any depth; what is no scan is named and not used', a
   await expect(app.messages).toBeHidden();
 });
 
-test('files are picked as well as dropped', async ({ app, page }) => {
+test('files are picked as well as dropped', async ({ empty: app, page }) => {
   await page.getByRole('button', { name: 'Open' }).click();
   const chooser = page.waitForEvent('filechooser');
   await page.getByRole('menuitem', { name: /Files/ }).click();

@@ -5,20 +5,11 @@ import { expect, SAMPLE_FOLDER, ScanstitchPage, test as base } from './scanstitc
 
 const COURSE_HOST = 'http://course.example';
 
-/** What the host of Scanstitch sends, with the header that every public static host sends as well. */
-async function serveToOtherHosts(page: Page, baseURL: string): Promise<void> {
-  await page.context().route(`${baseURL}**`, async (route) => {
-    const response = await route.fetch();
-    await route.fulfill({ response, headers: { ...response.headers(), 'access-control-allow-origin': '*' } });
-  });
-}
-
 /**
  * A course page on another host than Scanstitch's: `body` stands in it, the scans of the sample lie beside it, and the
- * element comes from `baseURL` with the header that every public static host sends. Returns the page's address.
+ * element comes from `baseURL`. Returns the page's address.
  */
 async function serveCourse(page: Page, baseURL: string, body: string): Promise<string> {
-  await serveToOtherHosts(page, baseURL);
   await page.context().route(`${COURSE_HOST}/**`, async (route) => {
     const { pathname } = new URL(route.request().url());
     if (pathname === '/lesson/') {
@@ -112,7 +103,6 @@ test('scans that cannot be fetched are told', async ({ page, baseURL }) => {
     const body = `<scanstitch-app src="missing.json"></scanstitch-app><script type="module" src="${baseURL}scanstitch-app.js"></script>`;
     return route.fulfill(is_page ? { contentType: 'text/html', body } : { status: 404 });
   });
-  await serveToOtherHosts(page, baseURL ?? '');
   await page.goto(`${COURSE_HOST}/`);
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText(/missing\.json answered 404/);
   await expect(page.getByRole('button', { name: 'Show the sample' })).toBeVisible();

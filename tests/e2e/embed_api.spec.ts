@@ -218,7 +218,10 @@ test('removed and put back, it computes again', async ({ course, page }) => {
   expect(detail.result.settings).toMatchObject({ max_iterations: 41 });
 });
 
-test('title, side panel, parts and colours of the page', async ({ course, page }) => {
+test('title, side panel, parts and colours of the page; events of its own parts do not leave it', async ({
+  course,
+  page,
+}) => {
   const body = `<style>scanstitch-app { --scanstitch-accent: rgb(200, 0, 0) } ::part(map) { opacity: 0.9 }</style>
     <scanstitch-app src="0.ply 1.ply"><b slot="title">Robotics 101</b><p slot="side">Read chapter 3 first.</p></scanstitch-app>`;
   await course.open(body, scans(2));
@@ -231,11 +234,7 @@ test('title, side panel, parts and colours of the page', async ({ course, page }
     return [getComputedStyle(map).opacity, getComputedStyle(map).getPropertyValue('--accent')];
   });
   expect(seen).toEqual(['0.9', 'rgb(200, 0, 0)']);
-});
 
-test('events of its own parts do not leave it', async ({ course, page }) => {
-  await course.open('<scanstitch-app src="0.ply 1.ply"></scanstitch-app>', scans(2));
-  await course.heard('scanstitch-done');
   const leaving = await page.evaluateHandle(() => {
     const types: string[] = [];
     const dispatch = EventTarget.prototype.dispatchEvent;
@@ -251,7 +250,8 @@ test('events of its own parts do not leave it', async ({ course, page }) => {
   expect((await leaving.jsonValue()).filter((type) => !type.startsWith('scanstitch-'))).toEqual([]);
 });
 
-const WRONG: [string, string, RegExp, RegExp?][] = [
+/** What is wrong, the attributes that say so, and what is told. */
+const WRONG: [string, string, RegExp][] = [
   ['a wrong address in a manifest', 'src="wrong.json"', /course\.example\/lesson\/missing\.ply answered 404/],
   ['a manifest that is none', 'src="page.json"', /page\.json is not a manifest: it is not JSON; it should read/],
   ['a manifest with a misspelt name', 'src="typo.json"', /typo\.json names no scans \(scan: not known\)/],
@@ -269,19 +269,23 @@ const WRONG: [string, string, RegExp, RegExp?][] = [
   ['an unknown theme', 'src="0.ply 1.ply" theme="pink"', /“pink” is not a theme: auto, light, dark/],
   ['an unknown view', 'src="0.ply 1.ply" view="top"', /“top” is not a view: map, bev, icp/],
 ];
-for (const [name, attributes, message] of WRONG) {
-  test(`told in the element and by an event: ${name}`, async ({ course }) => {
-    await course.open(`<scanstitch-app ${attributes}></scanstitch-app>`, {
-      ...scans(2),
-      'wrong.json': JSON.stringify({ scans: ['0.ply', 'missing.ply'] }),
-      'page.json': '<!doctype html>',
-      'typo.json': JSON.stringify({ scan: ['0.ply'] }),
-      'notes.pdf': '%PDF-1.7',
-    });
-    const { detail } = await course.heard('scanstitch-error');
-    expect(detail.message).toMatch(message);
-    await expect(course.messages).toContainText(message);
-    // What is right is done all the same.
-    if (attributes.includes('0.ply 1.ply')) await course.heard('scanstitch-done');
+test('what is wrong with an element is told in it and by its own event, and the others beside it work', async ({
+  course,
+}) => {
+  const body = WRONG.map(([, attributes], i) => `<scanstitch-app id="e${i}" ${attributes}></scanstitch-app>`).join('');
+  await course.open(`<style>scanstitch-app { height: 400px }</style>${body}`, {
+    ...scans(2),
+    'wrong.json': JSON.stringify({ scans: ['0.ply', 'missing.ply'] }),
+    'page.json': '<!doctype html>',
+    'typo.json': JSON.stringify({ scan: ['0.ply'] }),
+    'notes.pdf': '%PDF-1.7',
   });
-}
+  for (const [i, [name, attributes, message]] of WRONG.entries()) {
+    const { detail } = await course.heardOf(`e${i}`, 'scanstitch-error');
+    expect(detail.message, name).toMatch(message);
+    const messages = course.page.locator(`#e${i}`).getByRole('region', { name: 'Messages' });
+    await expect(messages, name).toContainText(message);
+    // What is right is done all the same.
+    if (attributes.includes('0.ply 1.ply')) await course.heardOf(`e${i}`, 'scanstitch-done');
+  }
+});

@@ -6,10 +6,9 @@ import { noteAnswers } from './answers.js';
 import { hold } from './held.js';
 import { expect, test } from './scanstitch_page.js';
 
-test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async ({ app, page }) => {
+test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async ({ empty: app, page }) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   await evaluation.drop([file(DATA, 'estimate.tum'), file(DATA, 'reference.tum')]);
   await expect(evaluation.view.locator('select').first().locator('option:checked')).toHaveText('reference.tum');
   await page.getByText('Matching of poses').click();
@@ -51,11 +50,10 @@ test('two files dropped: the rmse of evo, figures saved as PNG and SVG', async (
   expect(app.faults).toEqual([]);
 });
 
-test('hand-in mode: many estimates are ranked, sorted, copied and removed', async ({ app, page, context }) => {
+test('hand-in mode: many estimates are ranked, sorted, copied and removed', async ({ empty: app, page, context }) => {
   await context.grantPermissions(['clipboard-read', 'clipboard-write']);
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   const truth = readFileSync(join(DATA, 'reference.tum'), 'utf8');
   const shaken = (size: number) => {
     let line = 0;
@@ -91,7 +89,7 @@ test('hand-in mode: many estimates are ranked, sorted, copied and removed', asyn
   expect(app.faults).toEqual([]);
 });
 
-test('a run of the reconstruction opens with its reference; hovering one figure marks the others', async ({
+test('a run opens with its reference; hovering one figure marks the others; an empty view offers a sample and the run', async ({
   app,
   page,
 }, info) => {
@@ -106,28 +104,6 @@ test('a run of the reconstruction opens with its reference; hovering one figure 
   const marks = (name: string) => page.locator(`.${name} scanstitch-figure .marks`).locator('line, circle').count();
   for (const name of ['paths', 'errors', 'positions', 'angles']) expect(await marks(name), name).toBeGreaterThan(0);
   await page.screenshot({ path: info.outputPath('evaluate.png') });
-  await page.getByRole('button', { name: 'Map', exact: true }).click();
-  await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
-  expect(app.faults).toEqual([]);
-});
-
-test('real recordings against the truth', async ({ app, page }, info) => {
-  test.skip(!existsSync(SHARED), '../shared/data is absent');
-  const evaluation = new EvaluationView(page);
-  await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
-  await evaluation.drop(
-    ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt', 'KITTI_00_SPTAM.txt'].map((name) => file(SHARED, name)),
-  );
-  expect(await evaluation.column(/^rmse/)).toContain('1.30345');
-  await page.setViewportSize({ width: 1400, height: 1500 });
-  await page.screenshot({ path: info.outputPath('kitti.png') });
-  expect(app.faults).toEqual([]);
-});
-
-test('an empty view offers a sample and the open run', async ({ app, page }) => {
-  const evaluation = new EvaluationView(page);
-  await evaluation.answered(() => evaluation.open());
   await page.getByRole('button', { name: 'Remove all' }).click();
   const start = page.getByRole('region', { name: 'No trajectories yet' });
   await expect(evaluation.view.locator('select')).toHaveCount(0);
@@ -136,6 +112,21 @@ test('an empty view offers a sample and the open run', async ({ app, page }) => 
   await page.getByRole('button', { name: 'Remove all' }).click();
   await evaluation.answered(() => start.getByRole('button', { name: 'The open run' }).click());
   expect(await evaluation.column(/^estimate/)).toEqual(['this run']);
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
+  await expect(page.getByRole('group', { name: 'Map' })).toBeVisible();
+  expect(app.faults).toEqual([]);
+});
+
+test('real recordings against the truth', async ({ empty: app, page }, info) => {
+  test.skip(!existsSync(SHARED), '../shared/data is absent');
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await evaluation.drop(
+    ['KITTI_00_gt.txt', 'KITTI_00_ORB.txt', 'KITTI_00_SPTAM.txt'].map((name) => file(SHARED, name)),
+  );
+  expect(await evaluation.column(/^rmse/)).toContain('1.30345');
+  await page.setViewportSize({ width: 1400, height: 1500 });
+  await page.screenshot({ path: info.outputPath('kitti.png') });
   expect(app.faults).toEqual([]);
 });
 
@@ -152,7 +143,25 @@ test('an answer that comes after its trajectories were removed is not shown', as
     window.answers.some(({ values }) => values.some((value) => Object.hasOwn(Object(value), 'comparisons'))),
   );
   await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
-  expect(await page.evaluate(() => (window as unknown as { evaluations: number[] }).evaluations)).toEqual([]);
+  expect(await page.evaluate(() => window.evaluations)).toEqual([]);
   await expect(evaluation.view.getByRole('status')).not.toContainText('compared');
   expect(app.faults).toEqual([]);
+});
+
+test('twenty thousand poses are drawn, and one is marked under the mouse', async ({ empty, page }) => {
+  const trajectory = (noise: number): string =>
+    Array.from({ length: 20_000 }, (_, i) => {
+      const [x, y] = [30 * Math.sin(i / 4000) + noise * Math.sin(0.37 * i), 20 * Math.sin(i / 6000)];
+      return `${(i / 100).toFixed(2)} ${x.toFixed(6)} ${y.toFixed(6)} 0 0 0 0 1\n`;
+    }).join('');
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await evaluation.drop([
+    { name: 'gt.tum', content: trajectory(0) },
+    { name: 'est.tum', content: trajectory(0.05) },
+  ]);
+  await expect(evaluation.rows.locator('td').nth(2)).toHaveText('20000/20000');
+  await page.locator('.errors scanstitch-figure').hover();
+  await expect(evaluation.view.locator('.readout')).toContainText('error');
+  expect(empty.faults).toEqual([]);
 });

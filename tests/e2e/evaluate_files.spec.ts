@@ -52,10 +52,9 @@ const kitti = (off: number): string =>
     return `${[c, -s, 0, x + off * Math.sin(17 * y), s, c, 0, y, 0, 0, 1, z].join(' ')}\n`;
   }).join('');
 
-test('times for KITTI files, relations with loops, and a folder with one pose a file', async ({ app, page }) => {
+test('times for KITTI files, relations with loops, and a folder with one pose a file', async ({ empty: app, page }) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   const times = POSES.map((_, i) => `${(100 + i / 10).toFixed(6)}\n`).join('');
   const edge = (i: number, j: number): string => {
     const [a, b] = [POSES[i] as (typeof POSES)[0], POSES[j] as (typeof POSES)[0]];
@@ -128,10 +127,9 @@ function corner(pose: (typeof POSES)[0], seed: number): string {
   );
 }
 
-test('maps are judged without a truth, and frames by the poses that place them', async ({ app, page }) => {
+test('maps are judged without a truth, and frames by the poses that place them', async ({ empty: app, page }) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();
-  await page.getByRole('button', { name: 'Remove all' }).click();
   const table = page.getByRole('table', { name: 'Sharpness of maps' });
   const blurred = (size: number) =>
     ply(

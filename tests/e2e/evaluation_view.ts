@@ -11,6 +11,13 @@ export function file(folder: string, name: string): InputFile {
   return { name, content: readFileSync(join(folder, name)) };
 }
 
+declare global {
+  interface Window {
+    /** What each evaluation took (ms), since the view was opened. */
+    evaluations?: number[];
+  }
+}
+
 export class EvaluationView {
   /** Opens the view over the page, and listens to what it draws. */
   constructor(readonly page: Page) {}
@@ -18,7 +25,7 @@ export class EvaluationView {
   async open(): Promise<void> {
     await this.page.evaluate(() => {
       const seen: number[] = [];
-      Object.assign(window, { evaluations: seen });
+      window.evaluations = seen;
       addEventListener('scanstitch-evaluated', (event) => seen.push((event as CustomEvent).detail.total_ms));
     });
     await this.page.getByRole('button', { name: 'Evaluate' }).click();
@@ -40,8 +47,8 @@ export class EvaluationView {
     return this.rows.locator(`td:nth-child(${index + 1})`).allInnerTexts();
   }
 
-  /** Drops files, and waits until what follows from them is on the screen; what that took (ms). */
-  async drop(files: readonly InputFile[]): Promise<number> {
+  /** Drops files, and waits until what follows from them is on the screen. */
+  async drop(files: readonly InputFile[]): Promise<void> {
     return this.answered(() => this.offer(files));
   }
 
@@ -50,12 +57,12 @@ export class EvaluationView {
     await dropOn(this.view.locator('.evaluate'), files);
   }
 
-  /** Does something, and waits until the figures that follow from it are on the screen; what that took (ms). */
-  async answered(action: () => Promise<unknown>): Promise<number> {
-    const seen = () => this.page.evaluate(() => (window as unknown as { evaluations?: number[] }).evaluations ?? []);
-    const before = (await seen()).length;
+  /** Does something, and waits until the figures that follow from it are on the screen. */
+  async answered(action: () => Promise<unknown>): Promise<void> {
+    const before = await this.page.evaluate(() => window.evaluations?.length ?? 0);
     await action();
-    await expect.poll(async () => (await seen()).length, { timeout: 60_000 }).toBeGreaterThan(before);
-    return (await seen()).at(-1) ?? Number.NaN;
+    await this.page.waitForFunction((before) => (window.evaluations?.length ?? 0) > before, before, {
+      timeout: 60_000,
+    });
   }
 }

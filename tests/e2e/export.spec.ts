@@ -41,36 +41,21 @@ function expectPly(bytes: Uint8Array): void {
 
 const PNG_SIGNATURE = [0x89, 0x50, 0x4e, 0x47];
 
-test('the trajectory as TUM', async ({ app }) => {
-  const { name, bytes } = await exported(app, /^Trajectory/);
-  expect(name).toBe('trajectory.tum');
-  expectTum(bytes.toString());
-});
+test('each result alone, and everything in one zip; the page reads its own map again', async ({ app }) => {
+  const trajectory = await exported(app, /^Trajectory/);
+  expect(trajectory.name).toBe('trajectory.tum');
+  expectTum(trajectory.bytes.toString());
 
-test('one matrix a scan', async ({ app }) => {
-  const { bytes } = await exported(app, /^Matrices/);
-  const files = unzipSync(bytes);
-  expect(Object.keys(files)).toHaveLength(10);
-  expect(Object.keys(files)).toContain('matrices/0003_3.txt');
-  for (const file of Object.values(files)) expectMatrix(Buffer.from(file).toString());
-});
+  const matrices = unzipSync((await exported(app, /^Matrices/)).bytes);
+  expect(Object.keys(matrices)).toHaveLength(10);
+  expect(Object.keys(matrices)).toContain('matrices/0003_3.txt');
+  for (const file of Object.values(matrices)) expectMatrix(Buffer.from(file).toString());
 
-test('the map as PLY, which the page reads again', async ({ app }) => {
-  const { name, bytes } = await exported(app, /^Map/);
-  expectPly(bytes);
-  await app.drop([{ name, content: bytes }]);
-  const { result } = await app.stitched();
-  expect(result.frames[0]?.cleaning.num_read).toBeGreaterThan(1000);
-});
+  const picture = await exported(app, /^Picture/);
+  expect(picture.name).toBe('map.png');
+  expect([...picture.bytes.subarray(0, 4)]).toEqual(PNG_SIGNATURE);
+  expect(picture.bytes.length).toBeGreaterThan(10_000);
 
-test('the picture as PNG', async ({ app }) => {
-  const { name, bytes } = await exported(app, /^Picture/);
-  expect(name).toBe('map.png');
-  expect([...bytes.subarray(0, 4)]).toEqual(PNG_SIGNATURE);
-  expect(bytes.length).toBeGreaterThan(10_000);
-});
-
-test('everything in one zip', async ({ app }) => {
   const { name, bytes } = await exported(app, /^Everything/);
   expect(name).toBe('scanstitch.zip');
   const files = unzipSync(bytes);
@@ -84,6 +69,12 @@ test('everything in one zip', async ({ app }) => {
   expect(report.settings.strategy).toBe('joint');
   expect(report.frames).toHaveLength(10);
   expect(report.sharpness.mean_residual).toBeGreaterThan(0);
+
+  const map = await exported(app, /^Map/);
+  expectPly(map.bytes);
+  await app.drop([{ name: map.name, content: map.bytes }]);
+  const { result } = await app.stitched();
+  expect(result.frames[0]?.cleaning.num_read).toBeGreaterThan(1000);
 });
 
 test('the report to be read: one file with its picture, which runs no script and fits on paper', async ({

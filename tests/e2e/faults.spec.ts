@@ -42,7 +42,7 @@ planar('an engine that takes long is told of, and begins when it is there', asyn
   await expect(app.messages).toBeHidden();
 });
 
-planar('of a drop, what cannot be read is named and the rest is used', async ({ app, page }) => {
+planar('of a drop, what cannot be read is named and the rest is used', async ({ empty: app, page }) => {
   const scans = sampleScans()
     .slice(0, 3)
     .map(({ name, content }) => ({ name, text: Buffer.from(content).toString('latin1') }));
@@ -70,7 +70,7 @@ planar('of a drop, what cannot be read is named and the rest is used', async ({ 
   await expect(page.locator('.title')).toHaveText('walk');
 });
 
-planar('scans of a bag that are lost are told', async ({ app }) => {
+planar('scans of a bag that are lost are told', async ({ empty: app }) => {
   const scan = (i: number): Uint8Array =>
     laserScan(
       { sec: 100 + i, nsec: 0 },
@@ -193,7 +193,7 @@ async function loseContextAfter(page: Page, num_rows: number): Promise<boolean> 
   }, num_rows);
 }
 
-spatial('a graphics context that is lost in mid-run costs nothing', async ({ spatial: app, page }) => {
+spatial('a graphics context that is lost in mid-run costs nothing', async ({ drawn: app, page }) => {
   await app.drop(recording(1));
   await app.stitched(); // the graphics are there, which take longer than some frames
   const losing = loseContextAfter(page, 1);

@@ -4,10 +4,16 @@ import { join } from 'node:path';
 import type { Locator, Page } from '@playwright/test';
 import { IcpLab, lab_scene, load, PointCloud, register } from '../../npm/index.js';
 import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, overflowOf, ply, room, SAMPLE_FOLDER, test } from './scanstitch_page.js';
+import { expect, overflowOf, ply, room, SAMPLE_FOLDER, ScanstitchPage, test as base } from './scanstitch_page.js';
 
-// The page is open, with its sample stitched.
-test.beforeEach(({ app }) => expect(app.faults).toEqual([]));
+/** `follow`: opens a link to the lab; script errors fail the test. */
+const test = base.extend<{ follow: (link: string) => Promise<unknown> }>({
+  follow: async ({ page }, use) => {
+    const { faults } = new ScanstitchPage(page);
+    await use((link) => page.goto(link));
+    expect(faults).toEqual([]);
+  },
+});
 
 interface TraceFile {
   options: Parameters<typeof register>[2];
@@ -39,7 +45,9 @@ const trace = async (page: Page): Promise<TraceFile> =>
 /** x and y of a pose's translation. */
 const place = (rows: readonly number[] | undefined): [number, number] => [rows?.[3] ?? 0, rows?.[7] ?? 0];
 
-test('an iteration is stepped, and is the one that the engine does', async ({ page }) => {
+test('an iteration is stepped, and is the one that the engine does; a step past the end rests there', async ({
+  app: { page },
+}) => {
   await look(page);
   await lab(page).getByRole('button', { name: 'One iteration on (.)' }).click();
   await expect(heading(page)).toHaveText('After iteration 1');
@@ -59,9 +67,20 @@ test('an iteration is stepped, and is the one that the engine does', async ({ pa
       expect(sum).toBeCloseTo(-(b[row] ?? 0), 1);
     });
   }
+
+  // A step past the end, while the source moves to it, rests at the end.
+  const slider = lab(page).getByRole('slider', { name: 'Iteration' });
+  await stage(page).focus();
+  await page.keyboard.press('End');
+  await expect(heading(page)).toHaveText('At the end');
+  await page.keyboard.press(',');
+  await page.keyboard.press('.');
+  await page.keyboard.press('.');
+  await expect(heading(page)).toHaveText('At the end');
+  await expect(slider).toHaveValue((await slider.getAttribute('max')) ?? '');
 });
 
-test('the figures stand under the iteration that they are of, however long it takes', async ({ page }) => {
+test('the figures stand under the iteration that they are of, however long it takes', async ({ app: { page } }) => {
   await look(page);
   const wrong = await page.evaluate(async () => {
     const root = document.querySelector('scanstitch-app')?.shadowRoot;
@@ -75,51 +94,52 @@ test('the figures stand under the iteration that they are of, however long it ta
       };
     };
     const { session } = view;
+    // No iteration is answered before the test says so.
     const answer = session.client.tracedIteration.bind(session.client);
+    let gate = Promise.resolve();
     session.client.tracedIteration = async (run, at) => {
-      await new Promise((resolve) => setTimeout(resolve, 400));
+      await gate;
       return answer(run, at);
     };
     const panel = view.shadowRoot.querySelector('scanstitch-lab-side')?.shadowRoot;
     const seen: string[] = [];
     let num_read = 0;
-    let is_over = false;
-    const frame = (): void => {
-      const title = panel?.querySelector('h2')?.textContent ?? '';
+    const titleOf = (): string => panel?.querySelector('h2')?.textContent ?? '';
+    const look = (): void => {
+      const title = titleOf();
       const at = title === 'At the start' ? 0 : Number(/^After iteration (\d+)$/.exec(title)?.[1]);
       const cost = panel?.querySelector('.facts dd')?.textContent ?? '';
       const right = session.trace.costs[at]?.toPrecision(3) ?? '';
       if (cost) num_read++;
       if (cost && Number.parseFloat(cost.replace('−', '-')) !== Number(right))
         seen.push(`${title}: ${cost.trim()}, not ${right}`);
-      if (!is_over) requestAnimationFrame(frame);
     };
-    frame();
-    for (let i = 0; i < 3; i++) {
+    /** Looks at every frame that is drawn, until it holds. */
+    const until = async (holds: () => boolean): Promise<void> => {
+      for (;;) {
+        look();
+        if (holds()) return;
+        await new Promise(requestAnimationFrame);
+      }
+    };
+    for (let i = 1; i <= 3; i++) {
+      let open = (): void => undefined;
+      gate = new Promise((resolve) => (open = resolve));
       session.stepBy(1);
-      await new Promise((resolve) => setTimeout(resolve, 1600));
+      await until(() => session.at === i);
+      // What is drawn of that, before the figures are there.
+      let num_drawn = 0;
+      await until(() => num_drawn++ === 2);
+      open();
+      await until(() => titleOf() === `After iteration ${i}`);
     }
-    is_over = true;
     return session.at === 3 && num_read > 0 ? seen : [`at ${session.at}, ${num_read} costs read`];
   });
   expect(wrong).toEqual([]);
   await expect(heading(page)).toHaveText('After iteration 3');
 });
 
-test('a step past the end, while the source moves to it, rests at the end', async ({ page }) => {
-  await look(page);
-  const slider = lab(page).getByRole('slider', { name: 'Iteration' });
-  await stage(page).focus();
-  await page.keyboard.press('End');
-  await expect(heading(page)).toHaveText('At the end');
-  await page.keyboard.press(',');
-  await page.keyboard.press('.');
-  await page.keyboard.press('.');
-  await expect(heading(page)).toHaveText('At the end');
-  await expect(slider).toHaveValue((await slider.getAttribute('max')) ?? '');
-});
-
-test('another start by keyboard: pairs follow, and it runs home', async ({ page }) => {
+test('another start by keyboard: pairs follow, and it runs home', async ({ app: { page } }) => {
   await look(page);
   const home = place((await trace(page)).T_target_source.at(-1));
   const pairs = lab(page).locator('dt:has-text("Pairs") + dd');
@@ -145,7 +165,7 @@ test('another start by keyboard: pairs follow, and it runs home', async ({ page 
   expect(Math.hypot(x - home[0], y - home[1])).toBeLessThan(0.05);
 });
 
-test('the mouse takes hold of the source, and letting go runs it', async ({ page }) => {
+test('the mouse takes hold of the source, and letting go runs it', async ({ app: { page } }) => {
   await look(page);
   const first = await trace(page);
   const box = await stage(page).boundingBox();
@@ -162,7 +182,7 @@ test('the mouse takes hold of the source, and letting go runs it', async ({ page
   expect(Math.hypot(from[0] - to[0], from[1] - to[1])).toBeGreaterThan(0.1);
 });
 
-test('cost and basin are drawn, and a place of them is started from', async ({ page }) => {
+test('cost and basin are drawn, and a place of them is started from', async ({ app: { page } }) => {
   await look(page);
   await lab(page).getByRole('tab', { name: 'Cost' }).click();
   const map = lab(page).getByRole('group', { name: 'Cost over two unknowns' });
@@ -199,21 +219,8 @@ test('own files: dropped, opened, stepped in three clicks', async ({ app, page }
   expect(place(T_target_source.at(-1))[0]).toBeCloseTo(0.2, 1);
 });
 
-test('clouds that do not fit are told, and the lab stays usable', async ({ page }) => {
-  await look(page);
-  const spatial = ply(Array.from({ length: 60 }, (_, i) => [Math.cos(i), Math.sin(2 * i), Math.sin(3 * i)] as const));
-  await lab(page)
-    .locator('input[type=file]')
-    .setInputFiles([{ name: 'cube.ply', mimeType: '', buffer: Buffer.from(spatial) }]);
-  await expect(lab(page).getByRole('region', { name: 'Messages' })).toContainText(/plan/i);
-  await lab(page).getByRole('button', { name: 'Dismiss the messages' }).click();
-  await lab(page).getByLabel('Source', { exact: false }).first().selectOption({ label: '2.ply' });
-  await expect(heading(page)).toHaveText('At the start');
-});
-
-test('a link opens a scene with its question and its methods', async ({ page }) => {
-  await page.goto('about:blank');
-  await page.goto('./#icp&scene=outliers');
+test('a link opens a scene with its question and its methods', async ({ follow, page }) => {
+  await follow('./#icp&scene=outliers');
   const question = lab(page).getByRole('region', { name: 'Question' });
   await expect(question).toContainText('Outliers');
   await question.getByText('Answer').click();
@@ -278,9 +285,8 @@ function ownIcp(source: Float64Array, target: Float64Array, num_iterations: numb
   });
 }
 
-test('own poses are followed step by step, and three faults are told apart', async ({ page }) => {
-  await page.goto('about:blank');
-  await page.goto('./#icp&scene=partial_overlap');
+test('own poses are followed step by step, and three faults are told apart', async ({ follow, page }) => {
+  await follow('./#icp&scene=partial_overlap');
   await expect(heading(page)).toHaveText('At the start');
   const scene = lab_scene('partial_overlap');
   // The clouds as the loop uses them.
@@ -312,7 +318,7 @@ test('own poses are followed step by step, and three faults are told apart', asy
   await expect(lab(page).getByRole('region', { name: 'Messages' })).toContainText(/bad\.csv/i);
 });
 
-test('methods side by side, on a phone in the dark', async ({ page }) => {
+test('methods side by side, on a phone in the dark', async ({ app: { page } }) => {
   await look(page);
   await lab(page).getByRole('tab', { name: 'Methods' }).click();
   await lab(page).getByLabel('Add a method').selectOption('textbook');
@@ -329,7 +335,9 @@ test('methods side by side, on a phone in the dark', async ({ page }) => {
   await expect(lab(page).getByRole('button', { name: 'Play the iterations (space bar)' })).toBeInViewport();
 });
 
-test('the correlative search is followed block by block, and ICP runs from its best pose', async ({ page }) => {
+test('the correlative search is followed block by block, and ICP runs from its best pose', async ({
+  app: { page },
+}) => {
   await look(page);
   const home = place((await trace(page)).T_target_source.at(-1));
   await stage(page).focus();
@@ -376,10 +384,9 @@ test('a scan is looked into as the run registered it', async ({ app, page }) => 
   await expect(lab(page).getByLabel('Target', { exact: false }).first()).toHaveValue(/(^|\/)3\.ply$/);
 });
 
-test('a link holds all methods, and asks for own files again', async ({ page }) => {
-  await page.goto('about:blank');
+test('a link holds all methods, and asks for own files again', async ({ follow, page }) => {
   const beside = encodeURIComponent('metric=point_to_point');
-  await page.goto(`./#icp&source=b.ply&target=a.ply&start=0.1,0,0&tab=method&beside=${beside}&robust_kernel=none`);
+  await follow(`./#icp&source=b.ply&target=a.ply&start=0.1,0,0&tab=method&beside=${beside}&robust_kernel=none`);
   const region = lab(page).getByRole('region', { name: 'Messages' });
   await expect(region).toContainText('This link is about b.ply and a.ply');
   const scan = (shift: number): Buffer => Buffer.from(ply(room(8, 5).map(([x, y]) => [x - shift, y, 0] as const)));
@@ -398,9 +405,11 @@ test('a link holds all methods, and asks for own files again', async ({ page }) 
   expect(page.url()).toContain('beside=metric%3Dpoint_to_point');
 });
 
-test('what a panel or clouds in space do not have is not offered, and answers are folded again', async ({ page }) => {
-  await page.goto('about:blank');
-  await page.goto('./#icp&scene=free_plane&tab=degeneracy');
+test('what a panel or clouds in space do not have is not offered, and answers are folded again', async ({
+  follow,
+  page,
+}) => {
+  await follow('./#icp&scene=free_plane&tab=degeneracy');
   const question = lab(page).getByRole('region', { name: 'Question' });
   await question.getByText('Answer').click();
   await expect(question.locator('details p')).toBeVisible();

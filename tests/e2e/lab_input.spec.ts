@@ -2,9 +2,6 @@
 import { expect, type Locator, type Page } from '@playwright/test';
 import { ply, room, test } from './scanstitch_page.js';
 
-// The page is open, with its sample stitched.
-test.beforeEach(({ app }) => expect(app.faults).toEqual([]));
-
 const lab = (page: Page): Locator => page.locator('scanstitch-lab');
 const heading = (page: Page): Locator => lab(page).getByRole('tabpanel').getByRole('heading', { level: 2 });
 const message = (page: Page): Locator => lab(page).getByRole('region', { name: 'Messages' });
@@ -27,7 +24,7 @@ async function dismissed(page: Page): Promise<void> {
 
 const scan = (x: number): string => ply(room(8, 5).map(([px, py]) => [px - x, py, 0] as const));
 
-test('clouds that cannot be registered are told one by one', async ({ page }) => {
+test('clouds that cannot be registered are told one by one', async ({ app: { page } }) => {
   await page.getByRole('button', { name: 'ICP', exact: true }).click();
   await expect(heading(page)).toHaveText('At the start');
   const good = { name: '0.ply', content: scan(0) };
@@ -56,7 +53,7 @@ test('clouds that cannot be registered are told one by one', async ({ page }) =>
   await expect(heading(page)).toHaveText(/^(After iteration 1|At the end)$/);
 });
 
-test('poses of an own ICP that are none are told one by one', async ({ page }) => {
+test('poses of an own ICP that are none are told one by one', async ({ app: { page } }) => {
   await page.getByRole('button', { name: 'ICP', exact: true }).click();
   await expect(heading(page)).toHaveText('At the start');
   const turn = (angle: number, x: number, y: number): number[][] => [
@@ -103,7 +100,9 @@ test('poses of an own ICP that are none are told one by one', async ({ page }) =
   await expect(lab(page).locator('.fault')).toContainText(/millimetres|another unit/);
 });
 
-test('clouds in space without normals: the form names the metric that they are registered by', async ({ page }) => {
+test('clouds in space without normals: the form names the metric that they are registered by', async ({
+  app: { page },
+}) => {
   await page.getByRole('button', { name: 'ICP', exact: true }).click();
   await expect(heading(page)).toHaveText('At the start');
   const wavy = (shift: number): string =>
@@ -125,7 +124,7 @@ test('clouds in space without normals: the form names the metric that they are r
   await expect(lab(page).locator('.method')).toHaveText('Point to point');
 });
 
-test('what is said of a start goes with it', async ({ page }) => {
+test('what is said of a start goes with it', async ({ app: { page } }) => {
   await page.getByRole('button', { name: 'ICP', exact: true }).click();
   await give(page, { name: '0.ply', content: scan(0) }, { name: '1.ply', content: scan(0.2) });
   await expect(lab(page).getByLabel('Source', { exact: false }).first()).toHaveValue('1.ply');
@@ -140,7 +139,7 @@ test('what is said of a start goes with it', async ({ page }) => {
   await expect(message(page)).toBeHidden();
 });
 
-test('clouds of hundreds of thousands of points are thinned, and that is told', async ({ page }) => {
+test('clouds of hundreds of thousands of points are thinned, and that is told', async ({ app: { page } }) => {
   test.slow();
   await page.getByRole('button', { name: 'ICP', exact: true }).click();
   await expect(heading(page)).toHaveText('At the start');

@@ -21,12 +21,16 @@ test('while a query is answered, only the last one after it waits', async () => 
   const { queries, computing, told } = setUp();
   for (const query of ['a', 'b', 'c']) queries.ask(query);
   expect([...computing.keys()]).toEqual(['a']);
-  computing.get('a')?.resolve('1');
+  computing.get('a')?.reject(new Error('no'));
   await settled();
   expect([...computing.keys()]).toEqual(['a', 'c']);
-  computing.get('c')?.reject(new Error('no'));
+  queries.ask('d');
+  computing.get('c')?.resolve('1');
   await settled();
-  expect(told).toEqual(['a: 1, not the latest', 'c failed: no']);
+  expect([...computing.keys()]).toEqual(['a', 'c', 'd']);
+  computing.get('d')?.reject(new Error('no again'));
+  await settled();
+  expect(told).toEqual(['a failed: no', 'c: 1, not the latest', 'd failed: no again']);
 });
 
 test('dropped queries are neither answered nor failed, and a later one is answered', async () => {

@@ -1,6 +1,6 @@
 import { expect, test } from './scanstitch_page.js';
 
-test('the slider builds the map scan by scan', async ({ app, page }) => {
+test('the slider builds the map scan by scan, and plays to the end', async ({ app, page }) => {
   const slider = page.getByRole('slider', { name: 'Scans shown' });
   const whole = await app.numPainted();
   await slider.focus();
@@ -13,10 +13,8 @@ test('the slider builds the map scan by scan', async ({ app, page }) => {
   await page.keyboard.press('End');
   await page.keyboard.press('Tab');
   await expect(slider).toHaveAttribute('aria-valuetext', '10 of 10 scans');
-});
 
-test('it plays to the end', async ({ app: { page } }) => {
-  const slider = page.getByRole('slider', { name: 'Scans shown' });
+  await page.clock.install();
   // Looking from outside may miss a value, so the page writes all of them down.
   const shown = slider.evaluate(
     (element) =>
@@ -31,11 +29,12 @@ test('it plays to the end', async ({ app: { page } }) => {
   );
   await page.getByRole('button', { name: /^Play/ }).click();
   await expect(page.getByRole('button', { name: 'Pause' })).toBeVisible();
+  await page.clock.runFor(60_000);
   expect(await shown).toEqual(Array.from({ length: 10 }, (_, index) => `${index + 1} of 10 scans`));
   await expect(page.getByRole('button', { name: /^Play/ })).toBeVisible();
 });
 
-test('keys move, zoom, turn and fit the map', async ({ app, page }) => {
+test('keys, drags and the wheel move, zoom, turn and fit the map', async ({ app, page }) => {
   const [x, y] = await app.placeOnMap(150, 120);
   const fitted = await app.worldAt(x, y);
   await app.stage.focus();
@@ -47,10 +46,19 @@ test('keys move, zoom, turn and fit the map', async ({ app, page }) => {
   for (let i = 0; i < 3; i++) await page.keyboard.press('r');
   await page.keyboard.press('f');
   await expect.poll(() => app.worldAt(x - 1, y).then(() => app.worldAt(x, y))).toBe(fitted);
-});
 
-test('the wheel zooms to the cursor: what lies under it stays', async ({ app, page }) => {
-  const [x, y] = await app.placeOnMap(150, 120);
+  // Dragging moves the map, and a double click fits it.
+  const [hand_x, hand_y] = await app.placeOnMap(200, 60);
+  const held = await app.worldAt(hand_x, hand_y);
+  await page.mouse.down();
+  await page.mouse.move(hand_x + 80, hand_y + 40, { steps: 4 });
+  await page.mouse.up();
+  // The world has moved along with the hand.
+  expect(await app.worldAt(hand_x + 80, hand_y + 40)).toBe(held);
+  await page.mouse.dblclick(hand_x, hand_y);
+  await expect.poll(() => app.worldAt(hand_x - 1, hand_y).then(() => app.worldAt(hand_x, hand_y))).toBe(held);
+
+  // The wheel zooms to the cursor: what lies under it stays.
   const here = await app.worldAt(x, y);
   const there = await app.worldAt(x + 200, y);
   await page.mouse.move(x, y);
@@ -62,19 +70,10 @@ test('the wheel zooms to the cursor: what lies under it stays', async ({ app, pa
   expect(await app.worldAt(x + 200, y)).not.toBe(there);
 });
 
-test('dragging moves the map and a double click fits it', async ({ app, page }) => {
-  const [x, y] = await app.placeOnMap(200, 60);
-  const fitted = await app.worldAt(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x + 80, y + 40, { steps: 4 });
-  await page.mouse.up();
-  // The world has moved along with the hand.
-  expect(await app.worldAt(x + 80, y + 40)).toBe(fitted);
-  await page.mouse.dblclick(x, y);
-  await expect.poll(() => app.worldAt(x - 1, y).then(() => app.worldAt(x, y))).toBe(fitted);
-});
-
-test('row and map select each other', async ({ app, page }) => {
+test('row and map select each other; pairs of points are shown on demand, grid, path and reference hidden', async ({
+  app,
+  page,
+}) => {
   const plain = await app.picture();
   await app.row('3.ply').click();
   await expect(app.row('3.ply').getByRole('button')).toHaveAttribute('aria-pressed', 'true');
@@ -87,6 +86,20 @@ test('row and map select each other', async ({ app, page }) => {
   await expect(app.row('4.ply').getByRole('button')).toHaveAttribute('aria-pressed', 'true');
   await page.keyboard.press('Escape');
   await expect(app.why).toContainText('All scans');
+
+  await app.row('5.ply').click();
+  const without = await app.picture();
+  await page.getByLabel(/Show correspondences/).check();
+  await expect.poll(() => app.picture()).not.toBe(without);
+  await page.getByLabel(/Show correspondences/).uncheck();
+  await expect.poll(() => app.picture()).toBe(without);
+
+  await page.getByRole('button', { name: 'Layers' }).click();
+  for (const name of ['Grid', 'Path and poses', /^Ground truth/]) {
+    const before = await app.picture();
+    await page.getByRole('checkbox', { name }).uncheck();
+    await expect.poll(() => app.picture()).not.toBe(before);
+  }
 });
 
 test('a click on a pose selects its scan', async ({ app, page }) => {
@@ -105,24 +118,6 @@ test('a click on a pose selects its scan', async ({ app, page }) => {
     return;
   }
   throw new Error('No scan lies on the middle line of the map.');
-});
-
-test('pairs of points are drawn on demand', async ({ app, page }) => {
-  await app.row('5.ply').click();
-  const without = await app.picture();
-  await page.getByLabel(/Show correspondences/).check();
-  await expect.poll(() => app.picture()).not.toBe(without);
-  await page.getByLabel(/Show correspondences/).uncheck();
-  await expect.poll(() => app.picture()).toBe(without);
-});
-
-test('grid, path and reference can be hidden', async ({ app, page }) => {
-  await page.getByRole('button', { name: 'Layers' }).click();
-  for (const name of ['Grid', 'Path and poses', /^Ground truth/]) {
-    const before = await app.picture();
-    await page.getByRole('checkbox', { name }).uncheck();
-    await expect.poll(() => app.picture()).not.toBe(before);
-  }
 });
 
 test('the legend of a map in pieces names them, and shows one of them', async ({ app, page }) => {

@@ -28,7 +28,9 @@ test.beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), 'scanstitch-notebook-'));
   const venv = process.env.NOTEBOOK_VENV ?? join(folder, 'venv');
   if (!process.env.NOTEBOOK_VENV) execFileSync('python3', ['-m', 'venv', venv]);
-  const pip = (...args: string[]): Buffer => execFileSync(join(venv, 'bin', 'pip'), ['install', '--quiet', ...args]);
+  // What is imported once is compiled then, not all that is installed.
+  const options = ['--quiet', '--no-compile', '--disable-pip-version-check'];
+  const pip = (...args: string[]): Buffer => execFileSync(join(venv, 'bin', 'pip'), ['install', ...options, ...args]);
   if (!process.env.NOTEBOOK_VENV) pip(...PACKAGES);
   pip('--no-deps', '--force-reinstall', makeWheel());
   writeFileSync(join(folder, 'scans.ipynb'), notebook());

@@ -1,7 +1,7 @@
 /** The promise that nothing leaves the machine, kept by the page's content-security policy, and what an embedding page's must allow. */
 import { join } from 'node:path';
 import type { Page } from '@playwright/test';
-import { COURSE, expect, scans, test as course_test } from './course_page.js';
+import { COURSE, expect, listen, scans, test as course_test } from './course_page.js';
 import { expect as expected, ScanstitchPage, test, TOOL_RESULTS } from './scanstitch_page.js';
 import { test as spatial_test } from './spatial_page.js';
 import { recording } from './spatial_recording.js';
@@ -159,12 +159,12 @@ async function openUnder(page: Page, policy: Record<string, string>, script: str
     return route.fulfill({ contentType: 'text/html', headers: { 'content-security-policy': words.join('; ') }, body });
   });
   await page.addInitScript(record);
+  await page.addInitScript(listen);
   await page.goto(COURSE);
 }
 
 course_test('a host with the policy of the documentation embeds it, and nothing is in the way', async ({ course }) => {
   const { page, baseURL } = course;
-  await course.open(''); // routes Scanstitch's files
   await openUnder(page, needed(new URL(baseURL).origin), `${baseURL}scanstitch-app.js`);
   expect((await course.heard('scanstitch-done')).detail.result.frames).toHaveLength(3);
   expect(await violations(page)).toEqual([]);
@@ -172,7 +172,6 @@ course_test('a host with the policy of the documentation embeds it, and nothing 
 
 course_test('the element in one file beside the page needs less', async ({ course }) => {
   const { page } = course;
-  await course.open('');
   const policy = {
     ...needed(''),
     'script-src': `'self' 'wasm-unsafe-eval'`,
@@ -193,7 +192,6 @@ for (const [directive, without, told] of [
 ] as const) {
   course_test(`a host whose ${directive} lacks ${without}: told in the element`, async ({ course }) => {
     const { page, baseURL } = course;
-    await course.open('');
     const { origin } = new URL(baseURL);
     const policy = needed(origin);
     policy[directive] = (policy[directive] ?? '').replace(without.replace('ORIGIN', origin), '').trim() || `'none'`;

@@ -41,7 +41,7 @@ test('nothing is asked of any other host', async ({ page, baseURL }) => {
   expect(foreign.filter((url) => !url.startsWith('http://example.invalid/'))).toEqual([]);
 });
 
-test('one scan after the other can be looked at, left out, and the sample comes back', async ({ app, page }) => {
+test('one scan, the reference and all scans are removed, and the sample comes back', async ({ app, page }) => {
   await app.row('4.ply').click();
   await expect(app.why).toContainText('4.ply');
   await page.getByRole('button', { name: 'Leave this scan out' }).click();
@@ -52,16 +52,13 @@ test('one scan after the other can be looked at, left out, and the sample comes 
   await page.getByRole('button', { name: 'Open' }).click();
   await page.getByRole('menuitem', { name: /The sample/ }).click();
   expect((await app.stitched()).result.frames).toHaveLength(10);
-});
 
-test('without the reference there is nothing to compare with', async ({ app, page }) => {
+  // Without the reference there is nothing to compare with.
   await page.getByRole('button', { name: 'Remove the ground truth truth.tum' }).click();
-  const { result } = await app.stitched();
-  expect(result.comparison).toBeNull();
+  expect((await app.stitched()).result.comparison).toBeNull();
   await expect(page.getByLabel('Result in figures')).not.toContainText('truth.tum');
-});
 
-test('all scans removed leave a page that says what to do', async ({ app, page }) => {
+  // All scans removed leave a page that says what to do.
   await page.getByRole('button', { name: 'Open' }).click();
   await page.getByRole('menuitem', { name: /Remove all/ }).click();
   await expect(page.getByRole('heading', { name: /^Drop laser scans/ })).toBeVisible();

@@ -38,7 +38,7 @@ export const TOOL_RESULTS: readonly (readonly [tool: string, element: string, re
   ['Strategies', 'scanstitch-strategies', 'Voxels 0.1 m'],
 ];
 
-/** Drops files on an element, all at once. */
+/** Drops files on an element, all at once. That they are dragged over it before is for warm_up.spec.ts. */
 export async function dropOn(target: Locator, files: readonly InputFile[]): Promise<void> {
   const sent = files.map(({ name, content }) => ({ name, base64: Buffer.from(content).toString('base64') }));
   const dataTransfer = await target.page().evaluateHandle((given) => {
@@ -48,7 +48,6 @@ export async function dropOn(target: Locator, files: readonly InputFile[]): Prom
     }
     return all;
   }, sent);
-  await target.dispatchEvent('dragenter', { dataTransfer });
   await target.dispatchEvent('drop', { dataTransfer });
 }
 
@@ -64,12 +63,30 @@ export class ScanstitchPage {
 
   /** Opens the page and waits for the sample. */
   async open(path = './'): Promise<Stitched> {
+    await this.goto(path);
+    return this.stitched();
+  }
+
+  /** Opens the page with nothing on it, as by `src="none"`. */
+  async openEmpty(): Promise<void> {
+    await this.page.addInitScript(() => {
+      const observer = new MutationObserver(() => {
+        const app = document.querySelector('scanstitch-app');
+        app?.setAttribute('src', 'none');
+        if (app) observer.disconnect();
+      });
+      observer.observe(document, { childList: true, subtree: true });
+    });
+    await this.goto('./');
+    await expect(this.page.getByRole('heading', { name: /^Drop laser scans/ })).toBeVisible();
+  }
+
+  private async goto(path: string): Promise<void> {
     await this.page.addInitScript(() => {
       window.stitched = [];
       addEventListener('scanstitch-done', (event) => window.stitched.push((event as CustomEvent).detail));
     });
     await this.page.goto(path);
-    return this.stitched();
   }
 
   /** The next computation that has not been waited for yet: its map is on the screen. */
@@ -170,11 +187,17 @@ export async function overflowOf(page: Page): Promise<number> {
   return page.locator('scanstitch-app').evaluate((app) => app.scrollWidth - innerWidth);
 }
 
-/** A test with the page open and the sample stitched; script errors fail it. */
-export const test = base.extend<{ app: ScanstitchPage }>({
+/** A test with the page open, and the sample stitched or nothing on it; script errors fail it. */
+export const test = base.extend<{ app: ScanstitchPage; empty: ScanstitchPage }>({
   app: async ({ page }, use) => {
     const app = new ScanstitchPage(page);
     await app.open();
+    await use(app);
+    expect(app.faults).toEqual([]);
+  },
+  empty: async ({ page }, use) => {
+    const app = new ScanstitchPage(page);
+    await app.openEmpty();
     await use(app);
     expect(app.faults).toEqual([]);
   },

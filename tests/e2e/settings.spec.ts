@@ -1,22 +1,23 @@
 import { expect, ScanstitchPage, test } from './scanstitch_page.js';
+import { drawNothing } from './spatial_page.js';
 
-test('a changed setting computes again, and is marked until it is put back', async ({ app, page }) => {
+test('a changed setting computes again, in degrees and within its range, and is marked until it is put back', async ({
+  app,
+  page,
+}) => {
   await app.setting('Strategy').selectOption('scan_to_scan');
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_scan');
   await expect(app.setting('Preset')).toHaveValue('');
   await page.getByRole('button', { name: 'Reset' }).click();
   expect((await app.stitched()).result.settings.strategy).toBe('joint');
   await expect(page.getByRole('button', { name: 'Reset' })).toBeDisabled();
-});
 
-test('angles are degrees on the screen and radians in the engine', async ({ app }) => {
+  // Radians in the engine.
   await app.setting('Search rotation').fill('20');
   await app.setting('Search rotation').press('Enter');
-  const { result } = await app.stitched();
-  expect(result.settings.search_rotation).toBeCloseTo((20 * Math.PI) / 180, 9);
-});
+  expect((await app.stitched()).result.settings.search_rotation).toBeCloseTo((20 * Math.PI) / 180, 9);
 
-test('a number out of its range goes to the nearest end, no number is put back', async ({ app }) => {
+  // A number out of its range goes to the nearest end; no number is put back.
   await app.setting('Local map').fill('100000');
   await app.setting('Local map').press('Enter');
   const { result } = await app.stitched();
@@ -50,24 +51,23 @@ test('changed settings are kept in the address, and a link carries them', async 
   expect(result.settings.metric).toBe('point_to_line');
 });
 
-test('settings in space are kept in the address, and a link carries them to the depth images', async ({
-  page,
-  context,
-}) => {
-  test.slow();
-  const app = new ScanstitchPage(page);
-  const { result } = await app.open('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
+test('settings in space are kept in the address, and a link carries them to the depth images', async ({ page }) => {
+  await drawNothing(page);
+  await page.goto('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
+  const effort = page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true });
+  await effort.selectOption('quick');
+  const linked = (name: string): string | null => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);
+  await expect.poll(() => linked('effort')).toBe('quick');
+  const link = page.url();
+  await page.goto('about:blank');
+  const { result } = await new ScanstitchPage(page).open(link);
   expect(result.frames.length).toBeGreaterThan(10);
-  const settings = result.settings as unknown as Record<string, unknown>;
-  expect([settings.map_voxel_size, settings.color, settings.metric]).toEqual([0.05, 'not_used', 'point_to_plane']);
-
-  await page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true }).selectOption('quick');
-  await app.stitched();
-  const link = new URL(page.url()).hash;
-  expect(new URLSearchParams(link.slice(1)).get('effort')).toBe('quick');
-  const again = await new ScanstitchPage(await context.newPage()).open(`./${link}`);
-  const carried = again.result.settings as unknown as Record<string, unknown>;
-  expect([carried.effort, carried.color, carried.map_voxel_size]).toEqual(['quick', 'not_used', 0.05]);
+  expect(result.settings).toMatchObject({
+    effort: 'quick',
+    color: 'not_used',
+    map_voxel_size: 0.05,
+    metric: 'point_to_plane',
+  });
 });
 
 test('every setting has a label and a line of explanation', async ({ page, app }) => {

@@ -9,7 +9,10 @@ import { expect, SpatialPage, test } from './spatial_page.js';
 const SHARED = join(import.meta.dirname, '../../../shared/data/rgbd');
 const NUM_FRAMES = 10;
 
-test('a dropped recording becomes a map, a path and its error against the truth', async ({ spatial, page }) => {
+test('a dropped recording becomes a map, a path and its error against the truth, looked at frame by frame', async ({
+  drawn: spatial,
+  page,
+}) => {
   await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
   const { result } = await spatial.stitched();
   expect(result.frames.map(({ status }) => status)).toEqual(Array(NUM_FRAMES).fill('good'));
@@ -23,29 +26,8 @@ test('a dropped recording becomes a map, a path and its error against the truth'
   // What cannot be seen is told.
   await expect(page.getByRole('img', { name: /points from 10 of 10 frames along a path/ })).toBeVisible();
   await expect(page.getByRole('status').filter({ hasText: /10 frames registered/ })).toHaveCount(1);
-});
 
-test('a zip of the recording, and the planar scans after it, each go to their view', async ({ spatial, page }) => {
-  const files = [...recording(4), truth(4)];
-  const packed = zipSync(Object.fromEntries(files.map(({ name, content }) => [name, Buffer.from(content)])));
-  await spatial.drop([{ name: 'room.zip', content: Buffer.from(packed) }]);
-  expect((await spatial.stitched()).result.frames).toHaveLength(4);
-  await expect(spatial.map).toBeVisible();
-  await page.getByRole('button', { name: 'Open' }).click();
-  await page.getByRole('menuitem', { name: /^The sample/ }).click();
-  expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
-  await expect(spatial.map).toBeHidden();
-  await expect(spatial.app.map).toBeVisible();
-  // All is removed, what lies behind the scans as well.
-  await page.getByRole('button', { name: 'Open' }).click();
-  await page.getByRole('menuitem', { name: /^Remove all/ }).click();
-  await page.goBack();
-  await expect(page.getByRole('heading', { name: 'Drop depth images here' })).toBeVisible();
-});
-
-test('slider, charts, table and keys select a frame and show its images', async ({ spatial, page }) => {
-  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
-  await spatial.stitched();
+  // Slider, charts, table and keys select a frame and show its images.
   await spatial.slider.focus();
   await page.keyboard.press('Home');
   await page.keyboard.press('ArrowRight');
@@ -68,7 +50,28 @@ test('slider, charts, table and keys select a frame and show its images', async 
   await expect(spatial.panel.getByRole('heading', { level: 2 })).toHaveText('10.png');
 });
 
-test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spatial, page }) => {
+test('a zip of the recording, and the planar scans after it, each go to their view', async ({ spatial, page }) => {
+  const files = [...recording(4), truth(4)];
+  const packed = zipSync(Object.fromEntries(files.map(({ name, content }) => [name, Buffer.from(content)])));
+  await spatial.drop([{ name: 'room.zip', content: Buffer.from(packed) }]);
+  expect((await spatial.stitched()).result.frames).toHaveLength(4);
+  await expect(spatial.map).toBeVisible();
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^The sample/ }).click();
+  expect((await spatial.app.stitched()).result.frames).toHaveLength(10);
+  await expect(spatial.map).toBeHidden();
+  await expect(spatial.app.map).toBeVisible();
+  // All is removed, what lies behind the scans as well.
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^Remove all/ }).click();
+  await page.goBack();
+  await expect(page.getByRole('heading', { name: 'Drop depth images here' })).toBeVisible();
+});
+
+test('the section cuts the ceiling, keys turn, move and zoom, and colours by height, frame and direction differ', async ({
+  drawn: spatial,
+  page,
+}) => {
   await spatial.drop(recording(6));
   await spatial.stitched();
   await spatial.settled();
@@ -92,11 +95,7 @@ test('the section cuts the ceiling, and keys turn, move and zoom', async ({ spat
     expect(now, key).not.toBe(before);
     before = now;
   }
-});
 
-test('colours by height, frame and direction differ', async ({ spatial, page }) => {
-  await spatial.drop(recording(4));
-  await spatial.stitched();
   await page.getByRole('button', { name: 'Layers' }).last().click();
   const pictures = new Set<string>();
   for (const mode of ['image', 'height', 'frame', 'normal']) {
@@ -130,17 +129,20 @@ test('a changed setting computes again: a camera that moves on a floor', async (
   expect(result.frames[7]?.T_world_sensor).not.toEqual(chain.result.frames[7]?.T_world_sensor);
 });
 
-test('the first load fetches neither three.js nor the view in space', async ({ spatial, page }) => {
-  const loaded = await page.evaluate(() => performance.getEntriesByType('resource').map(({ name }) => name));
-  expect(loaded.filter((name) => /scene-|spatial-view-|space-renderer-/.test(name))).toEqual([]);
-  await spatial.drop(recording(2));
-  await spatial.stitched();
-});
-
-test('at the width of a phone all is there, in tabs, and nothing scrolls sideways', async ({ spatial, page }) => {
-  await page.setViewportSize({ width: 360, height: 740 });
+test('every control has a name; at the width of a phone all is there, in tabs, and nothing scrolls sideways', async ({
+  spatial,
+  page,
+}) => {
   await spatial.drop([...recording(4), truth(4)]);
   await spatial.stitched();
+  await page.emulateMedia({ colorScheme: 'dark', reducedMotion: 'reduce' });
+  await page.getByRole('button', { name: 'Layers' }).last().click();
+  const controls = await page.locator('button:visible, input:visible, select:visible, [tabindex="0"]:visible').all();
+  expect(controls.length).toBeGreaterThan(20);
+  for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);
+  await page.keyboard.press('Escape');
+
+  await page.setViewportSize({ width: 360, height: 740 });
   for (const name of ['Result', 'Frame', 'Frames', 'Settings']) {
     await page.getByRole('tab', { name, exact: true }).click();
     expect(await overflowOf(page)).toBeLessThanOrEqual(0);
@@ -150,22 +152,10 @@ test('at the width of a phone all is there, in tabs, and nothing scrolls sideway
   expect(box?.height).toBeGreaterThan(200);
 });
 
-test('every control has a name, in the dark as well', async ({ spatial, page }) => {
-  await page.emulateMedia({ colorScheme: 'dark', reducedMotion: 'reduce' });
-  await spatial.drop([...recording(4), truth(4)]);
-  await spatial.stitched();
-  await page.getByRole('button', { name: 'Layers' }).last().click();
-  const controls = await page.locator('button:visible, input:visible, select:visible, [tabindex="0"]:visible').all();
-  expect(controls.length).toBeGreaterThan(20);
-  for (const control of controls) await expect(control).toHaveAccessibleName(/\w/);
-});
-
 test('the first floor of an apartment, with nothing set', async ({ spatial, page }, info) => {
   const folder = join(SHARED, 'apartment_first_floor');
   test.skip(!existsSync(folder), '../shared/data is absent');
-  test.setTimeout(180_000);
   await page.locator('#pick-folder').setInputFiles(folder);
-  await page.waitForFunction(() => window.stitched.length > 1, undefined, { timeout: 160_000 });
   const { result, elapsed_ms, timing } = await spatial.stitched();
   expect(result.frames).toHaveLength(80);
   expect(result.comparison?.mean).toBeLessThanOrEqual(0.06);
@@ -175,21 +165,10 @@ test('the first floor of an apartment, with nothing set', async ({ spatial, page
   info.annotations.push({ type: 'registering', description: `${(timing.total / 80).toFixed(1)} ms a frame` });
 });
 
-test('the sample of an apartment opens and finishes', async ({ spatial, page }, info) => {
-  test.setTimeout(120_000);
-  await page.getByRole('button', { name: 'Open' }).click();
-  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
-  await page.waitForFunction(() => window.stitched.length > 1, undefined, { timeout: 100_000 });
-  const { result } = await spatial.stitched();
-  expect(result.frames.filter(({ status }) => status !== 'good')).toEqual([]);
-  expect(result.comparison?.mean).toBeLessThanOrEqual(0.03);
-  const shown = await spatial.figures.innerText();
-  expect(shown).toMatch(/Mean L2 distance to GT_pose\.npy\s+\d+\.\d\smm/);
-  info.annotations.push({ type: 'mean L2', description: shown.match(/\d+\.\d\smm/)?.[0] ?? '' });
-});
-
-test('once it is decided how depth is read, the threads prepare it in one way', async ({ spatial, page }) => {
-  test.setTimeout(120_000);
+test('the sample of an apartment opens and finishes; once it is decided how depth is read, threads prepare it in one way', async ({
+  spatial,
+  page,
+}, info) => {
   // Every frame that is given to a thread from now on; the menu's warm-up is another run, before.
   await page.evaluate(() => {
     const given: { frame: unknown; decodeConfig: unknown }[] = [];
@@ -204,6 +183,11 @@ test('once it is decided how depth is read, the threads prepare it in one way', 
   await page.getByRole('button', { name: 'Open' }).click();
   await page.getByRole('menuitem', { name: /^An apartment/ }).click();
   const { result } = await spatial.stitched();
+  expect(result.frames.filter(({ status }) => status !== 'good')).toEqual([]);
+  expect(result.comparison?.mean).toBeLessThanOrEqual(0.03);
+  const shown = await spatial.figures.innerText();
+  expect(shown).toMatch(/Mean L2 distance to GT_pose\.npy\s+\d+\.\d\smm/);
+  info.annotations.push({ type: 'mean L2', description: shown.match(/\d+\.\d\smm/)?.[0] ?? '' });
   const given = await page.evaluate(() => (window as unknown as { given: Given[] }).given);
   const decidedFor = (frame: number): unknown => {
     const { decodeConfig } = given.findLast((one) => one.frame === frame) ?? { decodeConfig: '{}' };

@@ -12,16 +12,24 @@ export interface SpatialStitched {
   elapsed_ms: number;
 }
 
+/** Maps in space are not drawn on this page: graphics are emulated here, which costs more than all else. */
+export async function drawNothing(page: Page): Promise<void> {
+  await page.addInitScript(() => {
+    for (const name of ['drawArrays', 'drawElements'] as const)
+      WebGL2RenderingContext.prototype[name] = () => undefined;
+  });
+}
+
 export class SpatialPage {
-  readonly app: ScanstitchPage;
+  constructor(
+    readonly page: Page,
+    readonly app = new ScanstitchPage(page),
+  ) {}
 
-  constructor(readonly page: Page) {
-    this.app = new ScanstitchPage(page);
-  }
-
-  /** Opens the page with the sample in the plane, small maps set: graphics are emulated here. */
-  async open(): Promise<void> {
-    await this.app.open();
+  /** Opens the page with nothing on it. `draws`: a test looks at what is drawn. */
+  async open({ draws = false } = {}): Promise<void> {
+    if (!draws) await drawNothing(this.page);
+    await this.app.openEmpty();
   }
 
   drop(files: readonly InputFile[]): Promise<void> {
@@ -100,12 +108,15 @@ export class SpatialPage {
   }
 }
 
-/** A test with the page open; script errors fail it. */
-export const test = base.extend<{ spatial: SpatialPage }>({
-  spatial: async ({ page }, use) => {
-    const spatial = new SpatialPage(page);
-    await spatial.open();
-    await use(spatial);
-    expect(spatial.app.faults).toEqual([]);
-  },
+async function useSpatial(page: Page, draws: boolean, use: (spatial: SpatialPage) => Promise<void>): Promise<void> {
+  const spatial = new SpatialPage(page);
+  await spatial.open({ draws });
+  await use(spatial);
+  expect(spatial.app.faults).toEqual([]);
+}
+
+/** A test with the page open and nothing on it; script errors fail it. `drawn`: maps are drawn. */
+export const test = base.extend<{ spatial: SpatialPage; drawn: SpatialPage }>({
+  spatial: ({ page }, use) => useSpatial(page, false, use),
+  drawn: ({ page }, use) => useSpatial(page, true, use),
 });

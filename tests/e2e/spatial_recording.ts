@@ -40,24 +40,28 @@ export function walk(num_frames: number): TruePose[] {
 
 /** depth/N.png (16 bits, so many values per metre), rgb/N.png, and the camera. */
 export function recording(num_frames: number, first = 0, per_metre = 1000): InputFile[] {
-  const poses = walk(first + num_frames);
-  const files = poses.slice(first).flatMap((pose, i): InputFile[] => {
-    const { depth, color } = render(pose);
-    const number = first + i + 1;
-    return [
-      {
-        name: `room/depth/${number}.png`,
-        content: png(
-          depth.map((value) => Math.round((value * per_metre) / 1000)),
-          16,
-          'grey',
-        ),
-      },
-      { name: `room/rgb/${number}.png`, content: png(color, 8, 'colour') },
-    ];
-  });
+  const files = walk(first + num_frames)
+    .slice(first)
+    .flatMap((pose, i) => frameFiles(pose, first + i + 1, per_metre));
   const intrinsics = `${FOCAL} 0 ${WIDTH / 2}\n0 ${FOCAL} ${HEIGHT / 2}\n0 0 1\n`;
   return [...files, { name: 'room/camera-intrinsics.txt', content: intrinsics }];
+}
+
+/** Frames that were rendered for tests before. */
+const rendered = new Map<string, readonly InputFile[]>();
+
+function frameFiles(pose: TruePose, number: number, per_metre: number): readonly InputFile[] {
+  const key = `${number} ${per_metre}`;
+  const known = rendered.get(key);
+  if (known) return known;
+  const { depth, color } = render(pose);
+  const values = depth.map((value) => Math.round((value * per_metre) / 1000));
+  const files = [
+    { name: `room/depth/${number}.png`, content: png(values, 16, 'grey') },
+    { name: `room/rgb/${number}.png`, content: png(color, 8, 'colour') },
+  ];
+  rendered.set(key, files);
+  return files;
 }
 
 /** The true path, as TUM writes it. */

@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * A static host of the plainest kind: files of a folder under a path, their types, no other header.
- * `node tests/e2e/static_server.mjs FOLDER PORT` serves until it is stopped.
+ * `node tests/e2e/static_server.mjs FOLDER PORT` serves until it is stopped, and lets other sites read its files, as public hosts do.
  */
 import { readFile } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -21,15 +21,16 @@ const TYPES = {
 /**
  * Starts serving on localhost; port 0 takes a free one.
  * @param {string} folder
- * @param {{ prefix?: string, port?: number }} [options] prefix: the path the folder lies under, `/a/b/`
+ * @param {{ prefix?: string, port?: number, headers?: Record<string, string> }} [options] prefix: the path the folder lies under,
+ *   `/a/b/`; headers: sent with every file
  * @returns {Promise<import('node:http').Server>}
  */
-export async function serve(folder, { prefix = '/', port = 0 } = {}) {
+export async function serve(folder, { prefix = '/', port = 0, headers = {} } = {}) {
   const server = createServer(async (request, response) => {
     const { pathname } = new URL(request.url ?? '/', 'http://localhost');
     const { type, content } = await typeAndContent(folder, pathname, prefix);
     if (content === null) response.writeHead(404).end();
-    else response.writeHead(200, { 'content-type': type }).end(content);
+    else response.writeHead(200, { 'content-type': type, ...headers }).end(content);
   });
   await new Promise((resolve) => server.listen(port, 'localhost', () => resolve(undefined)));
   return server;
@@ -59,5 +60,5 @@ async function read(path) {
 
 if (process.argv[1] === import.meta.filename) {
   const [, , folder = '.', port = '0'] = process.argv;
-  await serve(folder, { port: Number(port) });
+  await serve(folder, { port: Number(port), headers: { 'access-control-allow-origin': '*' } });
 }

@@ -5,7 +5,8 @@ import { expectNamedControls, findWeakContrast } from './access.js';
 import { hold } from './held.js';
 import { dropOn, overflowOf } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
-import { expect, test, type SpatialPage } from './spatial_page.js';
+import { drawNothing, expect, test } from './spatial_page.js';
+import { stopAfter } from './stop.js';
 
 const NUM_FRAMES = 8;
 const LABELS = [
@@ -29,8 +30,8 @@ interface ComparedRow {
   };
 }
 
-/** Compares all strategies, and waits until all frames went through. */
-async function compare(page: Page): Promise<ComparedRow[]> {
+/** Compares the strategies that are chosen at first, or all, and waits until all frames went through. */
+async function compare(page: Page, which: 'some' | 'all'): Promise<ComparedRow[]> {
   const compared = page.evaluate(
     () =>
       new Promise<ComparedRow[]>((resolve) => {
@@ -38,18 +39,26 @@ async function compare(page: Page): Promise<ComparedRow[]> {
       }),
   );
   await page.getByRole('button', { name: 'Strategies' }).click();
-  await page.getByRole('button', { name: 'Choose all' }).click();
+  if (which === 'all') await page.getByRole('button', { name: 'Choose all' }).click();
   await page.getByRole('button', { name: 'Compare', exact: true }).click();
   return compared;
 }
 
-test('what is dropped on the strategies is compared there', async ({ spatial, page }) => {
-  const tools = page.getByRole('navigation', { name: 'Tools' });
-  await tools.getByRole('button', { name: 'Strategies' }).click();
-  await expect(page.getByRole('region', { name: 'No recording yet' })).toBeVisible();
+test('what is dropped on the strategies is compared there, by those that were chosen, and none before', async ({
+  spatial,
+  page,
+}) => {
+  await page.getByRole('navigation', { name: 'Tools' }).getByRole('button', { name: 'Strategies' }).click();
+  const start = page.getByRole('button', { name: 'Compare', exact: true });
+  await expect(page.getByRole('region', { name: 'No recording yet' })).toContainText('Drop depth images');
+  await expect(start).toBeDisabled();
   await spatial.drop(recording(4));
-  await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
+  await expect(start).toBeEnabled({ timeout: 60_000 });
   await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
+  await expect(page.getByText('3 strategies chosen')).toBeVisible();
+  await expect(page.getByRole('table', { name: 'Strategies' })).toBeHidden();
+  await start.click();
+  await expect(page.getByText('4 frames, 3 strategies')).toBeVisible({ timeout: 60_000 });
 });
 
 test('a link to the strategies, or a host that shows them alone: the sample is compared there', async ({ page }) => {
@@ -58,6 +67,7 @@ test('a link to the strategies, or a host that shows them alone: the sample is c
     await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled({ timeout: 60_000 });
     await expect(page.getByRole('heading', { name: 'Compare strategies' })).toBeVisible();
   };
+  await drawNothing(page);
   await page.goto('./#strategies');
   await open();
   const host = '<!doctype html><title>Lesson</title><scanstitch-app view="strategies"></scanstitch-app>';
@@ -75,7 +85,7 @@ test('a recording that is dropped where a link led to is shown on the map', asyn
   await expect(shown).toHaveText('Map');
 });
 
-test('who went to the map while it loads stays there', async ({ spatial, page }) => {
+test('who went to the map while it loads stays there', async ({ spatial: { page } }) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
   const release = await hold(page, '**/GT_pose*.npy');
   await tools.getByRole('button', { name: 'Strategies' }).click();
@@ -83,32 +93,34 @@ test('who went to the map while it loads stays there', async ({ spatial, page })
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
   await tools.getByRole('button', { name: 'Map', exact: true }).click();
   await release();
-  await spatial.stitched();
+  // What is compared is compared as soon as its first frames are on the map.
+  await stopAfter(page, 'scanstitch-spatial', 0);
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
 });
 
-async function load(spatial: SpatialPage): Promise<void> {
-  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
-  await spatial.stitched();
+/** Stop is clicked the moment it is there: a few frames may be over before a click from outside arrives. */
+async function stopAtOnce(page: Page): Promise<void> {
+  await page.locator('scanstitch-strategies').evaluate((view) => {
+    const root = view.shadowRoot;
+    if (!root) throw new Error('There is nothing to stop.');
+    const observer = new MutationObserver(() => {
+      const stop = [...root.querySelectorAll('button')].find((button) => button.textContent?.trim() === 'Stop');
+      if (!stop) return;
+      observer.disconnect();
+      stop.click();
+    });
+    observer.observe(root, { childList: true, subtree: true });
+  });
 }
 
-test('those strategies run that were chosen, none before', async ({ spatial, page }) => {
-  const tools = page.getByRole('navigation', { name: 'Tools' });
-  await tools.getByRole('button', { name: 'Strategies' }).click();
-  await expect(page.getByRole('region', { name: 'No recording yet' })).toContainText('Drop depth images');
-  await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeDisabled();
-  await tools.getByRole('button', { name: 'Map' }).click();
-  await load(spatial);
-  await tools.getByRole('button', { name: 'Strategies' }).click();
-  await expect(page.getByText('3 strategies chosen')).toBeVisible();
-  await expect(page.getByRole('table', { name: 'Strategies' })).toBeHidden();
-  await page.getByRole('button', { name: 'Compare', exact: true }).click();
-  await expect(page.getByText(`${NUM_FRAMES} frames, 3 strategies`)).toBeVisible({ timeout: 60_000 });
-});
-
-test('all strategies on one recording', async ({ spatial, page }) => {
-  await load(spatial);
-  const rows = await compare(page);
+test('all strategies on one recording: compared, sorted, saved, copied, chosen by the keyboard, stopped', async ({
+  spatial,
+  page,
+}) => {
+  await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+  await spatial.drop([...recording(NUM_FRAMES), truth(NUM_FRAMES)]);
+  await spatial.stitched();
+  const rows = await compare(page, 'all');
   expect(rows.map(({ name }) => name)).toHaveLength(LABELS.length);
   for (const { name, result } of rows) {
     expect(result.frames, name).toHaveLength(NUM_FRAMES);
@@ -144,27 +156,7 @@ test('all strategies on one recording', async ({ spatial, page }) => {
   // What has been compared stays.
   await page.getByRole('button', { name: 'Strategies' }).click();
   await expect(page.getByText(`${NUM_FRAMES} frames, 7 strategies`)).toBeVisible();
-});
 
-/** Stop is clicked the moment it is there: a few frames may be over before a click from outside arrives. */
-async function stopAtOnce(page: Page): Promise<void> {
-  await page.locator('scanstitch-strategies').evaluate((view) => {
-    const root = view.shadowRoot;
-    if (!root) throw new Error('There is nothing to stop.');
-    const observer = new MutationObserver(() => {
-      const stop = [...root.querySelectorAll('button')].find((button) => button.textContent?.trim() === 'Stop');
-      if (!stop) return;
-      observer.disconnect();
-      stop.click();
-    });
-    observer.observe(root, { childList: true, subtree: true });
-  });
-}
-
-test('the table is copied, strategies are chosen by the keyboard, and a run is stopped', async ({ spatial, page }) => {
-  await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
-  await load(spatial);
-  await compare(page);
   await page.getByRole('button', { name: 'Copy Markdown' }).click();
   await expect(page.getByRole('status').filter({ hasText: 'copied as Markdown' })).toHaveCount(1);
   const markdown = await page.evaluate(() => navigator.clipboard.readText());
@@ -192,7 +184,7 @@ test('a broken frame is named and left out; nothing is cut off on a phone, in th
   );
   await spatial.drop([...files, truth(NUM_FRAMES)]);
   await spatial.stitched();
-  const rows = await compare(page);
+  const rows = await compare(page, 'some');
   expect(rows[1]?.result.frames).toHaveLength(NUM_FRAMES - 1);
   await expect(page.getByRole('list', { name: 'Problems' })).toContainText('3.png');
   await expectNamedControls(page);
@@ -202,13 +194,4 @@ test('a broken frame is named and left out; nothing is cut off on a phone, in th
   await page.setViewportSize({ width: 390, height: 844 });
   expect(await overflowOf(page)).toBeLessThanOrEqual(0);
   await expect(page.getByRole('region', { name: 'Table', exact: true })).toBeVisible();
-});
-
-test('a map is saved as compressed PCD', async ({ spatial, page }) => {
-  await load(spatial);
-  await page.getByRole('button', { name: 'Export' }).click();
-  const download = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: /^PCD, compressed/ }).click();
-  const bytes = readFileSync(await (await download).path());
-  expect(bytes.subarray(0, 400).toString('latin1')).toMatch(/DATA binary_compressed\n/);
 });

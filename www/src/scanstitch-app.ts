@@ -18,7 +18,7 @@ import { activityBox } from './components/run-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
 import type { Note } from './datasets/note.js';
-import { filesOfDrop, filesOfInput, type NamedFile } from './datasets/gather.js';
+import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
 import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Run, Tool, View } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
@@ -137,7 +137,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       const dropped = filesOfDrop(transfer, unreadable);
       this.parts.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
-    () => this.expectFiles(),
+    (transfer) => {
+      if (mayBeDepthImages(transfer)) void this.expectFiles();
+    },
   );
   /** The address asked for the first view, no host: what is opened is shown in its place. */
   private gives_way = false;
@@ -507,7 +509,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (is_empty) this.planar.openSample();
   }
 
-  /** Someone is about to choose files, or drags some over the page: most that come are depth images. */
+  /** Someone is about to choose files, or drags some over the page that may be depth images. */
   private async expectFiles(): Promise<void> {
     if (this.expecting || this.opened.has('spatial')) return;
     this.expecting = new AbortController();

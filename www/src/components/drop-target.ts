@@ -10,13 +10,13 @@ export class DropTarget implements ReactiveController {
   #depth = 0;
   #host: ReactiveControllerHost;
   #take: (transfer: DataTransfer, event: DragEvent) => void;
-  #expect: () => void;
+  #expect: (transfer: DataTransfer) => void;
 
   /** `expect` is called whenever files come over the element. */
   constructor(
     host: ReactiveControllerHost,
     take: (transfer: DataTransfer, event: DragEvent) => void,
-    expect: () => void = () => undefined,
+    expect: (transfer: DataTransfer) => void = () => undefined,
   ) {
     this.#host = host;
     this.#take = take;
@@ -29,9 +29,9 @@ export class DropTarget implements ReactiveController {
   }
 
   enter = (event: DragEvent): void => {
-    if (!hasFiles(event)) return;
+    if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
-    if (this.#depth === 0) this.#expect();
+    if (this.#depth === 0) this.#expect(event.dataTransfer);
     this.#become(this.#depth + 1);
   };
 

@@ -29,6 +29,15 @@ export async function filesOfDrop(transfer: DataTransfer, unreadable: Note[] = [
   return [...opened.flat(), ...loose.map((file) => ({ name: file.name, file }))];
 }
 
+/**
+ * Whether what is dragged may be depth images. Before the drop a browser tells types and no names: images and archives have one; scans
+ * have none, nor do folders and bags, of which one is dragged at a time.
+ */
+export function mayBeDepthImages({ items }: DataTransfer): boolean {
+  const types = Array.from(items, ({ type }) => type);
+  return types.length < 2 || types.some((type) => /^image\/|zip/.test(type));
+}
+
 /** All files of a file or folder dialogue. */
 export function filesOfInput(input: HTMLInputElement): NamedFile[] {
   return Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));
