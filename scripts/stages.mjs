@@ -28,8 +28,8 @@ import { duration, StepError } from './steps.mjs';
  * @property {string} waited for what, and how long
  */
 
-/** So many tasks go on at a time: most use two processors for part of their time. */
-const NUM_AT_A_TIME = Math.max(2, Math.ceil(availableParallelism() / 2));
+/** So many tasks go on at a time: one more than processors, for each waits now and then. */
+export const NUM_AT_A_TIME = availableParallelism() + 1;
 /** Waiting for less is not told (ms). */
 const TOLD_WAIT_MS = 500;
 

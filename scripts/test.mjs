@@ -114,7 +114,7 @@ const otherBrowsers = {
   run: installOtherBrowsers,
 };
 /** @type {Task} */
-const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', run: installWasmPack };
+const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', needs: [engine], run: installWasmPack };
 
 /** @type {Stage} */
 const build = {

@@ -1,12 +1,11 @@
 // @ts-check
 /** What `npm test` counts: what the runners print, and the last line. */
 import assert from 'node:assert/strict';
-import { availableParallelism } from 'node:os';
 import { PassThrough } from 'node:stream';
 import { test } from 'node:test';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
 import { currentWork, isProgress, tellOn, track } from '../../scripts/progress.mjs';
-import { runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
+import { NUM_AT_A_TIME, runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
 
 // What the stages tell belongs to no test.
 tellOn(new PassThrough().resume());
@@ -115,14 +114,13 @@ test('a stage begins when what it needs is there, which is done once', async () 
   assert.deepEqual(names, ['first', 'last', 'free', 'need']);
 });
 
-test('what locks one folder of cargo, or both processors, goes one after the other', async () => {
+test('what locks one folder of cargo goes one after the other, and only so much goes on at a time', async () => {
   const { log, stage, at } = recorder();
   const folder = 'debug';
   const stages = [
     stage('a', { folder }),
     stage('b', { folder }),
-    stage('c'),
-    stage('d'),
+    ...Array.from({ length: NUM_AT_A_TIME }, (_, index) => stage(`other ${index}`)),
     stage('light', { light: true }),
   ];
   await runStages(stages);
@@ -137,7 +135,7 @@ test('what locks one folder of cargo, or both processors, goes one after the oth
       },
       { now: 0, most: 0 },
     ).most;
-  assert.equal(most, Math.max(2, Math.ceil(availableParallelism() / 2)));
+  assert.equal(most, NUM_AT_A_TIME);
 });
 
 test('a stage whose need failed is not run and has failed; the others go on', async () => {
