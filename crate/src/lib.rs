@@ -40,7 +40,7 @@
 //!
 //! Conventions everywhere: SI units and radians. `source` moves, `target` stays; `T_target_source` maps source points
 //! into the target's frame; `T_world_sensor` is a pose.
-// In WebAssembly the tests of tests/browser run, and no others: neither unit tests nor the examples below are compiled there.
+// In WebAssembly the tests of tests/browser run, and no unit tests are compiled.
 #![cfg(not(all(target_arch = "wasm32", any(test, doctest))))]
 #![allow(non_snake_case)] // T_target_source, H: the field's notation, frame names readable next to each other.
 
