@@ -1,9 +1,10 @@
 // @ts-check
 /** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve, and beside
- * it the element in one file. */
+ * it the element for bundlers and in one file. */
 import { writeBillOfMaterials } from './sbom.mjs';
 import {
   buildEngine,
+  buildModules,
   buildPage,
   buildStandalone,
   ensureNodeModules,
@@ -18,6 +19,7 @@ await runMain(async () => {
   await ensureNodeModules();
   await buildEngine();
   await buildPage();
+  await buildModules();
   await buildStandalone();
   writeBillOfMaterials();
 });

@@ -297,6 +297,17 @@ export function buildPage(logLevel = 'info') {
   });
 }
 
+/** @satisfies {import('vite').InlineConfig} */
+const OF_ELEMENT = { configFile: join(ROOT, 'www', 'vite.element.ts'), logLevel: 'error', clearScreen: false };
+
+/** Builds the element as modules for bundlers. */
+export function buildModules() {
+  return step('Building the element for bundlers into www/dist/module', async () => {
+    const { build } = await import('vite');
+    await build({ ...OF_ELEMENT, mode: 'module' });
+  });
+}
+
 /** The element in one file. */
 export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
 
@@ -304,9 +315,8 @@ export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.j
 export function buildStandalone() {
   return step('Building the element in one file into www/dist/standalone', async () => {
     const { build } = await import('vite');
-    const configFile = join(ROOT, 'www', 'vite.standalone.ts');
     // Rolldown warns of what Vite's own helper does in a classic script.
-    const built = await build({ configFile, logLevel: 'error', clearScreen: false, build: { write: false } });
+    const built = await build({ ...OF_ELEMENT, mode: 'standalone', build: { write: false } });
     const [script] = 'output' in built ? built.output : [];
     if (script?.type !== 'chunk') throw new Error('the element was not built');
     mkdirSync(dirname(ELEMENT), { recursive: true });
