@@ -10,12 +10,18 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
+import { oneScript } from './chunks.js';
 
 const WORKER = /\?worker&url$/;
 const WORKERS = /^virtual:workers-(\d)$/;
 /** The only one that the first planar scans need. */
 const FIRST_WORKER = 'first-planar-worker.ts';
 const PACKED = /\?packed$/;
+/** What planar scans that a page names are shown by: compressed, pieces weigh more than a whole. */
+const MODULES = [
+  oneScript('first', ['scanstitch-app.ts']),
+  oneScript('open', ['datasets/given.ts', 'datasets/spatial-files.ts', '../../npm/recording.js']),
+];
 const LARGE_SAMPLE = /import\.meta\.glob<string>\('[^']*\/samples\/(?:apartment|bev)\/[^)]*\)/g;
 
 const shared: InlineConfig = {
@@ -121,7 +127,7 @@ export default defineConfig(({ mode }) => {
       rolldownOptions: {
         input: 'src/scanstitch-app.ts',
         output: is_module
-          ? { entryFileNames: '[name].js', chunkFileNames: '[name].js' }
+          ? { entryFileNames: '[name].js', chunkFileNames: '[name].js', codeSplitting: { groups: MODULES } }
           : {
               format: 'iife',
               codeSplitting: false,
