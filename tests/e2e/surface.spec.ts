@@ -310,7 +310,14 @@ test.describe('bundled', () => {
             let now = $state(given);
             window.change = (next) => (now = next);
           </script>
-          <scanstitch-app {...now} onscanstitch-done={done}></scanstitch-app>`,
+          {#snippet lesson({ src, view, preset, settings, theme, offline, rememberSettings, 'remember-settings': remember })}
+            {#if rememberSettings === undefined}
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {offline} remember-settings={remember} onscanstitch-done={done}></scanstitch-app>
+            {:else}
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {offline} {rememberSettings} onscanstitch-done={done}></scanstitch-app>
+            {/if}
+          {/snippet}
+          {@render lesson(now)}`,
         'mount.js': `import { mount as mountSvelte } from 'svelte';
           import Lesson from './Lesson.svelte';
           export const mount = (target, given, done) => mountSvelte(Lesson, { target, props: { given, done } });`,
