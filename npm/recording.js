@@ -10,10 +10,11 @@ import { compareNaturally } from './natural_order.js';
 import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isForeignDepthName, isImageName } from './recording/kinds.js';
-import { isListName } from './recording/lists.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from './recording/names.js';
 import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
+
+const inSpace = () => import('./recording/in_space.js');
 
 /** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders separated by slashes;
  *    size in bytes; given: the recording that it is a part of, where that is known, as it is of what lies in a bag; isCloud:
@@ -95,7 +96,7 @@ export async function understand(files, readHead, isTable = false) {
 }
 
 /**
- * What depth images alone need is loaded with the first that may be some: a page with planar scans is there sooner.
+ * The depth images; their module is not loaded for names among which there can be none.
  * @param {ListedFile[]} files
  * @param {import('./recording/depth_images.js').Peek} peek
  * @returns {ReturnType<typeof import('./recording/depth_images.js').findDepthRecordings>}
@@ -103,7 +104,7 @@ export async function understand(files, readHead, isTable = false) {
 async function findDepth(files, peek) {
   if (!files.some(({ path }) => isImageName(path) || isForeignDepthName(path)))
     return { recordings: [], notes: [], pictures: [] };
-  const { findDepthRecordings } = await import('./recording/depth_images.js');
+  const { findDepthRecordings } = await inSpace();
   return findDepthRecordings(files, peek);
 }
 
@@ -264,7 +265,7 @@ async function findClouds(files, numFrames, read, isTable) {
  */
 async function depthImages({ recordings: [chosen, ...others], notes, pictures }, files, read) {
   if (!chosen) return { notes };
-  const { framesOf, isApart, leftAside } = await import('./recording/depth_images.js');
+  const { findExif, framesOf, isApart, leftAside } = await inSpace();
   const { frames, notes: pairNotes } = await framesOf(chosen, files, read);
   const { root } = chosen;
   const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
@@ -283,7 +284,6 @@ async function depthImages({ recordings: [chosen, ...others], notes, pictures },
     },
     read,
   );
-  const { findExif } = await import('./recording/cameras.js');
   const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
   const clouds = files.filter(isCloud);
   return {
@@ -315,7 +315,7 @@ async function spatialClouds(clouds, files, read) {
   const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
   const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
   const members = seriesOf(chosen).flatMap(({ members }) => members);
-  const { timesOfClouds } = await import('./formats/kitti.js');
+  const { timesOfClouds } = await inSpace();
   const timed = await timesOfClouds(chosen, files, read);
   const rest = await referenceAndCamera(
     files.filter((file) => !isImageName(file.path) && !isCloud(file) && file.path !== timed?.path),
@@ -377,10 +377,7 @@ function chooseClouds(clouds) {
  * @param {Read} read
  */
 async function referenceAndCamera(files, frames, read) {
-  const [{ findReference }, { findIntrinsics }] = await Promise.all([
-    import('./recording/reference.js'),
-    import('./recording/cameras.js'),
-  ]);
+  const { findIntrinsics, findReference, isListName } = await inSpace();
   const reference = await findReference(files, frames, read);
   const camera = await findIntrinsics(files, frames, read);
   const rest = files.filter(
