@@ -1,9 +1,9 @@
 /// <reference lib="esnext.disposable" />
 /**
- * The custom element `<scanstitch-app>`: `import 'scanstitch/element'` defines it. Attributes, slots, parts and CSS variables:
- * docs/embedding.md.
+ * The custom element `<scanstitch-app>`: `import 'scanstitch/element'` defines it, and does nothing where there is no page to
+ * define it for. Attributes, slots, parts and CSS variables: docs/embedding.md.
  */
-import type { ReconstructionResult, SpatialResult } from '../pkg/scanstitch.js';
+import type { ReconstructionResult, SpatialResult, StrategyResult } from '../pkg/scanstitch.js';
 
 /** Milliseconds of computing. */
 export interface ScanstitchTiming {
@@ -52,14 +52,29 @@ export interface ScanstitchEvents {
   /** A computation is over and, where the element is shown, its map is on the screen. `elapsed_ms`: since the files were given or a setting was changed. */
   'scanstitch-done': ScanstitchResult & { elapsed_ms: number };
   'scanstitch-error': ScanstitchFault;
+  /** A result of Evaluate is on the screen. `total_ms`: since the files were dropped or an option was changed. */
+  'scanstitch-evaluated': { elapsed_ms: number; total_ms: number };
+  /** Marks and projections of the bird's-eye view are on the screen. */
+  'scanstitch-projected': { elapsed_ms: number };
+  /** A comparison of strategies is on the screen. */
+  'scanstitch-compared': readonly { name: string; label: string; result: StrategyResult }[];
 }
 
-export interface ScanstitchElement extends HTMLElement {
-  /** As the attributes of these names. */
+/** The attributes as properties: they may be set in any order, before or after the element is defined and put on the page. */
+export interface ScanstitchAttributes {
+  /** What to open. Empty: nothing. */
   src: string;
   settings: string;
   preset: string;
+  view: 'map' | 'icp' | 'bev' | 'evaluate' | 'strategies';
   theme: 'auto' | 'light' | 'dark';
+  /** Whether the page is kept for use without a network; or the address of the service worker that does so. */
+  offline: boolean | string;
+  /** Whether changed settings are kept in the address of the page. The attribute is `remember-settings`. */
+  rememberSettings: boolean;
+}
+
+export interface ScanstitchElement extends HTMLElement, ScanstitchAttributes {
   /**
    * Opens other files in place of what is open: what `src` may hold, addresses, or files of this machine, as a drop would.
    * Fulfilled when the computation has begun; rejected where nothing could be opened.
@@ -75,14 +90,42 @@ export interface ScanstitchElement extends HTMLElement {
   readonly map_points: ScanstitchMapPoints | null;
 }
 
+type EventMap = { [K in keyof ScanstitchEvents]: CustomEvent<ScanstitchEvents[K]> };
+/** As React names them: `onscanstitch-done`. */
+type Handlers = { [K in keyof EventMap as `on${K}`]?: (event: EventMap[K]) => void };
+/** What JSX and templates may set, beside what every element has. */
+type Settable = Partial<ScanstitchAttributes> & { 'remember-settings'?: boolean };
+
 declare global {
   interface HTMLElementTagNameMap {
     'scanstitch-app': ScanstitchElement;
   }
   /** Of elements, of the document and of the window. */
-  interface GlobalEventHandlersEventMap {
-    'scanstitch-progress': CustomEvent<ScanstitchEvents['scanstitch-progress']>;
-    'scanstitch-done': CustomEvent<ScanstitchEvents['scanstitch-done']>;
-    'scanstitch-error': CustomEvent<ScanstitchEvents['scanstitch-error']>;
+  interface GlobalEventHandlersEventMap extends EventMap {}
+}
+
+// React and Vue need not be installed: what is ignored below is that they are not found.
+
+// @ts-ignore
+declare module 'react' {
+  namespace JSX {
+    interface IntrinsicElements {
+      // @ts-ignore
+      'scanstitch-app': DetailedHTMLProps<HTMLAttributes<ScanstitchElement>, ScanstitchElement> & Settable & Handlers;
+    }
   }
 }
+
+// @ts-ignore
+declare module 'vue' {
+  interface GlobalComponents {
+    'scanstitch-app': new () => ScanstitchElement & {
+      // @ts-ignore
+      $props: import('vue').HTMLAttributes & import('vue').PublicProps & Settable;
+      // @ts-ignore
+      $emit: import('vue').EmitFn<{ [K in keyof EventMap]: (event: EventMap[K]) => void }>;
+    };
+  }
+}
+
+export {};

@@ -6,18 +6,15 @@
  */
 import { append } from './append.js';
 import { lost } from './errors.js';
-import { timesOfClouds } from './formats/kitti.js';
 import { compareNaturally } from './natural_order.js';
-import { findExif, findIntrinsics } from './recording/cameras.js';
 import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
-import { findDepthRecordings, framesOf, isApart, leftAside, nameOf } from './recording/depth_images.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from './recording/heads.js';
-import { isCloudName, isImageName } from './recording/kinds.js';
-import { isListName } from './recording/lists.js';
-import { baseOf, commonFolder, contains, folderOf, groupBy, seriesOf } from './recording/names.js';
+import { isCloudName, isForeignDepthName, isImageName } from './recording/kinds.js';
+import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from './recording/names.js';
 import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.js';
 import { assignRoles } from './recording/planar.js';
-import { findReference } from './recording/reference.js';
+
+const inSpace = () => import('./recording/in_space.js');
 
 /** @typedef {{ path: string, size: number, given?: Recording, isCloud?: boolean }} ListedFile path: folders separated by slashes;
  *    size in bytes; given: the recording that it is a part of, where that is known, as it is of what lies in a bag; isCloud:
@@ -83,7 +80,7 @@ export async function understand(files, readHead, isTable = false) {
     const recording = await givenRecording(new Set(given), known, read);
     return { ...recording, notes: [...unreadable, ...recording.notes] };
   }
-  const depth = await findDepthRecordings(known, (path) => read(path, IMAGE_HEAD_BYTES));
+  const depth = await findDepth(known, (path) => read(path, IMAGE_HEAD_BYTES));
   const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
   const clouds = await findClouds(known, numFrames, read, isTable);
   const recording =
@@ -96,6 +93,19 @@ export async function understand(files, readHead, isTable = false) {
           : await nothing(depth.notes, known, read);
   const notes = [...unreadable, ...recording.notes];
   return { ...empty(), ...recording, notes };
+}
+
+/**
+ * The depth images; their module is not loaded for names among which there can be none.
+ * @param {ListedFile[]} files
+ * @param {import('./recording/depth_images.js').Peek} peek
+ * @returns {ReturnType<typeof import('./recording/depth_images.js').findDepthRecordings>}
+ */
+async function findDepth(files, peek) {
+  if (!files.some(({ path }) => isImageName(path) || isForeignDepthName(path)))
+    return { recordings: [], notes: [], pictures: [] };
+  const { findDepthRecordings } = await inSpace();
+  return findDepthRecordings(files, peek);
 }
 
 /**
@@ -248,13 +258,14 @@ async function findClouds(files, numFrames, read, isTable) {
 }
 
 /**
- * @param {Awaited<ReturnType<typeof findDepthRecordings>>} found
+ * @param {Awaited<ReturnType<typeof findDepth>>} found
  * @param {ListedFile[]} files
  * @param {Read} read
  * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
  */
 async function depthImages({ recordings: [chosen, ...others], notes, pictures }, files, read) {
   if (!chosen) return { notes };
+  const { findExif, framesOf, isApart, leftAside } = await inSpace();
   const { frames, notes: pairNotes } = await framesOf(chosen, files, read);
   const { root } = chosen;
   const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
@@ -304,6 +315,7 @@ async function spatialClouds(clouds, files, read) {
   const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
   const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
   const members = seriesOf(chosen).flatMap(({ members }) => members);
+  const { timesOfClouds } = await inSpace();
   const timed = await timesOfClouds(chosen, files, read);
   const rest = await referenceAndCamera(
     files.filter((file) => !isImageName(file.path) && !isCloud(file) && file.path !== timed?.path),
@@ -365,6 +377,7 @@ function chooseClouds(clouds) {
  * @param {Read} read
  */
 async function referenceAndCamera(files, frames, read) {
+  const { findIntrinsics, findReference, isListName } = await inSpace();
   const reference = await findReference(files, frames, read);
   const camera = await findIntrinsics(files, frames, read);
   const rest = files.filter(

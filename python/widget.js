@@ -31,7 +31,6 @@ function posesOf({ kind, result }) {
 
 function render({ model, el }) {
   const element = document.createElement('scanstitch-app');
-  element.src = 'none';
   const adjust = () => {
     element.settings = model.get('settings');
     element.style.height = `${model.get('height')}px`;

@@ -1,8 +1,8 @@
 // @ts-check
 /** `npm run build`: the WebAssembly module into pkg/, the page into www/dist, which any static host can serve, and beside
- * it the element in one file. With `--quick` the engine is compiled as for `npm start`, for tests. */
+ * it the element for bundlers and in one file. With `--quick` the engine is compiled as for `npm start`, for tests. */
 import { writeBillOfMaterials } from './sbom.mjs';
-import { buildEngine, buildPage, buildStandalone } from './engine.mjs';
+import { buildEngine, buildModules, buildPage, buildStandalone } from './engine.mjs';
 import { ensureNodeModules, ensureWasmTarget, readArguments, requireToolchain, runMain } from './steps.mjs';
 
 const USAGE = 'Usage: npm run build [-- --quick]';
@@ -13,6 +13,7 @@ await runMain(async () => {
   await Promise.all([ensureWasmTarget(), ensureNodeModules()]);
   await buildEngine(values.quick ? 'quick' : 'release');
   await buildPage();
+  await buildModules();
   await buildStandalone();
   writeBillOfMaterials();
 });

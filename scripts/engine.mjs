@@ -72,11 +72,8 @@ const PARTS = {
   full: { title: 'the full engine', name: 'scanstitch' },
 };
 
-/** What the page begins with is compiled for size where it is published. What is done often is done by the full engine. */
-const PLANAR_OPTIONS = {
-  quick: ['--no-default-features'],
-  release: ['--no-default-features', '--', '-C', 'opt-level=s'],
-};
+/** What the page begins with is compiled for size. What is done often is done by the full engine. */
+const PLANAR_OPTIONS = ['--no-default-features', '--', '-C', 'opt-level=s'];
 
 /**
  * Compiles a part of the engine into pkg/.
@@ -87,7 +84,7 @@ const PLANAR_OPTIONS = {
 export function buildPart(part, profile, tools) {
   const { title, name } = PARTS[part];
   return step(`Compiling ${title}`, async () => {
-    const linked = await compileWasm('scanstitch', name, profile, part === 'planar' ? PLANAR_OPTIONS[profile] : []);
+    const linked = await compileWasm('scanstitch', name, profile, part === 'planar' ? PLANAR_OPTIONS : []);
     await tools;
     await run(WASM_TOOL, [linked, join(ROOT, 'pkg'), name]);
   });
@@ -110,6 +107,17 @@ export function buildPage(logLevel = 'info') {
   });
 }
 
+/** @satisfies {import('vite').InlineConfig} */
+const OF_ELEMENT = { configFile: join(ROOT, 'www', 'vite.element.ts'), logLevel: 'error', clearScreen: false };
+
+/** Builds the element as modules for bundlers. */
+export function buildModules() {
+  return step('Building the element for bundlers into www/dist/module', async () => {
+    const { build } = await import('vite');
+    await build({ ...OF_ELEMENT, mode: 'module' });
+  });
+}
+
 /** The element in one file. */
 export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.js');
 
@@ -117,9 +125,8 @@ export const ELEMENT = join(ROOT, 'www', 'dist', 'standalone', 'scanstitch-app.j
 export function buildStandalone() {
   return step('Building the element in one file into www/dist/standalone', async () => {
     const { build } = await import('vite');
-    const configFile = join(ROOT, 'www', 'vite.standalone.ts');
     // Rolldown warns of what Vite's own helper does in a classic script.
-    const built = await build({ configFile, logLevel: 'error', clearScreen: false, build: { write: false } });
+    const built = await build({ ...OF_ELEMENT, mode: 'standalone', build: { write: false } });
     const [script] = 'output' in built ? built.output : [];
     if (script?.type !== 'chunk') throw new Error('the element was not built');
     mkdirSync(dirname(ELEMENT), { recursive: true });

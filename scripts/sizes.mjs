@@ -23,7 +23,7 @@ const [FUNCTION, TABLE, MEMORY] = [0, 1, 2];
 export function fileSizes() {
   if (!existsSync(DIST)) throw new StepError('There is no built page: npm run build');
   const names = readdirSync(DIST, { recursive: true, encoding: 'utf8' });
-  const parts = names.filter((name) => ['.js', '.wasm', '.html'].includes(extname(name)));
+  const parts = names.filter((name) => ['.js', '.wasm', '.html'].includes(extname(name)) && !name.startsWith('module'));
   const sizes = parts.map((file) => {
     const content = readFileSync(join(DIST, file));
     const [gzip, brotli] = [gzipSync(content, { level: 9 }), brotliCompressSync(content)];

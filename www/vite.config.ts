@@ -1,6 +1,6 @@
 /// <reference types="node" />
-import { join } from 'node:path';
-import { defineConfig, type Plugin, type Rolldown } from 'vite';
+import { defineConfig, type Plugin } from 'vite';
+import { oneScript } from './chunks.js';
 import { offline } from './offline/plugin.js';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
@@ -40,25 +40,6 @@ const compileAtOnce: Plugin = {
   },
 };
 
-type CodeSplittingGroup = NonNullable<Rolldown.CodeSplittingOptions['groups']>[number];
-type Modules = Rolldown.ChunkingContext;
-
-/**
- * All that the page begins with is one script: in pieces, one for each set of later views that share it, it would be fifteen
- * requests.
- */
-function firstScript(): CodeSplittingGroup['name'] {
-  let first: Set<string> | null = null;
-  const collect = (id: string, modules: Modules, found: Set<string>): Set<string> => {
-    for (const imported of modules.getModuleInfo(id)?.importedIds ?? []) {
-      if (!found.has(imported)) collect(imported, modules, found.add(imported));
-    }
-    return found;
-  };
-  const entry = join(import.meta.dirname, 'src', `${ELEMENT}.ts`);
-  return (id, modules) => ((first ??= collect(entry, modules, new Set())).has(id) ? FIRST : null);
-}
-
 export default defineConfig({
   root: import.meta.dirname,
   base: './', // every address relative: the build works under any path of any static host
@@ -76,7 +57,7 @@ export default defineConfig({
     rolldownOptions: {
       input: { index: 'index.html', [ELEMENT]: `src/${ELEMENT}.ts` },
       output: {
-        codeSplitting: { groups: [{ name: firstScript(), debugName: FIRST }] },
+        codeSplitting: { groups: [oneScript(FIRST, [`${ELEMENT}.ts`])] },
         entryFileNames: ({ name }) => (name === ELEMENT ? '[name].js' : 'assets/[name]-[hash].js'),
       },
     },

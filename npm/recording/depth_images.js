@@ -3,9 +3,9 @@
 import { append } from '../append.js';
 import { compareNaturally } from '../natural_order.js';
 import { brokenImage, readImage } from './heads.js';
-import { isImageName } from './kinds.js';
+import { isForeignDepthName, isImageName } from './kinds.js';
 import { readLists } from './lists.js';
-import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, seriesOf } from './names.js';
+import { baseOf, commonFolder, contains, depthOf, hintOf, hintOfSeries, nameOf, seriesOf } from './names.js';
 import { countMatches, pairUp } from './pairs.js';
 import { withTimes } from './stamps.js';
 
@@ -19,8 +19,6 @@ import { withTimes } from './stamps.js';
 /** @typedef {Series & { facts: ImageFacts, hint: import('./names.js').Hint | null }} ImageSeries */
 /** @typedef {{ root: string, depth: ImageSeries, color: ImageSeries | null }} DepthRecording */
 
-/** Images that hold distances in forms that are not read. */
-const FOREIGN_DEPTH_NAMES = /\.(tiff?|exr|npy|npz|bin|raw|dpt|depth)$/i;
 /** NYU's raw recordings: `d-TIME-TICKS.pgm` are a Kinect's raw values, not distances. */
 const RAW_KINECT = /(^|\/)d-\d+\.\d+-\d+\.pgm$/i;
 const RAW_REASON =
@@ -174,14 +172,6 @@ function rootOf(depth, color) {
   return hintOf(last) === 'depth' ? parent : depth.folder;
 }
 
-/** What to call these files. @param {Series} series */
-export function nameOf({ members }) {
-  const [first] = members;
-  const last = members.at(-1);
-  if (!first || !last) return '';
-  return first === last ? first.path : `${first.path} to ${baseOf(last.path)}`;
-}
-
 /**
  * The frames of a recording, in order, and what stays without a partner.
  * @param {DepthRecording} recording
@@ -304,7 +294,7 @@ function each(members, series, reason, together) {
  */
 function misnamedDepth(images, files) {
   const colored = images.filter(({ hint }) => hint === 'depth');
-  const foreign = seriesOf(files.filter(({ path }) => FOREIGN_DEPTH_NAMES.test(path)));
+  const foreign = seriesOf(files.filter(({ path }) => isForeignDepthName(path)));
   return [
     ...colored.map((series) => {
       const { channels, format } = series.facts;

@@ -47,6 +47,14 @@ export function depthOf(folder) {
   return folder === '' ? 0 : folder.split('/').length;
 }
 
+/** What to call these files. @param {Series} series */
+export function nameOf({ members }) {
+  const [first] = members;
+  const last = members.at(-1);
+  if (!first || !last) return '';
+  return first === last ? first.path : `${first.path} to ${baseOf(last.path)}`;
+}
+
 /**
  * @template T
  * @param {readonly T[]} values

@@ -19,7 +19,7 @@ import { findMiniBrowser, startWebKit } from './webkit.mjs';
  */
 
 const PAGE = `<!doctype html><meta charset="utf-8"><title>Scanstitch</title>
-  <body style="margin: 0"><scanstitch-app style="height: 100vh"></scanstitch-app>
+  <body style="margin: 0"><scanstitch-app src="sample" style="height: 100vh"></scanstitch-app>
   <script src="in_page.js"></script><script type="module" src="scanstitch-app.js"></script>`;
 const DIST = join(import.meta.dirname, '../../www/dist');
 /** @returns {Promise<Driver>} */

@@ -14,7 +14,7 @@ const LAYERS = [
   ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
   ['scanstitch-app'],
 ];
-const FILES = ['www/src/engine/engine-files.ts', 'www/src/engine/engine-inside.ts'];
+const FILES = ['files', 'in-modules', 'in-one-file'].map((name) => `www/src/engine/engine-${name}.ts`);
 /** The modules that import the engine's two packages: their JavaScript, and their WebAssembly. */
 const KNOW_THE_PACKAGE = new Map([
   ['pkg/scanstitch.js', ['www/src/engine/package.ts']],

@@ -131,8 +131,12 @@ export async function lesson(files: FileList, paths: { path: string; blob: Blob 
   const faults: ScanstitchFault[] = [];
   element.addEventListener('scanstitch-error', ({ detail }) => faults.push(detail));
   document.addEventListener('scanstitch-done', ({ detail }) => detail.elapsed_ms.toFixed());
+  element.addEventListener('scanstitch-compared', ({ detail: [first] }) => first?.result.num_lost.toFixed());
+  Object.assign(element, { view: 'strategies', offline: true, rememberSettings: true } satisfies Partial<ScanstitchElement>);
   // @ts-expect-error: no such theme
   element.theme = 'pink';
+  // @ts-expect-error: no such view
+  element.view = 'top';
   // @ts-expect-error: no such member
   element.start();
   await element.open(files);
@@ -187,7 +191,16 @@ test('esbuild', async ({ page }) => {
   test.skip(!process.env.CI, 'installed where CI=true');
   test.setTimeout(300_000);
   const folder = consumer('with-esbuild', source('engine', "import engine from 'scanstitch/scanstitch_bg.wasm';"));
-  const args = ['esbuild', 'main.js', '--bundle', '--minify', '--format=esm', '--loader:.wasm=file', '--outdir=dist'];
+  const args = [
+    'esbuild',
+    'main.js',
+    '--bundle',
+    '--splitting',
+    '--minify',
+    '--format=esm',
+    '--loader:.wasm=file',
+    '--outdir=dist',
+  ];
   execFileSync('npx', ['--no-install', ...args], { cwd: folder });
   writeFileSync(join(folder, 'dist', 'index.html'), page_of('./main.js'));
   expectNothingOfNode(join(folder, 'dist'));

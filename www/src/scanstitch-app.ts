@@ -1,4 +1,4 @@
-import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { messageOf } from './engine/message-of.js';
@@ -9,6 +9,14 @@ import { DropTarget } from './components/drop-target.js';
 import { FileIntake } from './components/file-intake.js';
 import { Handover } from './components/handover.js';
 import { fromHost, HostApi } from './components/host-api.js';
+import {
+  accessorsOf,
+  isNothing,
+  keepFormerNames,
+  on_or_off,
+  text,
+  text_or_switch,
+} from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
 import { OPEN_ITEMS } from './components/open-menu.js';
@@ -28,12 +36,12 @@ import { ViewHistory } from './components/view-history.js';
 import { ownerOf } from './views/settings-link.js';
 import type { ScanstitchElement } from '../../npm/element.js';
 
-type Theme = 'auto' | 'light' | 'dark';
-
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
 /** Names of the views in the attribute `view`. */
 const VIEWS = { map: null, bev: 'bev', icp: 'icp', evaluate: 'evaluation', strategies: 'strategies' } as const;
+type ViewName = ScanstitchElement['view'];
+const isViewName = (name: string): name is ViewName => Object.hasOwn(VIEWS, name);
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
 
 /** The view that the page's address is of. */
@@ -56,16 +64,15 @@ let address_owner: ScanstitchApp | null = null;
  */
 @customElement('scanstitch-app')
 export class ScanstitchApp extends LitElement implements ScanstitchElement {
-  @property() src = '';
-  @property() settings = '';
-  @property() preset = '';
-  @property({ attribute: 'view' }) first_view: keyof typeof VIEWS = 'map';
-  @property({ reflect: true }) theme: Theme = 'auto';
-  /** Null: nothing is kept. */
-  @property() offline: string | null = null;
-  @property({ type: Boolean, attribute: 'remember-settings' }) remember_settings = false;
+  @property(text('')) src!: string;
+  @property(text('')) settings!: string;
+  @property(text('')) preset!: string;
+  @property(text('map')) view!: ViewName;
+  @property(text('auto')) theme!: ScanstitchElement['theme'];
+  @property(text_or_switch) offline!: boolean | string;
+  @property({ ...on_or_off, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
-  @state() private view: View = 'planar';
+  @state() private shown: View = 'planar';
   /** The run that is shown, or lies behind a view beside it. */
   @state() private run_kind: Run = 'planar';
   /** Views that were shown once stay, hidden, with all they hold. */
@@ -141,8 +148,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       if (mayBeDepthImages(transfer)) void this.expectFiles();
     },
   );
-  /** The address asked for the first view, no host: what is opened is shown in its place. */
-  private gives_way = false;
+  /** The view that the page's address asked for, in place of the host's: what is opened is shown instead of it. */
+  private address_view: ViewName | null = null;
   /** Views that were asked for: one that is loaded only after another was asked for is not shown. */
   private num_asked = 0;
   private view_history = new ViewHistory(this, {
@@ -160,11 +167,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    if (this.remember_settings) address_owner ??= this;
-    if (this.hasUpdated || !this.owns_address) return;
-    const owner = ownerOf(location.hash);
-    if (owner in VIEWS) [this.first_view, this.gives_way] = [owner as keyof typeof VIEWS, true];
-    else if (this.src === '' && owner === 'spatial') this.src = 'apartment';
+    if (this.hasUpdated) this.claimAddress();
   }
 
   override disconnectedCallback(): void {
@@ -173,31 +176,49 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (address_owner === this) address_owner = null;
   }
 
+  protected static override getPropertyDescriptor(
+    name: PropertyKey,
+    key: string | symbol,
+    options: PropertyDeclaration,
+  ): PropertyDescriptor | undefined {
+    return accessorsOf(name, key, options) ?? super.getPropertyDescriptor(name, key, options);
+  }
+
   protected override willUpdate(changed: PropertyValues<this>): void {
-    const names = ['settings', 'preset', 'theme', 'first_view'] as const;
+    if (changed.has('rememberSettings')) this.claimAddress();
+    if (!this.hasUpdated && this.owns_address) {
+      const owner = ownerOf(location.hash);
+      if (isViewName(owner)) this.address_view = owner;
+    }
+    const names = ['settings', 'preset', 'theme', 'view'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
-    if (changed.get('first_view') !== undefined) this.gives_way = false;
+    if (changed.get('view') !== undefined) this.address_view = null;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
     }
-    if (!(this.first_view in VIEWS)) {
-      this.api.refuse([`“${this.first_view}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
-      this.first_view = 'map';
+    if (changed.has('view') && !isViewName(this.view)) {
+      this.api.refuse([`“${String(this.view)}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
     }
-    if (changed.has('src'))
-      this.source_of = this.first_view === 'bev' || this.first_view === 'icp' ? this.first_view : 'map';
+    const { wanted_view } = this;
+    if (!this.hasUpdated || changed.has('src')) {
+      this.source_of = wanted_view === 'bev' || wanted_view === 'icp' ? wanted_view : 'map';
+    }
   }
 
   protected override firstUpdated(): void {
-    if (this.offline !== null) void this.keep(this.offline || 'scanstitch-offline.js');
-    if (this.first_view !== 'map') this.openView();
-    if (this.source_of === 'map' && this.src !== '' && this.src !== 'none') this.openSource();
+    if (this.wanted_view !== 'map') this.openView();
+    const is_in_space = this.owns_address && ownerOf(location.hash) === 'spatial';
+    if (this.source_of !== 'map' || isNothing(this.src)) this.planar.clear();
+    else if (this.src !== 'sample') this.openSource(this.src);
+    else if (is_in_space) this.openSource('apartment');
+    else this.planar.openSample();
   }
 
   protected override updated(changed: PropertyValues<this>): void {
+    if (changed.has('offline')) void this.keep(this.offline);
     // Undefined before: it is what the element begins with.
-    if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource();
-    if (changed.get('first_view') !== undefined) this.openView();
+    if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource(this.src);
+    if (changed.get('view') !== undefined) this.openView();
   }
 
   // For the host page; documented in npm/element.d.ts.
@@ -222,9 +243,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     return this.runView()?.map_points ?? null;
   }
 
-  /** The value of the attribute; an error in it is shown in the element. */
-  private openSource(): void {
-    this.api.openSource(this.src).catch(() => undefined);
+  /** A value of the attribute; an error in it is shown in the element. */
+  private openSource(src: string): void {
+    this.api.openSource(src).catch(() => undefined);
   }
 
   private openSample(): void {
@@ -233,15 +254,25 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private get owns_address(): boolean {
-    return this.remember_settings && address_owner === this;
+    return this.rememberSettings && address_owner === this;
+  }
+
+  private claimAddress(): void {
+    if (this.rememberSettings && this.isConnected) address_owner ??= this;
+    else if (address_owner === this) address_owner = null;
+  }
+
+  /** The view to begin with, and to return to what is opened for. */
+  private get wanted_view(): ViewName {
+    return this.address_view ?? (isViewName(this.view) ? this.view : 'map');
   }
 
   /** Shows the view of the attribute `view`. */
   private openView(): void {
-    const view = VIEWS[this.first_view];
+    const view = VIEWS[this.wanted_view];
     this.askForView();
     if (view === null) this.show(this.run_kind);
-    else if (view !== this.view) this.parts.attend(() => this.go(view));
+    else if (view !== this.shown) this.parts.attend(() => this.go(view));
   }
 
   protected override render(): TemplateResult {
@@ -265,7 +296,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
             : activityBox(this.api.source.activity, this.api.source.progress, 'Stop', () => this.cancel())
         }
         ${
-          this.intake.bag && (this.view === 'planar' || this.view === 'spatial')
+          this.intake.bag && isRun(this.shown)
             ? html`<scanstitch-topics
                 .bag=${this.intake.bag}
                 @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.parts.attend(() => this.intake.choose(detail))}
@@ -320,7 +351,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderEvaluation(): TemplateResult {
     return html`<scanstitch-evaluate
-      ?hidden=${this.view !== 'evaluation'}
+      ?hidden=${this.shown !== 'evaluation'}
       ?dark=${this.isDark()}
       .given=${this.handover.evaluated}
     ></scanstitch-evaluate>`;
@@ -328,7 +359,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderStrategies(): TemplateResult {
     return html`<scanstitch-strategies
-      ?hidden=${this.view !== 'strategies'}
+      ?hidden=${this.shown !== 'strategies'}
       ?dark=${this.isDark()}
       .given=${this.handover.compared}
     ></scanstitch-strategies>`;
@@ -336,27 +367,27 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderLab(): TemplateResult {
     return html`<scanstitch-lab
-      ?hidden=${this.view !== 'icp'}
+      ?hidden=${this.shown !== 'icp'}
       ?dark=${this.isDark()}
       .given=${this.handover.looked_into}
       src=${this.sourceOf('icp')}
-      ?remember-link=${this.owns_address && this.view === 'icp'}
+      ?remember-link=${this.owns_address && this.shown === 'icp'}
     ></scanstitch-lab>`;
   }
 
   private renderBev(): TemplateResult {
     return html`<scanstitch-bev
-      ?hidden=${this.view !== 'bev'}
+      ?hidden=${this.shown !== 'bev'}
       ?dark=${this.isDark()}
       src=${this.sourceOf('bev')}
+      ?without-sample=${this.source_of === 'bev' && this.src !== 'sample'}
       ?remember-scene=${this.owns_address}
     ></scanstitch-bev>`;
   }
 
   private renderPlanar(): TemplateResult {
     return html`<scanstitch-planar
-      ?hidden=${this.view !== 'planar'}
-      .src=${this.source_of !== 'map' ? 'none' : this.src}
+      ?hidden=${this.shown !== 'planar'}
       .initial_settings=${this.settings}
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
@@ -369,7 +400,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderSpatial(): TemplateResult {
     return html`<scanstitch-spatial
-      ?hidden=${this.view !== 'spatial'}
+      ?hidden=${this.shown !== 'spatial'}
       .initial_settings=${this.settings}
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
@@ -380,15 +411,15 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     ></scanstitch-spatial>`;
   }
 
-  /** The attribute `src`, where it is for this view. */
+  /** The attribute `src`, where it is for this view and no sample. */
   private sourceOf(view: 'bev' | 'icp'): string {
-    return this.source_of === view && this.src !== 'none' ? this.src : '';
+    return this.source_of !== view || this.src === 'sample' || isNothing(this.src) ? '' : this.src;
   }
 
   private renderHeader(): TemplateResult {
     const run = this.runView();
     return appHeader({
-      view: this.view,
+      view: this.shown,
       run: this.run_kind,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
@@ -438,14 +469,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private async compareDropped(): Promise<void> {
     if (!this.is_to_compare || !this.spatial?.facts.result) return;
     this.is_to_compare = false;
-    const is_left_for_it = this.view === 'spatial' && !this.spatial.has_messages;
-    if (is_left_for_it || this.view === 'strategies') await this.go('strategies');
+    const is_left_for_it = this.shown === 'spatial' && !this.spatial.has_messages;
+    if (is_left_for_it || this.shown === 'strategies') await this.go('strategies');
   }
 
-  private async keep(script: string): Promise<void> {
+  /** Keeps the page for use offline, if the host asks for it. */
+  private async keep(offline: boolean | string): Promise<void> {
+    if (offline === false) return;
     try {
       const { keepForOffline } = await import('./components/offline.js');
-      await keepForOffline(script);
+      await keepForOffline(offline === true ? 'scanstitch-offline.js' : offline);
     } catch (error) {
       this.api.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
     }
@@ -468,26 +501,26 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** Tells later whether the strategies, if they are shown now, were left for what is opened only. */
   private comparing(): () => boolean {
-    const [is_shown, own] = [this.view === 'strategies', this.num_asked];
+    const [is_shown, own] = [this.shown === 'strategies', this.num_asked];
     return () => is_shown && own === this.num_asked;
   }
 
   private show(view: View): void {
-    if (view !== this.view) this.view_history.push(view);
+    if (view !== this.shown) this.view_history.push(view);
     this.bring(view);
   }
 
   /** Shows the run that has something new; a view beside it that the host has asked for stays. */
   private showRun(run: Run): void {
-    const aside = this.gives_way ? null : VIEWS[this.first_view];
-    if (aside === null || this.view !== aside) return this.show(run);
+    const aside = this.address_view ? null : VIEWS[this.wanted_view];
+    if (aside === null || this.shown !== aside) return this.show(run);
     this.opened = new Set([...this.opened, run]);
     this.run_kind = run;
   }
 
   private bring(view: View): void {
     this.opened = new Set([...this.opened, view]);
-    this.view = view;
+    this.shown = view;
     if (isRun(view)) this.run_kind = view;
     // The address names a view beside the run, or holds what that wrote there, for as long as that is shown.
     const named = viewOfAddress();
@@ -505,8 +538,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   /** The map; where the page began with another view, that of the sample. */
   private goToRun(): void {
     this.show(this.run_kind);
-    const is_empty = this.first_view !== 'map' && this.src === '' && !this.runView()?.facts.title;
-    if (is_empty) this.planar.openSample();
+    const is_due = this.src === 'sample' && this.source_of !== 'map' && !this.runView()?.facts.title;
+    if (is_due) this.planar.openSample();
   }
 
   /** Someone is about to choose files, or drags some over the page that may be depth images. */
@@ -592,3 +625,5 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   static override styles = [tokens, shared, drop_styles, app_styles, activity_styles];
 }
+
+keepFormerNames(ScanstitchApp.prototype);

@@ -2,6 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
+import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { drop_styles, field_styles, page_styles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
@@ -40,6 +41,8 @@ export class ScanstitchBev extends LitElement {
   @property({ type: Boolean, reflect: true }) dark = false;
   /** Address of a scene.json to begin with; the pictures that it names lie beside it. */
   @property() src = '';
+  /** Where there is no `src`: begins without pictures, not with the sample. */
+  @property({ type: Boolean, attribute: 'without-sample' }) without_sample = false;
   /** Whether the page's address may be changed to that of the scene. */
   @property({ type: Boolean, attribute: 'remember-scene' }) remember_scene = false;
   @state() private selected: number | null = null;
@@ -72,7 +75,7 @@ export class ScanstitchBev extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     window.addEventListener('hashchange', this.onHash);
-    void this.session.begin(this.src);
+    void this.session.begin(this.src, !this.without_sample);
   }
 
   override disconnectedCallback(): void {
@@ -89,7 +92,7 @@ export class ScanstitchBev extends LitElement {
     await this.updateComplete;
     await Promise.all([this.top_picture?.updateComplete, this.front_picture?.updateComplete]);
     const detail = { elapsed_ms: performance.now() - since };
-    this.dispatchEvent(new CustomEvent('scanstitch-projected', { detail, bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-projected', detail);
   }
 
   // What is shown.

@@ -44,7 +44,7 @@ export class BevSession extends Session<BevClient> {
   /** Number of openings: a scene that the page opens itself is dropped if another one is opened while it loads. */
   private num_opened = 0;
 
-  #src = '';
+  #begin_with: [src: string, with_sample: boolean] = ['', true];
   readonly #listener: Listener;
   readonly #retry = { label: 'Try again', act: (): void => this.restart() };
 
@@ -69,8 +69,8 @@ export class BevSession extends Session<BevClient> {
   }
 
   /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
-  async begin(src: string): Promise<void> {
-    this.#src = src;
+  async begin(src: string, with_sample: boolean): Promise<void> {
+    this.#begin_with = [src, with_sample];
     const { client } = this;
     if (!client) return;
     let about: About;
@@ -90,14 +90,14 @@ export class BevSession extends Session<BevClient> {
     if (first) this.take(begun(newDocument(first.scene)));
     if (ownerOf(location.hash) === 'bev' && (await this.openLink())) return;
     if (src !== '') await this.attempt('file', () => this.openAddress(src));
-    else if (has_sample) await this.openSample();
+    else if (has_sample && with_sample) await this.openSample();
   }
 
   override restart(): void {
     this.settle('crash');
     this.settle('slow');
     super.restart();
-    void this.begin(this.#src);
+    void this.begin(...this.#begin_with);
   }
 
   /** Sends the data of a crashed worker to its replacement. */

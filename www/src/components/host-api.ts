@@ -4,6 +4,7 @@ import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
 import { messageOf } from '../engine/message-of.js';
 import { GivenSource } from './given-source.js';
+import { isNothing, sayOld } from './host-attributes.js';
 import { type ScanstitchResult, tellFault } from './host-events.js';
 import type { Message } from './messages.js';
 import { STOPPED } from './session.js';
@@ -73,7 +74,8 @@ export class HostApi implements ReactiveController {
   }
 
   open(source: string | readonly string[] | Iterable<File>): Promise<void> {
-    if (typeof source === 'string') return this.openSource(source);
+    if (source === '') sayOld("open('')", "open('sample')");
+    if (typeof source === 'string') return this.openSource(source || 'sample');
     const list: readonly (string | File)[] = [...source];
     const addresses = list.filter((one) => typeof one === 'string');
     if (addresses.length > 0) return this.#replace(() => this.source.fetch(addresses));
@@ -84,7 +86,7 @@ export class HostApi implements ReactiveController {
 
   /** What the attribute `src` may hold. */
   openSource(src: string): Promise<void> {
-    if (src.trim() !== '' && src !== 'none' && src !== 'apartment') {
+    if (!isNothing(src) && src !== 'sample' && src !== 'apartment') {
       return this.#replace(async ({ addressesOf }) => this.source.fetch(addressesOf(src)));
     }
     this.#begin();
@@ -96,8 +98,8 @@ export class HostApi implements ReactiveController {
   async #openOwn(src: string): Promise<void> {
     if (!this.#host.hasUpdated) await this.#host.updateComplete;
     if (src === 'apartment') await this.#hooks.openApartment();
-    else if (src === 'none') this.#hooks.run()?.clear();
-    else this.#hooks.openSample();
+    else if (src === 'sample') this.#hooks.openSample();
+    else this.#hooks.run()?.clear();
   }
 
   async run(): Promise<ScanstitchResult> {

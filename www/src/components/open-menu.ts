@@ -9,7 +9,7 @@ export const OPEN_ITEMS: readonly MenuItem[] = [
   },
   { id: 'folder', label: 'Folder…', detail: 'including its subfolders' },
   { id: 'sample', label: 'The sample', detail: 'ten scans of a corridor, with ground truth' },
-  ...(import.meta.env.MODE === 'standalone'
+  ...(import.meta.env.MODE === 'standalone' || import.meta.env.MODE === 'module'
     ? []
     : [{ id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' }]),
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },

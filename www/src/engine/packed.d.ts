@@ -1,4 +1,4 @@
-/** A file inside the script: compressed by gzip, in base64 (vite.standalone.ts). */
+/** A file inside the script: compressed by gzip, in base64 (vite.element.ts). */
 declare module '*?packed' {
   const base64: string;
   export default base64;

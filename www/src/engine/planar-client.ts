@@ -3,9 +3,8 @@
  * of one that crashed holds the same scans. The first scans go to the small file of the engine, which is there sooner; what
  * follows, and what is large, to the full one, which is faster. Both find the same.
  */
-import { type EngineFile, first } from './engine-files.js';
+import { type EngineFile, first, fullWorker } from './engine-files.js';
 import { GrowingSnapshot } from './growing-snapshot.js';
-import planar_url from './planar-worker.ts?worker&url';
 import type {
   Answers,
   EngineFacts,
@@ -23,7 +22,7 @@ import type {
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, isCompiled } from './start.js';
-import { type WorkerHooks, WorkerHost } from './worker-host.js';
+import { type WorkerHooks, WorkerHost, type WorkerScript } from './worker-host.js';
 import { messageOf } from './message-of.js';
 
 export interface PlanarListener {
@@ -137,7 +136,7 @@ export class PlanarClient {
       this.#table_host = null;
     };
     const hooks: WorkerHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
-    this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(planar_url, hooks, 'full');
+    this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(fullWorker, hooks, 'full');
     return this.#table_host.call('describeTable', file, format, scan);
   }
 
@@ -148,14 +147,14 @@ export class PlanarClient {
     this.#host.dispose();
   }
 
-  #createHost(worker_url: string, file: EngineFile): Host {
+  #createHost(script: WorkerScript, file: EngineFile): Host {
     const hooks: WorkerHooks<PlanarEvent> = {
       event: (event) => this.#onEvent(event),
       crashed: (message) => this.#onCrash(message),
       slow: (is_slow) => this.#listener.slow(is_slow),
       unavailable: (message) => this.#onUnavailable(message),
     };
-    return new WorkerHost<PlanarApi, PlanarEvent>(worker_url, hooks, file);
+    return new WorkerHost<PlanarApi, PlanarEvent>(script, hooks, file);
   }
 
   /** Takes the full engine from here on, where it is there or is worth waiting for; whether it was taken now. */
@@ -163,7 +162,7 @@ export class PlanarClient {
     if (this.#is_full || (!isCompiled('full') && isForFirst(inputs))) return false;
     this.#order(this.#host.call('stop'));
     this.#first_host = this.#host;
-    this.#host = this.#createHost(planar_url, 'full');
+    this.#host = this.#createHost(fullWorker, 'full');
     this.#is_full = true;
     return true;
   }

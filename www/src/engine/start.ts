@@ -33,8 +33,9 @@ export function compileEngine(file: EngineFile): Promise<WebAssembly.Module> {
 /** Longest wait for an idle page (ms), and the delay in browsers without idle callbacks. */
 const IDLE_PATIENCE_MS = 2000;
 
-/** Fetches the full engine while the page is idle, so that later uses start without delay. */
+/** Fetches the full engine while the page is idle, so that later uses start without delay. The package's modules fetch only what is asked for. */
 export function compileFullWhenIdle(): void {
+  if (import.meta.env.MODE === 'module') return;
   const { connection } = navigator as Navigator & { connection?: { saveData?: boolean } };
   if (connection?.saveData || compiled.has('full')) return;
   // A failure is ignored here: the files are fetched again when they are needed, with a message if that fails.

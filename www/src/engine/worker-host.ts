@@ -29,13 +29,18 @@ export interface WorkerHooks<Event> {
   unavailable(message: string): void;
 }
 
+/** Address of a worker's script, or what fetches it. */
+export type WorkerScript = string | (() => Promise<string>);
+
 interface Running<Api extends Startable, Event> {
   remote: Remote<Api, Event>;
   facts: Result<Api['start']>;
 }
 
 export class WorkerHost<Api extends Startable, Event = never> {
-  #worker_url: string;
+  #script: WorkerScript;
+  /** The script's address, once it is known. */
+  #worker_url = '';
   #hooks: WorkerHooks<Event>;
   #file: EngineFile;
   #running: Promise<Running<Api, Event>> | null = null;
@@ -45,8 +50,8 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** Why no worker is started any more. */
   #end: string | null = null;
 
-  constructor(worker_url: string, hooks: WorkerHooks<Event>, file: EngineFile = 'full') {
-    this.#worker_url = worker_url;
+  constructor(script: WorkerScript, hooks: WorkerHooks<Event>, file: EngineFile = 'full') {
+    this.#script = script;
     this.#hooks = hooks;
     this.#file = file;
   }
@@ -132,6 +137,8 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** The worker's script is fetched while the engine is. */
   async #startOne(): Promise<Running<Api, Event>> {
     let is_started = false;
+    this.#worker_url = typeof this.#script === 'string' ? this.#script : await this.#script();
+    if (this.#end !== null) throw new WorkerDied(this.#end);
     const remote = new Remote<Api, Event>(startWorker(this.#worker_url), {
       event: (event) => this.#hooks.event?.(event),
       died: (message) => {

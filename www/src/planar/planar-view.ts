@@ -1,5 +1,5 @@
 import { html, nothing, type TemplateResult } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
+import { customElement, query, state } from 'lit/decorators.js';
 import '../components/map-view.js';
 import '../components/overview.js';
 import type { ScanstitchMap } from '../components/map-view.js';
@@ -47,8 +47,6 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  */
 @customElement('scanstitch-planar')
 export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles> {
-  @property({ attribute: false }) src = '';
-
   @state() private pairs_shown = false;
   @state() private is_welcome_closed = false;
   @state() private pairs: Float32Array | null = null;
@@ -72,14 +70,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
   private history_of: readonly unknown[] = [];
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    if (this.hasUpdated) return;
-    // What the host names is fetched by the page's frame: only then is it known to be in the plane.
-    if (this.src === 'none') this.session.clear();
-    else if (this.src === '') this.openSample();
-  }
 
   openSample(): void {
     this.stepAside();

@@ -3,6 +3,7 @@ import { customElement, property, state } from 'lit/decorators.js';
 import '../components/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../npm/strategy_table.js';
 import { announcements } from '../components/announcer.js';
+import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { Phase } from '../components/session.js';
@@ -294,7 +295,7 @@ export class ScanstitchStrategies extends LitElement {
   };
 
   private tellCompared(): void {
-    this.dispatchEvent(new CustomEvent('scanstitch-compared', { detail: this.rows(), bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-compared', this.rows());
   }
 
   private rows(): Row[] {
