@@ -35,8 +35,8 @@ Usage: scanstitch COMMAND [ARGUMENT]...
 const EXIT_CODES = `Exit codes:
   0  everything asked for was done
   1  nothing was computed: the command is wrong, or no input can be used
-  2  the results were written, but something was left out: a file that could not be used, a scan that could not be
-     placed, or the connection between pieces of the map. The lines on stderr name it.
+  2  the results were written, but something was left out: a file that could not be used, or a scan that could not be
+     placed. The lines on stderr name it.
 `;
 
 /** @param {typeof import('./index.js')} engine */

@@ -36,8 +36,9 @@ impl Served {
         let width: usize = std::str::from_utf8(header[1]).unwrap().split(' ').next().unwrap().parse().unwrap();
         let is_free = |value: u8| (255.0 - f64::from(value)) / 255.0 < number("free_thresh");
         let rows = header[3].chunks_exact(width).rev().enumerate();
-        let cells =
-            rows.flat_map(|(y, row)| row.iter().enumerate().map(move |(x, &value)| ((x as i64, y as i64), value)));
+        let cells = rows.flat_map(|(y, row)| {
+            row.iter().enumerate().map(move |(x, &value)| ((x.cast_signed() as i64, y.cast_signed() as i64), value))
+        });
         let free = cells.filter(|(_, value)| is_free(*value)).map(|(cell, _)| cell).collect();
         Self { resolution: number("resolution"), origin: [origin[0], origin[1]], free }
     }
@@ -111,7 +112,7 @@ fn driven_cells_of_a_log_with_a_mounted_laser_are_free() {
 
 /// The scans of two buildings in one log without odometry: nothing connects them.
 #[test]
-fn a_map_in_pieces_is_reported_in_every_file_and_has_a_grid_for_each() {
+fn a_map_in_pieces_is_reported_and_has_a_grid_for_each() {
     let logs = [41, 57].map(|seed| {
         let recording = generate(&OfficeOptions { seed, num_scans: 40, ..OfficeOptions::default() });
         let drive = Drive::new(&recording, &DriveOptions { seed, step: 0.3, ..DriveOptions::default() });
@@ -131,11 +132,10 @@ fn a_map_in_pieces_is_reported_in_every_file_and_has_a_grid_for_each() {
     let told = result.unconnected.clone().unwrap();
     assert!(told.starts_with(&format!("The map is in {} pieces that are not connected", pieces.len())), "{told}");
     assert!(result.notes.contains(&told));
-    assert!(reconstruction.trajectory_tum().starts_with(&format!("# {told}\n# timestamp")));
     for &piece in &pieces {
         let yaml = reconstruction.occupancy_grid_of(piece, 0.05).yaml("map.pgm");
         let which = if piece == 0 { "the main piece".to_owned() } else { format!("piece {piece}") };
-        assert!(yaml.starts_with(&format!("# This is {which} of a map in {} pieces", pieces.len())), "{yaml}");
+        assert!(yaml.contains(&format!("\n# This is {which} of a map in {} pieces", pieces.len())), "{yaml}");
     }
     check("both", reconstruction);
 }

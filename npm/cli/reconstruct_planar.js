@@ -38,8 +38,6 @@ export async function reconstructPlanar(task) {
   if (result.frames.every(({ status }) => status === 'lost')) {
     throw new CommandError('No scan could be placed, so nothing was written.');
   }
-  const { odometry_refusal, unconnected } = result;
-  for (const text of result.notes) (text === odometry_refusal || text === unconnected ? complain : note)(text);
   const map = mapFile(reconstruction, options);
   await writeResults(options.out, {
     'trajectory.tum': reconstruction.trajectory_tum(),
@@ -58,6 +56,7 @@ export async function reconstructPlanar(task) {
   if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
     note(`${odometry} gives the first guess of every scan.`);
   }
+  result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
   process.stdout.write(
     `${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`,
   );

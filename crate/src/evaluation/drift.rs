@@ -72,7 +72,7 @@ pub fn drift_of_numbered(reference: &Path, estimate: &Path, numbers: &[usize]) -
     let is_kitti = total >= 2.0 * KITTI_UNIT;
     let (unit, step) = if is_kitti { (KITTI_UNIT, KITTI_STEP) } else { (unit_for(total)?, 1) };
 
-    let starts: Vec<usize> = (0..reference.len()).filter(|&index| numbers[index] % step == 0).collect();
+    let starts: Vec<usize> = (0..reference.len()).filter(|&index| numbers[index].is_multiple_of(step)).collect();
     let mut by_length: Vec<DriftOfLength> = Vec::new();
     for multiple in 1..=MULTIPLES {
         let length = multiple as f64 * unit;

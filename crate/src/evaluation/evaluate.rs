@@ -249,7 +249,7 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
     let hint = misfit.or_else(|| is_anchored.then(of_first_row).flatten());
     summary.notes.extend(hint);
-    summary.notes.extend(freedom(&fit, &reference_path, options, of_positions.rmse));
+    summary.notes.extend(freedom(&fit, &reference_path, options.alignment, of_positions.rmse));
     if without_motion > 0 {
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));
     }

@@ -150,7 +150,7 @@ fn by_motions(reference: &Path, estimate: &Path, files: [&Trajectory; 2]) -> Opt
         .collect();
     // The fewest changes first; a stable sort leaves the estimate's before the reference's.
     readings.sort_by_key(|pair| pair.iter().map(|reading| reading.num_changes()).sum::<usize>());
-    let read = |path: &Path, reading: Reading| motions.between(&reading.of(&motions.sampled(path)));
+    let read = |path: &Path, reading: Reading| Motions::between(&reading.of(&motions.sampled(path)));
     let mut best: Option<Hypothesis> = None;
     let (mut as_read, mut size) = (0.0, 0.0);
     for pair in readings {
@@ -189,12 +189,9 @@ fn by_motions(reference: &Path, estimate: &Path, files: [&Trajectory; 2]) -> Opt
     }
     let mut notes = [first.words("reference"), second.words("estimate")].concat();
     notes.extend(axes_words(&axes));
-    if let Some(last) = notes.last_mut() {
-        *last += &format!(
-            " As read, motions differ by {:.2} m in the mean (a radian counting as 2 m), so by {:.2} m.",
-            as_read, misfit
-        );
-    }
+    notes.push(format!(
+        "As read, the motions of the two differ by {as_read:.2} m in the mean, a radian counting as 2 m; so by {misfit:.2} m."
+    ));
     Some(Agreed { reference: reference_read, estimate: estimate_read, notes })
 }
 
@@ -267,7 +264,7 @@ impl Motions {
     }
 
     /// The motions between sampled poses.
-    fn between(&self, sampled: &Path) -> Vec<Motion> {
+    fn between(sampled: &Path) -> Vec<Motion> {
         let rotations = sampled.rotations.as_deref().unwrap_or_default();
         let poses: Vec<_> = rotations.iter().zip(&sampled.positions).collect();
         poses.chunks_exact(2).map(|pair| relative(pair[0], pair[1])).collect()
@@ -371,7 +368,7 @@ mod tests {
     /// Largest difference of the motions of two paths.
     fn difference(a: &Path, b: &Path) -> f64 {
         let motions = Motions::of(a.len()).unwrap();
-        let [a, b] = [a, b].map(|path| motions.between(&motions.sampled(path)));
+        let [a, b] = [a, b].map(|path| Motions::between(&motions.sampled(path)));
         a.iter().zip(&b).map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
     }
 

@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use super::alignment::Alignment;
 use super::associate::Pair;
-use super::evaluate::EvaluationOptions;
 use super::interpolate::interval;
 use super::path::Path;
 use super::umeyama::Fit;
@@ -29,8 +28,8 @@ const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignme
 const MAX_TIME_SHARE: f64 = 0.01;
 
 /// What the positions do not determine of a fit with these distances (m, root mean square) after it.
-pub(super) fn freedom(fit: &Fit, reference: &Path, options: &EvaluationOptions, rmse: f64) -> Option<String> {
-    let (with_rotation, with_scale) = match options.alignment {
+pub(super) fn freedom(fit: &Fit, reference: &Path, alignment: Alignment, rmse: f64) -> Option<String> {
+    let (with_rotation, with_scale) = match alignment {
         Alignment::Se3 => (true, false),
         Alignment::Sim3 => (true, true),
         Alignment::Scale => (false, true),
@@ -104,8 +103,7 @@ mod tests {
             |p: &Vector3<f64>| fit.similarity.scale * (fit.similarity.rotation * p) + fit.similarity.translation;
         let squares = estimate.iter().zip(reference).map(|(p, q)| (moved(p) - q).norm_squared()).sum::<f64>();
         let path = Path { positions: reference.to_vec(), rotations: None, stamps: None };
-        let options = EvaluationOptions { alignment, ..EvaluationOptions::default() };
-        freedom(&fit, &path, &options, (squares / reference.len() as f64).sqrt())
+        freedom(&fit, &path, alignment, (squares / reference.len() as f64).sqrt())
     }
 
     #[test]

@@ -183,11 +183,13 @@ impl OccupancyGrid {
 
     /// The YAML file of ROS's map_server for the PGM file of the name `image`.
     pub fn yaml(&self, image: &str) -> String {
-        let comment = if self.remark.is_empty() { String::new() } else { format!("# {}\n", self.remark) };
-        let mut text = format!("{comment}image: {image}\nmode: trinary\n");
+        let mut text = format!("image: {image}\nmode: trinary\n");
         let _ = writeln!(text, "resolution: {}", self.resolution);
         let _ = writeln!(text, "origin: [{:.6}, {:.6}, 0.0]", self.origin.x, self.origin.y);
         let _ = writeln!(text, "negate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}");
+        if !self.remark.is_empty() {
+            let _ = writeln!(text, "# {}", self.remark);
+        }
         text
     }
 }
@@ -322,7 +324,7 @@ mod tests {
             Pose2::new(Vector2::new(3.02, 2.0), std::f64::consts::FRAC_PI_2),
         ];
         let blind = OccupancyGrid::new(&placed, &[], 0.05);
-        let driven = OccupancyGrid::new(&placed, &[drive.clone()], 0.05);
+        let driven = OccupancyGrid::new(&placed, std::slice::from_ref(&drive), 0.05);
         let at = |grid: &OccupancyGrid, x: f64, y: f64| {
             let cell = (Vector2::new(x, y) - grid.origin) / grid.resolution;
             grid.cell(cell.x as usize, cell.y as usize)

@@ -299,11 +299,9 @@ impl Reconstruction {
         Stamps { times: found.times.or_else(numbers), note: found.note }
     }
 
-    /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame. A comment before it says
-    /// where the map is in pieces.
+    /// The trajectory as TUM writes it: time or number of the frame, x y z qx qy qz qw, a line a frame.
     pub fn trajectory_tum(&self) -> String {
-        let comment = self.unconnected().map_or_else(String::new, |text| format!("# {text}\n"));
-        comment + &tum_text(self.stamps().times.as_deref(), &self.poses_in_space())
+        tum_text(self.stamps().times.as_deref(), &self.poses_in_space())
     }
 
     /// How well the frames of a long sequence are known to each other, by the chain and its loops: of frames that are spread
