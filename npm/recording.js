@@ -49,6 +49,8 @@ const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
 /** These may lie beside them. */
 const OTHER_RESULTS = ['map.pgm', 'map.yaml', 'report.html'];
+/** So may the grids of a map in pieces. */
+const PIECES = /^map_piece_\d+\.(pgm|yaml)$/;
 
 /**
  * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
@@ -220,7 +222,8 @@ function withoutResults(files) {
     const inFolder = (/** @type {string} */ name) => (folder === '' ? name : `${folder}/${name}`);
     const [results, maps] = [RESULTS.map(inFolder), MAPS.map(inFolder)];
     const isComplete = results.every((name) => paths.has(name)) && maps.some((name) => paths.has(name));
-    return isComplete && [...results, ...maps, ...OTHER_RESULTS.map(inFolder)].includes(path);
+    if (!isComplete) return false;
+    return [...results, ...maps, ...OTHER_RESULTS.map(inFolder)].includes(path) || PIECES.test(baseOf(path));
   };
   return files.filter((file) => !isResult(file));
 }

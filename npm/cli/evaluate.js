@@ -1,6 +1,8 @@
 // @ts-check
 /** `scanstitch evaluate`: errors of estimated trajectories against a reference, as evo computes them. */
 import { basename } from 'node:path';
+import { comparePair } from '../evaluation/compare.js';
+import { columnsOf, csvOf, formatValue, markdownOf } from '../evaluation/table.js';
 import { printable } from '../printable.js';
 import { CommandError, isScanstitchError, readArguments, table } from './command.js';
 import {
@@ -36,8 +38,15 @@ const CHOICES = /** @type {const} */ ({
   ],
   'delta-unit': ['frames', 'meters', 'seconds', 'degrees', 'radians'],
   sort: ['rmse', 'mean', 'median', 'std', 'min', 'max', 'sse'],
+  conventions: ['detected', 'as_read'],
   table: ['text', 'markdown', 'csv'],
 });
+
+/** @type {import('../evaluation/compare.js').Remedies} */
+const REMEDIES = {
+  interpolate: '--interpolate compares the poses at the same times.',
+  conventions_as_read: '--conventions as_read compares the files as they are.',
+};
 
 const OPTIONS = /** @type {const} */ ({
   align: { type: 'string', default: 'none' },
@@ -45,6 +54,8 @@ const OPTIONS = /** @type {const} */ ({
   by: { type: 'string', default: 'auto' },
   'max-diff': { type: 'string' },
   offset: { type: 'string' },
+  interpolate: { type: 'boolean', default: false },
+  conventions: { type: 'string', default: 'detected' },
   metric: { type: 'string', default: 'ape' },
   relation: { type: 'string', default: 'translation_part' },
   delta: { type: 'string' },
@@ -71,7 +82,8 @@ export const evaluate = {
 scanstitch evaluate ESTIMATE --relations FILE [OPTION]...
 
 Compares estimated trajectories with the reference and ranks them. Definitions, defaults and figures are those of evo
-(evo_ape and evo_rpe 1.38). Poses are associated by their times where both files have times, by their index otherwise.
+(evo_ape and evo_rpe 1.38). Poses are associated by their times where both files have times, by their numbers where one
+has the numbers of the other's poses, and by their index otherwise.
 A single trajectory is compared with known relations between its poses.
 
 ${TRAJECTORY_HELP}
@@ -79,8 +91,13 @@ Association of poses:
   --by WAY                ${CHOICES.by.join(' | ')} (default: auto)
   --max-diff SECONDS      largest difference of times that are associated (default: 0.01)
   --offset SECONDS        added to the estimates' times (default: 0)
+  --interpolate           of the reference and the estimate the one with the shorter interval is interpolated at the
+                          times of the other
   --times FILE            times of the poses, one a line (s), for files without: the reference and the estimates
   --format FORMAT         format of all files: ${TRAJECTORY_FORMATS.join(' | ')}
+                          (default: detected)
+  --conventions HOW       detected: order of the quaternions, sensor axes, direction and handedness are those with which
+                          the motions of both agree, and a note tells what was changed; as_read: as the format has them
                           (default: detected)
 
 Alignment of an estimate with the reference:
@@ -209,11 +226,19 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
     if (!trajectory) return [];
     tell(name, trajectory.notes);
     try {
-      const result = compare(engine, referenceTrajectory, trajectory, options, values.errors ?? false);
-      tell(name, result.notes);
+      const withErrors = values.errors ?? false;
+      const { summary, ...errors } = comparePair(
+        engine,
+        referenceTrajectory,
+        trajectory,
+        options,
+        REMEDIES,
+        (compared) => (withErrors ? { errors: [...compared.errors()] } : {}),
+      );
+      tell(name, summary.notes);
       const known =
         relations && compareRelations(engine, trajectory, name, relations, relationOptions(values), complain);
-      return [{ name, ...result, relations: known }];
+      return [{ name, summary, errors, relations: known }];
     } catch (error) {
       if (!isScanstitchError(error)) throw error;
       complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
@@ -226,17 +251,19 @@ function rank(engine, reference, estimates, relations, { options, values }, comp
   if (results.length === 0) throw new CommandError('No estimate could be compared, so nothing was computed.');
 
   const figure = /** @type {typeof CHOICES.sort[number]} */ (values.sort);
-  results.sort((a, b) => a.statistics[figure] - b.statistics[figure]);
+  results.sort((a, b) => a.summary.statistics[figure] - b.summary.statistics[figure]);
   if (values.json) {
-    const ranked = results.map((result, index) => ({
+    const ranked = results.map(({ name, summary, errors, relations }, index) => ({
       rank: index + 1,
-      ...result,
-      relations: relationsJson(result.relations, values.errors ?? false),
+      name,
+      ...summary,
+      ...errors,
+      relations: relationsJson(relations, values.errors ?? false),
     }));
     const report = { version: engine.version(), reference: basename(reference), options, estimates: ranked };
     print(`${JSON.stringify(report, null, 2)}\n`);
   } else {
-    print(printed(results, values.table ?? 'text', values.drift ?? false, options));
+    print(printed(results, basename(reference), values.table ?? 'text', values.drift ?? false, options));
     if (relations && values.table === 'text') print(`\n${relationsText(results, relations.name)}`);
   }
 }
@@ -265,6 +292,8 @@ function evaluationOptions(engine, values) {
     association: values.by,
     max_diff: number('max-diff'),
     offset: number('offset'),
+    interpolate: values.interpolate,
+    conventions: values.conventions,
     alignment: values.align,
     align_first: alignFirst,
     metric: values.metric,
@@ -292,25 +321,10 @@ function numberOf(values, option) {
   return value;
 }
 
-/** @param {Values} values @returns {import('./relations.js').RelationOptions} */
+/** @param {Values} values @returns {import('../evaluation/compare.js').RelationOptions} */
 function relationOptions(values) {
   const [max_diff, offset] = [numberOf(values, 'max-diff'), numberOf(values, 'offset')];
   return { max_diff, offset, loops_only: values['loops-only'] ?? false };
-}
-
-/**
- * @param {Engine} engine
- * @param {import('../index.js').Trajectory} reference
- * @param {import('../index.js').Trajectory} estimate
- * @param {Partial<EvaluationOptions>} options
- * @param {boolean} withErrors
- */
-function compare(engine, reference, estimate, options, withErrors) {
-  const evaluation = engine.evaluate(reference, estimate, options);
-  const summary = evaluation.summary();
-  const errors = withErrors ? { errors: [...evaluation.errors()] } : {};
-  evaluation.free();
-  return { ...summary, ...errors };
 }
 
 /**
@@ -328,37 +342,37 @@ function shortNames(paths) {
 }
 
 /**
- * @param {({ name: string, relations: RelationErrors | null } & EvaluationSummary)[]} results
+ * @param {{ name: string, summary: EvaluationSummary, relations: RelationErrors | null }[]} results
+ * @param {string} reference its name
  * @param {string} form
  * @param {boolean} withDrift
  * @param {Partial<EvaluationOptions>} options
  */
-function printed(results, form, withDrift, options) {
-  const unit = results[0]?.unit;
-  const inUnit = (/** @type {string} */ figure) => (unit ? `${figure} (${unit})` : figure);
-  const heads = ['rank', 'estimate', 'poses'];
-  if (options.metric === 'rpe') heads.push('pairs');
-  heads.push(...['rmse', 'mean', 'median', 'std', 'min', 'max'].map(inUnit), 'sse', 'mean L2 (m)', 'aligned (m)');
+function printed(results, reference, form, withDrift, options) {
+  const columns = columnsOf(results[0]?.summary.unit ?? '', options, withDrift);
   const hasRelations = results.some(({ relations }) => relations);
-  if (withDrift) heads.push('drift (%)', 'drift (deg/m)');
+  const heads = ['rank', 'estimate', 'poses', ...columns.map(({ label }) => label)];
   if (hasRelations) heads.push('relations', 'trans (m)', 'rot (deg)');
-  const rows = results.map((result, index) => {
-    const { rmse, mean, median, std, min, max, sse } = result.statistics;
-    const row = [String(index + 1), result.name, `${result.num_matched}/${result.num_estimate}`];
-    if (options.metric === 'rpe') row.push(String(result.num_errors));
-    row.push(...[rmse, mean, median, std, min, max, sse, result.mean_l2].map(short));
-    row.push(result.aligned ? short(result.aligned.mean) : '-');
-    const { drift, relations } = result;
-    if (withDrift) row.push(drift ? short(drift.translation) : '-', drift ? short(drift.rotation) : '-');
+  const rows = results.map(({ name, summary, relations }, index) => {
+    const { num_matched, num_estimate } = summary;
+    const figures = columns.map(({ value }) => formatValue(value(summary), '-'));
+    const row = [String(index + 1), name, `${num_matched}/${num_estimate}`, ...figures];
     if (hasRelations) {
-      row.push(String(relations?.num_compared ?? '-'), relations ? short(relations.translation.mean) : '-');
-      row.push(relations ? short((relations.rotation.mean * 180) / Math.PI) : '-');
+      row.push(String(relations?.num_compared ?? '-'), formatValue(relations?.translation.mean ?? null, '-'));
+      row.push(formatValue(relations && (relations.rotation.mean * 180) / Math.PI, '-'));
     }
     return row;
   });
-  if (form !== 'text') return rowsText(heads, rows, form, 1);
+  if (form !== 'text')
+    return rowsText(
+      [...heads, 'reference'],
+      rows.map((row) => [...row, reference]),
+      form,
+      1,
+    );
   const described = `${options.metric === 'rpe' ? 'RPE' : 'APE'} of ${options.relation}, alignment ${options.alignment}`;
-  return `${described}\n${table(heads, rows, new Set([1]))}`;
+  const poses = `${results[0]?.summary.num_reference} poses`;
+  return `${described}\nReference: ${printable(reference)}, ${poses}\n${table(heads, rows, new Set([1]))}`;
 }
 
 /**
@@ -366,23 +380,10 @@ function printed(results, form, withDrift, options) {
  * @param {string[]} heads
  * @param {string[][]} rows
  * @param {string} form
- * @param {number} nameColumn the one column that is not a number
+ * @param {number} nameColumn holds no numbers, and nor does the last one, where it is the reference
  */
 function rowsText(heads, rows, form, nameColumn) {
-  const shown = (/** @type {string[]} */ row) => row.map((cell) => printable(cell));
-  if (form === 'markdown') {
-    const line = (/** @type {string[]} */ row) =>
-      `| ${shown(row)
-        .map((cell) => cell.replaceAll('|', '\\|'))
-        .join(' | ')} |\n`;
-    const rule = heads.map((_, column) => (column === nameColumn ? '---' : '---:'));
-    return [heads, rule, ...rows].map(line).join('');
-  }
-  const cell = (/** @type {string} */ text) => (/[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-  return [heads, ...rows].map((row) => `${shown(row).map(cell).join(',')}\n`).join('');
-}
-
-/** Six significant digits. @param {number} value */
-function short(value) {
-  return String(Number(value.toPrecision(6)));
+  const shown = rows.map((row) => row.map((cell) => printable(cell)));
+  const texts = new Set([nameColumn, heads.indexOf('reference')]);
+  return form === 'markdown' ? markdownOf(heads, shown, texts) : csvOf(heads, shown);
 }

@@ -66,7 +66,8 @@ Options:
 Written into DIR:
   trajectory.tum     a line a frame: time, or index without, x y z qx qy qz qw, the pose of the sensor in the world
   map.ply or .pcd    the points of all frames in the world; of depth images with their colours
-  map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it
+  map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it; of a map in
+                     pieces that are not connected the main one, and map_piece_N.pgm and .yaml for each other
   report.json        settings, version, results of every frame, comparison, in metres and radians
   report.html        the same to be read and printed, with the map and the path drawn
 

@@ -1,6 +1,7 @@
 // @ts-check
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
+import { gridFiles } from '../grid_files.js';
 import { printable } from '../printable.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { nextTurn } from '../spatial_run.js';
@@ -137,16 +138,6 @@ async function readGiven(source, named, complain) {
   return source ? readSource(source, basename(source.path), complain) : null;
 }
 
-/** @param {import('../index.js').Reconstruction} reconstruction */
-function gridFiles(reconstruction) {
-  const grid = reconstruction.occupancy_grid();
-  try {
-    return { 'map.pgm': grid.pgm(), 'map.yaml': grid.yaml('map.pgm') };
-  } finally {
-    grid.free();
-  }
-}
-
 /** @param {ReconstructionResult} result @param {(problem: string) => void} complain */
 function tellStop({ frames }, complain) {
   if (frames.length === 0) throw new CommandError('Stopped before the first scan was placed, so nothing was computed.');
@@ -203,11 +194,15 @@ function frameTable({ frames }, milliseconds) {
  * @param {ReconstructionResult} result
  * @param {number} total (ms)
  */
-function headline({ frames, sharpness, comparison }, total) {
+function headline({ frames, sharpness, comparison, unconnected }, total) {
   const lines = [`${frames.length} ${frames.length === 1 ? 'scan' : 'scans'} in ${total.toFixed(0)} ms`];
   const count = (/** @type {string} */ wanted) => frames.filter(({ status }) => status === wanted).length;
   if (frames.length > MOST_ROWS) {
     lines.push(`${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`);
+  }
+  if (unconnected !== null) {
+    const pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece])));
+    lines.push(`Map in ${pieces.size} pieces that are not connected`);
   }
   lines.push(cleaningLine(frames));
   if (sharpness) {

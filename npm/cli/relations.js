@@ -1,18 +1,12 @@
 // @ts-check
 /** Relations between poses that are known to be right: how far a trajectory is from them, in words and figures. */
 import { basename } from 'node:path';
-import { isScanstitchError, table } from './command.js';
+import { relate } from '../evaluation/compare.js';
+import { table } from './command.js';
 import { readInput } from './inputs.js';
 
 /** @typedef {import('../index.js').RelationErrors} RelationErrors */
 /** @typedef {import('./command.js').Engine} Engine */
-
-/**
- * @typedef {object} RelationOptions
- * @property {number | undefined} max_diff s; undefined: as the trajectory's times suggest
- * @property {number | undefined} offset s, added to the trajectory's times
- * @property {boolean} loops_only
- */
 
 /**
  * The file of relations; null where it cannot be read, which is reported.
@@ -30,21 +24,14 @@ export function readRelations(path, complain) {
  * @param {Engine} engine
  * @param {import('../index.js').Trajectory} trajectory
  * @param {string} name of the trajectory
- * @param {{ name: string, bytes: Uint8Array }} relations
- * @param {RelationOptions} options
+ * @param {{ name: string, bytes: Uint8Array }} file
+ * @param {import('../evaluation/compare.js').RelationOptions} options
  * @param {(problem: string) => void} complain
- * @returns {RelationErrors | null}
  */
-export function compareRelations(engine, trajectory, name, relations, { max_diff, offset, loops_only }, complain) {
-  try {
-    const found = engine.relation_errors(trajectory, relations.bytes, relations.name, max_diff, loops_only, offset);
-    for (const note of found.notes) complain(`${name}: ${note}`);
-    return found;
-  } catch (error) {
-    if (!isScanstitchError(error)) throw error;
-    complain(`${name}: ${error.message}`);
-    return null;
-  }
+export function compareRelations(engine, trajectory, name, file, options, complain) {
+  const { relations, problems } = relate(engine, trajectory, file, options);
+  for (const problem of problems) complain(`${name}: ${problem}`);
+  return relations;
 }
 
 /**

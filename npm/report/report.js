@@ -70,6 +70,10 @@ function figures(result, { num_frames = 0 }) {
     ],
     ['Length of the path', `${length.toFixed(2)} m`, ''],
   ];
+  if ('unconnected' in result && result.unconnected !== null) {
+    const pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece])));
+    rows.push(['Map', `${pieces.size} pieces`, 'not connected: how they lie relative to each other is not known']);
+  }
   if ('sharpness' in result && result.sharpness)
     rows.push(['Sharpness', millimetres(result.sharpness.mean_residual), 'mean distance between overlapping scans']);
   if ('camera' in result && result.camera) {

@@ -14,6 +14,7 @@ mod common;
 mod depth_colors;
 mod depth_files;
 mod depth_worlds;
+mod driven_grid;
 mod evaluation;
 mod evaluation_parts;
 mod global_registration;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::path::Path;
-use super::umeyama::{Fit, Similarity, umeyama};
+use super::umeyama::{Fit, Similarity, best_fit};
 use crate::{Error, Result};
 
 /// How the estimate is aligned with the reference before they are compared.
@@ -29,23 +29,24 @@ pub enum Alignment {
 /// `align_first` poses, or all.
 ///
 /// # Errors
-/// When the positions do not determine it; when the first poses are to be made equal and one has no orientation.
+/// When there are fewer than three positions; when the first poses are to be made equal and one has no orientation.
 pub fn align(reference: &Path, estimate: &Path, alignment: Alignment, align_first: Option<usize>) -> Result<Fit> {
     let n = align_first.unwrap_or(usize::MAX).min(reference.len()).min(estimate.len());
-    let fit = |with_scale| umeyama(&estimate.positions[..n], &reference.positions[..n], with_scale);
+    let fit = |with_scale| best_fit(&estimate.positions[..n], &reference.positions[..n], with_scale);
     match alignment {
         Alignment::None => Ok(exact(Similarity::identity())),
         Alignment::Origin => origin(reference, estimate).map(exact),
         Alignment::Se3 => fit(false),
         Alignment::Sim3 => fit(true),
         Alignment::Scale => {
-            fit(true).map(|fit| exact(Similarity { scale: fit.similarity.scale, ..Similarity::identity() }))
+            let of_scale = |similarity: Similarity| Similarity { scale: similarity.scale, ..Similarity::identity() };
+            fit(true).map(|fit| Fit { similarity: of_scale(fit.similarity), is_about_a_line: false, ..fit })
         }
     }
 }
 
 fn exact(similarity: Similarity) -> Fit {
-    Fit { similarity, is_about_a_line: false }
+    Fit { similarity, is_about_a_line: false, is_in_place: false }
 }
 
 /// T_ref_0 * T_est_0^-1.

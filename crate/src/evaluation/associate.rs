@@ -1,5 +1,6 @@
 //! Association: finds the pose of the reference that corresponds to each pose of the estimate, by time, index or number.
 
+use crate::io::trajectory::Trajectory;
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
@@ -58,11 +59,13 @@ pub fn by_index(reference: usize, estimate: usize) -> Result<Vec<Pair>> {
 }
 
 /// Pairs by number, and the name of the trajectory whose "times" are pose numbers of the other one: integers from 0,
-/// ascending, none beyond the other's last pose. `None` where that holds for neither or for both.
+/// ascending, none beyond the other's last pose, and the last in its second half: numbers that end before count something else.
+/// `None` where that holds for neither or for both.
 pub fn by_number(reference: &[f64], estimate: &[f64]) -> Option<(&'static str, Vec<Pair>)> {
     let counts = |numbers: &[f64], others: usize| {
         let is_number = |&number: &f64| number >= 0.0 && number.fract() == 0.0 && number < others as f64;
-        numbers.iter().all(is_number) && numbers.windows(2).all(|pair| pair[0] < pair[1])
+        let reach = numbers.last().is_some_and(|last| 2.0 * last >= others as f64 - 1.0);
+        reach && numbers.iter().all(is_number) && numbers.windows(2).all(|pair| pair[0] < pair[1])
     };
     match (counts(reference, estimate.len()), counts(estimate, reference.len())) {
         (true, false) => {
@@ -75,6 +78,48 @@ pub fn by_number(reference: &[f64], estimate: &[f64]) -> Option<(&'static str, V
         }
         _ => None,
     }
+}
+
+/// Pairs of poses of trajectories without times and of different lengths, where one has the numbers of its poses: they count the
+/// rows of the other, from 1 where the last number is the number of rows and none is 0, and from 0 otherwise. Where both have
+/// numbers, equal ones correspond. With a note in a whole sentence.
+///
+/// # Errors
+/// As [`by_index`] when neither has numbers, or a number has no row.
+pub fn by_row(reference: &Trajectory, estimate: &Trajectory) -> Result<(String, Vec<Pair>)> {
+    let of_rows = |whose: &str, numbers: &[f64], other: &Trajectory| {
+        let first = usize::from(numbers.last() == Some(&(other.num_rows() as f64)) && !numbers.contains(&0.0));
+        let row = |number: &f64| (*number as usize).checked_sub(first).filter(|row| *row < other.num_rows());
+        let rows: Vec<usize> = numbers.iter().map(row).collect::<Option<_>>()?;
+        let words = "numbers count the poses of the other";
+        Some((format!("The {whose}'s {words} from {first}: they were matched by number."), rows))
+    };
+    let indices = |rows: Vec<usize>, other: &Trajectory| -> Vec<_> {
+        rows.into_iter().enumerate().filter_map(|(index, row)| Some((index, other.index_of_row(row)?))).collect()
+    };
+    let found = match (numbers_of(reference), numbers_of(estimate)) {
+        (None, Some(numbers)) => of_rows("estimate", &numbers, reference).map(|(note, rows)| {
+            let pair = |(estimate, reference)| Pair { reference, estimate };
+            (note, indices(rows, reference).into_iter().map(pair).collect())
+        }),
+        (Some(numbers), None) => of_rows("reference", &numbers, estimate).map(|(note, rows)| {
+            let pair = |(reference, estimate)| Pair { reference, estimate };
+            (note, indices(rows, estimate).into_iter().map(pair).collect())
+        }),
+        (Some(of_reference), Some(of_estimate)) => by_time(&of_reference, &of_estimate, 0.0, 0.0)
+            .ok()
+            .map(|pairs| ("Both number their poses: equal numbers were matched.".to_owned(), pairs)),
+        (None, None) => None,
+    };
+    found.map_or_else(|| by_index(reference.num_rows(), estimate.num_rows()).map(|pairs| (String::new(), pairs)), Ok)
+}
+
+/// Whole numbers from 0, ascending, that a trajectory has of its poses or in the place of their times.
+fn numbers_of(trajectory: &Trajectory) -> Option<Vec<f64>> {
+    let numbers = trajectory.numbers.as_ref().or(trajectory.stamps.as_ref())?;
+    let is_number = |number: &f64| *number >= 0.0 && number.fract() == 0.0;
+    let are_numbers = numbers.iter().all(is_number) && numbers.windows(2).all(|pair| pair[0] < pair[1]);
+    are_numbers.then(|| numbers.clone())
 }
 
 /// Nearest stamps by binary search in sorted stamps. Among repeated stamps the last one is used, except for a query equal to
@@ -137,7 +182,7 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
     let (first, last) = (first + offset, last + offset);
     let overlaps = |first: f64, last: f64| first <= high && last >= low;
     if overlaps(first, last) {
-        return "The spans overlap, so a larger time difference may be what is missing".to_owned();
+        return "The spans overlap: allow a larger time difference, or interpolate".to_owned();
     }
     let (duration, length) = (high - low, last - first);
     if !are_similar(duration, length) {

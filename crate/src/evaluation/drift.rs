@@ -54,6 +54,15 @@ pub struct Drift {
 /// # Errors
 /// Without orientations, and when no stretch fits.
 pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
+    drift_of_numbered(reference, estimate, &(0..reference.len()).collect::<Vec<_>>())
+}
+
+/// The same for poses with these numbers, as of an estimate that lacks some frames: a stretch begins at every pose whose number is
+/// a multiple of ten.
+///
+/// # Errors
+/// As [`drift`].
+pub fn drift_of_numbered(reference: &Path, estimate: &Path, numbers: &[usize]) -> Result<Drift> {
     let (Some(R_reference), Some(R_estimate)) = (&reference.rotations, &estimate.rotations) else {
         let problem = "Drift compares orientations, and one of the two has positions alone";
         return Err(Error::whole(problem, "Use the absolute error of the translation part"));
@@ -63,10 +72,11 @@ pub fn drift(reference: &Path, estimate: &Path) -> Result<Drift> {
     let is_kitti = total >= 2.0 * KITTI_UNIT;
     let (unit, step) = if is_kitti { (KITTI_UNIT, KITTI_STEP) } else { (unit_for(total)?, 1) };
 
+    let starts: Vec<usize> = (0..reference.len()).filter(|&index| numbers[index].is_multiple_of(step)).collect();
     let mut by_length: Vec<DriftOfLength> = Vec::new();
     for multiple in 1..=MULTIPLES {
         let length = multiple as f64 * unit;
-        let errors = stretch_errors((reference, R_reference), (estimate, R_estimate), &distances, length, step)?;
+        let errors = stretch_errors((reference, R_reference), (estimate, R_estimate), &distances, length, &starts)?;
         if !errors.is_empty() {
             let n = errors.len() as f64;
             let (translation, rotation) =
@@ -92,10 +102,10 @@ fn stretch_errors(
     (estimate, R_estimate): (&Path, &[Matrix3<f64>]),
     distances: &[f64],
     length: f64,
-    step: usize,
+    starts: &[usize],
 ) -> Result<Vec<(f64, f64)>> {
     let mut errors = Vec::new();
-    for first in (0..reference.len()).step_by(step) {
+    for &first in starts {
         let end = distances[first] + length;
         let last = first + distances[first..].partition_point(|&distance| distance <= end);
         if last == reference.len() {

@@ -4,15 +4,18 @@ use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::alignment::{Alignment, align};
-use super::associate::{Pair, by_index, by_number, by_time, oddities};
-use super::drift::{Drift, drift};
+use super::associate::{Pair, by_index, by_number, by_row, by_time, oddities};
+use super::drift::{Drift, drift, drift_of_numbered};
+use super::interpolate::interpolated;
 use super::metrics::{PoseRelation, ape, rpe};
-use super::motion_agreement::misfit_hint;
+use super::motion_agreement::agreement;
+use super::pair_conventions::agreed;
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
+use super::remarks::{Advice, freedom, time_differences};
 use super::statistics::Statistics;
 use super::trajectory_error::{AlignedError, first_row_hint};
-use super::umeyama::{Fit, Similarity};
+use super::umeyama::Similarity;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
@@ -35,13 +38,27 @@ pub enum ErrorMetric {
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
 pub enum Association {
-    /// By nearest time where both have times, else by index; by number where the times of one are pose numbers of the other.
+    /// By nearest time where both have times, else by index; by number where the times or numbers of one count the poses of
+    /// the other.
     #[default]
     Auto,
     /// By nearest time.
     Time,
     /// By equal index.
     Index,
+}
+
+/// How the poses of files are read that do not tell the order of the quaternions, the directions of the sensor's axes, whether
+/// poses map sensor to world, or the handedness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[serde(rename_all = "snake_case")]
+pub enum Conventions {
+    /// As the motions of both show, where other conventions than those read fit decisively better; a note says so.
+    #[default]
+    Detected,
+    /// As the format has them.
+    AsRead,
 }
 
 /// How an estimate is compared with the reference. The defaults are those of evo's `evo_ape`.
@@ -55,6 +72,10 @@ pub struct EvaluationOptions {
     pub max_diff: f64,
     /// Added to the estimate's times (s).
     pub offset: f64,
+    /// Whether the trajectory with the shorter interval is interpolated at the times of the other.
+    pub interpolate: bool,
+    /// How the poses are read.
+    pub conventions: Conventions,
     /// How the estimate is aligned with the reference before they are compared.
     pub alignment: Alignment,
     /// Number of poses, from the first, that the alignment is fitted to; 0: all.
@@ -83,6 +104,8 @@ impl Default for EvaluationOptions {
             association: Association::Auto,
             max_diff: 0.01,
             offset: 0.0,
+            interpolate: false,
+            conventions: Conventions::Detected,
             alignment: Alignment::None,
             align_first: 0,
             metric: ErrorMetric::Ape,
@@ -137,7 +160,7 @@ pub struct EvaluationSummary {
     /// Mean distance of the positions after the alignment (m): the homework's mean L2 norm.
     pub mean_l2: f64,
     /// Distances of the positions after an alignment of all positions by a rotation and a translation, independent of
-    /// `alignment`; null where the positions do not determine it.
+    /// `alignment`; null of fewer than three poses.
     pub aligned: Option<AlignedError>,
     /// KITTI's drift; null where a path is too short or has no orientations.
     pub drift: Option<Drift>,
@@ -147,8 +170,12 @@ pub struct EvaluationSummary {
     pub path_length_reference: f64,
     /// Path through the matched poses of the estimate, after the alignment (m).
     pub path_length_estimate: f64,
+    /// Whether the motions between poses are those of one recording; null where the poses move too little to tell.
+    pub motions_agree: Option<bool>,
     /// Remarks about the input, in whole sentences.
     pub notes: Vec<String>,
+    /// Options that would change what notes report.
+    pub advice: Vec<Advice>,
 }
 
 /// An evaluation with its errors and matched poses, for plots.
@@ -160,7 +187,7 @@ pub struct Evaluation {
     pub errors: Vec<f64>,
     /// For each error the index of its pose among the matched ones; for a pair of poses that of the second.
     pub error_poses: Vec<usize>,
-    /// The pairs of corresponding poses.
+    /// The pairs of corresponding poses; the nearest ones, where poses were interpolated.
     pub matched: Vec<Pair>,
     /// The matched poses of the reference.
     pub reference: Path,
@@ -171,27 +198,33 @@ pub struct Evaluation {
 /// Most frames, evenly spread, for which the motions of estimate and reference are compared.
 const MAX_MISFIT_FRAMES: usize = 5000;
 
-const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
-    distances between positions are right, but orientations cannot be compared.";
-
 /// Compares an estimate with the reference.
 ///
 /// # Errors
-/// When no poses correspond, the positions do not determine the alignment, the metric needs times or orientations that a
+/// When no poses correspond, fewer than three are to be aligned, the metric needs times or orientations that a
 /// trajectory lacks, or an option is out of its range.
 pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Evaluation> {
     check(options)?;
-    let (matched, notes) = associate(reference, estimate, options)?;
-    let reference_path = Path::of(reference, matched.iter().map(|pair| pair.reference));
-    let unaligned = Path::of(estimate, matched.iter().map(|pair| pair.estimate));
+    let Correspondence { matched, is_by_time, reference: reference_path, estimate: unaligned, notes, advice } =
+        corresponding(reference, estimate, options)?;
     let align_first = (options.align_first > 0).then_some(options.align_first);
-    let Fit { similarity: alignment, is_about_a_line } =
-        align(&reference_path, &unaligned, options.alignment, align_first)?;
+    let fit = align(&reference_path, &unaligned, options.alignment, align_first)?;
+    let alignment = fit.similarity;
     let aligned = if alignment == Similarity::identity() { unaligned } else { unaligned.aligned(&alignment) };
 
     let (errors, error_poses, without_motion) = errors_of(&reference_path, &aligned, options)?;
     let distances = ape(&reference_path, &aligned, PoseRelation::TranslationPart)?;
     let none = || Error::whole("There is no error to sum up", "Give poses that match");
+    let of_positions = Statistics::of(&distances).ok_or_else(none)?;
+    let has_orientations = reference_path.rotations.is_some() && aligned.rotations.is_some();
+    let poses = |count: usize| sampled_pairs(&aligned, &reference_path, count);
+    let (motions_agree, misfit) = agreement("Ground truth", &poses(MAX_MISFIT_FRAMES), has_orientations);
+    let numbers: Vec<usize> = matched.iter().map(|pair| pair.reference).collect();
+    let drift = if is_by_time {
+        drift(&reference_path, &aligned)
+    } else {
+        drift_of_numbered(&reference_path, &aligned, &numbers)
+    };
     let mut summary = EvaluationSummary {
         num_reference: reference.len(),
         num_estimate: estimate.len(),
@@ -199,49 +232,33 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
         num_errors: errors.len(),
         unit: options.relation.unit().to_owned(),
         statistics: Statistics::of(&errors).ok_or_else(none)?,
-        mean_l2: Statistics::of(&distances).ok_or_else(none)?.mean,
+        mean_l2: of_positions.mean,
         aligned: AlignedError::of_positions(&aligned.positions, &reference_path.positions),
-        drift: drift(&reference_path, &aligned).ok(),
+        drift: drift.ok(),
         alignment: AlignmentResult::from(&alignment),
         path_length_reference: reference_path.length(),
         path_length_estimate: aligned.length(),
+        motions_agree,
         notes,
+        advice,
     };
     if !summary.statistics.sse.is_finite() {
         return Err(Error::whole("The errors are too large for double precision", "Give the positions in metres"));
     }
-    let has_orientations = reference.orientations.is_some() && estimate.orientations.is_some();
-    summary.notes.extend(fit_hint(&reference_path, &aligned, has_orientations, options, &distances, summary.aligned));
-    if is_about_a_line {
-        summary.notes.push(ABOUT_A_LINE.to_owned());
-    }
+    let is_anchored = options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape;
+    let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
+    let hint = misfit.or_else(|| is_anchored.then(of_first_row).flatten());
+    summary.notes.extend(hint);
+    summary.notes.extend(freedom(&fit, &reference_path, options.alignment, of_positions.rmse));
     if without_motion > 0 {
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));
     }
     Ok(Evaluation { summary, errors, error_poses, matched, reference: reference_path, estimate: aligned })
 }
 
-/// A note where the reference does not fit the estimate at all, or where its first pose alone causes the error. `distances`:
-/// of the aligned positions (m).
-fn fit_hint(
-    reference: &Path,
-    estimate: &Path,
-    has_orientations: bool,
-    options: &EvaluationOptions,
-    distances: &[f64],
-    aligned: Option<AlignedError>,
-) -> Option<String> {
-    let misfit = misfit_hint("Ground truth", &sampled_pairs(estimate, reference), has_orientations);
-    if misfit.is_some() || options.alignment != Alignment::Origin || options.metric != ErrorMetric::Ape {
-        return misfit;
-    }
-    let pairs: Vec<_> = estimate.poses().into_iter().zip(reference.poses()).collect();
-    first_row_hint("Ground truth", Statistics::of(distances)?.rmse, &aligned?, &pairs)
-}
-
-/// Pairs of poses of the estimate and the reference, evenly spread.
-fn sampled_pairs(estimate: &Path, reference: &Path) -> Vec<(Pose3, Pose3)> {
-    let stride = estimate.len().div_ceil(MAX_MISFIT_FRAMES).max(1);
+/// Pairs of poses of the estimate and the reference, evenly spread, no more than `most`.
+fn sampled_pairs(estimate: &Path, reference: &Path, most: usize) -> Vec<(Pose3, Pose3)> {
+    let stride = estimate.len().div_ceil(most).max(1);
     (0..estimate.len()).step_by(stride).map(|index| (estimate.pose(index), reference.pose(index))).collect()
 }
 
@@ -283,15 +300,61 @@ fn check(options: &EvaluationOptions) -> Result<()> {
     }
 }
 
+/// The corresponding poses, in common conventions.
+struct Correspondence {
+    matched: Vec<Pair>,
+    /// Whether they were found by their times.
+    is_by_time: bool,
+    reference: Path,
+    estimate: Path,
+    notes: Vec<String>,
+    advice: Vec<Advice>,
+}
+
+fn corresponding(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Correspondence> {
+    let (mut advice, mut notes) = (Vec::new(), Vec::new());
+    let (matched, is_by_time, mut paths) = if options.interpolate {
+        let all = |trajectory: &Trajectory| Path::of(trajectory, 0..trajectory.len());
+        let found = interpolated(&all(reference), &all(estimate), options.offset)?;
+        notes.push(found.note);
+        (found.pairs, true, [found.reference, found.estimate])
+    } else {
+        let (matched, is_by_time) = associate(reference, estimate, options, &mut notes)?;
+        if let Some([of_reference, of_estimate]) = stamps_of(reference, estimate).filter(|_| is_by_time) {
+            let note = time_differences(&matched, [of_reference, of_estimate], options.offset);
+            advice.extend(note.as_ref().map(|_| Advice::Interpolate));
+            notes.extend(note);
+        }
+        let of_reference = Path::of(reference, matched.iter().map(|pair| pair.reference));
+        let of_estimate = Path::of(estimate, matched.iter().map(|pair| pair.estimate));
+        (matched, is_by_time, [of_reference, of_estimate])
+    };
+    if options.conventions == Conventions::Detected
+        && let Some(found) = agreed(&paths[0], &paths[1], [reference, estimate])
+    {
+        advice.push(Advice::ConventionsAsRead);
+        notes.extend(found.notes);
+        paths = [found.reference, found.estimate];
+    }
+    let [reference, estimate] = paths;
+    Ok(Correspondence { matched, is_by_time, reference, estimate, notes, advice })
+}
+
+/// Times of both, where both have times.
+fn stamps_of<'a>(reference: &'a Trajectory, estimate: &'a Trajectory) -> Option<[&'a [f64]; 2]> {
+    Some([reference.stamps.as_deref()?, estimate.stamps.as_deref()?])
+}
+
+/// The pairs of corresponding poses, and whether they were found by their times.
 fn associate(
     reference: &Trajectory,
     estimate: &Trajectory,
     options: &EvaluationOptions,
-) -> Result<(Vec<Pair>, Vec<String>)> {
-    let mut notes = Vec::new();
-    let stamps = reference.stamps.as_ref().zip(estimate.stamps.as_ref());
-    let pairs = match (options.association, stamps) {
-        (Association::Auto | Association::Time, Some((of_reference, of_estimate))) => {
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Pair>, bool)> {
+    let mut is_by_time = false;
+    let pairs = match (options.association, stamps_of(reference, estimate)) {
+        (Association::Auto | Association::Time, Some([of_reference, of_estimate])) => {
             for (whose, stamps) in [("reference", of_reference), ("estimate", of_estimate)] {
                 notes.extend(oddities(stamps).map(|oddities| format!("In the {whose}, {oddities}.")));
             }
@@ -300,6 +363,7 @@ fn associate(
             let counted = (is_poor && options.association == Association::Auto)
                 .then(|| by_number(of_reference, of_estimate))
                 .flatten();
+            is_by_time = counted.is_none();
             if let Some((whose, pairs)) = counted {
                 notes.push(format!("The {whose}'s times count the poses of the other: they were matched by number."));
                 pairs
@@ -311,6 +375,11 @@ fn associate(
             let whose = if reference.stamps.is_none() { "reference" } else { "estimate" };
             let problem = format!("The {whose} has no times to associate by");
             return Err(Error::whole(problem, "Associate by index, or give the times in a file of their own"));
+        }
+        (Association::Auto, None) if reference.num_rows() != estimate.num_rows() => {
+            let (note, pairs) = by_row(reference, estimate)?;
+            notes.push(note);
+            pairs
         }
         _ => {
             let pair = |rows: Pair| {
@@ -324,7 +393,7 @@ fn associate(
     if pairs.len() < fewer {
         notes.push(format!("Of {fewer} poses, {} have a partner.", pairs.len()));
     }
-    Ok((pairs, notes))
+    Ok((pairs, is_by_time))
 }
 
 /// Roll, pitch and yaw of each pose (rad): the rotation is Rz(yaw) Ry(pitch) Rx(roll).

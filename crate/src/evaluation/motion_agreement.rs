@@ -44,14 +44,22 @@ fn motion_agreement(pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<
     })
 }
 
-/// A note where a reference does not fit the estimate at all. `pairs`: estimate and reference of each frame.
-pub(super) fn misfit_hint(name: &str, pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<String> {
-    let share = motion_agreement(pairs, has_orientations).filter(|share| *share < MIN_AGREEMENT)?;
-    Some(format!(
-        "{name}: only {:.0} % of its motions between frames are as large as the estimate's: it is of another recording, \
-         its rows are in another order, or the estimate is wrong",
-        100.0 * share
-    ))
+/// Whether the motions of a reference are those of the estimate, `None` where too few move; with a note where they are not.
+/// `pairs`: estimate and reference of each frame.
+pub(super) fn agreement(
+    name: &str,
+    pairs: &[(Pose3, Pose3)],
+    has_orientations: bool,
+) -> (Option<bool>, Option<String>) {
+    let share = motion_agreement(pairs, has_orientations);
+    let note = |share: f64| {
+        format!(
+            "{name}: only {:.0} % of its motions between frames are as large as the estimate's: it is of another recording, \
+             its rows are in another order, or the estimate is wrong",
+            100.0 * share
+        )
+    };
+    (share.map(|share| share >= MIN_AGREEMENT), share.filter(|share| *share < MIN_AGREEMENT).map(note))
 }
 
 #[cfg(test)]
@@ -80,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_reference_of_another_drive_is_reported_and_drift_and_other_units_are_not() {
-        let told = |pairs: &[(Pose3, Pose3)]| misfit_hint("gt.txt", pairs, true).is_some();
+        let told = |pairs: &[(Pose3, Pose3)]| agreement("gt.txt", pairs, true).1.is_some();
         let drive_a = drive(200, 0.0);
         assert!(told(&pairs(drive_a.clone(), drive(200, 1.4))));
         let reversed = drive_a.iter().rev().copied().collect();

@@ -1,7 +1,7 @@
 //! The least-squares similarity between corresponding points: Umeyama, "Least-squares estimation of transformation parameters
 //! between two point patterns", IEEE PAMI 13 (1991).
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 use crate::{Error, Result};
 
@@ -35,6 +35,8 @@ pub struct Fit {
     /// Whether one of the two point sets lies on a line to within rounding. The rotation about that line is then arbitrary: no
     /// distance between the points depends on it, but every orientation does.
     pub is_about_a_line: bool,
+    /// Whether one of the two point sets stays in one place, so that neither the rotation nor the scale is determined.
+    pub is_in_place: bool,
 }
 
 /// The similarity with the least sum of squared distances from the mapped `source` points to the `target` points of the
@@ -44,6 +46,58 @@ pub struct Fit {
 /// When the points do not determine a rotation, by evo's rule: two singular values of their covariance must be larger than the
 /// epsilon of double precision, which excludes fewer than three points, coincident points and collinear points.
 pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Fit> {
+    let n = source.len().min(target.len());
+    let Moments { mean_source, mean_target, variance, covariance: Svd { U, D, V } } = moments(source, target)?;
+    if D.x <= f64::EPSILON {
+        return Err(degenerate(n, "one of the two stays in one place"));
+    }
+    if D.y <= f64::EPSILON {
+        return Err(degenerate(n, "one of the two stays on a straight line, about which it may be turned at will"));
+    }
+    // S, eq. 43, which gives a rotation even where a reflection would fit better.
+    let mirrored = U.determinant() * V.determinant() < 0.0;
+    let S = Vector3::new(1.0, 1.0, if mirrored { -1.0 } else { 1.0 });
+    // Eqs. 40, 42 and 41.
+    let rotation = U * Matrix3::from_diagonal(&S) * V.transpose();
+    let scale = if with_scale { D.dot(&S) / variance } else { 1.0 };
+    let translation = mean_target - scale * (rotation * mean_source);
+    let similarity = Similarity { rotation, translation, scale };
+    Ok(Fit { similarity, is_about_a_line: D.y <= MIN_SINGULAR_RATIO * D.x, is_in_place: false })
+}
+
+/// As [`umeyama`], also for collinear points, which are turned no more than their direction demands, and for points that stay
+/// in one place, which are shifted alone: where the points do not determine the rotation, all rotations have the same sum of
+/// squared distances.
+///
+/// # Errors
+/// When there are fewer than three points, or their spread is too large for double precision.
+pub fn best_fit(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: bool) -> Result<Fit> {
+    let fit = umeyama(source, target, with_scale);
+    if fit.is_ok() || source.len().min(target.len()) < 3 {
+        return fit;
+    }
+    let Moments { mean_source, mean_target, variance, covariance: Svd { U, D, V } } = moments(source, target)?;
+    let is_in_place = D.x <= f64::EPSILON;
+    let (from, to): (Vector3<f64>, Vector3<f64>) = (V.column(0).into(), U.column(0).into());
+    let half_turn = || Rotation3::from_axis_angle(&Unit::new_normalize(any_perpendicular(&from)), std::f64::consts::PI);
+    let turned = || Rotation3::rotation_between(&from, &to).unwrap_or_else(half_turn).into_inner();
+    let rotation = if is_in_place { Matrix3::identity() } else { turned() };
+    let scale = if with_scale && !is_in_place { D.x / variance } else { 1.0 };
+    let translation = mean_target - scale * (rotation * mean_source);
+    Ok(Fit { similarity: Similarity { rotation, translation, scale }, is_about_a_line: !is_in_place, is_in_place })
+}
+
+/// What the fit depends on.
+struct Moments {
+    mean_source: Vector3<f64>,
+    mean_target: Vector3<f64>,
+    /// Of the source.
+    variance: f64,
+    /// Of target and source.
+    covariance: Svd,
+}
+
+fn moments(source: &[Vector3<f64>], target: &[Vector3<f64>]) -> Result<Moments> {
     let n = source.len().min(target.len());
     if n == 0 {
         return Err(degenerate(n, "there are none"));
@@ -59,34 +113,17 @@ pub fn umeyama(source: &[Vector3<f64>], target: &[Vector3<f64>], with_scale: boo
         variance += x.norm_squared();
         covariance += y * x.transpose();
     }
-    variance /= n as f64;
-    covariance /= n as f64;
-
-    let Svd { U, D, V } = svd(&covariance);
-    if !D.x.is_finite() {
+    let covariance = svd(&(covariance / n as f64));
+    if !covariance.D.x.is_finite() {
         return Err(degenerate(n, "their spread is too large for double precision"));
     }
-    if D.x <= f64::EPSILON {
-        return Err(degenerate(n, "one of the two stays in one place"));
-    }
-    if D.y <= f64::EPSILON {
-        return Err(degenerate(n, "one of the two stays on a straight line, about which it may be turned at will"));
-    }
-    // S, eq. 43, which gives a rotation even where a reflection would fit better.
-    let mirrored = U.determinant() * V.determinant() < 0.0;
-    let S = Vector3::new(1.0, 1.0, if mirrored { -1.0 } else { 1.0 });
-    // Eqs. 40, 42 and 41.
-    let rotation = U * Matrix3::from_diagonal(&S) * V.transpose();
-    let scale = if with_scale { D.dot(&S) / variance } else { 1.0 };
-    let translation = mean_target - scale * (rotation * mean_source);
-    let similarity = Similarity { rotation, translation, scale };
-    Ok(Fit { similarity, is_about_a_line: D.y <= MIN_SINGULAR_RATIO * D.x })
+    Ok(Moments { mean_source, mean_target, variance: variance / n as f64, covariance })
 }
 
 fn degenerate(n: usize, why: &str) -> Error {
     Error::whole(
         format!("{n} pairs of positions do not fix the alignment: {why}"),
-        "Align by the first pose, or not at all",
+        "Give three poses or more that have a partner, or do not align",
     )
 }
 
@@ -149,6 +186,32 @@ fn any_perpendicular(direction: &Vector3<f64>) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_the_points_leave_open_is_told_and_the_rest_is_fitted() {
+        let along = |direction: Vector3<f64>, offset: Vector3<f64>| -> Vec<_> {
+            (0..20).map(|i| offset + direction * f64::from(i)).collect()
+        };
+        let target = along(Vector3::new(0.3, 0.1, -0.2), Vector3::zeros());
+        for direction in [Vector3::new(0.1, 0.3, 0.2), Vector3::new(-0.3, -0.1, 0.2), Vector3::new(0.3, 0.1, -0.2)] {
+            let source = along(2.0 * direction, Vector3::new(4.0, 5.0, 6.0));
+            let fit = best_fit(&source, &target, true).unwrap();
+            let Similarity { rotation, translation, scale } = fit.similarity;
+            assert!((scale - 0.5).abs() < 1e-12 && (rotation.determinant() - 1.0).abs() < 1e-12 && fit.is_about_a_line);
+            for (from, to) in source.iter().zip(&target) {
+                assert!((scale * (rotation * from) + translation - to).norm() < 1e-12);
+            }
+        }
+        let still = vec![Vector3::new(1.0, 2.0, 3.0); 20];
+        for (source, goal) in [(&target, &still), (&still, &target), (&still, &still)] {
+            let fit = best_fit(source, goal, true).unwrap();
+            assert!(fit.is_in_place && !fit.is_about_a_line);
+            assert!(fit.similarity.scale == 1.0 && fit.similarity.rotation == Matrix3::identity());
+            let sum: Vector3<f64> = source.iter().zip(goal).map(|(s, g)| s + fit.similarity.translation - g).sum();
+            assert!(sum.norm() < 1e-12);
+        }
+        assert!(best_fit(&target[..2], &target[..2], false).is_err());
+    }
 
     #[test]
     fn singular_values_large_and_small() {

@@ -4,6 +4,9 @@
 //! the cell at its end: Thrun, Burgard and Fox, "Probabilistic Robotics" (2005), tables 9.1 and 9.2. A scan updates a cell at
 //! most once, and "occupied" takes precedence over "free", so that beams that graze a wall do not erase it. Beams without a
 //! return are ignored, since black walls and glass give none either.
+//!
+//! Where the sensor and the robot were, nothing else was: a planner that starts there needs these cells to be free, whatever
+//! the beams of other scans say.
 
 use std::fmt::Write as _;
 
@@ -24,7 +27,7 @@ pub enum Cell {
 }
 
 /// A grid of square cells, axes parallel to the world's.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct OccupancyGrid {
     /// Side of a cell (m).
     pub resolution: f64,
@@ -34,6 +37,8 @@ pub struct OccupancyGrid {
     pub width: usize,
     /// Cells along y.
     pub height: usize,
+    /// What a reader of the YAML file is to know, in whole sentences; empty where there is nothing.
+    pub remark: String,
     /// log(p / (1 - p)), p being the probability that the cell is occupied; row by row from the smallest y.
     log_odds: Vec<f32>,
 }
@@ -44,6 +49,13 @@ pub const RESOLUTION: f64 = 0.05;
 const LOG_ODDS_HIT: f32 = 0.85;
 /// Increment of a cell's log odds by a beam that crosses it: p = 0.4.
 const LOG_ODDS_MISS: f32 = -0.4;
+/// Increment of the log odds of a cell in which the sensor or the robot was: p = 0.001. Only a pose that is off by a cell can
+/// have it there while the cell is occupied. It outweighs the bound of what beams can say against it, 3.5, by more than the
+/// 1.41 that a free cell needs, so that such a cell is always free.
+const LOG_ODDS_STAYED: f32 = -6.9;
+/// Increment of the log odds of a cell on the arc between two consecutive poses, by which the robot may have driven: p = 0.1. Free
+/// where no beam says otherwise, and unknown with one return, since the way from one pose to the next may have been another.
+const LOG_ODDS_PASSED: f32 = -2.2;
 /// Bound of a cell's log odds, so that changes of the scene, such as a door, can still be learned.
 const MAX_LOG_ODDS: f32 = 3.5;
 /// Probability above which a cell is occupied, the default of ROS's map_server.
@@ -52,31 +64,58 @@ const OCCUPIED_THRESHOLD: f64 = 0.65;
 const FREE_THRESHOLD: f64 = 0.196;
 /// Length up to which beams are traced (m): returns beyond are few and would make the grid large.
 const LONGEST_BEAM: f64 = 30.0;
+/// Most points of an arc; between those of a longer one the way is straight.
+const MAX_ARC_POINTS: f64 = 1e4;
 /// Most cells of a grid; for larger maps the cells are made larger.
 const MAX_CELLS: f64 = 16e6;
 
 impl OccupancyGrid {
     /// The grid of scans at their `T_world_sensor`. The side of a cell is `resolution` (m), or more where there would be too many
-    /// cells.
-    pub fn new(placed: &[(&PlanarScan, Pose2)], resolution: f64) -> Self {
+    /// cells. `drives`: consecutive poses of what moved through the map, the sensor and the robot that carries it.
+    pub fn new(placed: &[(&PlanarScan, Pose2)], drives: &[Vec<Pose2>], resolution: f64) -> Self {
         let (mut low, mut high) = (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
         for (scan, T) in placed {
             widen(&mut low, &mut high, scan, T);
         }
+        let arcs: Vec<Vec<Vector2<f64>>> = drives.iter().map(|drive| arcs_through(drive, resolution)).collect();
+        for point in arcs.iter().flatten().chain(drives.iter().flatten().map(|T| &T.translation.vector)) {
+            (low, high) = (low.inf(point), high.sup(point));
+        }
         if placed.is_empty() {
-            return Self { resolution, origin: Vector2::zeros(), width: 0, height: 0, log_odds: Vec::new() };
+            return Self { resolution, ..Self::default() };
         }
         let extent = high - low;
         let resolution = resolution.max((extent.x * extent.y / MAX_CELLS).sqrt()).max(extent.amax() / MAX_CELLS);
         // The origin is a multiple of the resolution, so that the cells do not depend on the extent of the map.
         let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
         let size = (high - origin).map(|value| (value / resolution) as usize + 2);
-        let mut grid = Self { resolution, origin, width: size.x, height: size.y, log_odds: vec![0.0; size.x * size.y] };
+        let log_odds = vec![0.0; size.x * size.y];
+        let mut grid = Self { resolution, origin, width: size.x, height: size.y, remark: String::new(), log_odds };
         let mut marks = Marks { of_scan: vec![0; grid.log_odds.len()], scan: 0 };
         for (scan, T) in placed {
             grid.add(scan, T, &mut marks);
         }
+        grid.add_drives(drives, &arcs, &mut marks);
         grid
+    }
+
+    /// Each cell once: the poses of several passes share their errors.
+    fn add_drives(&mut self, drives: &[Vec<Pose2>], arcs: &[Vec<Vector2<f64>>], marks: &mut Marks) {
+        marks.scan += 1;
+        for T in drives.iter().flatten() {
+            let cell = self.index(&T.translation.vector);
+            if marks.first(cell) {
+                self.log_odds[cell] = (self.log_odds[cell] + LOG_ODDS_STAYED).max(-MAX_LOG_ODDS);
+            }
+        }
+        let lattice = self.lattice();
+        for pair in arcs.iter().flat_map(|arc| arc.windows(2)) {
+            lattice.cells_between(&pair[0], &pair[1], |cell| {
+                if marks.first(cell) {
+                    self.log_odds[cell] = (self.log_odds[cell] + LOG_ODDS_PASSED).max(-MAX_LOG_ODDS);
+                }
+            });
+        }
     }
 
     fn add(&mut self, scan: &PlanarScan, T_world_sensor: &Pose2, marks: &mut Marks) {
@@ -94,39 +133,21 @@ impl OccupancyGrid {
         }
     }
 
-    /// Lowers the log odds of the cells from the sensor to the one before the end of a beam (Amanatides and Woo, "A fast voxel
-    /// traversal algorithm for ray tracing", Eurographics 1987).
+    /// Lowers the log odds of the cells from the sensor to the one before the end of a beam.
     ///
     /// Not inlined: a browser switches to optimised code only when a function is next called, and a grid is computed in one call.
     #[inline(never)]
     fn follow(&mut self, from: &Vector2<f64>, to: &Vector2<f64>, marks: &mut Marks) {
-        let scale = |point: &Vector2<f64>| (point - self.origin) / self.resolution;
-        let (start, end) = (scale(from), scale(to));
-        let along = end - start;
-        let cell = start.map(|value| value.floor() as i64);
-        let last = end.map(|value| value.floor() as i64);
-        let step = along.map(|value| if value >= 0.0 { 1i64 } else { -1 });
-        let per_cell = along.map(|value| if value == 0.0 { f64::INFINITY } else { 1.0 / value.abs() });
-        let border = |axis: usize| {
-            let next =
-                if step[axis] > 0 { cell[axis] as f64 + 1.0 - start[axis] } else { start[axis] - cell[axis] as f64 };
-            if along[axis] == 0.0 { f64::INFINITY } else { next * per_cell[axis] }
-        };
-        let (mut next_x, mut next_y) = (border(0), border(1));
-        let num_steps = (last - cell).abs().sum();
-        let mut index = cell.y as usize * self.width + cell.x as usize;
-        // A table instead of a branch, which would be mispredicted.
-        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width.cast_signed(), 0.0, per_cell.y)];
-        for _ in 0..num_steps {
+        self.lattice().cells_between(from, to, |index| {
             if marks.first(index) {
                 let log_odds = self.log_odds[index] + LOG_ODDS_MISS;
                 self.log_odds[index] = if log_odds < -MAX_LOG_ODDS { -MAX_LOG_ODDS } else { log_odds };
             }
-            let (stride, along_x, along_y) = steps[usize::from(next_y < next_x)];
-            index = index.wrapping_add_signed(stride);
-            next_x += along_x;
-            next_y += along_y;
-        }
+        });
+    }
+
+    fn lattice(&self) -> Lattice {
+        Lattice { resolution: self.resolution, origin: self.origin, width: self.width }
     }
 
     fn index(&self, point: &Vector2<f64>) -> usize {
@@ -166,8 +187,62 @@ impl OccupancyGrid {
         let _ = writeln!(text, "resolution: {}", self.resolution);
         let _ = writeln!(text, "origin: [{:.6}, {:.6}, 0.0]", self.origin.x, self.origin.y);
         let _ = writeln!(text, "negate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}");
+        if !self.remark.is_empty() {
+            let _ = writeln!(text, "# {}", self.remark);
+        }
         text
     }
+}
+
+/// Where the cells of a grid are.
+struct Lattice {
+    resolution: f64,
+    origin: Vector2<f64>,
+    width: usize,
+}
+
+impl Lattice {
+    /// Visits the cells from one point to the one before the cell of another (Amanatides and Woo, "A fast voxel traversal
+    /// algorithm for ray tracing", Eurographics 1987).
+    #[inline]
+    fn cells_between(&self, from: &Vector2<f64>, to: &Vector2<f64>, mut visit: impl FnMut(usize)) {
+        let scale = |point: &Vector2<f64>| (point - self.origin) / self.resolution;
+        let (start, end) = (scale(from), scale(to));
+        let along = end - start;
+        let cell = start.map(|value| value.floor() as i64);
+        let last = end.map(|value| value.floor() as i64);
+        let step = along.map(|value| if value >= 0.0 { 1i64 } else { -1 });
+        let per_cell = along.map(|value| if value == 0.0 { f64::INFINITY } else { 1.0 / value.abs() });
+        let border = |axis: usize| {
+            let next =
+                if step[axis] > 0 { cell[axis] as f64 + 1.0 - start[axis] } else { start[axis] - cell[axis] as f64 };
+            if along[axis] == 0.0 { f64::INFINITY } else { next * per_cell[axis] }
+        };
+        let (mut next_x, mut next_y) = (border(0), border(1));
+        let num_steps = (last - cell).abs().sum();
+        let mut index = cell.y as usize * self.width + cell.x as usize;
+        // A table instead of a branch, which would be mispredicted.
+        let steps = [(step.x as isize, per_cell.x, 0.0), (step.y as isize * self.width.cast_signed(), 0.0, per_cell.y)];
+        for _ in 0..num_steps {
+            visit(index);
+            let (stride, along_x, along_y) = steps[usize::from(next_y < next_x)];
+            index = index.wrapping_add_signed(stride);
+            next_x += along_x;
+            next_y += along_y;
+        }
+    }
+}
+
+/// Points along arcs of constant curvature and speed from each pose to the next, closer to each other than cells of this side,
+/// as far as a wheeled robot turns between two scans.
+fn arcs_through(drive: &[Pose2], resolution: f64) -> Vec<Vector2<f64>> {
+    let arc = |pair: &[Pose2]| {
+        let motion = (pair[0].inverse() * pair[1]).log();
+        let count = (motion.norm() / resolution).ceil().clamp(1.0, MAX_ARC_POINTS) as usize;
+        let start = pair[0];
+        (0..count).map(move |i| (start * Pose2::exp(&(motion * (i as f64 / count as f64)))).translation.vector)
+    };
+    drive.windows(2).flat_map(arc).chain(drive.last().map(|T| T.translation.vector)).collect()
 }
 
 /// The log odds beyond which a cell is occupied, or free.
@@ -238,12 +313,47 @@ mod tests {
     use super::*;
 
     #[test]
+    fn driven_cells_are_free_whatever_beams_say_and_ways_between_poses_unless_a_beam_ended_there() {
+        // A laser that stands still sees a wall 1 m ahead, and later drives through it by an arc to the left.
+        let wall: Vec<Vector2<f64>> = (-40..=40).map(|i| Vector2::new(1.02, 0.05 * f64::from(i))).collect();
+        let scan = PlanarScan { points: wall, ..PlanarScan::default() };
+        let placed: Vec<(&PlanarScan, Pose2)> = vec![(&scan, Pose2::identity()); 20];
+        let drive = vec![
+            Pose2::identity(),
+            Pose2::new(Vector2::new(1.02, 0.0), 0.0),
+            Pose2::new(Vector2::new(3.02, 2.0), std::f64::consts::FRAC_PI_2),
+        ];
+        let blind = OccupancyGrid::new(&placed, &[], 0.05);
+        let driven = OccupancyGrid::new(&placed, std::slice::from_ref(&drive), 0.05);
+        let at = |grid: &OccupancyGrid, x: f64, y: f64| {
+            let cell = (Vector2::new(x, y) - grid.origin) / grid.resolution;
+            grid.cell(cell.x as usize, cell.y as usize)
+        };
+        assert_eq!((at(&blind, 1.02, 0.0), at(&blind, 1.02, 0.3)), (Cell::Occupied, Cell::Occupied));
+        for T in &drive {
+            assert_eq!(at(&driven, T.translation.x, T.translation.y), Cell::Free);
+        }
+        assert_eq!(at(&driven, 1.02, 0.3), Cell::Occupied, "beside the robot's way the wall stays");
+        // Along the quarter of a circle about (1.02, 2) that no beam reaches.
+        for degrees in 5..90 {
+            let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
+            assert_eq!(at(&driven, 1.02 + 2.0 * sin, 2.0 - 2.0 * cos), Cell::Free, "{degrees} degrees");
+        }
+        assert_eq!(at(&driven, 2.02, 1.0), Cell::Unknown, "beside the arc");
+        let seen_once =
+            OccupancyGrid::new(&placed[..1], &[vec![Pose2::identity(), Pose2::new(Vector2::new(2.0, 0.0), 0.0)]], 0.05);
+        assert_eq!(at(&seen_once, 1.02, 0.0), Cell::Unknown, "a beam ended on the way");
+        assert_eq!((at(&seen_once, 0.52, 0.0), at(&seen_once, 1.52, 0.0)), (Cell::Free, Cell::Free));
+    }
+
+    #[test]
     fn cells_are_classified_by_their_probability() {
         let mut grid = OccupancyGrid {
             resolution: 1.0,
             origin: Vector2::zeros(),
             width: 71,
             height: 1,
+            remark: String::new(),
             log_odds: (-35..=35).map(|tenths| tenths as f32 / 10.0).collect(),
         };
         let by_probability = |log_odds: f32| match 1.0 - 1.0 / (1.0 + f64::from(log_odds).exp()) {

@@ -206,6 +206,9 @@ pub struct ReconstructionResult {
     /// Why the given odometry is not used, or why the poses in the log are a mirror image of the scans, in whole sentences; null
     /// otherwise. Contained in the notes as well.
     pub odometry_refusal: Option<String>,
+    /// The certain pieces of the map, in whole sentences, where there are several; null where it is one. Contained in the notes as
+    /// well.
+    pub unconnected: Option<String>,
     /// Remarks, in whole sentences.
     pub notes: Vec<String>,
 }

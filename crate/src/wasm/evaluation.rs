@@ -211,7 +211,7 @@ impl Evaluation {
 /// Compares an estimate with the reference.
 ///
 /// # Errors
-/// When no poses correspond, the positions do not determine the alignment, the metric needs times or orientations that a
+/// When no poses correspond, fewer than three are to be aligned, the metric needs times or orientations that a
 /// trajectory lacks, or an option is unknown.
 #[wasm_bindgen]
 pub fn evaluate(

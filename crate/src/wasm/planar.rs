@@ -201,9 +201,14 @@ impl Reconstruction {
         self.engine.map_sizes_from(first)
     }
 
-    /// The occupancy grid, with cells of this side (m; 0.05 by default).
-    pub fn occupancy_grid(&self, resolution: Option<f64>) -> OccupancyGrid {
-        OccupancyGrid { grid: self.engine.occupancy_grid(resolution.unwrap_or(RESOLUTION)) }
+    /// The occupancy grid of a piece of the map, by default of the main one, with cells of this side (m; 0.05 by default).
+    pub fn occupancy_grid(&self, resolution: Option<f64>, piece: Option<usize>) -> OccupancyGrid {
+        OccupancyGrid { grid: self.engine.occupancy_grid_of(piece.unwrap_or(0), resolution.unwrap_or(RESOLUTION)) }
+    }
+
+    /// Numbers of the certain pieces of the map, the main one first.
+    pub fn pieces(&self) -> Vec<usize> {
+        self.engine.pieces()
     }
 
     /// Points of a frame and their partners in the scans before it: x y of the point, x y of the partner, ... in the

@@ -25,6 +25,8 @@ export interface GivenFiles {
   /** Null: the reference is still to be dropped. */
   reference: { name: string; bytes: ArrayBuffer } | null;
   estimate: { name: string; text: string };
+  /** How the run itself aligns the two. */
+  alignment: 'origin' | 'se3';
   /** The run's map, as PLY. */
   readMap: () => Promise<Uint8Array>;
 }

@@ -2,6 +2,7 @@
  * The thread of planar scans, with whichever file of the engine its worker has. It works in slices of a few milliseconds and reads its messages between them, so a stop is
  * obeyed and a question answered while a long input is computed.
  */
+import { gridFiles } from '../../../npm/grid_files.js';
 import type * as full from './package.js';
 import type {
   Answers,
@@ -293,6 +294,7 @@ function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
   if (kind === 'scan_to_map') return scanToMap(reconstruction, frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
+  if (kind === 'grid_files') return gridFiles(reconstruction);
   return reconstruction[kind]();
 }
 
@@ -313,9 +315,8 @@ function occupancyGrid(present: Reconstruction): Grid {
   const grid = present.occupancy_grid();
   const { width, height, resolution, origin } = grid;
   const grey_values = grid.grey_values();
-  const plain: Grid = { width, height, resolution, origin, grey_values, pgm: grid.pgm(), yaml: grid.yaml('map.pgm') };
   grid.free();
-  return plain;
+  return { width, height, resolution, origin, grey_values };
 }
 
 /** Runs `action`; an input error becomes a problem of `file`, other exceptions are passed on. */

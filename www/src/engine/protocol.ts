@@ -53,7 +53,7 @@ export interface Inputs {
   odometry: InputFile | null;
 }
 
-/** What is free and what is occupied, as ROS's map_server reads it. */
+/** What is free and what is occupied in a piece of the map. */
 export interface Grid {
   width: number;
   height: number;
@@ -63,8 +63,6 @@ export interface Grid {
   origin: Float64Array;
   /** Row by row from the largest y down: 0 occupied, 254 free, 205 unknown. */
   grey_values: Uint8Array;
-  pgm: Uint8Array;
-  yaml: string;
 }
 
 export type Place = { line: number } | { byte: number } | null;
@@ -146,7 +144,10 @@ export interface Answers {
   trajectory_tum: string;
   trajectory_matrices: string[];
   map_ply: Uint8Array;
+  /** Of the main piece of the map. */
   occupancy_grid: Grid;
+  /** Of all pieces, as files of ROS's map_server. */
+  grid_files: Record<string, Uint8Array | string>;
   report_json: string;
 }
 

@@ -58,6 +58,14 @@ const ASSOCIATION: Choice = {
     ['index', 'index'],
   ],
 };
+const CONVENTIONS: Choice = {
+  option: 'conventions',
+  label: 'Axes, quaternions, handedness',
+  choices: [
+    ['detected', 'detected'],
+    ['as_read', 'as read'],
+  ],
+};
 const DELTA_UNITS: Choice = {
   option: 'delta_unit',
   label: 'Delta unit',
@@ -70,6 +78,7 @@ const DELTA_UNITS: Choice = {
   ],
 };
 
+type CheckOption = 'all_pairs' | 'pairs_from_reference' | 'interpolate';
 type NumberOption = 'delta' | 'delta_tolerance' | 'max_diff' | 'offset' | 'align_first';
 
 /** A file beside the trajectories, which can be taken away. */
@@ -121,7 +130,8 @@ export class ScanstitchEvaluationControls extends LitElement {
       <summary>Matching of poses</summary>
       <div>
         ${this.renderChoice(ASSOCIATION)} ${this.renderNumber('max_diff', 'Maximum time difference (s)', 0.01, 0)}
-        ${this.renderNumber('offset', 'Time offset (s)', 0, null)}
+        ${this.renderNumber('offset', 'Time offset (s)', 0, null)} ${this.renderCheck('interpolate', 'interpolate')}
+        ${this.renderChoice(CONVENTIONS)}
         ${this.renderNumber('align_first', 'Align on the first n poses (0: all)', 0, 0)}
       </div>
     </details>`;
@@ -142,18 +152,20 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderPairs(): TemplateResult {
-    const check = (option: 'all_pairs' | 'pairs_from_reference', words: string): TemplateResult =>
-      html`<label class="check"
-        ><input
-          type="checkbox"
-          .checked=${this.options[option] ?? false}
-          @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
-        />${words}</label
-      >`;
     return html`${this.renderNumber('delta', 'Delta', 1, 0)} ${this.renderChoice(DELTA_UNITS)}
-    ${check('all_pairs', 'all pairs')}
+    ${this.renderCheck('all_pairs', 'all pairs')}
     ${this.options.all_pairs ? this.renderNumber('delta_tolerance', 'Tolerance (share)', 0.1, 0) : nothing}
-    ${check('pairs_from_reference', 'delta along the ground truth')}`;
+    ${this.renderCheck('pairs_from_reference', 'delta along the ground truth')}`;
+  }
+
+  private renderCheck(option: CheckOption, words: string): TemplateResult {
+    return html`<label class="check"
+      ><input
+        type="checkbox"
+        .checked=${this.options[option] ?? false}
+        @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
+      />${words}</label
+    >`;
   }
 
   private renderBeside(): TemplateResult {

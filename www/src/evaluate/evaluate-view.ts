@@ -152,7 +152,7 @@ export class ScanstitchEvaluate extends LitElement {
     return html`<scanstitch-evaluation-controls
       .files=${files}
       .reference_id=${choices.reference_id}
-      .options=${choices.options}
+      .options=${session.options}
       .beside=${beside}
       .loops_only=${choices.loops_only}
       @reference-chosen=${({ detail }: CustomEvent<number>) => session.choose({ reference_id: detail })}
@@ -189,7 +189,8 @@ export class ScanstitchEvaluate extends LitElement {
         ? html`<scanstitch-ranking
             .ranked=${session.ranked}
             .refusals=${result.refusals}
-            .columns=${this.columnsFor(comparisons[0]?.summary.unit ?? '', has_relations)}
+            .columns=${this.columnsFor(comparisons[0]?.summary.unit ?? '', session.options, has_relations)}
+            .reference_name=${session.reference_name}
             .sort=${session.sort}
             .selected_id=${session.selected_id}
             .elapsed_ms=${result.elapsed_ms}

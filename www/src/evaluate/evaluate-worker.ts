@@ -1,17 +1,14 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
 import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
-import type {
-  Command,
-  Comparison,
-  Query,
-  QueryApi,
-  RelationErrors,
-  Result,
-  TimesFile,
-  TrajectoryFile,
-} from './protocol.js';
+import { comparePair, relate, type Remedies } from '../../../npm/evaluation/compare.js';
+import type { Command, Comparison, Query, QueryApi, Result, TimesFile, TrajectoryFile } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
+
+const REMEDIES: Remedies = {
+  interpolate: 'Tick “interpolate” under “Matching of poses” to compare the poses at the same times.',
+  conventions_as_read: 'Choose “as read” under “Matching of poses” to compare the files as they are.',
+};
 
 const files = new Map<number, TrajectoryFile>();
 /** Trajectories by their file, each read once, with the id of their file of times. */
@@ -42,7 +39,8 @@ function compareAll(query: Query): Result {
     comparisons: [],
     refusals: [],
     reference_problem: null,
-    relations_problem: null,
+    reference_notes: [],
+    relation_problems: [],
     elapsed_ms: 0,
   };
   const reference = attempt(() => read(query.reference, query.times));
@@ -50,12 +48,13 @@ function compareAll(query: Query): Result {
     result.reference_problem = reference.problem;
     return result;
   }
+  result.reference_notes = reference.value.notes;
   for (const id of query.estimates) {
     const compared = attempt(() => compare(reference.value, id, query));
     if ('problem' in compared) result.refusals.push({ id, name: nameOf(id), problem: compared.problem });
     else {
       result.comparisons.push(compared.value.comparison);
-      result.relations_problem ??= compared.value.relations_problem;
+      result.relation_problems.push(...compared.value.relation_problems);
     }
   }
   result.elapsed_ms = performance.now() - start;
@@ -66,17 +65,17 @@ function compare(
   reference: Trajectory,
   id: number,
   query: Query,
-): { comparison: Comparison; relations_problem: string | null } {
+): { comparison: Comparison; relation_problems: string[] } {
+  const { options, relations, loops_only } = query;
   const estimate = read(id, query.times);
-  const evaluation = evaluate(reference, estimate, query.options);
-  try {
-    const summary = evaluation.summary();
-    const related = attempt(() => relate(estimate, query));
-    const comparison: Comparison = {
-      id,
-      name: nameOf(id),
-      summary: { ...summary, notes: [...estimate.notes, ...summary.notes] },
-      relations: 'problem' in related ? null : related.value,
+  const name = nameOf(id);
+  const { summary, ...compared } = comparePair(
+    { evaluate, relation_errors },
+    reference,
+    estimate,
+    options,
+    REMEDIES,
+    (evaluation) => ({
       errors: evaluation.errors(),
       error_poses: evaluation.error_poses(),
       stamps: evaluation.stamps() ?? null,
@@ -85,16 +84,21 @@ function compare(
       estimate_positions: evaluation.estimate_positions(),
       reference_angles: evaluation.reference_roll_pitch_yaw() ?? null,
       estimate_angles: evaluation.estimate_roll_pitch_yaw() ?? null,
-    };
-    return { comparison, relations_problem: 'problem' in related ? related.problem : null };
-  } finally {
-    evaluation.free();
-  }
-}
-
-function relate(estimate: Trajectory, { relations, loops_only, options }: Query): RelationErrors | null {
-  if (!relations) return null;
-  return relation_errors(estimate, relations.bytes, relations.name, options.max_diff, loops_only, options.offset);
+    }),
+  );
+  const { max_diff, offset } = options;
+  const related =
+    relations && relate({ evaluate, relation_errors }, estimate, relations, { max_diff, offset, loops_only });
+  return {
+    comparison: {
+      id,
+      name,
+      summary: { ...summary, notes: [...estimate.notes, ...summary.notes] },
+      relations: related?.relations ?? null,
+      ...compared,
+    },
+    relation_problems: related?.problems.map((problem) => `${name}: ${problem}`) ?? [],
+  };
 }
 
 function read(id: number, times: TimesFile | null): Trajectory {

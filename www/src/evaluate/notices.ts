@@ -22,17 +22,24 @@ export interface NoticeFacts {
 
 export function noticesOf({ num_files, answer, selected, messages }: NoticeFacts): Notices {
   const refusals = answer?.refusals ?? [];
+  const converted = (answer?.comparisons ?? []).filter(
+    (one) => one !== selected && one.summary.advice.includes('conventions_as_read'),
+  );
   const many = `${refusals.length} of ${num_files - 1} cannot be compared; the table says why.`;
   return {
     problems: [
       ...messages.filter(({ kind }) => kind === 'error').map(({ text }) => text),
       ...(answer?.reference_problem ? [`The ground truth cannot be used. ${answer.reference_problem}`] : []),
-      ...(answer?.relations_problem ? [answer.relations_problem] : []),
+      ...(answer?.relation_problems.slice(0, MAX_ALERTS) ?? []),
       ...(refusals.length > MAX_ALERTS ? [many] : refusals.map(refusalWords)),
     ],
     remarks: [
       ...messages.filter(({ kind }) => kind === 'note').map(({ text }) => text),
+      ...(answer?.reference_notes ?? []).map((note) => `Ground truth: ${note}`),
       ...(selected?.summary.notes ?? []).map((note) => `${selected?.name}: ${note}`),
+      ...(converted.length > 0
+        ? [`Read in other conventions than their files have: ${named(converted)}. Select one to see what was changed.`]
+        : []),
     ],
   };
 }
@@ -40,8 +47,16 @@ export function noticesOf({ num_files, answer, selected, messages }: NoticeFacts
 /** What became of files that were not even opened; empty where there are none. */
 export function skippedWords(names: readonly string[]): string[] {
   if (names.length === 0) return [];
-  const more = names.length > MAX_NAMES ? ` and ${names.length - MAX_NAMES} more` : '';
-  return [`Skipped, as neither trajectories nor maps: ${names.slice(0, MAX_NAMES).join(', ')}${more}.`];
+  return [`Skipped, as neither trajectories nor maps: ${named(names.map((name) => ({ name })))}.`];
+}
+
+/** The first of the names, and how many more there are. */
+function named(files: readonly { name: string }[]): string {
+  const more = files.length > MAX_NAMES ? ` and ${files.length - MAX_NAMES} more` : '';
+  return `${files
+    .slice(0, MAX_NAMES)
+    .map(({ name }) => name)
+    .join(', ')}${more}`;
 }
 
 function refusalWords({ name, problem }: Refusal): string {

@@ -75,8 +75,10 @@ export interface Result {
   refusals: Refusal[];
   /** What is wrong with the reference itself; nothing was compared then. */
   reference_problem: string | null;
+  /** What reading the reference showed. */
+  reference_notes: readonly string[];
   /** What is wrong with the list of relations. */
-  relations_problem: string | null;
+  relation_problems: string[];
   /** Reading and computing in the worker (ms). */
   elapsed_ms: number;
 }

@@ -24,6 +24,7 @@ export class ScanstitchRanking extends LitElement {
   @property({ attribute: false }) sort: Sort = { id: 'rmse', is_descending: false };
   @property({ attribute: false }) selected_id = -1;
   @property({ attribute: false }) elapsed_ms = 0;
+  @property({ attribute: false }) reference_name = '';
   @property({ attribute: false }) colors: ReadonlyMap<number, string> = new Map();
 
   protected override render(): TemplateResult {
@@ -34,7 +35,7 @@ export class ScanstitchRanking extends LitElement {
       <header>
         <h2>${count === 1 ? 'Figures' : 'Ranking'}</h2>
         <span class="muted"
-          >${ranked.length} compared in ${this.elapsed_ms.toFixed(0)}
+          >${ranked.length} compared with ${this.reference_name} in ${this.elapsed_ms.toFixed(0)}
           ms${failed}${count > 1 ? '; select a column to sort by it' : ''}</span
         >
         <span class="save">
@@ -123,9 +124,9 @@ export class ScanstitchRanking extends LitElement {
   }
 
   private async copy(write: typeof markdown, form: string): Promise<void> {
-    const { ranked, refusals, columns } = this;
+    const { ranked, refusals, columns, reference_name } = this;
     try {
-      await navigator.clipboard.writeText(write({ ranked, refusals, columns }));
+      await navigator.clipboard.writeText(write({ ranked, refusals, columns, reference_name }));
       this.tell('said', `The table was copied as ${form}.`);
     } catch {
       this.tell('said', 'The browser did not allow copying.');

@@ -28,9 +28,7 @@ import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
 import { columnsOf, formatValue } from './table.js';
 
-const START_OPTIONS: Partial<EvaluationOptions> = { alignment: 'se3' };
-/** A run's poses are those of the reference one by one, in a world of their own. */
-const RUN_OPTIONS: Partial<EvaluationOptions> = { alignment: 'origin', association: 'index' };
+type Alignment = EvaluationOptions['alignment'];
 const NO_COMPARISONS: readonly Comparison[] = [];
 
 /** A file beside the trajectories, which can be taken away. */
@@ -39,6 +37,7 @@ export type AuxiliaryId = 'times' | 'relations' | 'clouds';
 /** What the user chooses. */
 interface Choices {
   reference_id: number;
+  /** Those that were changed; the others are as `EvaluateSession.options` has them. */
   options: Partial<EvaluationOptions>;
   loops_only: boolean;
 }
@@ -47,7 +46,7 @@ type Clients = { trajectories: WorkerClient<Command, Query, Result>; dispose(): 
 
 export class EvaluateSession extends Session<Clients> {
   files: readonly TrajectoryFile[] = [];
-  choices: Choices = { reference_id: -1, options: START_OPTIONS, loops_only: false };
+  choices: Choices = { reference_id: -1, options: {}, loops_only: false };
   times: TimesFile | null = null;
   relations: Part | null = null;
   clouds: readonly Part[] = [];
@@ -60,8 +59,12 @@ export class EvaluateSession extends Session<Clients> {
   run: GivenFiles | null = null;
   /** Id of the run's trajectory, which is never chosen as the reference by itself; -1 without a run. */
   run_id = -1;
+  /** Ids of the run's trajectory and its reference. */
+  #of_run: readonly number[] = [];
   /** Changes with every new set of files. */
   data_key = 0;
+  /** Ids of the trajectories that were dropped together beside a run, until the answer tells whether they belong to it. */
+  #dropped: readonly number[] = [];
   readonly #onResult: (result: Result) => void;
   #map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
   #next_id = 0;
@@ -76,13 +79,15 @@ export class EvaluateSession extends Session<Clients> {
   /** What the maps were last judged with. */
   #judged = '';
   #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
-    const columns = columnsOf(comparisons[0]?.summary.unit ?? '', true);
+    const columns = columnsOf(comparisons[0]?.summary.unit ?? '', this.options, true);
     const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
     return column ? sorted(comparisons, (one) => column.value(one), is_descending) : comparisons;
   });
   #orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
     files.map(({ id }) => id).filter((id) => id !== reference_id),
   );
+
+  #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({ alignment, ...chosen }));
 
   /** `onResult` is called when a result of the engine is to be drawn. */
   constructor(host: ConstructorParameters<typeof Session>[0], onResult: (result: Result) => void) {
@@ -113,6 +118,20 @@ export class EvaluateSession extends Session<Clients> {
     this.client?.trajectories.tell({ add: this.files, remove: [] });
     this.#ask();
     if (this.files.length === 0) this.#judge();
+  }
+
+  /**
+   * How the poses are compared. A run and its own reference are compared as the run itself does it: with the first poses made
+   * equal, where both have orientations.
+   */
+  get options(): Partial<EvaluationOptions> {
+    const { run } = this;
+    const is_run_alone = this.files.every(({ id }) => this.#of_run.includes(id));
+    return this.#optionsWith(run && is_run_alone ? run.alignment : 'se3', this.choices.options);
+  }
+
+  get reference_name(): string {
+    return this.files.find(({ id }) => id === this.choices.reference_id)?.name ?? '';
   }
 
   get comparisons(): readonly Comparison[] {
@@ -149,17 +168,18 @@ export class EvaluateSession extends Session<Clients> {
     this.requested_at = performance.now();
     this.clear();
     this.run = run;
-    this.choices = { ...this.choices, options: { ...START_OPTIONS, ...RUN_OPTIONS } };
     const bytes = new TextEncoder().encode(estimate.text);
     const own = { id: this.#next_id++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
     this.run_id = own.id;
+    this.#of_run = [own.id];
     if (!reference) {
       this.#add([own]);
       return;
     }
     const part = { name: reference.name, bytes: new Uint8Array(reference.bytes.slice(0)) };
     const file = { id: this.#next_id++, name: reference.name, parts: [part] };
-    this.choices.reference_id = file.id;
+    this.choices = { ...this.choices, reference_id: file.id };
+    this.#of_run = [file.id, own.id];
     this.#add([file, own]);
   }
 
@@ -204,9 +224,8 @@ export class EvaluateSession extends Session<Clients> {
     this.times = this.relations = this.result = null;
     this.#clearMaps();
     this.messages = [];
-    this.run = null;
-    this.run_id = -1;
-    this.choices = { ...this.choices, reference_id: -1, options: START_OPTIONS };
+    this.#forgetRun();
+    this.choices = { ...this.choices, reference_id: -1, options: {} };
     this.phase = 'empty';
     this.changed();
   }
@@ -232,7 +251,9 @@ export class EvaluateSession extends Session<Clients> {
     this.times = times ? { ...times, id: this.#next_id++ } : this.times;
     this.relations = relations ?? this.relations;
     this.clouds = [...this.clouds, ...clouds];
-    this.#add(trajectories.map((found) => ({ ...found, id: this.#next_id++ })));
+    const files = trajectories.map((found) => ({ ...found, id: this.#next_id++ }));
+    if (this.run_id >= 0 && files.length > 1) this.#dropped = files.map(({ id }) => id);
+    this.#add(files);
     const is_anything = trajectories.length + clouds.length > 0 || times !== null || relations !== null;
     if (!is_anything && !has_problems) this.report('None of these files is a trajectory or a map.');
     if (this.files.length === 0) this.#judge();
@@ -250,24 +271,52 @@ export class EvaluateSession extends Session<Clients> {
     this.#ask();
   }
 
+  /**
+   * Trajectories of another recording than the run's, dropped together, are compared among themselves: the run is left out.
+   * Whether this is so, and another answer is under way.
+   */
+  #leavesRun({ comparisons, reference_problem }: Result): boolean {
+    const dropped = reference_problem === null ? this.#dropped : [];
+    this.#dropped = [];
+    const belongs = (id: number): boolean =>
+      comparisons.some((one) => one.id === id && one.summary.motions_agree !== false);
+    const is_reference_dropped = dropped.includes(this.choices.reference_id);
+    if (dropped.length === 0 || (is_reference_dropped ? belongs(this.run_id) : dropped.some(belongs))) return false;
+    const of_run = this.#of_run;
+    this.#forgetRun();
+    this.files = this.files.filter(({ id }) => !of_run.includes(id));
+    this.client?.trajectories.tell({ add: [], remove: of_run });
+    this.tell([noteMessage('', 'The files are of another recording than the open run, which was left out.')]);
+    this.data_key++;
+    this.#add([]);
+    return true;
+  }
+
+  #forgetRun(): void {
+    this.run = null;
+    this.run_id = -1;
+    this.#of_run = this.#dropped = [];
+  }
+
   #ask(): void {
     if (this.is_unavailable) {
       this.restart();
       return;
     }
-    const { reference_id: reference, options, loops_only } = this.choices;
+    const { reference_id: reference, loops_only } = this.choices;
     if (reference < 0) {
       this.client?.trajectories.drop();
       this.result = null;
     } else {
       this.phase = 'running';
-      const { order: estimates, times, relations } = this;
+      const { order: estimates, times, relations, options } = this;
       this.client?.trajectories.ask({ reference, estimates, options, times, relations, loops_only });
     }
     this.changed();
   }
 
   #onAnswered(result: Result): void {
+    if (this.#leavesRun(result)) return;
     this.result = result;
     this.phase = 'done';
     const [first] = this.ranked;

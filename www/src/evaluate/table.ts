@@ -1,6 +1,8 @@
 /** The ranked table: its columns, its order, and its text for a report. */
-import { csvFormatRows } from 'd3-dsv';
-import type { Comparison, Refusal } from './protocol.js';
+import { columnsOf as figureColumns, csvOf, formatValue, markdownOf } from '../../../npm/evaluation/table.js';
+import type { Comparison, EvaluationOptions, Refusal } from './protocol.js';
+
+export { formatValue };
 
 export interface Column {
   id: string;
@@ -9,43 +11,6 @@ export interface Column {
   hint: string;
   value(comparison: Comparison): number | null;
 }
-
-const HINTS = {
-  rmse: 'root of the mean squared error',
-  mean: 'mean error',
-  median: 'half of the errors are smaller',
-  std: 'standard deviation of the errors',
-  min: 'smallest error',
-  max: 'largest error',
-  sse: 'sum of squared errors',
-} as const;
-
-const ALWAYS: readonly Column[] = [
-  {
-    id: 'mean_l2',
-    label: 'mean L2 (m)',
-    hint: 'mean distance of the positions',
-    value: ({ summary }) => summary.mean_l2,
-  },
-  {
-    id: 'aligned',
-    label: 'aligned (m)',
-    hint: 'mean distance with all positions aligned by a rotation and a translation',
-    value: ({ summary }) => summary.aligned?.mean ?? null,
-  },
-  {
-    id: 'drift',
-    label: 'drift (%)',
-    hint: "KITTI's translation drift over 100 to 800 m, or scaled to a short path",
-    value: ({ summary }) => summary.drift?.translation ?? null,
-  },
-  {
-    id: 'drift_rotation',
-    label: 'drift (deg/m)',
-    hint: "KITTI's rotation drift",
-    value: ({ summary }) => summary.drift?.rotation ?? null,
-  },
-];
 
 const OF_RELATIONS: readonly Column[] = [
   {
@@ -75,21 +40,12 @@ const OF_RELATIONS: readonly Column[] = [
 ];
 
 /** Columns of errors in a unit. */
-export function columnsOf(unit: string, has_relations: boolean): Column[] {
-  const inUnit = (label: string) => (unit === '' ? label : `${label} (${unit})`);
-  const names = Object.keys(HINTS) as (keyof typeof HINTS)[];
-  const figures = names.map((id) => ({
-    id,
-    label: id === 'sse' ? id : inUnit(id),
-    hint: HINTS[id],
-    value: ({ summary }: Comparison) => summary.statistics[id],
+export function columnsOf(unit: string, options: Partial<EvaluationOptions>, has_relations: boolean): Column[] {
+  const figures = figureColumns(unit, options, true).map(({ value, ...column }) => ({
+    ...column,
+    value: ({ summary }: Comparison) => value(summary),
   }));
-  return [...figures, ...ALWAYS, ...(has_relations ? OF_RELATIONS : [])];
-}
-
-/** Six digits: more would be noise in a report. */
-export function formatValue(value: number | null): string {
-  return value === null ? '–' : String(Number(value.toPrecision(6)));
+  return [...figures, ...(has_relations ? OF_RELATIONS : [])];
 }
 
 export interface Ranking {
@@ -97,16 +53,16 @@ export interface Ranking {
   ranked: readonly Comparison[];
   refusals: readonly Refusal[];
   columns: readonly Column[];
+  reference_name: string;
 }
 
 export function markdown(ranking: Ranking): string {
-  const line = (cells: readonly string[]) => `| ${cells.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
-  const rule = ['---:', '---', '---:', ...ranking.columns.map(() => '---:'), ...(hasFaults(ranking) ? ['---'] : [])];
-  return [heads(ranking), rule, ...cells(ranking)].map(line).join('');
+  const names = heads(ranking);
+  return markdownOf(names, cells(ranking), new Set([1, names.indexOf('reference'), names.indexOf('reason')]));
 }
 
 export function csv(ranking: Ranking): string {
-  return `${csvFormatRows([heads(ranking), ...cells(ranking)])}\n`;
+  return csvOf(heads(ranking), cells(ranking));
 }
 
 /** Without the file's name at its start, where the row has it already. */
@@ -122,17 +78,18 @@ function hasFaults({ refusals }: Ranking): boolean {
 
 function heads(ranking: Ranking): string[] {
   const labels = ranking.columns.map(({ label }) => label);
-  return ['rank', 'estimate', 'poses', ...labels, ...(hasFaults(ranking) ? ['reason'] : [])];
+  return ['rank', 'estimate', 'poses', ...labels, 'reference', ...(hasFaults(ranking) ? ['reason'] : [])];
 }
 
 function cells(ranking: Ranking): string[][] {
-  const { ranked, refusals, columns } = ranking;
+  const { ranked, refusals, columns, reference_name } = ranking;
   const last = hasFaults(ranking) ? [''] : [];
   const compared = ranked.map((comparison, index) => [
     String(index + 1),
     comparison.name,
     `${comparison.summary.num_matched}/${comparison.summary.num_estimate}`,
     ...columns.map((column) => formatValue(column.value(comparison))),
+    reference_name,
     ...last,
   ]);
   const refused = refusals.map((refusal) => [
@@ -140,6 +97,7 @@ function cells(ranking: Ranking): string[][] {
     refusal.name,
     '–',
     ...columns.map(() => '–'),
+    reference_name,
     bareProblem(refusal).replaceAll('\n', ' '),
   ]);
   return [...compared, ...refused];

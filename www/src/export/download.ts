@@ -12,7 +12,7 @@ export const EXPORTS: readonly ExportItem[] = [
   { id: 'trajectory', label: 'Trajectory', detail: 'TUM text: t x y z qx qy qz qw a line' },
   { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
   { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
-  { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, as a zip' },
+  { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, one pair per piece, as a zip' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
 ];
 

@@ -1,5 +1,5 @@
 /** Makes the files to download of a run of planar scans. */
-import type { Answers, Grid } from '../engine/protocol.js';
+import type { Answers } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
 import type { reportHtml } from '../../../npm/report/report.js';
@@ -30,7 +30,7 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
     case 'map':
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
     case 'grid':
-      return { name: 'occupancy_grid.zip', blob: await zip(gridFiles(await sources.ask('occupancy_grid'))) };
+      return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('grid_files'))) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
     case 'report':
@@ -47,7 +47,7 @@ async function allFiles(sources: Sources): Promise<Files> {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
     ...(await matricesOf(sources)),
     'map.ply': await plyBytes(sources),
-    ...gridFiles(await sources.ask('occupancy_grid')),
+    ...bytesOf(await sources.ask('grid_files')),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
     'report.html': new Uint8Array(await (await reportOf(sources)).arrayBuffer()),
@@ -74,8 +74,9 @@ async function matricesOf({ ask, frame_names }: Sources): Promise<Files> {
   return matrixFiles(await ask('trajectory_matrices'), frame_names);
 }
 
-function gridFiles({ pgm, yaml }: Grid): Files {
-  return { 'map.pgm': new Uint8Array(pgm), 'map.yaml': utf8(yaml) };
+function bytesOf(files: Record<string, Uint8Array | string>): Files {
+  const bytes = (content: Uint8Array | string) => (typeof content === 'string' ? utf8(content) : content);
+  return Object.fromEntries(Object.entries(files).map(([name, content]) => [name, bytes(content)]));
 }
 
 /** `matrices/0007_7.txt`: the number keeps the order, the name identifies the scan. */

@@ -8,12 +8,14 @@ import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-e
 import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
+import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
 import type { Dataset } from '../datasets/dataset.js';
 import type { Note } from '../datasets/note.js';
 import { fetchSample } from '../datasets/remote.js';
 import type { PlanarFiles } from '../datasets/spatial-files.js';
-import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
+import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
+import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, plural } from '../views/format.js';
 import { frameColumns } from '../views/frame-columns.js';
@@ -122,11 +124,16 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   override async filesToEvaluate(): Promise<GivenFiles | null> {
     const { session } = this;
     if (!session.snapshot || session.phase !== 'done') return null;
-    return {
-      reference: session.dataset?.reference ?? null,
-      estimate: { name: 'this run', text: await session.ask('trajectory_tum') },
-      readMap: () => session.ask('map_ply'),
-    };
+    const { frames, comparison } = session.snapshot.result;
+    const placed = frames.flatMap(({ index, time, status, T_world_sensor }, at) => {
+      if (status === 'lost') return [];
+      const reference = comparison?.reference[at] ?? null;
+      const { x = 0, y = 0, heading = null } = reference ?? {};
+      return [
+        { index, time, pose: inSpace(T_world_sensor), reference: reference && inSpace({ x, y, theta: heading ?? 0 }) },
+      ];
+    });
+    return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }
 
   override get map_points(): ScanstitchMapPoints | null {
@@ -434,6 +441,11 @@ function mapMarks(
     pairs,
     undetermined: (selected === null ? null : frames[selected]?.undetermined) ?? null,
   };
+}
+
+/** A pose of the plane as one of space. */
+function inSpace({ x, y, theta }: PlanarPose): SpatialPose {
+  return { x, y, z: 0, qx: 0, qy: 0, qz: Math.sin(theta / 2), qw: Math.cos(theta / 2) };
 }
 
 declare global {

@@ -7,6 +7,7 @@ import './reading-dialog.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
+import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import type { SpatialFiles } from '../datasets/spatial-files.js';
@@ -32,7 +33,6 @@ import type { ReadingChoice } from './reading-card.js';
 import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
-import { trajectoriesToEvaluate } from './to-evaluate.js';
 
 const SPATIAL: RunKind = {
   kind: 'spatial',
@@ -128,7 +128,11 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   override async filesToEvaluate(): Promise<GivenFiles | null> {
     const { session } = this;
     if (!session.snapshot || session.phase !== 'done') return null;
-    return trajectoriesToEvaluate(session.snapshot.result, () => session.ask('map_ply'));
+    const { frames, comparison } = session.snapshot.result;
+    const placed = frames.flatMap(({ index, time, status, T_world_sensor: pose }, at) =>
+      status === 'lost' ? [] : [{ index, time, pose, reference: comparison?.reference[at] ?? null }],
+    );
+    return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }
 
   override get map_points(): ScanstitchMapPoints | null {

@@ -3,8 +3,9 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
-use crate::evaluation::umeyama::umeyama;
+use crate::evaluation::umeyama::best_fit;
 use crate::geometry::Pose3;
+use crate::geometry::pose_distance::pose_distance;
 
 /// Distances after the rotation and translation that align all compared positions in the least-squares sense.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -27,8 +28,12 @@ const TIMES_MEDIAN: f64 = 3.0;
 /// ... and the largest of these errors by this factor.
 const TIMES_WORST: f64 = 1.5;
 
+/// The first pose of one trajectory is off, and not that of the other, where it is farther than this factor from the motion
+/// after it.
+const TIMES_JUMP: f64 = 2.0;
+
 impl AlignedError {
-    /// In space, by Umeyama's fit; `None` where the positions do not determine it.
+    /// In space, by Umeyama's fit; `None` of fewer than three positions.
     pub(super) fn in_space(pairs: &[(Pose3, Pose3)]) -> Option<Self> {
         let (estimate, reference): (Vec<_>, Vec<_>) = pairs.iter().map(positions).unzip();
         Self::of_positions(&estimate, &reference)
@@ -36,7 +41,7 @@ impl AlignedError {
 
     /// In space, for corresponding positions (m).
     pub(in crate::evaluation) fn of_positions(estimate: &[Vector3<f64>], reference: &[Vector3<f64>]) -> Option<Self> {
-        let fit = umeyama(reference, estimate, false).ok()?.similarity;
+        let fit = best_fit(reference, estimate, false).ok()?.similarity;
         Some(Self::of(estimate.iter().zip(reference).map(|(e, r)| (fit.rotation * r + fit.translation - e).norm())))
     }
 
@@ -72,8 +77,8 @@ impl AlignedError {
     }
 }
 
-/// A note where the first row of the reference alone causes an error of this `rmse` (m). `pairs`: estimate and reference of
-/// each frame, with orientations.
+/// A note where the first row of the reference, or the first pose of the estimate, alone causes an error of this `rmse` (m).
+/// `pairs`: estimate and reference of each frame, with orientations.
 pub(in crate::evaluation) fn first_row_hint(
     name: &str,
     rmse: f64,
@@ -82,11 +87,27 @@ pub(in crate::evaluation) fn first_row_hint(
 ) -> Option<String> {
     let (first, all) = (1e3 * rmse, 1e3 * aligned.rmse);
     is_first_row_off(pairs).then(|| {
+        let (of_estimate, of_reference) = (first_jump(pairs, |pair| pair.0), first_jump(pairs, |pair| pair.1));
+        let whose = if of_reference > TIMES_JUMP * of_estimate {
+            "its first row explains most of the error"
+        } else if of_estimate > TIMES_JUMP * of_reference {
+            "the estimate's first pose explains most of the error"
+        } else {
+            "its first row or the estimate's first pose explains most of the error"
+        };
         format!(
-            "{name}: its first row explains most of the error: the rmse is {first:.1} mm with the first poses made equal, \
-             and {all:.1} mm with all of them aligned"
+            "{name}: {whose}: the rmse is {first:.1} mm with the first poses made equal, and {all:.1} mm with all of them \
+             aligned"
         )
     })
+}
+
+/// How far the first pose of a trajectory is from where the motion after it leads back to (m): a pose that is off leaves the
+/// motion of its own trajectory, not that of the other one.
+fn first_jump(pairs: &[(Pose3, Pose3)], of: impl Fn(&(Pose3, Pose3)) -> Pose3) -> f64 {
+    let [first, second, third, ..] = pairs else { return 0.0 };
+    let (first, second, third) = (of(first), of(second), of(third));
+    pose_distance(&first, &(second * (third.inverse() * second)))
 }
 
 /// Whether the trajectories are far closer when the poses of any other frame are made equal.
@@ -138,6 +159,13 @@ mod tests {
 
     #[test]
     fn a_rotated_first_row_is_reported_and_noise_is_not() {
+        let told = |pairs: &[(Pose3, Pose3)]| {
+            let aligned = AlignedError::in_space(pairs).unwrap();
+            first_row_hint("gt", 0.1, &aligned, pairs).unwrap_or_default()
+        };
+        assert!(told(&path(0.05)).starts_with("gt: its first row explains"), "{}", told(&path(0.05)));
+        let exchanged: Vec<_> = path(0.05).into_iter().map(|(estimate, reference)| (reference, estimate)).collect();
+        assert!(told(&exchanged).starts_with("gt: the estimate's first pose explains"), "{}", told(&exchanged));
         assert!(is_first_row_off(&path(0.05)));
         assert!(!is_first_row_off(&path(0.0)));
         assert!(!is_first_row_off(&path(0.05)[..4]) && !is_first_row_off(&[]));

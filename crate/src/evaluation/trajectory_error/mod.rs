@@ -14,7 +14,7 @@ pub(super) use self::aligned::first_row_hint;
 pub use self::planar::PlanarPoint;
 pub(crate) use self::planar::planar_error;
 pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
-use crate::evaluation::motion_agreement::misfit_hint;
+use crate::evaluation::motion_agreement::agreement;
 use crate::geometry::Pose3;
 
 /// Errors of a run's poses against a reference, with the poses of the first compared frame made equal; in `aligned` those after
@@ -32,8 +32,8 @@ pub struct TrajectoryError<P> {
     pub rmse: f64,
     /// Largest distance (m).
     pub max: f64,
-    /// The same after an alignment of all positions by a rotation and a translation; null where the positions do not determine
-    /// it.
+    /// The same after an alignment of all positions by a rotation and a translation; null of fewer than three
+    /// positions.
     pub aligned: Option<AlignedError>,
     /// A note for the result: the reference does not fit at all, or its first row alone causes the error.
     #[serde(skip)]
@@ -80,7 +80,8 @@ impl<P> TrajectoryError<P> {
     fn with_alignment(self, aligned: Option<AlignedError>, pairs: &[(Pose3, Pose3)]) -> Self {
         let has_orientations = self.convention != POSITIONS_ALONE;
         let first_row = |aligned: AlignedError| first_row_hint(&self.name, self.rmse, &aligned, pairs);
-        let hint = misfit_hint(&self.name, pairs, has_orientations)
+        let hint = agreement(&self.name, pairs, has_orientations)
+            .1
             .or_else(|| aligned.filter(|_| has_orientations).and_then(first_row));
         Self { aligned, hint, ..self }
     }

@@ -13,12 +13,14 @@ use crate::io::trajectory::{Trajectory, in_space};
 
 /// A position in the plane (m).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct PlanarPoint {
     /// x (m).
     pub x: f64,
     /// y (m).
     pub y: f64,
+    /// Heading, counter-clockwise from x (rad); null where the reference has no orientations.
+    pub heading: Option<f64>,
 }
 
 /// Compares estimated poses, `None` for lost frames, with a reference.
@@ -57,7 +59,8 @@ pub(crate) fn planar_error(
     };
     let errors: Vec<_> = estimate.iter().zip(&placed).map(compare).collect();
     let point = |placed: &Option<Placed>| {
-        placed.as_ref().map(|placed| PlanarPoint { x: placed.position.x, y: placed.position.y })
+        let heading = |placed: &Placed| placed.heading.map(|heading| heading.angle());
+        placed.as_ref().map(|p| PlanarPoint { x: p.position.x, y: p.position.y, heading: heading(p) })
     };
     let reading = if reference.orientations.is_some() { "poses from sensor to world" } else { POSITIONS_ALONE };
     let pairs: Vec<(Pose3, Pose3)> = estimate

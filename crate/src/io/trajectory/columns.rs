@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{Trajectory, nothing};
 use crate::geometry::Pose3;
+use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::text::quote;
 use crate::io::trajectory::rows::Row;
@@ -21,7 +22,7 @@ const ROTATION_TOLERANCE: f64 = 1e-2;
 /// Where the numbers of a pose stand.
 pub(super) enum Layout {
     Table(Table),
-    /// The rows of its matrix in one line: 12 or 16 numbers.
+    /// The rows of its matrix in one line: 12 or 16 numbers, after its number or time where the line has one more.
     MatrixRow {
         num_columns: usize,
     },
@@ -144,6 +145,37 @@ pub(super) fn pose_table_text(stamps: Option<&[f64]>, poses: &[Pose3]) -> String
 /// Makes the error at the place that is being read.
 pub(super) type Fault<'a> = &'a dyn Fn(String, &str) -> Error;
 
+/// Smallest usual interval (s): poses at 1 kHz. By it times without a unit are seconds, microseconds or nanoseconds: recorders
+/// have intervals between it and a second, so that the three ranges do not overlap.
+const MIN_INTERVAL: f64 = 1e-3;
+/// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
+/// six weeks.
+const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
+/// Times that can only be nanoseconds since 1970: as microseconds they would lie after the year 5000.
+const MIN_NANOSECONDS_SINCE_1970: f64 = 1e17;
+
+/// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
+fn in_seconds(stamps: &mut [f64]) -> Option<String> {
+    let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    let interval = quantile(&mut intervals, 0.5).unwrap_or(0.0);
+    let last = stamps.iter().copied().fold(0.0, f64::max);
+    let (divisor, unit) = if last >= MIN_NANOSECONDS_SINCE_1970 {
+        (1e9, "nanoseconds")
+    } else if MICROSECONDS_SINCE_1970.contains(&last)
+        || (interval / 1e6 >= MIN_INTERVAL && interval / 1e9 < MIN_INTERVAL)
+    {
+        (1e6, "microseconds")
+    } else if interval / 1e9 >= MIN_INTERVAL {
+        (1e9, "nanoseconds")
+    } else {
+        return None;
+    };
+    for stamp in stamps {
+        *stamp /= divisor;
+    }
+    Some(format!("The times were read as {unit}, since the poses would be {interval:.0} s apart otherwise."))
+}
+
 /// Where the position stands in a matrix, row by row.
 pub(super) const POSITION_OF_MATRIX: [usize; 3] = [3, 7, 11];
 
@@ -262,6 +294,22 @@ impl Builder {
         self.trajectory.undefined == [0] && self.trajectory.is_empty()
     }
 
+    /// Adds the pose of a line of a matrix, after its number or time where there is one.
+    pub(super) fn push_matrix_row(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
+        let (labels, matrix) = numbers.split_at(numbers.len() % 4);
+        if let Some(label) = labels.iter().find(|label| !label.is_finite()) {
+            return Err(not_finite(0, *label, fault));
+        }
+        let before = self.trajectory.len();
+        self.push_matrix(matrix, fault)?;
+        if let [label] = labels
+            && self.trajectory.len() > before
+        {
+            self.trajectory.stamps.get_or_insert_default().push(*label);
+        }
+        Ok(())
+    }
+
     /// Adds the pose of a matrix of three or four rows of four.
     pub(super) fn push_matrix(&mut self, numbers: &[f64], fault: Fault) -> Result<()> {
         if self.is_undefined(numbers, &[], &POSITION_OF_MATRIX, fault)? {
@@ -289,25 +337,38 @@ impl Builder {
         Ok(())
     }
 
+    /// With times in seconds, about which there may be a note. Whole labels of matrices are the poses' numbers.
+    fn with_times(mut self) -> (Self, Option<String>) {
+        let Trajectory { stamps, numbers, rotation_matrices, .. } = &mut self.trajectory;
+        let note = stamps.as_mut().and_then(|stamps| in_seconds(stamps));
+        let are_numbers = |stamps: &mut Vec<f64>| stamps.iter().all(|stamp| *stamp >= 0.0 && stamp.fract() == 0.0);
+        if rotation_matrices.is_some() && note.is_none() {
+            *numbers = stamps.take_if(are_numbers);
+        }
+        (self, note)
+    }
+
     /// The trajectory, unless a quaternion's length is off or a row holds no pose.
     pub(super) fn into_strict(self) -> Result<Trajectory> {
-        match self.undefined.or(self.off_length.map(|(error, _)| error)) {
+        let (builder, _) = self.with_times();
+        match builder.undefined.or(builder.off_length.map(|(error, _)| error)) {
             Some(error) => Err(error),
-            None if self.trajectory.is_empty() => Err(nothing()),
-            None => Ok(self.trajectory),
+            None if builder.trajectory.is_empty() => Err(nothing()),
+            None => Ok(builder.trajectory),
         }
     }
 
     /// The trajectory, with notes where quaternions were normalised and rows left out; an error where no row holds a pose.
     pub(super) fn into_lenient(self) -> Result<(Trajectory, Vec<String>)> {
-        let note = self.off_length.map(|(error, count)| {
+        let (builder, unit) = self.with_times();
+        let note = builder.off_length.map(|(error, count)| {
             let them = if count == 1 { "It was" } else { &format!("{count} quaternions were") };
             format!("{error} {them} made of length 1.")
         });
-        let left_out = match self.undefined {
-            Some(error) if self.trajectory.is_empty() => return Err(error),
-            _ => left_out(&self.trajectory),
+        let left_out = match builder.undefined {
+            Some(error) if builder.trajectory.is_empty() => return Err(error),
+            _ => left_out(&builder.trajectory),
         };
-        Ok((self.trajectory, note.into_iter().chain(left_out).collect()))
+        Ok((builder.trajectory, [unit, note, left_out].into_iter().flatten().collect()))
     }
 }

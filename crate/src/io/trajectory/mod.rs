@@ -3,13 +3,15 @@
 //! | format | a pose |
 //! |---|---|
 //! | TUM | a line `timestamp tx ty tz qx qy qz qw` (s, m), the quaternion with its real part last |
-//! | KITTI | a line of the upper three rows of its matrix; times (s) in a file of their own |
+//! | KITTI | a line of the upper three rows of its matrix, after its number or time where there is one; times (s) in a file of their own |
 //! | EuRoC | a line `timestamp, x, y, z, qw, qx, qy, qz` (ns, m); further columns are not read |
 //! | [pose table](TrajectoryFormat::PoseTable) | a line of columns that a first line names, or of `x y z qw qx qy qz` |
 //! | matrices | four lines of four numbers, with or without a line of counts before (Redwood's `.log`) |
 //! | NumPy | a row of an array (N, 7) `x y z qw qx qy qz`, (N, 8) as TUM, (N, 2) or (N, 3) of positions, (N, 12), (N, 16), (N, 3, 4) or (N, 4, 4) of matrices; (4, 4) is one pose |
 //! | positions | a line `x y` or `x y z` (m), without orientation |
 //! | planar poses | a line `number x y theta` (m, rad) |
+//!
+//! Times are seconds, unless they are said to be nanoseconds or their intervals show nanoseconds or microseconds.
 //!
 //! Values of text are separated by blanks, tabs, commas or semicolons. `#` begins a comment, and empty lines do not count. LF,
 //! CRLF and lone CR end a line. A byte order mark is skipped, and so is a first line of column names.
@@ -158,7 +160,7 @@ pub struct Contents {
     pub trajectory: Trajectory,
     /// The form that the file has.
     pub format: TrajectoryFormat,
-    /// What was mended, in whole sentences: quaternions that were not of unit length.
+    /// What was mended, in whole sentences: quaternions that were not of unit length, times that were not seconds.
     pub notes: Vec<String>,
 }
 
@@ -336,7 +338,7 @@ fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, Tra
             let mut numbers = Vec::new();
             for row in lines {
                 row.exactly(num_columns, &mut numbers)?;
-                builder.push_matrix(&numbers, &|problem, remedy| row.fault(problem, remedy))?;
+                builder.push_matrix_row(&numbers, &|problem, remedy| row.fault(problem, remedy))?;
             }
             builder
         }
@@ -368,12 +370,12 @@ fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout
         7 => TrajectoryFormat::PoseTable,
         8.. if euroc::is_euroc(first) => TrajectoryFormat::Euroc,
         8 => TrajectoryFormat::Tum,
-        12 => TrajectoryFormat::Kitti,
-        4 | 16 => TrajectoryFormat::Matrices,
+        12 | 13 => TrajectoryFormat::Kitti,
+        4 | 16 | 17 => TrajectoryFormat::Matrices,
         _ => {
             let problem = format!("The line has {columns} columns");
-            let remedy = "A trajectory has 8 (t x y z qx qy qz qw), 7 (x y z qw qx qy qz), 12 or 16 (a matrix), 3 (x y z) \
-                          or 2 (x y) on every line";
+            let remedy = "A trajectory has 8 (t x y z qx qy qz qw), 7 (x y z qw qx qy qz), 12 or 16 (a matrix, with a number or \
+                          time before it 13 or 17), 3 (x y z) or 2 (x y) on every line";
             return Err(first.fault(problem, remedy));
         }
     };
@@ -384,12 +386,12 @@ fn layout_of(format: TrajectoryFormat, first: &Row, names: Option<&[String]>) ->
     let columns = first.columns().count();
     Ok(match format {
         TrajectoryFormat::Tum => Layout::Table(tum::table()),
-        TrajectoryFormat::Kitti => Layout::MatrixRow { num_columns: 12 },
+        TrajectoryFormat::Kitti => Layout::MatrixRow { num_columns: if columns == 13 { 13 } else { 12 } },
         TrajectoryFormat::Euroc => Layout::Table(euroc::table()),
         TrajectoryFormat::PoseTable => {
             Layout::Table(names.and_then(Table::from_names).unwrap_or_else(columns::pose_table))
         }
-        TrajectoryFormat::Matrices if columns == 16 => Layout::MatrixRow { num_columns: 16 },
+        TrajectoryFormat::Matrices if matches!(columns, 16 | 17) => Layout::MatrixRow { num_columns: columns },
         TrajectoryFormat::Matrices => Layout::MatrixLines,
         TrajectoryFormat::Positions if columns == 2 => Layout::Table(Table::positions(2)),
         TrajectoryFormat::Positions => Layout::Table(Table::positions(3)),

@@ -22,7 +22,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Builder> {
         [_, columns @ (2 | 3)] => (Layout::Table(Table::positions(columns)), columns),
         [_, 7] => (Layout::Table(pose_table()), 7),
         [_, 8] => (Layout::Table(tum::table()), 8),
-        [_, num_columns @ (12 | 16)] => (Layout::MatrixRow { num_columns }, num_columns),
+        [_, num_columns @ (12 | 13 | 16 | 17)] => (Layout::MatrixRow { num_columns }, num_columns),
         [_, 3, 4] => (Layout::MatrixRow { num_columns: 12 }, 12),
         [_, 4, 4] | [4, 4] => (Layout::MatrixRow { num_columns: 16 }, 16),
         _ => return Err(Error::whole(format!("The array has the shape {:?}", array.shape), SAVE)),
@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Builder> {
         numbers.extend(row.chunks_exact(array.item.size).map(|item| array.item.number(item)));
         match &layout {
             Layout::Table(table) => builder.push_table(table, &numbers, &fault)?,
-            _ => builder.push_matrix(&numbers, &fault)?,
+            _ => builder.push_matrix_row(&numbers, &fault)?,
         }
     }
     if array.data.is_empty() {

@@ -28,7 +28,6 @@ use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::Settings;
 use crate::preprocess::clean::{CleaningReport, clean};
-use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
 use run::Run;
 pub use scan_to_map::ScanToMap;
@@ -186,6 +185,8 @@ impl Reconstruction {
         notes.extend(self.stamps().note);
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
+        let unconnected = self.unconnected();
+        notes.extend(unconnected.clone());
         ReconstructionResult {
             version: env!("CARGO_PKG_VERSION"),
             settings: self.settings.clone(),
@@ -196,8 +197,30 @@ impl Reconstruction {
             odometry_refusal: checked
                 .and_then(|checked| checked.refusal.clone())
                 .or_else(|| self.run.as_ref().and_then(|run| run.chosen_odometry.mirrored_in_log.clone())),
+            unconnected,
             notes,
         }
+    }
+
+    /// The certain pieces of the map and what is not known of them, in whole sentences, where there are several.
+    fn unconnected(&self) -> Option<String> {
+        let sizes = self.run.as_ref()?.sizes_of_pieces();
+        let (main, others) = sizes.split_first().filter(|(_, others)| !others.is_empty())?;
+        let all: usize = sizes.iter().map(|(_, size)| size).sum();
+        let largest = others.iter().map(|(_, size)| size).max()?;
+        Some(format!(
+            "The map is in {} pieces that are not connected: {} of {all} placed scans are in the main piece, and at most \
+             {largest} in another. Poses within a piece are certain; how the pieces lie relative to each other is not known. Each \
+             piece has an occupancy grid of its own.",
+            sizes.len(),
+            main.1
+        ))
+    }
+
+    /// Numbers of the certain pieces of the map, the main one first.
+    pub fn pieces(&self) -> Vec<usize> {
+        let sizes = self.run.as_ref().map_or_else(Vec::new, Run::sizes_of_pieces);
+        sizes.into_iter().map(|(piece, _)| piece).collect()
     }
 
     /// The map of all frames that are not lost, as far as the run has come.
@@ -241,10 +264,17 @@ impl Reconstruction {
         self.run.as_ref().and_then(|run| run.scan_to_map(frame, &self.settings))
     }
 
-    /// What is free and what is occupied, by all frames that are not lost, in cells of this side (m).
+    /// What is free and what is occupied in the main piece of the map, by all its frames that are not lost, in cells of this side
+    /// (m).
     pub fn occupancy_grid(&self, resolution: f64) -> OccupancyGrid {
-        let placed: Vec<(&PlanarScan, Pose2)> = self.run.iter().flat_map(Run::placed_scans).collect();
-        OccupancyGrid::new(&placed, resolution)
+        self.occupancy_grid_of(0, resolution)
+    }
+
+    /// The same of another piece, empty where there is none of this number: two pieces are not connected, so that they do not fit
+    /// in one grid.
+    pub fn occupancy_grid_of(&self, piece: usize, resolution: f64) -> OccupancyGrid {
+        let run = self.run.as_ref();
+        run.map_or_else(|| OccupancyGrid::new(&[], &[], resolution), |run| run.occupancy_grid(piece, resolution))
     }
 
     /// `T_world_sensor` of every frame so far; a lost one's is a prediction. Where a log tells how the laser sits on its

@@ -14,6 +14,7 @@ use crate::geometry::Pose2;
 use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
+use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
@@ -231,9 +232,39 @@ impl Run {
         (0..self.poses.len()).filter(|&frame| self.is_placed(frame))
     }
 
-    /// Their scans with their poses.
-    pub fn placed_scans(&self) -> impl Iterator<Item = (&PlanarScan, Pose2)> + '_ {
-        self.placed().map(|frame| (self.scans[frame].as_ref(), self.poses[frame]))
+    /// Indices of those in one certain piece of the map.
+    pub fn placed_in(&self, piece: usize) -> impl Iterator<Item = usize> + '_ {
+        self.placed().filter(move |&frame| self.pieces[frame] == piece)
+    }
+
+    /// What is free and what is occupied by the frames of one piece, in cells of this side (m).
+    pub fn occupancy_grid(&self, piece: usize, resolution: f64) -> OccupancyGrid {
+        let frames: Vec<usize> = self.placed_in(piece).collect();
+        let placed: Vec<_> = frames.iter().map(|&frame| (self.scans[frame].as_ref(), self.poses[frame])).collect();
+        let of_laser = |stretch: &[usize]| stretch.iter().map(|&frame| self.poses[frame]).collect();
+        let of_robot = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_of_robot(frame)).collect();
+        // Where the way of the robot between frames is not known, it is not assumed.
+        let drives: Vec<Vec<Pose2>> = frames
+            .chunk_by(|before, after| before + 1 == *after)
+            .flat_map(|stretch| [of_laser(stretch), of_robot(stretch)])
+            .collect();
+        let mut grid = OccupancyGrid::new(&placed, &drives, resolution);
+        let pieces = self.sizes_of_pieces();
+        if pieces.len() > 1 {
+            let which = if piece == 0 { "the main piece".to_owned() } else { format!("piece {piece}") };
+            let (count, all, num) = (frames.len(), pieces.iter().map(|(_, size)| size).sum::<usize>(), pieces.len());
+            grid.remark = format!(
+                "This is {which} of a map in {num} pieces that are not connected: {count} of {all} placed scans."
+            );
+        }
+        grid
+    }
+
+    /// The certain pieces of the map with the number of frames of each; the main one first.
+    pub fn sizes_of_pieces(&self) -> Vec<(usize, usize)> {
+        let mut sizes = vec![0; self.pieces.iter().max().map_or(0, |last| last + 1)];
+        self.placed().for_each(|frame| sizes[self.pieces[frame]] += 1);
+        sizes.into_iter().enumerate().filter(|(_, size)| *size > 0).collect()
     }
 
     /// Pose of the robot at a scan, by that of its laser.
