@@ -10,8 +10,8 @@ import { DATA, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from '
 before(() => engine.load());
 
 /** @param {string[]} args */
-function evaluated(args) {
-  const { status, stdout, stderr } = scanstitch(['evaluate', ...args, '--json']);
+async function evaluated(args) {
+  const { status, stdout, stderr } = await scanstitch(['evaluate', ...args, '--json']);
   assert.equal(status, 0, stderr);
   return { ...JSON.parse(stdout), stderr };
 }
@@ -44,7 +44,7 @@ function otherAxes(poses) {
   }));
 }
 
-test('conventions of either side are found and told, and the figures are those of equal conventions', (t) => {
+test('conventions of either side are found and told, and the figures are those of equal conventions', async (t) => {
   const folder = temporaryFolder(t);
   const mine = walk(0.002);
   const mirrored = mine.map(
@@ -69,10 +69,10 @@ test('conventions of either side are found and told, and the figures are those o
   for (const align of ['none', 'origin', 'se3', 'sim3']) {
     for (const relation of ['translation_part', 'rotation_angle_deg', 'full_transformation']) {
       const args = ['--align', align, '--relation', relation];
-      const { estimates, stderr } = evaluated([truth, same, ...args]);
+      const { estimates, stderr } = await evaluated([truth, same, ...args]);
       assert.equal(stderr, '');
       for (const [index, other] of others.entries()) {
-        const found = evaluated([truth, other, ...args]);
+        const found = await evaluated([truth, other, ...args]);
         const [{ statistics }] = found.estimates;
         const expected = estimates[0].statistics.rmse;
         const what = `${other} ${align} ${relation}`;
@@ -85,24 +85,34 @@ test('conventions of either side are found and told, and the figures are those o
     }
   }
   // The remedy that the note names.
-  const asRead = evaluated([truth, others[0] ?? '', '--relation', 'rotation_angle_deg', '--conventions', 'as_read']);
+  const asRead = await evaluated([
+    truth,
+    others[0] ?? '',
+    '--relation',
+    'rotation_angle_deg',
+    '--conventions',
+    'as_read',
+  ]);
   assert.deepEqual([Math.round(asRead.estimates[0].statistics.min), asRead.stderr], [180, '']);
 });
 
-test('the reference is named in every form of the table, and Sim(3) has its scale', (t) => {
+test('the reference is named in every form of the table, and Sim(3) has its scale', async (t) => {
   const larger = walk(0).map(({ position, ...pose }) => ({ ...pose, position: position.map((x) => 2.5 * x) }));
   const [truth = '', mine = ''] = writeFiles(temporaryFolder(t), {
     'truth.tum': tum(walk(0)),
     'mine.tum': tum(larger),
   });
-  const run = (/** @type {string[]} */ ...args) => scanstitch(['evaluate', truth, mine, ...args]).stdout;
-  assert.match(run(), /^APE of .*\nReference: truth\.tum, 200 poses\nrank/);
-  assert.match(run('--align', 'sim3'), /aligned \(m\) +scale\n +1 +mine\.tum .* 0\.4\n/);
-  assert.match(run('--align', 'sim3', '--table', 'csv'), /,scale,reference\n1,mine\.tum,.*,0\.4,truth\.tum\n/);
-  assert.match(run('--table', 'markdown'), /\| reference \|\n\| ---: \| --- \|.*\| --- \|\n.* \| truth\.tum \|\n/);
+  const run = async (/** @type {string[]} */ ...args) => (await scanstitch(['evaluate', truth, mine, ...args])).stdout;
+  assert.match(await run(), /^APE of .*\nReference: truth\.tum, 200 poses\nrank/);
+  assert.match(await run('--align', 'sim3'), /aligned \(m\) +scale\n +1 +mine\.tum .* 0\.4\n/);
+  assert.match(await run('--align', 'sim3', '--table', 'csv'), /,scale,reference\n1,mine\.tum,.*,0\.4,truth\.tum\n/);
+  assert.match(
+    await run('--table', 'markdown'),
+    /\| reference \|\n\| ---: \| --- \|.*\| --- \|\n.* \| truth\.tum \|\n/,
+  );
 });
 
-test('interpolation is offered where times differ, and removes what they cost', (t) => {
+test('interpolation is offered where times differ, and removes what they cost', async (t) => {
   const slower = walk(0).filter((_, i) => i % 2 === 0);
   const between = slower.slice(0, -1).map((pose) => {
     const i = 10 * (pose.t - 100) + 0.3;
@@ -111,20 +121,20 @@ test('interpolation is offered where times differ, and removes what they cost', 
   });
   const files = { 'truth.tum': tum(walk(0)), 'between.tum': tum(between) };
   const [truth = '', estimate = ''] = writeFiles(temporaryFolder(t), files);
-  const near = evaluated([truth, estimate, '--max-diff', '0.05']);
+  const near = await evaluated([truth, estimate, '--max-diff', '0.05']);
   assert.match(
     near.stderr,
     /every 0\.100 s and the estimate every 0\.200 s; .* differ by 0\.0300 s[^]*--interpolate compares/,
   );
-  const interpolated = evaluated([truth, estimate, '--interpolate']);
+  const interpolated = await evaluated([truth, estimate, '--interpolate']);
   assert.match(interpolated.stderr, /The reference was interpolated at 99 of the 99 times of the other/);
   const [before, after] = [near, interpolated].map(({ estimates }) => estimates[0].statistics.rmse);
   assert.ok(before > 0.03 && after < 0.003, `${before} m, ${after} m interpolated`);
-  const none = scanstitch(['evaluate', truth, estimate, '--by', 'time', '--max-diff', '0.01']);
+  const none = await scanstitch(['evaluate', truth, estimate, '--by', 'time', '--max-diff', '0.01']);
   assert.match(none.stderr, /The spans overlap: allow a larger time difference, or interpolate/);
 });
 
-test('nanoseconds are read as such, with and without a unit in the header', (t) => {
+test('nanoseconds are read as such, with and without a unit in the header', async (t) => {
   const poses = walk(0);
   const rows = poses.map(({ t: at, position, quaternion: [x, y, z, w] }) => {
     const stamp = `${BigInt(Math.round(at * 10)) * 100_000_000n + 1_403_636_579_000_000_000n}`;
@@ -142,15 +152,15 @@ test('nanoseconds are read as such, with and without a unit in the header', (t) 
   };
   const [truth = '', ...others] = writeFiles(temporaryFolder(t), files);
   for (const other of others.slice(0, 3)) {
-    const [{ num_matched, statistics }] = evaluated([truth, other]).estimates;
+    const [{ num_matched, statistics }] = (await evaluated([truth, other])).estimates;
     assert.deepEqual([num_matched, statistics.max < 1e-6], [200, true], other);
   }
-  const { estimates, stderr } = evaluated([truth, others[3] ?? '', '--offset', String(1_403_636_579 + 95)]);
+  const { estimates, stderr } = await evaluated([truth, others[3] ?? '', '--offset', String(1_403_636_579 + 95)]);
   assert.deepEqual([estimates[0].num_matched, estimates[0].statistics.max < 1e-6], [200, true]);
   assert.match(stderr, /The times were read as nanoseconds/);
 });
 
-test('numbers of poses before matrices tell which row of the reference is meant', (t) => {
+test('numbers of poses before matrices tell which row of the reference is meant', async (t) => {
   const matrix = (/** @type {number} */ i) => `1 0 0 ${0.1 * i} 0 1 0 ${Math.sin(i)} 0 0 1 0`;
   const lines = (/** @type {(i: number) => string} */ line, /** @type {number[]} */ of) =>
     of.map((i) => `${line(i)}\n`).join('');
@@ -165,7 +175,7 @@ test('numbers of poses before matrices tell which row of the reference is meant'
     [fromZero, 0],
     [fromOne, 1],
   ]) {
-    const { estimates, stderr } = evaluated([truth, String(estimate)]);
+    const { estimates, stderr } = await evaluated([truth, String(estimate)]);
     assert.deepEqual([estimates[0].num_matched, estimates[0].statistics.max], [47, 0]);
     assert.match(stderr, new RegExp(`numbers count the poses of the other from ${first}`));
   }
@@ -174,7 +184,7 @@ test('numbers of poses before matrices tell which row of the reference is meant'
 test(
   'straight and static paths: aligned as far as they can be, and the rest is told',
   { skip: skipWithoutData },
-  () => {
+  async () => {
     const files = (/** @type {string} */ kind) =>
       ['gt', 'est'].map((which) => join(DATA, 'reports', 'straight_and_static', `${kind}_${which}.txt`));
     const rows = readFileSync(files('static')[1] ?? '', 'utf8')
@@ -188,10 +198,10 @@ test(
     });
     const spread = Math.sqrt(variances.reduce((a, b) => a + b, 0));
     for (const align of ['se3', 'sim3']) {
-      const line = evaluated([...files('line'), '--align', align]);
+      const line = await evaluated([...files('line'), '--align', align]);
       assert.ok(line.estimates[0].statistics.max < 1e-5, `${line.estimates[0].statistics.max}`);
       assert.match(line.stderr, /turned about it at will/);
-      const still = evaluated([...files('static'), '--align', align]);
+      const still = await evaluated([...files('static'), '--align', align]);
       const [{ statistics, alignment }] = still.estimates;
       assert.ok(Math.abs(statistics.rmse - spread) < 1e-12, `${statistics.rmse} in place of ${spread}`);
       assert.equal(alignment.scale, 1);
@@ -203,12 +213,12 @@ test(
   },
 );
 
-test('ten flights and a monocular result with numbers, as published', { skip: skipWithoutData }, () => {
+test('ten flights and a monocular result with numbers, as published', { skip: skipWithoutData }, async () => {
   const flights = join(DATA, 'reports', 'ten_runs');
   const [reference = '', ...estimates] = readdirSync(flights)
     .sort()
     .map((name) => join(flights, name));
-  const ranked = evaluated([reference, ...estimates, '--align', 'se3']).estimates;
+  const ranked = (await evaluated([reference, ...estimates, '--align', 'se3'])).estimates;
   const rmse = [0.0365, 0.0186, 0.0186, 0.0165, 0.0273, 0.1454, 0.029, 0.0183, 0.0255];
   for (const [index, expected] of rmse.entries()) {
     const found = ranked.find((/** @type {{ name: string }} */ { name }) => name.endsWith(`${index + 1}.txt`));
@@ -216,7 +226,7 @@ test('ten flights and a monocular result with numbers, as published', { skip: sk
   }
   const kitti = join(DATA, 'reports', 'kitti_13_columns');
   const args = [join(kitti, 'gt', '09.txt'), join(kitti, '09.txt'), '--align', 'sim3'];
-  const [{ statistics, alignment, drift, num_matched }] = evaluated(args).estimates;
+  const [{ statistics, alignment, drift, num_matched }] = (await evaluated(args)).estimates;
   assert.equal(num_matched, 1589);
   assert.ok(Math.abs(statistics.rmse - 8.38662) < 5e-6 && Math.abs(alignment.scale - 20.985) < 5e-4);
   assert.ok(Math.abs(drift.translation - 2.884) < 5e-4 && Math.abs(100 * drift.rotation - 0.249) < 5e-4);

@@ -30,14 +30,14 @@ function scan(world, [x, y]) {
 const HALL = walls([[-3, -2], [9, -2], [9, 4], [6, 4], [6, 2.5], [2, 2.5], [2, 5], [-3, 5]]); // prettier-ignore
 const CELLAR = walls([[-1, -1.2], [2, -1.2], [2.6, -3.4], [4, -3], [4.5, 1], [3, 1.6], [-0.6, 1.1]]); // prettier-ignore
 
-test('stderr, the summary, the reports and the grids say so', (t) => {
+test('stderr, the summary, the reports and the grids say so', async (t) => {
   const folder = temporaryFolder(t);
   const places = Array.from({ length: 12 }, (_, i) => /** @type {[number, number]} */ ([0.25 * i, 0.02 * i]));
   const scans = [HALL, CELLAR].flatMap((world) => places.map((place) => asciiPly(scan(world, place))));
   const files = Object.fromEntries(scans.map((text, i) => [`${String(i).padStart(2, '0')}.ply`, text]));
   writeFiles(folder, files);
   const out = join(folder, 'out');
-  const { status, stdout, stderr } = scanstitch(['reconstruct', folder, '--out', out]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', folder, '--out', out]);
   // One scan is lost between the rooms.
   assert.equal(status, 2, stderr);
   assert.match(
@@ -58,6 +58,6 @@ test('stderr, the summary, the reports and the grids say so', (t) => {
     );
   }
   // The folder of results is no recording of maps.
-  const again = scanstitch(['reconstruct', out, '--out', join(folder, 'again')]);
+  const again = await scanstitch(['reconstruct', out, '--out', join(folder, 'again')]);
   assert.doesNotMatch(again.stderr, /map_piece/);
 });
