@@ -238,10 +238,10 @@ test.describe('bundled', () => {
   /** What docs/embedding.md asks of a page with a policy. */
   const POLICY = `<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src blob:; connect-src 'self'; style-src 'unsafe-inline'; img-src data: blob:">`;
   /**
-   * Of a page with planar scans, compressed, without the engine (bytes). With the published engine, of 265 kB, that is 350 kB; the one
-   * that is tested here was compiled quickly, and is larger.
+   * Of a page with planar scans, compressed, without the engine (bytes). With the published engine, of 264.5 kB, that is 350 kB; the
+   * one that is tested here was compiled quickly, and is larger.
    */
-  const MAX_FIRST_SCRIPTS = 85_000;
+  const MAX_FIRST_SCRIPTS = 85_500;
 
   test('the modules load what is in space, and the full engine, when they are needed', async ({ course, page }) => {
     const files = await bundle("import 'scanstitch/element';");

@@ -87,7 +87,10 @@ export class EvaluateSession extends Session<Clients> {
     files.map(({ id }) => id).filter((id) => id !== reference_id),
   );
 
-  #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({ alignment, ...chosen }));
+  #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({
+    ...chosen,
+    alignment: chosen.alignment ?? alignment,
+  }));
 
   /** `onResult` is called when a result of the engine is to be drawn. */
   constructor(host: ConstructorParameters<typeof Session>[0], onResult: (result: Result) => void) {
