@@ -28,7 +28,7 @@ import type { Sort } from './ranking-view.js';
 import { referenceAmong } from './roles.js';
 import { columnsOf, formatValue } from './table.js';
 
-type Alignment = EvaluationOptions['alignment'];
+type Alignment = NonNullable<EvaluationOptions['alignment']>;
 const NO_COMPARISONS: readonly Comparison[] = [];
 
 /** A file beside the trajectories, which can be taken away. */
@@ -87,10 +87,7 @@ export class EvaluateSession extends Session<Clients> {
     files.map(({ id }) => id).filter((id) => id !== reference_id),
   );
 
-  #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({
-    ...chosen,
-    alignment: chosen.alignment ?? alignment,
-  }));
+  #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({ alignment, ...chosen }));
 
   /** `onResult` is called when a result of the engine is to be drawn. */
   constructor(host: ConstructorParameters<typeof Session>[0], onResult: (result: Result) => void) {
