@@ -5,6 +5,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { TARGET_DIR } from '../../scripts/steps.mjs';
 import { ROOT, temporaryFolder } from './support.mjs';
 
 /** @param {string[]} args @param {string} cwd @param {NodeJS.ProcessEnv} [env] */
@@ -34,7 +35,8 @@ test(
   { skip: !process.env.CI && 'compiled where CI=true' },
   (t) => {
     const folder = temporaryFolder(t);
-    const target = join(folder, 'target');
+    // Dependencies are compiled once; the package, which lies elsewhere each time, every time.
+    const target = join(TARGET_DIR, 'consumer');
     const env = { CARGO_TARGET_DIR: target };
     cargo(['package', '--no-verify', '--allow-dirty', '--package', 'scanstitch'], ROOT, env);
     const { version } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
