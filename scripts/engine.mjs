@@ -5,7 +5,7 @@ import { dirname, join } from 'node:path';
 import { capture, ROOT, run, step, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
 /**
- * How Rust is optimised: `release` is what is published; `quick` compiles in a third of the time, for the page of `npm start`
+ * How Rust is optimised: `release` is what is published; `quick` compiles in half of the time, for the page of `npm start`
  * and for tests. Both compute the same bytes.
  * @typedef {'release' | 'quick'} Profile
  */
