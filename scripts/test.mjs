@@ -74,14 +74,15 @@ const NONE = { passed: 0, failed: 0, skipped: 0 };
 /** @type {Task} */
 const nodeModules = { name: 'node modules', about: 'npm ci', light: true, run: ensureNodeModules };
 /** @type {Task} */
+const rustLinters = { name: 'Rust linters', about: 'rustfmt and clippy', light: true, run: ensureRustLinters };
+/** @type {Task} */
 const wasmTarget = {
   name: 'Rust target',
   about: 'the standard library for WebAssembly',
   light: true,
+  needs: [rustLinters], // rustup does one thing at a time
   run: ensureWasmTarget,
 };
-/** @type {Task} */
-const rustLinters = { name: 'Rust linters', about: 'rustfmt and clippy', light: true, run: ensureRustLinters };
 
 /** Where wasm-pack runs, with the tools that it needs: they share what is compiled. */
 const tools = once(() => buildTools({ withTestRunner: isCI, env: BY_CLIPPY }));
@@ -122,7 +123,11 @@ const build = {
   about: 'npm run build',
   needs: [nodeModules, engine],
   folder: 'quick',
-  run: () => succeeds(['npm', 'run', '--silent', 'build', '--', '--quick']),
+  // Without a page there is nothing to test: what needs it is not run.
+  run: async () => {
+    await run('npm', ['run', '--silent', 'build', '--', '--quick']);
+    return { ...NONE, passed: 1 };
+  },
 };
 
 /** @type {Stage} */
