@@ -148,6 +148,10 @@ test('convert: every form and back, without loss', async (t) => {
   }
   const { stderr, status } = await scanstitch(['convert', REFERENCE, join(folder, 'x.unknown')]);
   assert.deepEqual([stderr, status], ['scanstitch: Name the form of x.unknown with --to.\n', 1]);
+  const lost = join(folder, 'lost.tum');
+  writeFileSync(lost, '0 1 0 0 0 0 0 1\n1 nan nan nan nan nan nan nan\n2 3 0 0 0 0 0 1\n');
+  const told = await scanstitch(['convert', lost, join(folder, 'found.tum')]);
+  assert.match(told.stderr, /^note: lost\.tum: 1 of its 3 poses have nan or inf/);
 });
 
 test('a folder of one matrix a frame is one estimate', async (t) => {

@@ -152,6 +152,13 @@ test('a report to be read is whole, runs no script and takes names as text', asy
   assert.doesNotMatch(html, /<script|<img|\son\w+=(?!alert)|https?:/);
   assert.match(html, /1&lt;img src=x onerror=alert\(1\)&gt;&amp;\.ply/);
   assert.match(html, /With all poses aligned/);
+  const { mean, rmse, max } = readReport(out).comparison;
+  const [, ...figures] =
+    /([\d.]+) mm<\/strong> mean; rmse ([\d.]+) mm, max ([\d.]+) mm, first poses aligned/.exec(html) ?? [];
+  assert.deepEqual(
+    figures,
+    [mean, rmse, max].map((metres) => (1000 * metres).toFixed(1)),
+  );
   assert.match(html, /<li>broken\.ply, line 3: /);
   assert.equal([...html.matchAll(/class="good"/g)].length, 3);
   assert.match(html, /<th scope="row">strategy<\/th><td>joint<\/td>/);

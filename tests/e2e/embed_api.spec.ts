@@ -1,5 +1,5 @@
 /** The element as a page uses it: what `src` may hold, attributes that change, methods, events, and what goes wrong. */
-import { bag, CLOSED, depthImages, expect, scans, test } from './course_page.js';
+import { bag, CLOSED, COURSE, depthImages, expect, scans, test } from './course_page.js';
 import type { ScanstitchElement } from '../../npm/element.js';
 import { ScanstitchPage } from './scanstitch_page.js';
 
@@ -216,6 +216,62 @@ test('removed and put back, it computes again', async ({ course, page }) => {
   const { detail } = await course.heard('scanstitch-done', 1);
   expect(detail.result.frames).toHaveLength(3);
   expect(detail.result.settings).toMatchObject({ max_iterations: 41 });
+});
+
+test('of two sets of addresses the one that was asked for last is opened', async ({ course, page }) => {
+  await course.open('<scanstitch-app src="none"></scanstitch-app>', scans(3));
+  let answer = (): void => undefined;
+  const answered = new Promise<void>((resolve) => (answer = resolve));
+  await page.route(`${COURSE}0.ply`, async (route) => {
+    await answered;
+    await route.fallback();
+  });
+  const first = await course.element.evaluateHandle(async (element: ScanstitchElement) => {
+    await customElements.whenDefined('scanstitch-app');
+    return { ended: element.open(['0.ply', '1.ply']).catch(({ name }: Error) => name) };
+  });
+  const names = (): Promise<string[]> =>
+    course.element.evaluate(async (element: ScanstitchElement) =>
+      (await element.run()).result.frames.map(({ name }) => name),
+    );
+  await course.element.evaluate((element: ScanstitchElement) => element.open(['1.ply', '2.ply']));
+  expect(await names()).toEqual(['1.ply', '2.ply']);
+  answer();
+  expect(await first.evaluate(({ ended }) => ended)).toBe('AbortError');
+  expect(await names()).toEqual(['1.ply', '2.ply']);
+});
+
+test('removed, it no longer listens to the window and the document', async ({ course, page }) => {
+  await page.addInitScript(() => {
+    const { addEventListener, removeEventListener } = EventTarget.prototype;
+    const listeners: Record<string, Set<unknown>> = {};
+    Object.assign(window, { listeners });
+    const noted = (method: typeof addEventListener, note: 'add' | 'delete'): typeof addEventListener =>
+      function (this: EventTarget | undefined, type, listener, options) {
+        const target = this ?? window;
+        if (target === window || target === document) (listeners[type] ??= new Set())[note](listener);
+        method.call(target, type, listener, options);
+      };
+    EventTarget.prototype.addEventListener = noted(addEventListener, 'add');
+    EventTarget.prototype.removeEventListener = noted(removeEventListener, 'delete');
+  });
+  await course.open('<scanstitch-app src="0.ply 1.ply"></scanstitch-app>', scans(2));
+  await course.heard('scanstitch-done');
+  const counts = (): Promise<[string, number][]> =>
+    page.evaluate(() => {
+      const { listeners } = window as unknown as { listeners: Record<string, Set<unknown>> };
+      return Object.entries(listeners).map(([type, { size }]) => [type, size]);
+    });
+  const before = await counts();
+  await page.evaluate(() => {
+    const other = document.createElement('scanstitch-app');
+    other.setAttribute('src', '0.ply 1.ply');
+    document.body.append(other);
+  });
+  await course.heard('scanstitch-done', 1);
+  expect(await counts()).not.toEqual(before);
+  await page.evaluate(() => document.querySelectorAll('scanstitch-app')[1]?.remove());
+  expect(await counts()).toEqual(before);
 });
 
 test('title, side panel, parts and colours of the page; events of its own parts do not leave it', async ({

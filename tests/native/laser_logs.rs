@@ -62,6 +62,13 @@ fn flaser_lines_tell_their_angles_by_their_number() {
 }
 
 #[test]
+fn a_stated_field_of_view_is_in_degrees() {
+    let log = read(b"PARAM laser_front_laser_fov 240\nFLASER 4 1 2 3 4 1 2 0.5 1 2 0.5 7.25 host 0.1\n").unwrap();
+    let Bearings::Even { start, step } = log.scans[0].bearings else { unreachable!("FLASER lists no angles") };
+    assert!((start.to_degrees() + 120.0).abs() < 1e-9 && (step.to_degrees() - 60.0).abs() < 1e-9, "{start} {step}");
+}
+
+#[test]
 fn corrected_poses_are_the_reference_and_the_wheels_the_odometry() {
     let text = "PARAM robot_front_laser_max 8.0\nODOM 0 0 0 0 0 0 1.0 h 1.0\n\
                 FLASER 2 1.0 2.0 0.1 0 0 0 0 0 1 h 1\nFLASER 2 1.0 2.0 5.1 0 0 4 0 0 2 h 2\n";
