@@ -10,7 +10,7 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
 import { join } from 'node:path';
-import { compareNaturally } from '../npm/natural_order.js';
+import { compareNaturally } from '../npm/base/natural_order.js';
 import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
 import { listRuns, timeRuns } from './bench_runs.mjs';
 import { buildBench, buildEngine, buildPage } from './engine.mjs';

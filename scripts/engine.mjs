@@ -1,6 +1,6 @@
 // @ts-check
-/** Compiles the engine to WebAssembly and builds the page from it. */
-import { copyFileSync, existsSync, mkdirSync, renameSync, writeFileSync } from 'node:fs';
+/** Compiles the engine to WebAssembly, and builds package and page from it. */
+import { copyFileSync, existsSync, mkdirSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { capture, ROOT, run, step, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
@@ -94,6 +94,18 @@ export function buildPart(part, profile, tools) {
 export async function buildEngine(profile) {
   const tools = buildTools();
   await Promise.all([tools, buildPart('planar', profile, tools).then(() => buildPart('full', profile, tools))]);
+}
+
+/** Emits the package into npm/, with its types, from the sources in package/; what has no source any more goes. */
+export function buildPackage() {
+  return step('Emitting the package into npm/', async () => {
+    await run(process.execPath, [join('node_modules', 'typescript', 'bin', 'tsc'), '--project', 'package']);
+    const isEmitted = (/** @type {string} */ path) =>
+      existsSync(join(ROOT, 'package', path.replace(/(\.d\.ts|\.js)$/, '.ts'))) || path === '.tsbuildinfo';
+    for (const path of readdirSync(join(ROOT, 'npm'), { recursive: true, encoding: 'utf8' })) {
+      if (!isEmitted(path)) rmSync(join(ROOT, 'npm', path), { recursive: true, force: true });
+    }
+  });
 }
 
 /**
