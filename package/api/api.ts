@@ -58,7 +58,8 @@ export {
 
 export type { OwnIcpComparison, OwnIcpFault, OwnIcpStep } from '../lab/own_icp.js';
 export { read_own_poses } from '../lab/own_poses.js';
-export { type LabScene, lab_scene, lab_scenes } from '../lab/scenes.js';
+export type { LabScene } from '../lab/scenes.js';
+export { lab_scene, lab_scenes } from '../lab/scenes.js';
 
 /** Any subset of the fields of a grid; missing ones have their default values. */
 export type LabGrid = Partial<Omit<GridOptions, 'T_center'>> & { T_center?: number[] };

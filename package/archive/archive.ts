@@ -21,9 +21,8 @@ import {
   LOCAL_HEADER_BYTES,
   STORED,
 } from './directory.js';
+import type { ByteSource } from './window.js';
 
-/** Bytes that lie elsewhere: in a File of the page, on the disk. */
-export type ByteSource = { size: number; read(start: number, end: number): Promise<Uint8Array> };
 export interface Archive {
   files: ListedFile[];
   /** What was left out. */

@@ -7,7 +7,7 @@
 import { viewOf } from '../base/bytes.js';
 import { fileError, lost, type Note } from '../base/errors.js';
 import { isPointer } from '../files/heads.js';
-import type { ByteSource } from './archive.js';
+import type { ByteSource } from './window.js';
 
 export interface Limits {
   /** Files in an archive. */

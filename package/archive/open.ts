@@ -1,9 +1,10 @@
 /** Archives of every kind that is opened: ZIP, tar, and tar packed by gzip, bzip2 or Zstandard. */
 import { lost } from '../base/errors.js';
-import { type Archive, type ByteSource, openArchive } from './archive.js';
+import { type Archive, openArchive } from './archive.js';
 import { LIMITS, type Limits } from './directory.js';
 import { unpackedName, unpackWhole } from './packed.js';
 import { openTar } from './tar.js';
+import type { ByteSource } from './window.js';
 
 /** What lies in memory as a source of bytes. */
 export function bytesInMemory(bytes: Uint8Array): ByteSource {

@@ -4,8 +4,8 @@
  */
 import { joined, PART_BYTES, PIECE_BYTES, viewOf } from '../base/bytes.js';
 import { fileError, TooLarge } from '../base/errors.js';
-import type { ByteSource } from './archive.js';
 import { LIMITS, type Limits, megabytes } from './directory.js';
+import type { ByteSource } from './window.js';
 
 /** fault: why there is no more of it; null where it is whole */
 type Unpacked = { bytes: Uint8Array; fault: string | null };

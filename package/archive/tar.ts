@@ -8,9 +8,9 @@
  * Tar Format" (long names, numbers in base 256).
  */
 import { fileError, lost, type Note } from '../base/errors.js';
-import type { Archive, ByteSource } from './archive.js';
+import type { Archive } from './archive.js';
 import { decodeName, LIMITS, type Limits, megabytes, pathFault, refuseTotal } from './directory.js';
-import { Window } from './window.js';
+import { type ByteSource, Window } from './window.js';
 
 /** start: of the file's bytes */
 type Header = { path: string; size: number; kind: string; start: number };

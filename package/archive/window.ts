@@ -1,4 +1,5 @@
-import type { ByteSource } from './archive.js';
+/** Bytes that lie elsewhere: in a File of the page, on the disk. */
+export type ByteSource = { size: number; read(start: number, end: number): Promise<Uint8Array> };
 
 /** A part of a file that moves along with what is read: small pieces that lie near each other are read in one go. */
 export class Window {

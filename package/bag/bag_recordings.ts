@@ -1,6 +1,7 @@
 /** From the files of a drop or a command to the recordings of the bags among them: the way in for the page and Node. */
 import type { Note } from '../base/errors.js';
-import { type Bag, type BagFile, type OnWalk, openBags } from './open.js';
+import type { OnWalk } from './container.js';
+import { type Bag, type BagFile, openBags } from './open.js';
 import { type BagRecording, recordingOfBag } from './recording.js';
 import { type Choice, chooseAsWished, describeTopics, type TopicFacts, type Wishes } from './topics.js';
 

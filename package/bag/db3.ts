@@ -2,11 +2,11 @@
  * A bag of rosbag2's SQLite storage: the tables `topics` and `messages`. All rows are walked once, without the messages
  * themselves; a message is read when it is asked for.
  */
-import type { ByteSource } from '../archive/archive.js';
+import type { ByteSource } from '../archive/window.js';
 import { unpackZstd } from '../archive/zstd.js';
 import { fileError, lost } from '../base/errors.js';
+import type { Container, StoredTopic } from './container.js';
 import { MessageIndex } from './message_index.js';
-import type { Container, StoredTopic } from './open.js';
 import { SqliteFile, type Value } from './sqlite.js';
 
 /** What a message begins with that rosbag2 packed by itself. */

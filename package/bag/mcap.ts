@@ -5,10 +5,10 @@
  * Why not the reader that MCAP's authors give: it cannot read a single message by where it lies, and a chunk that is
  * damaged ends its reading; here it is named and passed over.
  */
-import type { ByteSource } from '../archive/archive.js';
-import { Window } from '../archive/window.js';
+import { type ByteSource, Window } from '../archive/window.js';
 import { crc32 } from '../base/crc32.js';
 import { fileError, lost, type Note } from '../base/errors.js';
+import type { Container, OnWalk, StoredTopic } from './container.js';
 import { Chunks, CUT_OFF } from './mcap_chunks.js';
 import {
   type Channel,
@@ -28,7 +28,6 @@ import {
   TAIL_BYTES,
 } from './mcap_records.js';
 import { MessageIndex } from './message_index.js';
-import type { Container, OnWalk, StoredTopic } from './open.js';
 
 /** Where a message lies: the number of its chunk, and the offset in that; or this, and the offset in the file. */
 const OUTSIDE = -1;

@@ -2,8 +2,8 @@
  * The chunks of an MCAP file: their records, unpacked and checked, and a few of them kept. What a chunk says about itself is
  * not believed: memory and work are bounded by the bytes that are there.
  */
-import type { ByteSource } from '../archive/archive.js';
 import { unpackLz4 } from '../archive/decompress.js';
+import type { ByteSource } from '../archive/window.js';
 import { unpackZstd } from '../archive/zstd.js';
 import { crc32 } from '../base/crc32.js';
 import { fileError } from '../base/errors.js';

@@ -2,14 +2,15 @@
  * Bags of ROS: which files of a drop make up one, which topics it has, and its messages one by one. Nothing is kept in
  * memory but where each message lies.
  */
-import type { ByteSource } from '../archive/archive.js';
 import { bytesInMemory } from '../archive/open.js';
 import { unpackedName, unpackWhole } from '../archive/packed.js';
+import type { ByteSource } from '../archive/window.js';
 import { append } from '../base/append.js';
 import { fileError, lost, type Note } from '../base/errors.js';
 import { isPointer } from '../files/heads.js';
 import { folderOf, groupBy } from '../files/names.js';
 import { encapsulateRos1 } from './cdr.js';
+import type { Container, OnWalk } from './container.js';
 import { isMcap } from './mcap_records.js';
 import type { MessageIndex } from './message_index.js';
 import { isBagMetadata, isBagName, journalOf } from './names.js';
@@ -17,17 +18,6 @@ import { isRos1 } from './ros1_records.js';
 import { isSqlite } from './sqlite.js';
 
 export type BagFile = { path: string; source: () => Promise<ByteSource> };
-export type StoredTopic = { name: string; type: string; format: string; messages: MessageIndex };
-/** Told how far a bag that has no index has been gone through, in bytes. */
-export type OnWalk = (done: number, total: number) => void;
-/** One file of a bag. Places of messages are those of its topics' indexes. */
-export interface Container {
-  topics: StoredTopic[];
-  notes: Note[];
-  read: (place: [number, number]) => Promise<Uint8Array>;
-  /** At least so much, where the message has it. */
-  readHead: (place: [number, number], length: number) => Promise<Uint8Array>;
-}
 export interface Topic {
   name: string;
   /** As ROS 2 spells it: package/msg/Name. */

@@ -2,13 +2,13 @@
  * A bag of ROS 1, version 2.0. Where the recorder closed it, its index section and the indexes behind its chunks are read,
  * a small part of the file; otherwise, or where they do not hold, the file is walked record by record from its beginning.
  */
-import type { ByteSource } from '../archive/archive.js';
 import { unpackBzip2 } from '../archive/bzip2.js';
 import { mustBePlausible, unpackLz4 } from '../archive/decompress.js';
+import type { ByteSource } from '../archive/window.js';
 import { fileError, lost, type Note } from '../base/errors.js';
 import { ChunkCache } from './chunk_cache.js';
+import type { Container, OnWalk, StoredTopic } from './container.js';
 import { MessageIndex } from './message_index.js';
-import type { Container, OnWalk, StoredTopic } from './open.js';
 import {
   type Connection,
   MAGIC_2_0,

@@ -7,7 +7,7 @@
  *
  * Source of the layout: sqlite.org, "Database File Format", sections 1.3, 1.6, 2.1.
  */
-import type { ByteSource } from '../archive/archive.js';
+import type { ByteSource } from '../archive/window.js';
 import { fileError, lost, type Note } from '../base/errors.js';
 
 export type Value = null | number | bigint | string | Uint8Array;

@@ -4,7 +4,7 @@
  *
  * Source of the layout: sqlite.org, "WAL-mode File Format".
  */
-import type { ByteSource } from '../archive/archive.js';
+import type { ByteSource } from '../archive/window.js';
 import { viewOf } from '../base/bytes.js';
 import { fileError } from '../base/errors.js';
 

@@ -2,9 +2,9 @@
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import type { FileHandle } from 'node:fs/promises';
 import { basename, join, normalize, resolve } from 'node:path';
-import type { ByteSource } from '../archive/archive.js';
 import { LIMITS } from '../archive/directory.js';
 import { bytesInMemory, openAnyArchive } from '../archive/open.js';
+import type { ByteSource } from '../archive/window.js';
 import { isBagName, isOfBag } from '../bag/names.js';
 import type { BagFile } from '../bag/open.js';
 import type { Wishes } from '../bag/topics.js';

@@ -1,6 +1,6 @@
 /** Reading and preparing one frame: the same in a thread of its own and in the only one. */
 import { fileError } from '../base/errors.js';
-import type { Prepared } from '../run/spatial_run.js';
+import type { Prepared } from '../run/frame_queue.js';
 import { isScanstitchError } from './command.js';
 import { fileProblem, readWholeLater } from './disk.js';
 

@@ -1,7 +1,8 @@
 /** Threads of Node that prepare frames. */
 import { readFile } from 'node:fs/promises';
 import { Worker } from 'node:worker_threads';
-import { type Prepared, type Preparer, WorkerDied } from '../run/spatial_run.js';
+import type { Prepared } from '../run/frame_queue.js';
+import { type Preparer, WorkerDied } from '../run/spatial_run.js';
 import type { Engine } from './command.js';
 import type { Source } from './inputs.js';
 import { type Order, prepare, readColors, readContents } from './prepare.js';

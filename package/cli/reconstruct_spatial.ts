@@ -13,7 +13,7 @@ import type { FrameJob } from './preparers.js';
 import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
 import { readSettings, spatialCatalogue } from './settings.js';
-import { assumptionNotes, frameTable, headline } from './spatial_summary.js';
+import { assumptionNotes, frameTable, headline, type Timing } from './spatial_summary.js';
 import { note, print } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
@@ -162,15 +162,6 @@ export async function readReference({ inputs, recording, options, complain }: Ta
   const [only] = contents as [Uint8Array];
   if (first === last) return { name: basename(first.path), bytes: trajectoryBytes(first.path, only) };
   return { name: `${basename(first.path)} to ${basename(last.path)}`, bytes: joinPoses(contents) };
-}
-
-export interface Timing {
-  /** Wall time (ms). */
-  total: number;
-  /** Ms of each stage, by the frame's place in the recording. */
-  frames: Map<number, Record<string, number>>;
-  workers: number;
-  isStopped: boolean;
 }
 
 async function runAll(

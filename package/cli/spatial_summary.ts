@@ -3,8 +3,16 @@ import type { MapSize, SpatialResult, Suggestion } from '../../pkg/scanstitch.js
 import { printable } from '../base/printable.js';
 import { assumedMark, statusWords, unconfirmed } from '../report/assumed.js';
 import { table } from './command.js';
-import type { Timing } from './reconstruct_spatial.js';
 import { errorFigures, millimetres } from './results.js';
+
+export interface Timing {
+  /** Wall time (ms). */
+  total: number;
+  /** Ms of each stage, by the frame's place in the recording. */
+  frames: Map<number, Record<string, number>>;
+  workers: number;
+  isStopped: boolean;
+}
 
 /** A line a frame. The turn is that since the first frame. */
 export function frameTable({ frames, comparison }: SpatialResult, { frames: milliseconds }: Timing) {

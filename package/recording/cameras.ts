@@ -6,7 +6,17 @@ import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } fr
 import type { ListedFile } from '../files/recording.js';
 import { cameraFor, MAX_CAMERA_BYTES, readCameras } from './camera_file.js';
 import { EXIF_BYTES, focalShare } from './exif.js';
-import type { Frames, Read } from './reference.js';
+
+export type Read = (path: string, size: number) => Promise<Uint8Array | null>;
+
+/** keys: of the frames' names; size: of the depth images; isElsewhere: whether a folder belongs to another recording */
+export type Frames = {
+  root: string;
+  keys: string[];
+  times: number[];
+  size: Size | null;
+  isElsewhere: (folder: string) => boolean;
+};
 
 /** Formats that say what their numbers are; in other texts numbers alone are a camera where the name says so. */
 const SELF_TOLD = /\.(json|ya?ml|xml|conf|cfg|ini)$/i;

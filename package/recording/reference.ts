@@ -1,23 +1,12 @@
 /** Which file is the reference trajectory of a recording. */
 import type { Note } from '../base/errors.js';
 import { compareNaturally } from '../base/natural_order.js';
-import { readNpyShape, type Size } from '../files/heads.js';
+import { readNpyShape } from '../files/heads.js';
 import { baseOf, commonFolder, depthOf, folderOf, isNear, seriesOf, wordsOf } from '../files/names.js';
 import type { ListedFile } from '../files/recording.js';
-import { rankOfCamera } from './cameras.js';
+import { type Frames, rankOfCamera, type Read } from './cameras.js';
 import { isListName } from './lists.js';
 import { isPoseDocument, MAX_POSE_DOCUMENT_BYTES, posesOfDocument } from './pose_file.js';
-
-export type Read = (path: string, size: number) => Promise<Uint8Array | null>;
-
-/** keys: of the frames' names; size: of the depth images; isElsewhere: whether a folder belongs to another recording */
-export type Frames = {
-  root: string;
-  keys: string[];
-  times: number[];
-  size: Size | null;
-  isElsewhere: (folder: string) => boolean;
-};
 
 type Candidate = { paths: string[]; likelihood: number; fits: number; closeness: number };
 

@@ -10,11 +10,11 @@ import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from '.
 import { isCloudName, isForeignDepthName, isImageName } from '../files/kinds.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from '../files/names.js';
 import { empty, type ListedFile, type ReadHead, type Recording, type Understood } from '../files/recording.js';
+import type { Frames } from './cameras.js';
 import { classify, isColumn, isSystemFile, looksLikeNumbers, type Role } from './classify.js';
 import type { DepthImages, Peek } from './depth_images.js';
 import { adviceByContents, adviceFor, isGraph } from './other_formats.js';
 import { assignRoles } from './planar.js';
-import type { Frames } from './reference.js';
 
 const inSpace = () => import('./in_space.js');
 

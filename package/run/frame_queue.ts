@@ -2,8 +2,12 @@
  * The frames of a run in their order, each with its state. Every question is answered from counts and two positions:
  * no call goes through all frames, so that a run costs as much for its last frame as for its first.
  */
-import type { Job, Prepared } from './spatial_run.js';
 
+/** A frame; the preparer knows what else is in it. */
+export type Job = { index: number; name: string };
+/** Of each stage. */
+export type Milliseconds = Record<string, number>;
+export type Prepared = { bytes: Uint8Array; milliseconds: Milliseconds };
 /** failed: left out, and told */
 type State = 'waiting' | 'preparing' | 'prepared' | 'registered' | 'failed';
 

@@ -4,15 +4,10 @@
  * files nor the engine: those are behind two small interfaces.
  */
 import { WorkerDied } from '../base/worker_died.js';
-import { type Frame, FrameQueue } from './frame_queue.js';
+import { type Frame, FrameQueue, type Job, type Milliseconds, type Prepared } from './frame_queue.js';
 
 export { WorkerDied };
 
-/** A frame; the preparer knows what else is in it. */
-export type Job = { index: number; name: string };
-/** Of each stage. */
-type Milliseconds = Record<string, number>;
-export type Prepared = { bytes: Uint8Array; milliseconds: Milliseconds };
 /** As the engine reports it; `decodeConfig`: what frames to come are prepared with, where that may have changed. */
 export type Progress = {
   stage: string;

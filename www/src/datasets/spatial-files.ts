@@ -9,7 +9,7 @@ import { needsConversion } from '../../../package/formats/names.js';
 import type { Content } from '../../../package/files/content.js';
 import { filesInArchive, filesInBags } from '../../../package/recording/contents.js';
 import { isArchiveName, isImageName } from '../../../package/files/kinds.js';
-import type { ByteSource } from '../../../package/archive/archive.js';
+import type { ByteSource } from '../../../package/archive/window.js';
 import type { Choice, Wishes } from '../../../package/bag/topics.js';
 import type { Recording, Understood } from '../../../package/files/recording.js';
 import type { Readable } from '../engine/preparer.js';
