@@ -99,12 +99,15 @@ export async function buildEngine(profile) {
 /** Emits the package into npm/, with its types, from the sources in package/; what has no source any more goes. */
 export function buildPackage() {
   return step('Emitting the package into npm/', async () => {
+    const [from, to] = [join(ROOT, 'package'), join(ROOT, 'npm')];
+    const filesOf = (/** @type {string} */ folder) => readdirSync(folder, { recursive: true, encoding: 'utf8' });
+    const sources = filesOf(from).filter((path) => path.endsWith('.ts'));
+    const emitted = new Set(sources.flatMap((path) => ['.js', '.d.ts'].map((end) => path.replace(/\.ts$/, end))));
+    // tsc leaves out what it has emitted before, even where it is gone.
+    if ([...emitted].some((path) => !existsSync(join(to, path)))) rmSync(to, { recursive: true, force: true });
     await run(process.execPath, [join('node_modules', 'typescript', 'bin', 'tsc'), '--project', 'package']);
-    const isEmitted = (/** @type {string} */ path) =>
-      existsSync(join(ROOT, 'package', path.replace(/(\.d\.ts|\.js)$/, '.ts'))) || path === '.tsbuildinfo';
-    for (const path of readdirSync(join(ROOT, 'npm'), { recursive: true, encoding: 'utf8' })) {
-      if (!isEmitted(path)) rmSync(join(ROOT, 'npm', path), { recursive: true, force: true });
-    }
+    const others = filesOf(to).filter((path) => /\.(js|d\.ts)$/.test(path) && !emitted.has(path));
+    for (const path of others) rmSync(join(to, path));
   });
 }
 
