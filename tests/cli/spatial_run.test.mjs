@@ -13,7 +13,7 @@ import * as engine from '../../npm/index.js';
 import { SpatialRun, WorkerDied } from '../../npm/run/spatial_run.js';
 import { SIZE, VIEWS, walkFiles } from './depth_room.mjs';
 
-/** @typedef {import('../../npm/run/spatial_run.js').Job} Job */
+/** @typedef {import('../../npm/run/frame_queue.js').Job} Job */
 /** @typedef {import('../../npm/run/spatial_run.js').RunEvent} RunEvent */
 
 /** @param {number} count */
@@ -425,7 +425,7 @@ test('a frame that waited in a thread that died is not to blame', async () => {
   const [sick] = fakes(1).preparers;
   assert.ok(sick);
   let [numReplaced, mostAtHand] = [0, 0];
-  /** @type {{ index: number, resolve: (prepared: import('../../npm/run/spatial_run.js').Prepared) => void, reject: (error: Error) => void }[]} */
+  /** @type {{ index: number, resolve: (prepared: import('../../npm/run/frame_queue.js').Prepared) => void, reject: (error: Error) => void }[]} */
   let atHand = [];
   const work = async () => {
     await sleep(2);
