@@ -7,6 +7,7 @@ import { isListName } from '../recording/lists.js';
 import { contains, folderOf } from '../recording/names.js';
 import { CommandError, readArguments } from './command.js';
 import { gather } from './inputs.js';
+import { readMeshOptions } from './mesh_options.js';
 import { readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { Complaints, tellNotes } from './terminal.js';
@@ -23,6 +24,8 @@ const OPTIONS = /** @type {const} */ ({
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
   'map-format': { type: 'string' },
+  mesh: { type: 'string' },
+  'mesh-voxel': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 });
 
@@ -59,6 +62,9 @@ Options:
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
+  --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
+                     standard deviation of each vertex (m) as deviation
+  --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -100,7 +106,8 @@ async function run(engine, args) {
   }
   const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
+  const mesh = readMeshOptions(values.mesh, values['mesh-voxel']);
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
   const inputs = await gather(positionals, complain, readWishes(values.topic));
@@ -180,10 +187,13 @@ export function withoutNamed({ sources }, { notes, ...recording }, complain) {
  * @param {import('./results.js').Options} options
  * @param {(problem: string) => void} complain
  */
-function complainOfOptions({ kind }, { intrinsics, odometry }, complain) {
+function complainOfOptions({ kind }, { intrinsics, odometry, mesh }, complain) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
   if (intrinsics !== undefined && kind !== 'depth_images') {
     complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
+  }
+  if (mesh !== undefined && kind === 'planar_scans') {
+    complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
   }
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);

@@ -27,6 +27,7 @@ import { CommandError, isScanstitchError } from './command.js';
  * @property {string[]} set
  * @property {number} workers
  * @property {MapFormat} [mapFormat] of the map; binary PLY without
+ * @property {import('./mesh_options.js').MeshOptions} [mesh] of depth images
  */
 
 /** @typedef {Parameters<import('../index.js').SpatialReconstruction['map_file']>[0]} MapFormat */

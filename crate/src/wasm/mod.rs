@@ -40,6 +40,8 @@ mod point_cloud;
 mod spatial;
 #[cfg(feature = "full")]
 mod strategies;
+#[cfg(feature = "full")]
+mod surface;
 
 /// Makes a panic, which is always a defect of the engine, report its source location.
 #[wasm_bindgen(start)]
