@@ -60,6 +60,10 @@ export async function reconstructSpatial(task: Task) {
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
+  if (options.mesh) {
+    const { writeSurface } = await import('./surface.js');
+    await writeSurface(engine, reconstruction, jobs, options.mesh, complain);
+  }
 }
 
 /**

@@ -6,6 +6,7 @@ import type { Understood } from '../files/recording.js';
 import { reportHtml } from '../report/report.js';
 import { CommandError, type Engine, isScanstitchError } from './command.js';
 import type { Inputs } from './inputs.js';
+import type { MeshOptions } from './mesh_options.js';
 
 /** What a reconstruction is given. */
 export interface Task {
@@ -32,6 +33,8 @@ export interface Options {
   workers: number;
   /** Of the map; binary PLY without. */
   mapFormat?: MapFormat | undefined;
+  /** Of depth images. */
+  mesh?: MeshOptions | undefined;
 }
 
 type MapFormat = Parameters<SpatialReconstruction['map_file']>[0];
