@@ -1,22 +1,6 @@
 /**
  * What a folder, an archive or a ROS bag holds, as the page and the command line understand it: planar scans, depth images or
  * clouds in space, in which order, with which ground truth and camera.
- *
- * ```js
- * import { openAsBlob } from 'node:fs';
- * import { load, Reconstruction } from 'scanstitch';
- * import { readRecording } from 'scanstitch/recording';
- *
- * await load();
- * const names = ['0.ply', '1.ply', '2.ply', 'reference.tum'];
- * const files = await Promise.all(names.map(async (path) => ({ path, blob: await openAsBlob(path) })));
- * const recording = await readRecording(files);
- * const reconstruction = new Reconstruction();
- * for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
- * while (reconstruction.step().stage !== 'done');
- * console.log(recording.kind, recording.reference, reconstruction.result().frames.length);
- * reconstruction.free();
- * ```
  */
 
 import { bytesOfBlob } from './archive/archive.js';
@@ -39,6 +23,25 @@ export type { DepthFrame, Recording } from './files/recording.js';
 /** blob: where it lies as it is */
 type GivenFile = Content & { blob?: Blob };
 
+/**
+ * What is read of files, with their bytes when they are asked for:
+ *
+ * ```js
+ * import { openAsBlob } from 'node:fs';
+ * import { load, Reconstruction } from 'scanstitch';
+ * import { readRecording } from 'scanstitch/recording';
+ *
+ * await load();
+ * const names = ['0.ply', '1.ply', '2.ply', 'reference.tum'];
+ * const files = await Promise.all(names.map(async (path) => ({ path, blob: await openAsBlob(path) })));
+ * const recording = await readRecording(files);
+ * const reconstruction = new Reconstruction();
+ * for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
+ * while (reconstruction.step().stage !== 'done');
+ * console.log(recording.kind, recording.reference, reconstruction.result().frames.length);
+ * reconstruction.free();
+ * ```
+ */
 export interface OpenedRecording extends Recording {
   /** The bytes of a file that the recording names. */
   read(path: string): Promise<Uint8Array>;
