@@ -8,7 +8,7 @@ import { joinPoses } from '../recording/understand.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
-import { readInput, readRequired, readSource, type Source } from './inputs.js';
+import { readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
@@ -201,11 +201,4 @@ export function registrarOf(reconstruction: SpatialReconstruction): Registrar<Fr
 export function nothingComputed({ isStopped }: { isStopped: boolean }) {
   const reason = isStopped ? 'Stopped before the first frame was placed' : 'No frame could be used';
   return new CommandError(`${reason}, so nothing was computed.`);
-}
-
-export async function readFirst(name: string, file: Source) {
-  const problems: string[] = [];
-  const bytes = await readSource(file, name, (problem) => problems.push(problem));
-  if (!bytes) throw new Error(problems[0]);
-  return bytes;
 }

@@ -5,7 +5,7 @@ import { type Engine, isScanstitchError } from './command.js';
 import { writeWhole } from './disk.js';
 import { formatOf, type MeshOptions } from './mesh_options.js';
 import type { FrameJob } from './preparers.js';
-import { readFirst } from './reconstruct_spatial.js';
+import { readFirst } from './inputs.js';
 import { note, print, progressLine } from './terminal.js';
 
 /** Writes the surface of the frames whose pose is good, in the main piece. */
