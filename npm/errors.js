@@ -16,6 +16,19 @@ export function fileError(file, problem, remedy = '') {
   return Object.assign(error, { name: /** @type {const} */ ('ScanstitchError'), file, place: null, problem, remedy });
 }
 
+/**
+ * A note about a file that cannot be used; throws the error where it is not about the file.
+ * @param {string} file
+ * @param {unknown} error
+ */
+export function notUsed(file, error) {
+  const { name, problem, remedy, message } = /** @type {ScanstitchError} */ (error);
+  // Errors of the system have a code: a file that was there when it was listed may have been moved or deleted.
+  if (name !== 'ScanstitchError' && /** @type {NodeJS.ErrnoException} */ (error).code === undefined) throw error;
+  const reason = [problem || message, remedy].filter(Boolean).join('. ');
+  return lost(file, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`);
+}
+
 /** More comes out of packed bytes than is accepted of them. */
 export class TooLarge extends RangeError {}
 

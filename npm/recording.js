@@ -31,12 +31,16 @@ const inSpace = () => import('./recording/in_space.js');
  * @property {string[]} clouds paths, in order
  * @property {number[]} [cloud_times] of the clouds, where the recording has times (s)
  * @property {string[]} scans paths, in order
+ * @property {string[]} logs those of the scans that hold many each
+ * @property {string[]} tables those of the logs whose columns somebody may want to name
  * @property {string[]} reference the reference trajectory: one file, or a file with one pose for each frame; empty without
  * @property {string | null} odometry what the wheels of a robot with planar scans told: one file
  * @property {string | null} intrinsics a file that describes the depth camera
  * @property {import('./recording/camera_file.js').Size | null} image_size of the first depth image, where its head tells it
  * @property {Note[]} notes what was not used or is worth knowing, in plain words
+ * @property {Beside} [beside] of files without a scan, a cloud or a depth image: what they are to scans that are open
  */
+/** @typedef {{ reference: string | null, odometry: string | null, notes: Note[] }} Beside */
 
 /** @typedef {(path: string, length: number) => Promise<Uint8Array>} ReadHead the first bytes of a file, or all it has */
 
@@ -44,6 +48,8 @@ const inSpace = () => import('./recording/in_space.js');
 const LOOKED_INTO = 8;
 /** Of files that are no recording, so many are looked into to tell numbers from others. */
 const LOOKED_FOR_NUMBERS = 100;
+/** So many files are open at a time: a system has a limit, and reading one after the other takes longer. */
+const READ_TOGETHER = 16;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
@@ -201,6 +207,8 @@ export function empty() {
     depth_frames: [],
     clouds: [],
     scans: [],
+    logs: [],
+    tables: [],
     reference: [],
     odometry: null,
     intrinsics: null,
@@ -414,16 +422,9 @@ function unused(files, what) {
  * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
  */
 async function planarScans(files, read, isTable) {
-  /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
-  const known = [];
-  for (const { path } of files) {
-    const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
-    const head = nameSaysAll ? null : await read(path, HEAD_BYTES);
-    if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
-  }
-  const { scans, reference, odometry, notes } = assignRoles(known);
-  const root = scans.map(folderOf).reduce(commonFolder);
-  return { kind: 'planar_scans', root, scans, reference: reference === null ? [] : [reference], odometry, notes };
+  const { reference, ...found } = assignRoles(await classifyAll(files, read, isTable));
+  const root = found.scans.map(folderOf).reduce(commonFolder);
+  return { ...found, kind: 'planar_scans', root, reference: reference === null ? [] : [reference] };
 }
 
 /**
@@ -468,5 +469,41 @@ async function nothing(notes, files, read) {
       'neither a scan, nor a cloud, nor a depth image',
     ),
   ];
-  return { notes: [...notes, ...rest.filter(({ file }) => !told.has(file))] };
+  const isFew = files.length <= LOOKED_FOR_NUMBERS && files.length < others.length + 2;
+  return {
+    notes: [...notes, ...rest.filter(({ file }) => !told.has(file))],
+    ...(isFew && { beside: await besideScans(files, read) }),
+  };
+}
+
+/**
+ * What these files are to scans that are open. Several images, or very many files, were meant as a recording: why they are none is
+ * told in its own notes.
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @returns {Promise<Beside>}
+ */
+async function besideScans(files, read) {
+  const { reference, odometry, notes } = assignRoles(await classifyAll(files, read));
+  return { reference, odometry, notes };
+}
+
+/**
+ * The part of each file among planar scans, without those that cannot be read, which are noted.
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @param {boolean} [isTable]
+ */
+async function classifyAll(files, read, isTable = false) {
+  /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
+  const known = [];
+  for (let at = 0; at < files.length; at += READ_TOGETHER) {
+    const some = files.slice(at, at + READ_TOGETHER);
+    const heads = await Promise.all(some.map(({ path }) => read(path, HEAD_BYTES)));
+    for (const [place, { path }] of some.entries()) {
+      const head = heads[place];
+      if (head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+    }
+  }
+  return known;
 }

@@ -5,12 +5,12 @@
  * ```js
  * import { openAsBlob } from 'node:fs';
  * import { load, Reconstruction } from 'scanstitch';
- * import { readRecording } from 'scanstitch/recording';
+ * import { openRecording } from 'scanstitch/recording';
  *
  * await load();
  * const names = ['0.ply', '1.ply', '2.ply', 'reference.tum'];
  * const files = await Promise.all(names.map(async (path) => ({ path, blob: await openAsBlob(path) })));
- * const recording = await readRecording(files);
+ * const recording = await openRecording(files);
  * const reconstruction = new Reconstruction();
  * for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
  * while (reconstruction.step().stage !== 'done');
@@ -49,32 +49,104 @@ export interface Recording {
   cloud_times?: number[];
   /** Paths, in order. */
   scans: string[];
+  /** Those of the scans that hold many each. */
+  logs: string[];
+  /** Those of the logs whose columns somebody may want to name. */
+  tables: string[];
   /** The ground truth: one file, or a file with one pose for each frame; empty without. */
   reference: string[];
   /** What the wheels of a robot with planar scans told: one file. */
   odometry: string | null;
   /** A file that describes the depth camera. */
   intrinsics: string | null;
+  /** Of the first depth image, where its beginning tells it. */
+  image_size: { width: number; height: number } | null;
+  /** Of files without a scan, a cloud or a depth image: what they are to planar scans that are open. */
+  beside?: { reference: string | null; odometry: string | null; notes: Note[] };
   /** What was not used or is worth knowing. */
   notes: Note[];
 }
 
 type Role = 'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'odometry' | 'reference';
+/** Topics of a bag to use instead of those that are found; null: to do without. */
+type Topics = Partial<Record<Role, string | null>>;
+
+/** A file: as a page has it, any blob, or something that is read when it is needed. Folders of a path are separated by slashes. */
+export type Source = File | { path: string; blob: Blob } | Content;
+
+/** A file of a recording, wherever it lies: on the disk, in an archive, in a bag, on a server, or made of another file. */
+export type Content = import('./recording/contents.js').Content;
+
+/** What is being done with a bag, or its topics as soon as they are known; `done` and `total` count bytes or messages. */
+export type OpenProgress =
+  | { stage: 'index' | 'messages'; done: number; total: number }
+  | { stage: 'topics'; bags: readonly ListedBag[] };
+
+type ListedBag = import('./bag/bag_recordings.js').ListedBag;
+
+/** A ROS bag: what is in it, and which of its topics are used as what. */
+export interface OpenedBag {
+  listed: ListedBag;
+  choice: Partial<Record<Role, string>>;
+}
+
+export interface OpenOptions {
+  /** Rejects with its reason once it is aborted. */
+  signal?: AbortSignal;
+  topics?: Topics;
+  onProgress?: (progress: OpenProgress) => void;
+  /** Whether tables of numbers are said to be laser scans. */
+  isTable?: boolean;
+  /** Which recording to use, where there are several: the folder it lies in, or the end of its path. The longest without. */
+  folder?: string;
+}
+
+/** Files as a comparison of trajectories takes them. */
+export interface Trajectories {
+  /** One file each, or the files of a folder with one pose each. */
+  trajectories: { name: string; paths: string[] }[];
+  /** Times of the poses, for trajectories without. */
+  times: string | null;
+  /** Known relations between poses. */
+  relations: string | null;
+  /** Clouds. */
+  maps: string[];
+  /** What is none of these. */
+  skipped: string[];
+  /** Why files cannot be read. */
+  problems: string[];
+}
 
 export interface OpenedRecording extends Recording {
+  /** All files by their paths, unpacked and converted. */
+  files: ReadonlyMap<string, Content>;
+  bags: readonly OpenedBag[];
   /** The bytes of a file that the recording names. */
   read(path: string): Promise<Uint8Array>;
+  /** The same files with other topics of the bags. Rejects where a bag has no such topic. */
+  choose(topics: Topics, options?: Pick<OpenOptions, 'signal' | 'onProgress'>): Promise<OpenedRecording>;
+  /** The files of both, as one recording. */
+  with(others: Pick<OpenedRecording, 'opened'>): Promise<OpenedRecording>;
+  /** What the files are to a comparison. */
+  trajectories(): Promise<Trajectories>;
+  /** For `with`. */
+  readonly opened: Opened;
+}
+
+interface Opened {
+  /** What lies in no bag. */
+  loose: readonly Content[];
+  inBags: readonly Content[];
+  bags: readonly OpenedBag[];
+  notes: readonly Note[];
+  how: Pick<OpenOptions, 'isTable' | 'folder'>;
 }
 
 /**
- * Understands files of a page (`File`s) or any blobs with their paths. Archives and bags among them are opened. Before `read`
- * is called, packed files, files of MATLAB, scans and clouds as text, trajectories and cameras are read whole; of all others only
- * their names and beginnings.
+ * Understands files. Archives and bags among them are opened. Before `read` is called, packed files, files of MATLAB, scans and clouds
+ * as text, trajectories and cameras are read whole; of all others only their names and beginnings.
  */
-export function readRecording(
-  files: Iterable<File | { path: string; blob: Blob }>,
-  options?: {
-    /** Topics of a bag to use instead of those that are found; null: to do without. */
-    topics?: Partial<Record<Role, string | null>>;
-  },
-): Promise<OpenedRecording>;
+export function openRecording(sources: Iterable<Source>, options?: OpenOptions): Promise<OpenedRecording>;
+
+/** Former name of `openRecording`. */
+export const readRecording: typeof openRecording;

@@ -1,77 +1,201 @@
 // @ts-check
 /**
- * `scanstitch/recording`: what a folder, an archive or a bag holds, as the page and the command line understand it. Types and
- * documentation are in `recording_reader.d.ts`.
+ * `scanstitch/recording`: what files hold, wherever they lie. The page, the command line and the package open recordings by this one
+ * function, and what it finds is not looked for again. Types and documentation are in `recording_reader.d.ts`.
  */
 import { append } from './append.js';
-import { bytesOfBlob } from './archive.js';
 import { isBagName, isOfBag } from './bag/names.js';
-import { convertFiles } from './formats/convert.js';
-import { openAnyArchive } from './open_archive.js';
+import { fileError, notUsed } from './errors.js';
+import { needsConversion } from './formats/names.js';
 import { understand } from './recording.js';
 import { filesInArchive, filesInBags } from './recording/contents.js';
 import { isArchiveName } from './recording/kinds.js';
+import { contains, folderOf } from './recording/names.js';
 
-/** @typedef {import('./recording/contents.js').Content & { blob?: Blob }} Content blob: where it lies as it is */
+/** @typedef {import('./recording/contents.js').Content} Content */
 /** @typedef {import('./recording.js').Note} Note */
+/** @typedef {import('./recording_reader.js').OpenOptions} OpenOptions */
+/** @typedef {import('./recording_reader.js').OpenedRecording} OpenedRecording */
+/** @typedef {import('./bag/bag_recordings.js').ListedBag} ListedBag */
+/** @typedef {import('./recording_reader.js').Opened} Opened */
 
-/** @type {typeof import('./recording_reader.js').readRecording} */
-export async function readRecording(given, { topics = {} } = {}) {
-  const named = Array.from(given, (one) =>
-    'blob' in one ? one : { path: one.webkitRelativePath || one.name, blob: one },
-  );
+/** @type {typeof import('./recording_reader.js').openRecording} */
+export async function openRecording(sources, options = {}) {
+  const { signal, topics = {}, onProgress = () => undefined, isTable = false } = options;
+  signal?.throwIfAborted();
   /** @type {Note[]} */
   const notes = [];
-  const opened = await Promise.all(named.map((file) => openFile(file, notes)));
-  const unpacked = await withBags(opened.flat(), topics, notes);
-  const { files, notes: told } = await convertFiles(unpacked, (content) => content);
-  append(notes, told);
-  const byPath = new Map(files.map((file) => [file.path, file]));
-  const readHead = async (/** @type {string} */ path, /** @type {number} */ length) =>
-    (await byPath.get(path)?.readHead(length)) ?? new Uint8Array();
-  const recording = await understand(files, readHead);
+  const contents = await withArchives(Array.from(sources, contentOf), notes);
+  signal?.throwIfAborted();
+  const loose = await converted(
+    contents.filter(({ path }) => !isOfBag(path)),
+    notes,
+  );
+  const how = { isTable, ...(options.folder !== undefined && { folder: options.folder }) };
+  const ofBags = contents.filter(({ path }) => isOfBag(path));
+  if (!ofBags.some(({ path }) => isBagName(path))) {
+    return understood({ loose: [...loose, ...ofBags], inBags: [], bags: [], notes, how }, signal);
+  }
+  const { listBags } = await import('./bag/bag_recordings.js');
+  const { bytesInMemory } = await import('./open_archive.js');
+  const files = ofBags.map(({ path, open, read }) => ({
+    path,
+    source: open ?? (async () => bytesInMemory(await read())),
+  }));
+  const listed = await listBags(files, (done, total) => {
+    signal?.throwIfAborted();
+    onProgress({ stage: 'index', done, total });
+  });
+  signal?.throwIfAborted();
+  append(notes, listed.notes);
+  onProgress({ stage: 'topics', bags: listed.bags });
+  return understood({ loose, ...(await fromBags(listed.bags, topics, options)), notes, how }, signal);
+}
+
+export { openRecording as readRecording };
+
+/** @param {Opened} opened @param {AbortSignal} [signal] @returns {Promise<OpenedRecording>} */
+async function understood(opened, signal) {
+  const { loose, inBags, bags, notes, how } = opened;
+  const files = new Map([...loose, ...inBags].map((file) => [file.path, file]));
+  const all = [...files.values()];
+  const file = (/** @type {string} */ path) => files.get(path) ?? fail(path, 'There is no such file in the recording');
+  const recording = await understand(
+    how.folder === undefined ? all : filesOfRecording(all, how.folder.replace(/\/+$/, '')),
+    async (path, length) => file(path).readHead(length),
+    how.isTable,
+  );
+  signal?.throwIfAborted();
   return {
     ...recording,
     notes: [...notes, ...recording.notes],
-    read: async (path) => {
-      const file = byPath.get(path);
-      if (!file) throw new Error(`${path}: there is no such file in the recording`);
-      return file.read();
+    files,
+    bags,
+    read: async (path) => file(path).read(),
+    trajectories: async () => (await import('./recording/trajectories.js')).trajectoriesAmong(all),
+    choose: async (topics, options = {}) => {
+      const chosen = await fromBags(
+        bags.map(({ listed }) => listed),
+        topics,
+        options,
+      );
+      return understood({ ...opened, ...keptOf(opened, chosen) }, options.signal);
     },
+    opened,
+    with: async ({ opened: more }) =>
+      understood({
+        how,
+        loose: [...loose, ...more.loose],
+        inBags: [...inBags, ...more.inBags],
+        bags: [...bags, ...more.bags],
+        notes: [...notes, ...more.notes],
+      }),
+  };
+}
+
+/** @param {string} path @param {string} problem @returns {never} */
+function fail(path, problem) {
+  throw fileError(path, problem);
+}
+
+/** @param {import('./recording_reader.js').Source} source @returns {Content} */
+function contentOf(source) {
+  if ('read' in source) return source;
+  const { path, blob } =
+    'blob' in source ? source : { path: source.webkitRelativePath || source.name, blob: /** @type {Blob} */ (source) };
+  const bytes = async (/** @type {Blob} */ part) => {
+    try {
+      return new Uint8Array(await part.arrayBuffer());
+    } catch {
+      throw fileError(path, 'It could not be read; was it moved or deleted?', 'Give it again');
+    }
+  };
+  return {
+    path,
+    blob,
+    // Browsers ask the disk for it, and the page waits: of a folder's files, few are asked.
+    get size() {
+      return blob.size;
+    },
+    read: () => bytes(blob),
+    readHead: (length) => bytes(blob.slice(0, length)),
+    open: async () => (await import('./archive.js')).bytesOfBlob(blob),
+  };
+}
+
+/** What lies in archives takes their place. @param {Content[]} given @param {Note[]} notes */
+async function withArchives(given, notes) {
+  /** @type {Content[]} */
+  const files = [];
+  for (const file of given) {
+    const { path, open, read } = file;
+    if (!isArchiveName(path)) {
+      files.push(file);
+      continue;
+    }
+    const { bytesInMemory, openAnyArchive } = await import('./open_archive.js');
+    try {
+      const archive = await openAnyArchive(path, open ? await open() : bytesInMemory(await read()));
+      append(notes, archive.notes);
+      append(files, filesInArchive(archive));
+    } catch (error) {
+      notes.push(notUsed(path, error));
+    }
+  }
+  return files;
+}
+
+/** What is packed or of a format that the engine does not read is made into what it reads. @param {Content[]} files @param {Note[]} notes */
+async function converted(files, notes) {
+  if (!needsConversion(files)) return files;
+  const { convertFiles } = await import('./formats/convert.js');
+  const made = await convertFiles(files, (content, { isNamed }) => ({ ...content, ...(isNamed && { isNamed }) }));
+  append(notes, made.notes);
+  return made.files;
+}
+
+/** @param {readonly ListedBag[]} listed @param {import('./bag/topics.js').Wishes} topics @param {OpenOptions} options */
+async function fromBags(listed, topics, { signal, onProgress = () => undefined }) {
+  const { recordingsOf } = await import('./bag/bag_recordings.js');
+  const recordings = await recordingsOf(listed, topics, (done, total) => {
+    signal?.throwIfAborted();
+    onProgress({ stage: 'messages', done, total });
+  });
+  const bags = listed.map((bag, at) => ({ listed: bag, choice: recordings[at]?.choice ?? {} }));
+  return { bags, inBags: filesInBags(recordings) };
+}
+
+/**
+ * Where only the reference changes, the frames are the same files, and need not be computed again.
+ * @param {Pick<Opened, 'bags' | 'inBags'>} before
+ * @param {Pick<Opened, 'bags' | 'inBags'>} chosen
+ */
+function keptOf(before, { bags, inBags }) {
+  const frames = (/** @type {Opened['bags']} */ all) =>
+    JSON.stringify(all.map(({ choice }) => ({ ...choice, reference: '' })));
+  if (frames(before.bags) !== frames(bags)) return { bags, inBags };
+  const old = new Map(before.inBags.map((file) => [file.path, file]));
+  return {
+    bags,
+    inBags: inBags.map((file) => {
+      const kept = /\.tum$/.test(file.path) ? undefined : old.get(file.path);
+      return kept && file.given ? Object.assign(kept, { given: file.given }) : file;
+    }),
   };
 }
 
 /**
- * @param {{ path: string, blob: Blob }} file
- * @param {Note[]} notes
- * @returns {Promise<Content[]>}
- */
-async function openFile({ path, blob }, notes) {
-  if (isArchiveName(path)) {
-    const archive = await openAnyArchive(path, bytesOfBlob(blob));
-    append(notes, archive.notes);
-    return filesInArchive(archive);
-  }
-  const read = async (/** @type {Blob} */ part) => new Uint8Array(await part.arrayBuffer());
-  return [{ path, blob, size: blob.size, read: () => read(blob), readHead: (length) => read(blob.slice(0, length)) }];
-}
-
-/**
- * What lies in bags takes the place of their files.
+ * What lies in this folder, or beside it on the way down to it.
  * @param {Content[]} files
- * @param {import('./bag/topics.js').Wishes} topics
- * @param {Note[]} notes
+ * @param {string} chosen
  */
-async function withBags(files, topics, notes) {
-  if (!files.some(({ path }) => isBagName(path))) return files;
-  const { listBags, recordingsOf } = await import('./bag/bag_recordings.js');
-  const sources = files
-    .filter(({ path }) => isOfBag(path))
-    .map(({ path, blob, read }) => ({
-      path,
-      source: async () => bytesOfBlob(blob ?? new Blob([/** @type {BlobPart} */ (await read())])),
-    }));
-  const listed = await listBags(sources);
-  append(notes, listed.notes);
-  return [...files.filter(({ path }) => !isOfBag(path)), ...filesInBags(await recordingsOf(listed.bags, topics))];
+function filesOfRecording(files, chosen) {
+  const parts = chosen.split('/').length;
+  const folders = files.map(({ path }) => {
+    const names = folderOf(path).split('/');
+    const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
+    return end < 0 ? null : names.slice(0, end + parts).join('/');
+  });
+  const folder = folders.find((name) => name !== null) ?? fail(chosen, 'There is no such folder in the input');
+  return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
 }

@@ -2,13 +2,12 @@
 /** `scanstitch consistency`: how well depth images agree with each other at the poses of a trajectory. */
 import { basename } from 'node:path';
 import { CommandError, EXIT, isScanstitchError, readArguments, table } from './command.js';
-import { gather, readSource } from './inputs.js';
+import { openInputs, readSource } from './inputs.js';
 import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
-import { understandInputs } from './reconstruct.js';
+import { wishesOf } from './reconstruct.js';
 import { create } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
-import { Complaints, note, print, progressLine } from './terminal.js';
-import { readWishes } from './wishes.js';
+import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
 
 /** @typedef {import('../index.js').ConsistencyReport} ConsistencyReport */
@@ -69,9 +68,9 @@ async function run(engine, args) {
   create(() => new engine.SpatialReconstruction(settings)).free();
   const complaints = new Complaints();
   const { complain } = complaints;
-  const inputs = await gather(positionals.slice(0, -1), complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals.slice(0, -1), complain, wishesOf(values));
   try {
-    const recording = await understandInputs(inputs, values.recording, complain);
+    tellNotes(recording.notes, complain);
     if (recording.kind !== 'depth_images') {
       throw new CommandError('There are no depth images in the input: only those can be compared pixel by pixel.');
     }
@@ -85,7 +84,7 @@ async function run(engine, args) {
       set: [],
       workers: 0,
     };
-    const task = { engine, inputs, recording, options, complain };
+    const task = { engine, recording, options, complain };
     const trajectory = readTrajectory(engine, path, { format, times }, fail);
     if (!trajectory) return EXIT.nothing;
     const jobs = jobsOf(task);
@@ -99,7 +98,7 @@ async function run(engine, args) {
       error.message.startsWith(basename(path)) ? error.message : `${basename(path)}: ${error.message}`,
     );
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
 }

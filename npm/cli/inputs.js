@@ -1,15 +1,12 @@
 // @ts-check
 /** Files named on the command line, read from the disk. */
-import { append } from '../append.js';
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive_directory.js';
 import { isBagName, isOfBag } from '../bag/names.js';
-import { convertFiles } from '../formats/convert.js';
-import { bytesInMemory, openAnyArchive } from '../open_archive.js';
+import { fileError } from '../errors.js';
 import { isSystemFile } from '../recording/classify.js';
-import { filesInArchive, filesInBags } from '../recording/contents.js';
-import { isArchiveName } from '../recording/kinds.js';
+import { openRecording } from '../recording_reader.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './disk.js';
 
@@ -18,46 +15,33 @@ class TooManyFiles extends Error {}
 
 /** @typedef {{ name: string, path: string }} Input name: short, for messages and results */
 
-/**
- * A file that was named, or that lies in a folder, an archive or a bag that was; its path counts from there. `disk`: where
- * it lies; null in an archive or a bag.
- * @typedef {import('../recording/contents.js').Content & { disk: string | null, isNamed?: true }} Source isNamed: it was named
- *    itself
- */
-
-/** @typedef {import('../bag/topics.js').Wishes} Wishes */
-/** @typedef {{ sources: Map<string, Source>, notes: import('../recording.js').Note[], close: () => Promise<void> }} Inputs */
+/** @typedef {import('../recording/contents.js').Content} Source */
+/** @typedef {import('../recording_reader.js').OpenedRecording} OpenedRecording */
 
 /**
- * All files that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the
- * ROS bags. Of most files nothing is read but a beginning, the directories of archives and the indexes of bags; what
- * `convertFiles` lists by its contents is read whole. What cannot be found is reported and left out.
+ * The recording that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the ROS bags.
+ * What cannot be found is reported and left out.
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
- * @param {Wishes} [wishes] topics of bags
+ * @param {Pick<import('../recording_reader.js').OpenOptions, 'topics' | 'folder' | 'isTable'>} [options]
  * @param {number} [most] files of folders, beyond which they are none of a recording
- * @returns {Promise<Inputs>}
+ * @returns {Promise<{ recording: OpenedRecording, close: () => Promise<void> }>}
  */
-export async function gather(paths, complain, wishes = {}, most = LIMITS.entries) {
-  const { found, notes, handles } = await findFiles(paths, complain, most);
-  const close = async () => {
-    for (const handle of handles) await handle.close();
-  };
+export async function openInputs(paths, complain, options = {}, most = LIMITS.entries) {
+  const { found, notes, close } = findFiles(paths, complain, most);
   try {
-    const opened = await openBagsAmong(found, handles, wishes);
-    const converted = await convertFiles(opened.sources, (content, { isNamed }) => ({
-      ...packed(content),
-      ...(isNamed && { isNamed }),
-    }));
-    const named = withDistinctPaths(converted.files);
-    return {
-      sources: new Map(named.map((source) => [source.path, source])),
-      notes: [...notes, ...opened.notes, ...converted.notes],
-      close,
-    };
+    const recording = await openRecording(found, options);
+    const { bags, notes: told } = recording;
+    const isWithoutBag = bags.length === 0 && !told.some(({ file }) => isBagName(file));
+    if (Object.keys(options.topics ?? {}).length > 0 && isWithoutBag) {
+      throw new CommandError('--topic: there is no bag among the input');
+    }
+    return { recording: { ...recording, notes: [...notes, ...told] }, close };
   } catch (error) {
     await close();
-    throw error;
+    // A topic or a folder that is not there.
+    if (!isScanstitchError(error)) throw error;
+    throw new CommandError(`${error.file === options.folder ? '--recording ' : ''}${error.message}`);
   }
 }
 
@@ -66,82 +50,21 @@ export async function gather(paths, complain, wishes = {}, most = LIMITS.entries
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  */
-export async function gatherBags(paths, complain) {
-  const { found, handles } = await findFiles(paths, complain);
+export async function openBags(paths, complain) {
+  const { found, close } = findFiles(paths, complain);
   const { listBags } = await import('../bag/bag_recordings.js');
-  const listed = await listBags(bagFiles(withDistinctPaths(found), handles));
-  return {
-    ...listed,
-    close: async () => {
-      for (const handle of handles) await handle.close();
-    },
-  };
+  const files = found.filter(({ path }) => isOfBag(path));
+  const listed = await listBags(files.map(({ path, open }) => ({ path, source: /** @type {Open} */ (open) })));
+  return { ...listed, close };
 }
 
-/** @typedef {import('node:fs/promises').FileHandle[]} Handles to be closed in the end */
-
-/**
- * What lies in bags takes the place of their files.
- * @param {Source[]} sources
- * @param {Handles} handles
- * @param {Wishes} wishes
- * @returns {Promise<{ sources: Source[], notes: import('../recording.js').Note[] }>}
- */
-async function openBagsAmong(sources, handles, wishes) {
-  const files = bagFiles(withDistinctPaths(sources), handles);
-  if (!sources.some(({ path }) => isBagName(path))) {
-    if (Object.keys(wishes).length > 0) throw new CommandError('--topic: there is no bag among the input');
-    return { sources, notes: [] };
-  }
-  const { listBags, recordingsOf } = await import('../bag/bag_recordings.js');
-  const { bags, notes } = await listBags(files);
-  const rest = sources.filter(({ path }) => !isOfBag(path));
-  const recordings = await recordingsOf(bags, wishes).catch((error) => {
-    // A wish that cannot be granted.
-    throw isScanstitchError(error) ? new CommandError(error.message) : error;
-  });
-  return { sources: [...rest, ...filesInBags(recordings).map(packed)], notes };
-}
-
-/**
- * @param {Source[]} sources
- * @param {Handles} handles
- * @returns {import('../bag/open.js').BagFile[]}
- */
-function bagFiles(sources, handles) {
-  const files = sources.filter(({ path }) => isOfBag(path));
-  return files.map(({ path, disk, read }) => ({
-    path,
-    source: async () => {
-      if (disk === null) {
-        return bytesInMemory(await read());
-      }
-      const handle = await openFile(disk);
-      handles.push(handle);
-      return bytesOfFile(handle, (await handle.stat()).size);
-    },
-  }));
-}
-
-/**
- * @param {import('../recording/contents.js').Content} content
- * @returns {Source}
- */
-function packed(content) {
-  return { ...content, disk: null };
-}
-
-/** @param {Source[]} sources */
-function withDistinctPaths(sources) {
-  const distinct = new Set(sources.map(({ path }) => path)).size === sources.length;
-  return distinct ? sources : sources.map((source) => ({ ...source, path: source.disk ?? source.path }));
-}
+/** @typedef {() => Promise<import('../archive.js').ByteSource>} Open */
 
 /**
  * @param {string[]} paths
  * @param {(problem: string) => void} complain
  */
-async function findFiles(paths, complain, most = LIMITS.entries) {
+function findFiles(paths, complain, most = LIMITS.entries) {
   /** @type {Source[]} */
   const found = [];
   /** @type {import('../recording.js').Note[]} */
@@ -152,17 +75,9 @@ async function findFiles(paths, complain, most = LIMITS.entries) {
     try {
       if (statSync(path).isDirectory()) {
         const before = found.length;
-        takeFolder(path, basename(resolve(path)), { found, notes, complain, most, seen: new Set() });
+        takeFolder(path, basename(resolve(path)), { found, notes, handles, complain, most, seen: new Set() });
         if (found.length === before) complain(`${path}: There is no file in this folder.`);
-      } else if (isArchiveName(path)) {
-        const handle = await openFile(path);
-        handles.push(handle);
-        const archive = await openAnyArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
-        append(notes, archive.notes);
-        append(found, filesInArchive(archive).map(packed));
-      } else {
-        found.push({ ...sourceOnDisk(path, basename(path)), isNamed: true });
-      }
+      } else found.push({ ...sourceOnDisk(path, basename(path), handles), isNamed: true });
     } catch (error) {
       if (error instanceof TooManyFiles) {
         const remedy = 'Name the folder of one recording';
@@ -171,12 +86,21 @@ async function findFiles(paths, complain, most = LIMITS.entries) {
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
     }
   }
-  return { found, notes, handles };
+  const close = async () => {
+    for (const handle of handles) await handle.close();
+  };
+  return { found: withDistinctPaths(found), notes, close };
+}
+
+/** @param {Source[]} sources */
+function withDistinctPaths(sources) {
+  const distinct = new Set(sources.map(({ path }) => path)).size === sources.length;
+  return distinct ? sources : sources.map((source) => ({ ...source, path: source.disk ?? source.path }));
 }
 
 /**
- * What comes of looking through folders. `seen`: folders, by where they really lie.
- * @typedef {{ found: Source[], notes: import('../recording.js').Note[], complain: (problem: string) => void, most: number, seen: Set<string> }} Findings
+ * What comes of looking through folders. `handles`: to be closed in the end; `seen`: folders, by where they really lie.
+ * @typedef {{ found: Source[], notes: import('../recording.js').Note[], handles: import('node:fs/promises').FileHandle[], complain: (problem: string) => void, most: number, seen: Set<string> }} Findings
  */
 
 /**
@@ -187,7 +111,7 @@ async function findFiles(paths, complain, most = LIMITS.entries) {
  * @param {Findings} findings
  */
 function takeFolder(folder, title, findings) {
-  const { found, notes, complain, seen } = findings;
+  const { found, notes, handles, complain, seen } = findings;
   const place = realpathSync(folder);
   if (seen.has(place)) {
     notes.push({ file: title, reason: 'not used: a link to a folder that has been looked through' });
@@ -201,7 +125,7 @@ function takeFolder(folder, title, findings) {
     try {
       const stats = statSync(disk);
       if (stats.isDirectory()) takeFolder(disk, path, findings);
-      else if (stats.isFile()) found.push(sourceOnDisk(disk, path));
+      else if (stats.isFile()) found.push(sourceOnDisk(disk, path, handles));
       else notes.push({ file: path, reason: 'not used: a pipe or a device, not a file' });
     } catch (error) {
       if (error instanceof TooManyFiles) throw error;
@@ -213,14 +137,22 @@ function takeFolder(folder, title, findings) {
 /**
  * @param {string} disk
  * @param {string} path
+ * @param {import('node:fs/promises').FileHandle[]} handles
  * @returns {Source}
  */
-function sourceOnDisk(disk, path) {
+function sourceOnDisk(disk, path, handles) {
   return {
     path,
     disk,
     size: sizeOfFile(disk),
     read: () => readWholeLater(disk),
+    open: async () => {
+      const handle = await openFile(disk).catch((error) => {
+        throw fileError(path, fileProblem(error).replace(/\.$/, ''));
+      });
+      handles.push(handle);
+      return bytesOfFile(handle, (await handle.stat()).size);
+    },
     readHead: async (length) => {
       const handle = await openFile(disk);
       try {

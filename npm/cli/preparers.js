@@ -38,8 +38,8 @@ export async function startPreparers(engine, count) {
  */
 async function orderOf({ index, name, time, kind, file, color }, decodeConfig) {
   const contents = file.disk ?? (await file.read());
-  const isUnpacked = color !== null && color.disk === null;
-  const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color && color.disk };
+  const isUnpacked = color !== null && color.disk === undefined;
+  const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color?.disk ?? null };
   return {
     decodeConfig,
     kind,

@@ -1,12 +1,10 @@
 // @ts-check
 /** `scanstitch reconstruct`: planar scans, depth images or clouds to a trajectory, a map and a report. */
 import { availableParallelism } from 'node:os';
-import { understand } from '../recording.js';
 import { printable } from '../printable.js';
 import { isListName } from '../recording/lists.js';
-import { contains, folderOf } from '../recording/names.js';
 import { CommandError, readArguments } from './command.js';
-import { gather } from './inputs.js';
+import { openInputs } from './inputs.js';
 import { readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { Complaints, tellNotes } from './terminal.js';
@@ -103,12 +101,14 @@ async function run(engine, args) {
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
-  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals, complain, {
+    ...wishesOf(values),
+    isTable: table !== undefined,
+  });
   try {
-    const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
-    const task = { engine, inputs, recording, options, complain, problems };
+    const task = { engine, recording, options, complain, problems };
     if (recording.kind !== 'nothing') {
-      tellNotes(withoutNamed(inputs, recording, complain), complain);
+      tellNotes(withoutNamed(recording, complain), complain);
       complainOfOptions(recording, options, complain);
     }
     if (recording.kind === 'planar_scans') await (await import('./reconstruct_planar.js')).reconstructPlanar(task);
@@ -118,9 +118,17 @@ async function run(engine, args) {
       throw new CommandError('Neither scans nor depth images nor clouds were found, so nothing was computed.');
     }
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
+}
+
+/**
+ * Which of several recordings, and which topics of a bag.
+ * @param {{ recording?: string | undefined, topic?: string[] | undefined }} values
+ */
+export function wishesOf({ recording, topic }) {
+  return { topics: readWishes(topic), ...(recording !== undefined && { folder: recording }) };
 }
 
 /** @param {string | undefined} text */
@@ -130,38 +138,19 @@ export function readWorkers(text) {
   return Number(text);
 }
 
-/**
- * @param {import('./inputs.js').Inputs} inputs
- * @param {string | undefined} chosen
- * @param {(problem: string) => void} complain
- * @param {boolean} [isTable] whether tables of numbers are said to be laser scans
- */
-export async function understandInputs({ sources, notes }, chosen, complain, isTable = false) {
-  tellNotes(notes, complain);
-  const files = [...sources.values()];
-  const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
-  const readHead = async (/** @type {string} */ path, /** @type {number} */ length) => {
-    const source = sources.get(path);
-    if (!source) throw new Error(`${path} is not listed`);
-    return source.readHead(length);
-  };
-  return understand(taken, readHead, isTable);
-}
-
 /** So many files are named in full. */
 const MOST_NAMED = 5;
 
 /**
  * The notes without those about files that were named one by one and are not used: these are complained of.
- * @param {import('./inputs.js').Inputs} inputs
- * @param {import('../recording.js').Recording} recording
+ * @param {import('./inputs.js').OpenedRecording} recording
  * @param {(problem: string) => void} complain
  */
-export function withoutNamed({ sources }, { notes, ...recording }, complain) {
+export function withoutNamed({ notes, files, ...recording }, complain) {
   const { depth_frames, clouds, scans, reference, odometry, intrinsics } = recording;
   const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
   const used = new Set([...images, ...clouds, ...scans, ...reference, odometry, intrinsics]);
-  const unused = [...sources.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
+  const unused = [...files.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
   const reasons = new Map(notes.map(({ file, reason }) => [file, reason]));
   const [told, untold] = [
     unused.filter(({ path }) => reasons.has(path)),
@@ -188,22 +177,4 @@ function complainOfOptions({ kind }, { intrinsics, odometry }, complain) {
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);
   }
-}
-
-/**
- * What lies in this folder, or beside it on the way down to it.
- * @param {import('./inputs.js').Source[]} files
- * @param {string} chosen
- */
-function filesOfRecording(files, chosen) {
-  const parts = chosen.split('/').length;
-  const folders = files.map(({ path }) => {
-    const names = folderOf(path).split('/');
-    const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
-    return end < 0 ? null : names.slice(0, end + parts).join('/');
-  });
-  const folder = folders.find((folder) => folder !== null);
-  if (folder === undefined || folder === null)
-    throw new CommandError(`--recording ${chosen}: there is no such folder in the input`);
-  return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
 }

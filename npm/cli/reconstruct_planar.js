@@ -3,7 +3,6 @@
 import { basename } from 'node:path';
 import { gridFiles } from '../grid_files.js';
 import { printable } from '../printable.js';
-import { HEAD_BYTES } from '../recording/heads.js';
 import { nextTurn } from '../spatial_run.js';
 import { CommandError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
@@ -16,18 +15,19 @@ import { note, print, progressLine, tellNotes } from './terminal.js';
 const MOST_ROWS = 200;
 
 /** @typedef {import('../index.js').ReconstructionResult} ReconstructionResult */
+/** @typedef {import('./inputs.js').OpenedRecording} OpenedRecording */
 
 /**
  * @param {import('./results.js').Task} task
  */
 export async function reconstructPlanar(task) {
-  const { engine, inputs, recording, options, complain } = task;
+  const { engine, recording, options, complain } = task;
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.Reconstruction(settings));
-  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
+  const added = await addScans(reconstruction, recording, options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-  const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
-  await addReference(reconstruction, inputs, options.reference, recording.reference[0], complain);
+  const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
+  await addReference(reconstruction, recording, options.reference, complain);
 
   const { milliseconds, total, isStopped } = await untilInterrupt((signal) => runToTheEnd(reconstruction, signal));
   const result = reconstruction.result();
@@ -62,31 +62,28 @@ export async function reconstructPlanar(task) {
 
 /**
  * The scans, under short names where those are distinct.
- * @param {import('./inputs.js').Inputs} inputs
- * @param {import('../recording.js').Recording} recording
+ * @param {OpenedRecording} recording
  */
-function scansOf({ sources }, { scans }) {
-  const found = scans.flatMap((path) => sources.get(path) ?? []);
+function scansOf({ files, scans }) {
+  const found = scans.flatMap((path) => files.get(path) ?? []);
   const names = found.map(({ path }) => basename(path));
   const distinct = new Set(names).size === names.length;
   return found.map((source) => ({ source, name: distinct ? basename(source.path) : (source.disk ?? source.path) }));
 }
 
 /**
- * @param {import('./command.js').Engine} engine
  * @param {import('../index.js').Reconstruction} reconstruction
- * @param {ReturnType<typeof scansOf>} files each one scan, or a log of many
+ * @param {OpenedRecording} recording
  * @param {string | undefined} table what the columns of tables are
  * @param {(problem: string) => void} complain
  * @returns {Promise<number>} how many files could be used
  */
-async function addScans(engine, reconstruction, files, table, complain) {
+async function addScans(reconstruction, recording, table, complain) {
   let added = 0;
-  for (const { source, name } of files) {
+  for (const { source, name } of scansOf(recording)) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
-    const isLog = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES)) || (table !== undefined && !/\.ply$/i.test(name));
-    const add = isLog
+    const add = recording.logs.includes(source.path)
       ? () => {
           const { losses, notes } = reconstruction.add_log(name, bytes, table);
           losses.forEach((text) => complain(`${name}: ${text}`));
@@ -102,13 +99,12 @@ async function addScans(engine, reconstruction, files, table, complain) {
 /**
  * Odometry that was named, or that lies beside the scans; its name, where it is taken.
  * @param {import('../index.js').Reconstruction} reconstruction
- * @param {import('./inputs.js').Inputs} inputs
+ * @param {OpenedRecording} recording
  * @param {string | undefined} named
- * @param {string | null} found
  * @param {(problem: string) => void} complain
  */
-async function addOdometry(reconstruction, { sources }, named, found, complain) {
-  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+async function addOdometry(reconstruction, { files, odometry: found }, named, complain) {
+  const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
   return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
 }
@@ -116,13 +112,12 @@ async function addOdometry(reconstruction, { sources }, named, found, complain) 
 /**
  * A reference that was named, or that lies beside the scans.
  * @param {import('../index.js').Reconstruction} reconstruction
- * @param {import('./inputs.js').Inputs} inputs
+ * @param {OpenedRecording} recording
  * @param {string | undefined} named
- * @param {string | undefined} found
  * @param {(problem: string) => void} complain
  */
-async function addReference(reconstruction, { sources }, named, found, complain) {
-  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+async function addReference(reconstruction, { files, reference: [found] }, named, complain) {
+  const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
   if (bytes) accepted(() => reconstruction.set_reference(name, bytes), complain);
 }

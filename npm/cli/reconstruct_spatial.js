@@ -94,9 +94,9 @@ async function writeMap(reconstruction, options, complain) {
  * @param {Task} task
  * @returns {FrameJob[]}
  */
-export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_frames, clouds, cloud_times } }) {
+export function jobsOf({ recording: { files, kind, root, depth_frames, clouds, cloud_times } }) {
   const source = (/** @type {string} */ path) => {
-    const found = sources.get(path);
+    const found = files.get(path);
     if (!found) throw new Error(`${path} is not listed`);
     return found;
   };
@@ -119,7 +119,7 @@ export function jobsOf({ inputs: { sources }, recording: { kind, root, depth_fra
 }
 
 /** @param {Pick<SpatialReconstruction, 'set_intrinsics'>} reconstruction @param {Task} task */
-export async function setIntrinsics(reconstruction, { inputs, recording, options, complain }) {
+export async function setIntrinsics(reconstruction, { recording, options, complain }) {
   const give = (/** @type {string} */ name, /** @type {Uint8Array} */ bytes) => {
     const { camera, notes } = cameraFor(name, bytes, recording.image_size);
     reconstruction.set_intrinsics(name, engineCamera(camera));
@@ -135,7 +135,7 @@ export async function setIntrinsics(reconstruction, { inputs, recording, options
     accepted(() => give(name, bytes).forEach(tell), fail);
     return;
   }
-  const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
+  const found = recording.intrinsics === null ? undefined : recording.files.get(recording.intrinsics);
   if (!found) return;
   const bytes = await readSource(found, found.path, complain);
   // What is worth knowing of it has been said when the recording was looked into.
@@ -147,7 +147,7 @@ export async function setIntrinsics(reconstruction, { inputs, recording, options
  * @param {Task} task
  * @returns {Promise<NamedBytes | null>}
  */
-export async function readReference({ inputs, recording, options, complain }) {
+export async function readReference({ recording, options, complain }) {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isMany = isFolder(path);
@@ -158,7 +158,7 @@ export async function readReference({ inputs, recording, options, complain }) {
     const [first] = /** @type {[Uint8Array]} */ (whole);
     return { name: basename(path), bytes: isMany ? joinPoses(whole) : trajectoryBytes(path, first) };
   }
-  const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
+  const sources = recording.reference.flatMap((path) => recording.files.get(path) ?? []);
   const [first] = sources;
   const last = sources.at(-1);
   if (!first || !last) return null;

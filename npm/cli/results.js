@@ -9,8 +9,7 @@ import { CommandError, isScanstitchError } from './command.js';
  * What a reconstruction is given.
  * @typedef {object} Task
  * @property {import('./command.js').Engine} engine
- * @property {import('./inputs.js').Inputs} inputs
- * @property {import('../recording.js').Recording} recording
+ * @property {import('./inputs.js').OpenedRecording} recording
  * @property {Options} options
  * @property {(problem: string) => void} complain reports what is left out, which makes the exit code 2
  * @property {readonly string[]} [problems] all that was complained of so far

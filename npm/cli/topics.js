@@ -3,7 +3,7 @@
 import { chooseAsWished, ROLES } from '../bag/topics.js';
 import { printable } from '../printable.js';
 import { CommandError, isScanstitchError, readArguments, table } from './command.js';
-import { gatherBags } from './inputs.js';
+import { openBags } from './inputs.js';
 import { Complaints, print, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
@@ -43,7 +43,7 @@ async function run(_engine, args) {
   const wishes = readWishes(values.topic);
   const complaints = new Complaints();
   const { complain } = complaints;
-  const { bags, notes, close } = await gatherBags(positionals, complain);
+  const { bags, notes, close } = await openBags(positionals, complain);
   try {
     tellNotes([...notes, ...bags.flatMap(({ bag }) => bag.notes)], complain);
     if (bags.length === 0) throw new CommandError('No bag could be opened.');

@@ -4,7 +4,7 @@
  * ending of what was packed, and are converted when they are read. To list them, packed files, files of MATLAB, text scans and text
  * clouds are read and converted once as a whole; of the others a beginning is enough.
  */
-import { fileError, lost } from '../errors.js';
+import { fileError, lost, notUsed } from '../errors.js';
 import { unpackedName } from '../packed.js';
 import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy, hintOf } from '../recording/names.js';
@@ -67,19 +67,10 @@ export async function convertFiles(given, wrap) {
         converted.push(content === file ? file : wrap(content, file));
       }
     } catch (error) {
-      notes.push(notConverted(file, error));
+      notes.push(notUsed(file.path, error));
     }
   }
   return { files: withKnownCamera(await withVelodynePoses(converted, wrap, notes), wrap, notes), notes };
-}
-
-/** A note about a file that cannot be converted; throws the error where it is not about the file. @param {Content} file @param {unknown} error */
-function notConverted({ path }, error) {
-  const { name, problem, remedy, message } = /** @type {import('../errors.js').ScanstitchError} */ (error);
-  // Errors of the system have a code: a file that was there when it was listed may have been moved or deleted.
-  if (name !== 'ScanstitchError' && /** @type {NodeJS.ErrnoException} */ (error).code === undefined) throw error;
-  const reason = [problem || message, remedy].filter(Boolean).join('. ');
-  return lost(path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`);
 }
 
 /**

@@ -2,13 +2,13 @@
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
 import { brokenImage, isPly, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
-import { isLaserLog, isOdometryName } from './laser_logs.js';
+import { isLaserLog, isOdometryName, isTable as isTableOfRanges } from './laser_logs.js';
 import { adviceFor, isGraph } from './other_formats.js';
 
 /**
  * What a file is for. `reason` completes "notes.pdf: not used: ..."; null: not worth a word (a file the system put
- * there).
- * @typedef {{ role: 'scan', is_log: boolean } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
+ * there). `is_log`: many scans in one file; `is_table`: a log whose columns somebody may want to name.
+ * @typedef {{ role: 'scan', is_log: boolean, is_table: boolean } | { role: 'reference' } | { role: 'odometry' } | { role: 'ignored', reason: string | null }} Role
  */
 
 const SYSTEM_FILES = /^(\.|thumbs\.db$|desktop\.ini$|__macosx$)/i;
@@ -43,13 +43,13 @@ export function classify(path, beginning, isTable = false) {
   if (isPointer(head))
     return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
-  if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', is_log: false };
+  if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', is_log: false, is_table: false };
   if (isGraph(head)) return { role: 'ignored', reason: adviceFor(base, head) };
   if (
     (!NO_LOGS.test(base) && isLaserLog(head)) ||
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
-    return { role: 'scan', is_log: true };
+    return { role: 'scan', is_log: true, is_table: isTableOfRanges(head) };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

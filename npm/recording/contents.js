@@ -12,6 +12,10 @@
  * @property {boolean} [isCloud] whether it is a cloud, whatever its name says
  * @property {Recording} [given] the recording that it is a part of, in a bag
  * @property {readonly import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
+ * @property {() => Promise<import('../archive.js').ByteSource>} [open] its bytes piece by piece, where it need not be read as a whole
+ * @property {Blob} [blob] as the browser has it
+ * @property {string} [disk] where it lies on the disk
+ * @property {true} [isNamed] it was named itself, rather than the folder or the archive that it lies in
  */
 
 /**

@@ -8,7 +8,8 @@
  * @template T
  * @typedef {object} PlanarFiles
  * @property {T[]} scans
- * @property {boolean} hasLog whether a log of many scans is among them
+ * @property {T[]} logs those of the scans that hold many each
+ * @property {T[]} tables those of the logs whose columns somebody may want to name
  * @property {T | null} reference
  * @property {T | null} odometry
  * @property {Note[]} notes what was not used, and why
@@ -21,13 +22,14 @@
  */
 export function assignRoles(files) {
   /** @type {PlanarFiles<T>} */
-  const used = { scans: [], hasLog: false, reference: null, odometry: null, notes: [] };
+  const used = { scans: [], logs: [], tables: [], reference: null, odometry: null, notes: [] };
   /** @type {{ reference: string | null, odometry: string | null }} */
   const names = { reference: null, odometry: null };
   for (const { name, role, file } of files) {
     if (role.role === 'scan') {
       used.scans.push(file);
-      used.hasLog ||= role.is_log;
+      if (role.is_log) used.logs.push(file);
+      if (role.is_table) used.tables.push(file);
     } else if (role.role === 'ignored') {
       if (role.reason !== null) used.notes.push({ file: name, reason: `not used: ${role.reason}` });
     } else if (names[role.role] === null) {
