@@ -100,7 +100,8 @@ export async function understand(files, readHead, isTable = false) {
           ? await planarScans(known, read, isTable)
           : await nothing(depth.notes, known, read);
   const notes = [...unreadable, ...recording.notes];
-  return { ...empty(), ...recording, notes };
+  const beside = recording.beside && { ...recording.beside, notes: [...unreadable, ...recording.beside.notes] };
+  return { ...empty(), ...recording, notes, ...(beside && { beside }) };
 }
 
 /**

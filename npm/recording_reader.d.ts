@@ -95,6 +95,8 @@ export interface OpenOptions {
   signal?: AbortSignal;
   topics?: Topics;
   onProgress?: (progress: OpenProgress) => void;
+  /** Of files that are missing among the sources: they come before the others. */
+  notes?: readonly Note[];
   /** Whether tables of numbers are said to be laser scans. */
   isTable?: boolean;
   /** Which recording to use, where there are several: the folder it lies in, or the end of its path. The longest without. */
@@ -140,6 +142,8 @@ interface Opened {
   bags: readonly OpenedBag[];
   notes: readonly Note[];
   how: Pick<OpenOptions, 'isTable' | 'folder'>;
+  /** Files that were given, or lie in what was given: used or not. */
+  numGiven: number;
 }
 
 /**

@@ -24,17 +24,19 @@ export async function openRecording(sources, options = {}) {
   const { signal, topics = {}, onProgress = () => undefined, isTable = false } = options;
   signal?.throwIfAborted();
   /** @type {Note[]} */
-  const notes = [];
-  const contents = await withArchives(Array.from(sources, contentOf), notes);
+  const notes = [...(options.notes ?? [])];
+  const given = Array.from(sources, contentOf);
+  const contents = await withArchives(given, notes);
   signal?.throwIfAborted();
   const loose = await converted(
     contents.filter(({ path }) => !isOfBag(path)),
     notes,
   );
+  const numGiven = Math.max(given.length, contents.length);
   const how = { isTable, ...(options.folder !== undefined && { folder: options.folder }) };
   const ofBags = contents.filter(({ path }) => isOfBag(path));
   if (!ofBags.some(({ path }) => isBagName(path))) {
-    return understood({ loose: [...loose, ...ofBags], inBags: [], bags: [], notes, how }, signal);
+    return understood({ loose: [...loose, ...ofBags], inBags: [], bags: [], notes, how, numGiven }, signal);
   }
   const { listBags } = await import('./bag/bag_recordings.js');
   const { bytesInMemory } = await import('./open_archive.js');
@@ -49,7 +51,7 @@ export async function openRecording(sources, options = {}) {
   signal?.throwIfAborted();
   append(notes, listed.notes);
   onProgress({ stage: 'topics', bags: listed.bags });
-  return understood({ loose, ...(await fromBags(listed.bags, topics, options)), notes, how }, signal);
+  return understood({ loose, ...(await fromBags(listed.bags, topics, options)), notes, how, numGiven }, signal);
 }
 
 export { openRecording as readRecording };
@@ -62,13 +64,19 @@ async function understood(opened, signal) {
   const file = (/** @type {string} */ path) => files.get(path) ?? fail(path, 'There is no such file in the recording');
   const recording = await understand(
     how.folder === undefined ? all : filesOfRecording(all, how.folder.replace(/\/+$/, '')),
-    async (path, length) => file(path).readHead(length),
+    async (path, length) => {
+      signal?.throwIfAborted();
+      return file(path).readHead(length);
+    },
     how.isTable,
   );
   signal?.throwIfAborted();
   return {
     ...recording,
     notes: [...notes, ...recording.notes],
+    ...(recording.beside && {
+      beside: { ...recording.beside, notes: [...notes, ...recording.beside.notes] },
+    }),
     files,
     bags,
     read: async (path) => file(path).read(),
@@ -85,6 +93,7 @@ async function understood(opened, signal) {
     with: async ({ opened: more }) =>
       understood({
         how,
+        numGiven: opened.numGiven + more.numGiven,
         loose: [...loose, ...more.loose],
         inBags: [...inBags, ...more.inBags],
         bags: [...bags, ...more.bags],

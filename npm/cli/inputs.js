@@ -30,13 +30,12 @@ class TooManyFiles extends Error {}
 export async function openInputs(paths, complain, options = {}, most = LIMITS.entries) {
   const { found, notes, close } = findFiles(paths, complain, most);
   try {
-    const recording = await openRecording(found, options);
-    const { bags, notes: told } = recording;
-    const isWithoutBag = bags.length === 0 && !told.some(({ file }) => isBagName(file));
+    const recording = await openRecording(found, { ...options, notes });
+    const isWithoutBag = recording.bags.length === 0 && !recording.notes.some(({ file }) => isBagName(file));
     if (Object.keys(options.topics ?? {}).length > 0 && isWithoutBag) {
       throw new CommandError('--topic: there is no bag among the input');
     }
-    return { recording: { ...recording, notes: [...notes, ...told] }, close };
+    return { recording, close };
   } catch (error) {
     await close();
     // A topic or a folder that is not there.

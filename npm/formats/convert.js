@@ -6,7 +6,8 @@
  */
 import { fileError, lost, notUsed } from '../errors.js';
 import { unpackedName } from '../packed.js';
-import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
+import { lookUp } from '../look_up.js';
+import { DEPTH_TABLES, FOREIGN, POINT_TABLES, READERS, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import { baseOf, folderOf, groupBy, hintOf } from '../recording/names.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
@@ -131,8 +132,8 @@ async function convert(file, notes, alike = () => 1) {
   if (ending === 'npy') return (await import('./numpy.js')).npyContents(file, alike);
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
   if (ending === 'pcd') return pcdFile(file);
-  if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
-  return file;
+  const load = lookUp(READERS, ending);
+  return load ? (await load()).convert(file, { madeOf, notes }) : file;
 }
 
 /**
@@ -235,15 +236,6 @@ async function pcdFile(file) {
   const { isPlanarPcd, plyOfPcd } = await import('./planar_pcd.js');
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   return isPlanarPcd(head) ? madeOf(file, async () => plyOfPcd(await file.read())) : file;
-}
-
-/** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
-async function lasFile(file, notes) {
-  const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
-  const header = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
-  notes.push(...header.notes.map((reason) => ({ file: file.path, reason })));
-  if (header.loss !== null) notes.push(lost(file.path, header.loss));
-  return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content[]>} a PTX may hold several */

@@ -5,7 +5,7 @@
  *
  * Source of the layout: ASPRS, "LAS Specification 1.4 - R15", tables 3 and 7 to 17.
  */
-import { fileError } from '../errors.js';
+import { fileError, lost } from '../errors.js';
 import { bytesOf, plyFile } from './ply.js';
 
 /** Coordinates up to here (m) are kept: 32-bit floats hold them to a millimetre. */
@@ -28,6 +28,15 @@ const MIN_RECORD = 20;
  * @property {string[]} notes what is worth knowing of it
  * @property {string | null} loss what is missing of it
  */
+
+/** @type {import('./names.js').Convert} */
+export async function convert(file, { madeOf, notes }) {
+  const { path } = file;
+  const header = lasHeader(path, await file.readHead(HEADER_BYTES), file.size);
+  notes.push(...header.notes.map((reason) => ({ file: path, reason })));
+  if (header.loss !== null) notes.push(lost(path, header.loss));
+  return madeOf(file, async () => lasCloud(path, await file.read()).ply, { isCloud: true });
+}
 
 /**
  * @param {string} name for messages

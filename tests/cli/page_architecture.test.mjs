@@ -12,6 +12,7 @@ const LAYERS = [
   ['datasets', 'export', 'views'],
   ['components'],
   ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
+  ['app'],
   ['scanstitch-app'],
 ];
 const FILES = ['files', 'in-modules', 'in-one-file'].map((name) => `www/src/engine/engine-${name}.ts`);

@@ -1,4 +1,5 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
+import type { OpenedRecording } from '../../../npm/recording_reader.js';
 import type { InputFile, Inputs } from '../engine/protocol.js';
 import type { Note } from './note.js';
 import { compareNaturally } from '../../../npm/natural_order.js';
@@ -6,19 +7,25 @@ import { compareNaturally } from '../../../npm/natural_order.js';
 /** Where a data set comes from. A sample, or what the host page names, is never extended by the user's files. */
 export type Origin = 'sample' | 'host' | 'user';
 
+/** What was opened, and how the page calls it; empty: after its folder. */
+export interface Opened {
+  title: string;
+  origin: Origin;
+  recording: OpenedRecording;
+}
+
 export interface Dataset extends Inputs {
   /** How the page calls it. */
   title: string;
   origin: Origin;
-  /** Whether it is a log, or several: a recording that is whole. */
-  is_log: boolean;
 }
 
-/** What a drop holds once its files are read and told apart. */
+/** Whether there is a log of many scans among them: a recording that is whole. */
+export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ is_log }) => is_log);
+
+/** Planar scans and what lies beside them, read. */
 export interface Intake {
   scans: InputFile[];
-  /** Whether there is a log of many scans among them. */
-  has_log: boolean;
   reference: InputFile | null;
   odometry: InputFile | null;
   notes: Note[];
@@ -30,7 +37,7 @@ export interface Intake {
  * or odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
-  const is_whole = !joins || intake.has_log || present?.is_log || present?.origin !== 'user';
+  const is_whole = !joins || hasLog(intake.scans) || hasLog(present?.scans ?? []) || present?.origin !== 'user';
   const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
   const old_scans = extends_present ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
@@ -39,7 +46,6 @@ export function combine(present: Dataset | null, intake: Intake, joins: boolean)
   return {
     title: extends_present ? present.title : titleOf(intake.scans),
     origin: extends_present ? present.origin : 'user',
-    is_log: extends_present ? present.is_log : intake.has_log,
     scans,
     reference: intake.reference ?? (extends_present ? present.reference : null),
     odometry: intake.odometry ?? (extends_present ? present.odometry : null),

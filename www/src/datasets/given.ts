@@ -2,15 +2,11 @@
  * What a host names in `src`: the addresses of files, or of a manifest that lists them. They are fetched and become files
  * as a drop has them.
  */
-import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { classify } from '../../../npm/recording/classify.js';
-import type { Dataset } from './dataset.js';
+import { isLaserLog } from '../../../npm/recording/laser_logs.js';
+import type { OpenedRecording } from '../../../npm/recording_reader.js';
 import { okOnly } from './fetch-ok.js';
-import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
-import { takeIn } from './take-in.js';
-import type { PlanarFiles, SpatialFiles } from './spatial-files.js';
 
 /** Files that come from the host. What the manifest says of them counts more than what they look like. */
 export interface GivenSet {
@@ -40,7 +36,8 @@ const LISTS = ['scans', 'depth', 'color', 'clouds', 'files', 'reference', 'odome
 const EXAMPLE = '{ "title": "...", "scans": ["0.ply", ...], "reference": "truth.tum" }';
 /** Browsers refuse thousands of requests at a time. */
 const NUM_CONCURRENT = 8;
-const DEFAULT_TITLE = 'Scans of this page';
+/** How the page calls planar scans of a host that have no title. */
+export const DEFAULT_TITLE = 'Scans of this page';
 
 export interface FetchHooks {
   signal: AbortSignal;
@@ -83,7 +80,7 @@ const NOTHING: GivenSet = { title: '', files: [], scans: [], reference: null, od
 /** Null: the file is a laser log written as JSON. */
 async function manifestOf({ name, file }: NamedFile): Promise<Manifest | null> {
   const head = new Uint8Array(await file.slice(0, HEAD_BYTES).arrayBuffer());
-  if (classify(name, head).role === 'scan') return null;
+  if (isLaserLog(head)) return null;
   const manifest = readJson(await file.text());
   if (typeof manifest !== 'object' || manifest === null) {
     throw new Error(`${name} is not a manifest: it is not JSON; it should read ${EXAMPLE}`);
@@ -120,42 +117,26 @@ function listOf(value: unknown, key: string, base: URL): string[] {
   throw new Error(`${base.href}: "${key}" should be an address, or a list of addresses`);
 }
 
-/** The planar data set that these files are, and what of them is not used. */
-export async function givenDataset(
-  given: GivenSet,
-  { files, notes }: PlanarFiles,
-): Promise<{ dataset: Dataset; notes: Note[] }> {
-  const named = (name: string | null): NamedFile | undefined => given.files.find((file) => file.name === name);
-  const [reference, odometry] = [named(given.reference), named(given.odometry)];
-  const rest = files.filter(({ name }) => name !== reference?.name && name !== odometry?.name);
-  const intake = await takeIn(rest);
-  const unused = [...notes, ...intake.notes];
-  if (intake.scans.length === 0) {
-    const reasons = unused.map(({ file, reason }) => `${file}: ${reason}`);
-    const names = given.files.map(({ name }) => name).join(', ');
-    throw new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);
-  }
-  const place = ({ name }: InputFile): number => given.scans.indexOf(name);
-  const dataset: Dataset = {
-    title: given.title || DEFAULT_TITLE,
-    origin: 'host',
-    is_log: intake.has_log,
-    scans: given.scans.length > 0 ? intake.scans.sort((a, b) => place(a) - place(b)) : intake.scans,
-    reference: reference ? await inputOf(reference) : intake.reference,
-    odometry: odometry ? await inputOf(odometry) : intake.odometry,
+/** The recording that these files are. */
+export function asTold(recording: OpenedRecording, { scans, reference, odometry }: GivenSet): OpenedRecording {
+  const found = (name: string | null): string | null => (recording.files.has(name ?? '') ? name : null);
+  const told = [found(reference), found(odometry)];
+  const place = (name: string): number => scans.indexOf(name);
+  const rest = recording.scans.filter((name) => !told.includes(name));
+  return {
+    ...recording,
+    scans: scans.length > 0 ? rest.sort((a, b) => place(a) - place(b)) : rest,
+    reference: told[0] ? [told[0]] : recording.reference,
+    odometry: told[1] ?? recording.odometry,
+    notes: recording.notes.filter(({ file }) => !told.includes(file)),
   };
-  return { dataset, notes: unused };
 }
 
-/** The recording in space that these files are. */
-export function givenSpatial({ title, reference }: GivenSet, files: SpatialFiles): SpatialFiles {
-  const { recording } = files;
-  const told = recording && reference !== null ? { recording: { ...recording, reference: [reference] } } : {};
-  return { ...files, ...told, title, origin: 'host' };
-}
-
-async function inputOf({ name, file }: NamedFile): Promise<InputFile> {
-  return { name, bytes: await file.arrayBuffer() };
+/** What is wrong where there is no scan among the planar files of a host. */
+export function noScan({ files }: GivenSet, { beside, notes }: OpenedRecording): Error {
+  const reasons = (beside?.notes ?? notes).map(({ file, reason }) => `${file}: ${reason}`);
+  const names = files.map(({ name }) => name).join(', ');
+  return new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);
 }
 
 // Fetching.

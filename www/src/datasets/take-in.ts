@@ -1,41 +1,38 @@
-/** Reads and classifies files that were dropped, picked or fetched. This module is loaded with the first of them. */
-import { compareNaturally } from '../../../npm/natural_order.js';
-import { classify, type Role } from '../../../npm/recording/classify.js';
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { isTable } from '../../../npm/recording/laser_logs.js';
-import { assignRoles } from '../../../npm/recording/planar.js';
+/** Reads the planar scans of a recording that was opened, and what lies beside them. Loaded with the first of them. */
+import type { OpenedRecording } from '../../../npm/recording_reader.js';
+import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
 import type { Intake } from './dataset.js';
-import type { NamedFile } from './gather.js';
 import type { Note } from './note.js';
 
-/** Reads and classifies the files. A file the browser cannot read becomes a note; the rest goes on. */
-export async function takeIn(files: readonly NamedFile[]): Promise<Intake> {
-  const ordered = [...files].sort((a, b) => compareNaturally(a.name, b.name));
+/** A file that cannot be read becomes a note; the rest goes on. */
+export async function takeIn(recording: OpenedRecording): Promise<Intake> {
+  const { files, beside, scans, logs, tables } = recording;
   const notes: Note[] = [];
-  const known: { name: string; role: Role; file: InputFile }[] = [];
-  const contents = await Promise.allSettled(ordered.map(readKnown));
-  for (const [index, content] of contents.entries()) {
-    const { name } = ordered[index] as NamedFile;
-    if (content.status === 'rejected') {
-      notes.push({ file: name, reason: 'the browser could not read this file; was it moved or deleted?' });
-    } else {
-      const { role, bytes } = content.value;
-      known.push({ name, role, file: { name, bytes } });
+  const read = async (path: string | null | undefined): Promise<InputFile[]> => {
+    const file = files.get(path ?? '');
+    if (!file) return [];
+    const { path: name } = file;
+    try {
+      const bytes = await file.read();
+      notes.push(...(file.losses ?? []));
+      const is_log = logs.includes(name);
+      return [{ name, bytes: ownBuffer(bytes), ...(is_log && { is_log, is_table: tables.includes(name) }) }];
+    } catch (error) {
+      notes.push({ file: name, reason: `not used: ${(error as { problem?: string }).problem ?? messageOf(error)}` });
+      return [];
     }
-  }
-  const { scans, hasLog, reference, odometry, notes: unused } = assignRoles(known);
-  return { scans, has_log: hasLog, reference, odometry, notes: [...notes, ...unused] };
+  };
+  const found = beside ?? { reference: recording.reference[0], odometry: recording.odometry, notes: recording.notes };
+  const [read_scans, [reference = null], [odometry = null]] = await Promise.all([
+    Promise.all(scans.map(read)),
+    read(found.reference),
+    read(found.odometry),
+  ]);
+  return { scans: read_scans.flat(), reference, odometry, notes: [...found.notes, ...notes] };
 }
 
-async function readKnown({ name, file }: NamedFile) {
-  const role = classify(name, new Uint8Array(await file.slice(0, HEAD_BYTES).arrayBuffer()));
-  // A film or an archive dropped by mistake is not read to its end.
-  const bytes = role.role === 'ignored' ? new ArrayBuffer(0) : await file.arrayBuffer();
-  return { role, bytes };
-}
-
-/** Whether it is a table of ranges. */
-export function isRanges({ bytes }: InputFile): boolean {
-  return isTable(new Uint8Array(bytes, 0, Math.min(bytes.byteLength, HEAD_BYTES)));
+function ownBuffer(bytes: Uint8Array): ArrayBuffer {
+  const is_whole = bytes.byteLength === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
+  return is_whole ? (bytes.buffer as ArrayBuffer) : bytes.slice().buffer;
 }

@@ -49,8 +49,7 @@ export class TableImports {
    * answered. `may_be_scans`: whether a trajectory alone has nothing here that it belongs to.
    */
   async ask(intake: Intake, may_be_scans: boolean, load: (intake: Intake) => void): Promise<void> {
-    const { isRanges } = await import('../datasets/take-in.js');
-    const tables = intake.has_log ? intake.scans.filter(isRanges) : [];
+    const tables = intake.scans.filter(({ is_table }) => is_table);
     const alone = may_be_scans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
     if (!file) return load(intake);
@@ -107,7 +106,7 @@ export class TableImports {
 function withFormat(intake: Intake, tables: readonly InputFile[], table: string): Intake {
   const [first] = tables;
   if (first && intake.reference === first) {
-    return { ...intake, scans: [{ ...first, table }], has_log: true, reference: null };
+    return { ...intake, scans: [{ ...first, table, is_log: true, is_table: true }], reference: null };
   }
   return { ...intake, scans: intake.scans.map((scan) => (tables.includes(scan) ? { ...scan, table } : scan)) };
 }
