@@ -490,7 +490,7 @@ async function besideScans(files, read) {
 }
 
 /**
- * The part of each file among planar scans, without those that cannot be read, which are noted.
+ * The part of each file among planar scans; of those that cannot be read, which are noted, where the name says it.
  * @param {ListedFile[]} files
  * @param {Read} read
  * @param {boolean} [isTable]
@@ -502,8 +502,9 @@ async function classifyAll(files, read, isTable = false) {
     const some = files.slice(at, at + READ_TOGETHER);
     const heads = await Promise.all(some.map(({ path }) => read(path, HEAD_BYTES)));
     for (const [place, { path }] of some.entries()) {
-      const head = heads[place];
-      if (head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+      const head = heads[place] ?? null;
+      const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
+      if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
     }
   }
   return known;

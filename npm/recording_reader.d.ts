@@ -79,8 +79,7 @@ export type Content = import('./recording/contents.js').Content;
 
 /** What is being done with a bag, or its topics as soon as they are known; `done` and `total` count bytes or messages. */
 export type OpenProgress =
-  | { stage: 'index' | 'messages'; done: number; total: number }
-  | { stage: 'topics'; bags: readonly ListedBag[] };
+  { stage: 'index' | 'messages'; done: number; total: number } | { stage: 'topics'; bags: readonly ListedBag[] };
 
 type ListedBag = import('./bag/bag_recordings.js').ListedBag;
 
@@ -151,6 +150,9 @@ interface Opened {
  * as text, trajectories and cameras are read whole; of all others only their names and beginnings.
  */
 export function openRecording(sources: Iterable<Source>, options?: OpenOptions): Promise<OpenedRecording>;
+
+/** The bags among these files, with what their topics hold. */
+export function bagsAmong(sources: Iterable<Source>): Promise<{ bags: ListedBag[]; notes: Note[] }>;
 
 /** Former name of `openRecording`. */
 export const readRecording: typeof openRecording;

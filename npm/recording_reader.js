@@ -38,13 +38,7 @@ export async function openRecording(sources, options = {}) {
   if (!ofBags.some(({ path }) => isBagName(path))) {
     return understood({ loose: [...loose, ...ofBags], inBags: [], bags: [], notes, how, numGiven }, signal);
   }
-  const { listBags } = await import('./bag/bag_recordings.js');
-  const { bytesInMemory } = await import('./open_archive.js');
-  const files = ofBags.map(({ path, open, read }) => ({
-    path,
-    source: open ?? (async () => bytesInMemory(await read())),
-  }));
-  const listed = await listBags(files, (done, total) => {
+  const listed = await listBagsOf(ofBags, (done, total) => {
     signal?.throwIfAborted();
     onProgress({ stage: 'index', done, total });
   });
@@ -55,6 +49,26 @@ export async function openRecording(sources, options = {}) {
 }
 
 export { openRecording as readRecording };
+
+/** The bags among these sources, with their topics. @param {Iterable<import('./recording_reader.js').Source>} sources */
+export async function bagsAmong(sources) {
+  /** @type {Note[]} */
+  const notes = [];
+  const contents = await withArchives(Array.from(sources, contentOf), notes);
+  const listed = await listBagsOf(contents.filter(({ path }) => isOfBag(path)));
+  return { bags: listed.bags, notes: [...notes, ...listed.notes] };
+}
+
+/** @param {Content[]} ofBags @param {import('./bag/open.js').OnWalk} [onWalk] */
+async function listBagsOf(ofBags, onWalk) {
+  const { listBags } = await import('./bag/bag_recordings.js');
+  const { bytesInMemory } = await import('./open_archive.js');
+  const files = ofBags.map(({ path, open, read }) => ({
+    path,
+    source: open ?? (async () => bytesInMemory(await read())),
+  }));
+  return listBags(files, onWalk);
+}
 
 /** @param {Opened} opened @param {AbortSignal} [signal] @returns {Promise<OpenedRecording>} */
 async function understood(opened, signal) {
@@ -137,8 +151,8 @@ async function withArchives(given, notes) {
   /** @type {Content[]} */
   const files = [];
   for (const file of given) {
-    const { path, open, read } = file;
-    if (!isArchiveName(path)) {
+    const { path, open, read, isNamed } = file;
+    if (!isArchiveName(path) || isNamed === false) {
       files.push(file);
       continue;
     }
@@ -205,6 +219,6 @@ function filesOfRecording(files, chosen) {
     const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
     return end < 0 ? null : names.slice(0, end + parts).join('/');
   });
-  const folder = folders.find((name) => name !== null) ?? fail(chosen, 'There is no such folder in the input');
+  const folder = folders.find((name) => name !== null) ?? fail(chosen, 'there is no such folder in the input');
   return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
 }

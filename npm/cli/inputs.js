@@ -3,10 +3,10 @@
 import { readdirSync, realpathSync, statSync } from 'node:fs';
 import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive_directory.js';
-import { isBagName, isOfBag } from '../bag/names.js';
+import { isBagName } from '../bag/names.js';
 import { fileError } from '../errors.js';
 import { isSystemFile } from '../recording/classify.js';
-import { openRecording } from '../recording_reader.js';
+import { bagsAmong, openRecording } from '../recording_reader.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './disk.js';
 
@@ -50,14 +50,10 @@ export async function openInputs(paths, complain, options = {}, most = LIMITS.en
  * @param {(problem: string) => void} complain
  */
 export async function openBags(paths, complain) {
-  const { found, close } = findFiles(paths, complain);
-  const { listBags } = await import('../bag/bag_recordings.js');
-  const files = found.filter(({ path }) => isOfBag(path));
-  const listed = await listBags(files.map(({ path, open }) => ({ path, source: /** @type {Open} */ (open) })));
-  return { ...listed, close };
+  const { found, notes, close } = findFiles(paths, complain);
+  const listed = await bagsAmong(found);
+  return { bags: listed.bags, notes: [...notes, ...listed.notes], close };
 }
-
-/** @typedef {() => Promise<import('../archive.js').ByteSource>} Open */
 
 /**
  * @param {string[]} paths
@@ -124,7 +120,7 @@ function takeFolder(folder, title, findings) {
     try {
       const stats = statSync(disk);
       if (stats.isDirectory()) takeFolder(disk, path, findings);
-      else if (stats.isFile()) found.push(sourceOnDisk(disk, path, handles));
+      else if (stats.isFile()) found.push({ ...sourceOnDisk(disk, path, handles), isNamed: false });
       else notes.push({ file: path, reason: 'not used: a pipe or a device, not a file' });
     } catch (error) {
       if (error instanceof TooManyFiles) throw error;

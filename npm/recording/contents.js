@@ -15,7 +15,7 @@
  * @property {() => Promise<import('../archive.js').ByteSource>} [open] its bytes piece by piece, where it need not be read as a whole
  * @property {Blob} [blob] as the browser has it
  * @property {string} [disk] where it lies on the disk
- * @property {true} [isNamed] it was named itself, rather than the folder or the archive that it lies in
+ * @property {boolean} [isNamed] whether it was named itself; false: the folder that it lies in was, in which no archive is opened
  */
 
 /**

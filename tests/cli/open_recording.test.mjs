@@ -12,10 +12,9 @@ import { ROOM_FILES } from './support.mjs';
 
 /** @type {Record<string, Uint8Array>} */
 const SCANS = Object.fromEntries(
-  Object.entries({ ...ROOM_FILES, 'truth.tum': tum(4), 'other.tum': tum(4), 'notes.md': 'words' }).map(([path, text]) => [
-    path,
-    encode(text),
-  ]),
+  Object.entries({ ...ROOM_FILES, 'truth.tum': tum(4), 'other.tum': tum(4), 'notes.md': 'words' }).map(
+    ([path, text]) => [path, encode(text)],
+  ),
 );
 /** @param {Uint8Array} bytes */
 const blobOf = (bytes) => new Blob([/** @type {BlobPart} */ (bytes)]);
@@ -66,7 +65,10 @@ test('the same recording from blobs, Files, an archive and other sources; each f
 
 test('an archive that cannot be opened is named with the remedy, and costs nothing else', async () => {
   const broken = { path: 'b.zip', blob: new Blob(['PK']) };
-  const { scans, notes } = await openRecording([broken, { path: '0.ply', blob: blobOf(encode(ROOM_FILES['0.ply'] ?? '')) }]);
+  const { scans, notes } = await openRecording([
+    broken,
+    { path: '0.ply', blob: blobOf(encode(ROOM_FILES['0.ply'] ?? '')) },
+  ]);
   assert.deepEqual(scans, ['0.ply']);
   assert.match(notes[0]?.reason ?? '', /^not used: .+\. .+/);
   assert.ok(notes[0]?.is_loss);
@@ -83,10 +85,10 @@ test('other topics of a bag: where only the reference changes, the frames are th
   assert.ok(other.files.has('truth.tum'));
   await assert.rejects(first.choose({ depth: '/none' }), /\/none/);
 
-  const beside = await openRecording([{ path: 'camera.txt', blob: blobOf(encode('2 0 1\n0 2 1\n0 0 1\n')) }]);
+  const beside = await openRecording([{ path: 'camera-intrinsics.txt', blob: blobOf(encode('30 30 16 12\n')) }]);
   assert.equal(beside.kind, 'nothing');
   const together = await first.with(beside);
-  assert.deepEqual([together.depth_frames.length, together.intrinsics], [3, 'camera.txt']);
+  assert.deepEqual([together.depth_frames.length, together.intrinsics], [3, 'camera-intrinsics.txt']);
 });
 
 test('aborted at any moment it rejects with the reason of the signal', async () => {

@@ -24,7 +24,15 @@ import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
 import { bar_styles, exchangeBar } from './run-exchange.js';
-import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type Shelf, type ViewFacts } from './run-kind.js';
+import {
+  type GivenFiles,
+  type Loaded,
+  NO_FACTS,
+  type Panel,
+  type RunKind,
+  type Shelf,
+  type ViewFacts,
+} from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { activity, type Layout, messages, tabs } from './run-parts.js';
 import { type RunSession } from './session.js';

@@ -20,10 +20,7 @@ export interface Intake {
 export async function openFiles(named: readonly NamedFile[]): Promise<Intake> {
   const recording = await openRecording(named.map(({ name: path, file: blob }) => ({ path, blob })));
   const found = await recording.trajectories();
-  const problems = [
-    ...recording.opened.notes.map(({ file, reason }) => `${file}: ${reason}`),
-    ...found.problems,
-  ];
+  const problems = [...recording.opened.notes.map(({ file, reason }) => `${file}: ${reason}`), ...found.problems];
   const read = async (path: string): Promise<Part[]> => {
     try {
       return [{ name: path, bytes: trajectoryBytes(path, await recording.read(path)) }];
