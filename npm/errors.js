@@ -7,12 +7,13 @@ import { printable } from './printable.js';
 
 /**
  * @param {string} file
- * @param {string} problem what is wrong, a sentence without its full stop
+ * @param {string} problem what is wrong, a sentence without its full stop, or a question
  * @param {string} [remedy] what can be done, likewise
  * @returns {ScanstitchError}
  */
 export function fileError(file, problem, remedy = '') {
-  const error = new Error(`${printable(file)}: ${problem}.${remedy && ` ${remedy}.`}`);
+  const stop = problem.endsWith('?') ? '' : '.';
+  const error = new Error(`${printable(file)}: ${problem}${stop}${remedy && ` ${remedy}.`}`);
   return Object.assign(error, { name: /** @type {const} */ ('ScanstitchError'), file, place: null, problem, remedy });
 }
 

@@ -7,12 +7,13 @@
 import { append } from './append.js';
 import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
-import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
+import { classify, isSystemFile } from './recording/classify.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isForeignDepthName, isImageName } from './recording/kinds.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from './recording/names.js';
-import { adviceByContents, adviceFor, isGraph } from './recording/other_formats.js';
-import { assignRoles } from './recording/planar.js';
+import { nothing } from './recording/nothing.js';
+import { unused } from './recording/other_formats.js';
+import { assignRoles, classifyAll } from './recording/planar.js';
 
 const inSpace = () => import('./recording/in_space.js');
 
@@ -46,10 +47,6 @@ const inSpace = () => import('./recording/in_space.js');
 
 /** So many clouds are looked into to tell planar ones from those in space. */
 const LOOKED_INTO = 8;
-/** Of files that are no recording, so many are looked into to tell numbers from others. */
-const LOOKED_FOR_NUMBERS = 100;
-/** So many files are open at a time: a system has a limit, and reading one after the other takes longer. */
-const READ_TOGETHER = 16;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
@@ -405,18 +402,6 @@ async function referenceAndCamera(files, frames, read) {
 }
 
 /**
- * A note about each file, or about each series of files.
- * @param {ListedFile[]} files
- * @param {string} what
- * @returns {Note[]}
- */
-function unused(files, what) {
-  return seriesOf(files).map((series) => {
-    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
-  });
-}
-
-/**
  * @param {ListedFile[]} files
  * @param {Read} read
  * @param {boolean} isTable
@@ -426,86 +411,4 @@ async function planarScans(files, read, isTable) {
   const { reference, ...found } = assignRoles(await classifyAll(files, read, isTable));
   const root = found.scans.map(folderOf).reduce(commonFolder);
   return { ...found, kind: 'planar_scans', root, reference: reference === null ? [] : [reference] };
-}
-
-/**
- * @param {Note[]} notes about images
- * @param {ListedFile[]} files
- * @param {Read} read
- * @returns {Promise<Partial<Recording> & { notes: Note[] }>}
- */
-async function nothing(notes, files, read) {
-  const told = new Set(notes.map(({ file }) => file));
-  const others = files.filter(({ path }) => !isImageName(path));
-  const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
-  const headOf = (/** @type {number} */ at) => heads[at] ?? new Uint8Array();
-  /** @type {Map<string, ListedFile[]>} */
-  const advised = groupBy(
-    others.filter((_, at) => adviceByContents(headOf(at)) !== null),
-    (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
-  );
-  const advisedFiles = new Set([...advised.values()].flat());
-  const graphs = others.filter((_, at) => isGraph(headOf(at)));
-  const columns = others.filter((_, at) => isColumn(headOf(at)));
-  const isNumbers = (/** @type {ListedFile} */ file, /** @type {number} */ at) =>
-    !advisedFiles.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
-  const numbers = new Set(others.filter(isNumbers));
-  const rest = [
-    ...[...advised].flatMap(([advice, files]) =>
-      files.map(({ path }) => ({ file: path, reason: `not used: ${advice}` })),
-    ),
-    ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
-    ...unused(
-      columns,
-      'a number a line; where these are the ranges of a scan, say where it begins and its step: --table range=1,start=-135deg,step=0.5deg',
-    ),
-    ...unused(
-      [...numbers],
-      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
-    ),
-    ...unused(
-      others.filter(
-        (file) => !advisedFiles.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
-      ),
-      'neither a scan, nor a cloud, nor a depth image',
-    ),
-  ];
-  const isFew = files.length <= LOOKED_FOR_NUMBERS && files.length < others.length + 2;
-  return {
-    notes: [...notes, ...rest.filter(({ file }) => !told.has(file))],
-    ...(isFew && { beside: await besideScans(files, read) }),
-  };
-}
-
-/**
- * What these files are to scans that are open. Several images, or very many files, were meant as a recording: why they are none is
- * told in its own notes.
- * @param {ListedFile[]} files
- * @param {Read} read
- * @returns {Promise<Beside>}
- */
-async function besideScans(files, read) {
-  const { reference, odometry, notes } = assignRoles(await classifyAll(files, read));
-  return { reference, odometry, notes };
-}
-
-/**
- * The part of each file among planar scans; of those that cannot be read, which are noted, where the name says it.
- * @param {ListedFile[]} files
- * @param {Read} read
- * @param {boolean} [isTable]
- */
-async function classifyAll(files, read, isTable = false) {
-  /** @type {{ name: string, role: import('./recording/classify.js').Role, file: string }[]} */
-  const known = [];
-  for (let at = 0; at < files.length; at += READ_TOGETHER) {
-    const some = files.slice(at, at + READ_TOGETHER);
-    const heads = await Promise.all(some.map(({ path }) => read(path, HEAD_BYTES)));
-    for (const [place, { path }] of some.entries()) {
-      const head = heads[place] ?? null;
-      const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
-      if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
-    }
-  }
-  return known;
 }

@@ -130,7 +130,7 @@ function contentOf(source) {
     try {
       return new Uint8Array(await part.arrayBuffer());
     } catch {
-      throw fileError(path, 'It could not be read; was it moved or deleted?', 'Give it again');
+      throw fileError(path, 'This file could not be read; was it moved or deleted?', 'Give it again');
     }
   };
   return {

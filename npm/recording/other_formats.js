@@ -1,5 +1,6 @@
 // @ts-check
 /** Formats that are not read, and the one line that helps: which program converts them, with the command. */
+import { nameOf, seriesOf } from './names.js';
 
 /** By how a name ends. @type {readonly [RegExp, string][]} */
 const ADVICE = [
@@ -172,4 +173,16 @@ export function isGraph(head) {
   const lines = new TextDecoder('latin1').decode(head).split('\n').slice(0, -1);
   const told = lines.filter((line) => line.trim() !== '' && !line.startsWith('#'));
   return told.length > 0 && told.every((line) => RELATIONS.test(line));
+}
+
+/**
+ * A note about each file, or about each series of files.
+ * @param {readonly import('../recording.js').ListedFile[]} files
+ * @param {string} what
+ * @returns {import('../recording.js').Note[]}
+ */
+export function unused(files, what) {
+  return seriesOf(files).map((series) => {
+    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
+  });
 }

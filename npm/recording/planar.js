@@ -1,6 +1,15 @@
 // @ts-check
 /** Planar scans: what each file is used as. One reference and one odometry are used at a time: the first. */
 
+import { classify } from './classify.js';
+import { HEAD_BYTES } from './heads.js';
+import { isImageName } from './kinds.js';
+
+/** So many files are open at a time: a system has a limit, and reading one after the other takes longer. */
+const READ_TOGETHER = 16;
+
+/** @typedef {import('../recording.js').ListedFile} ListedFile */
+/** @typedef {import('../recording.js').Read} Read */
 /** @typedef {import('../recording.js').Note} Note */
 /** @typedef {import('./classify.js').Role} Role */
 
@@ -42,4 +51,25 @@ export function assignRoles(files) {
     }
   }
   return used;
+}
+
+/**
+ * The part of each file among planar scans; of those that cannot be read, which are noted, where the name says it.
+ * @param {ListedFile[]} files
+ * @param {Read} read
+ * @param {boolean} [isTable]
+ */
+export async function classifyAll(files, read, isTable = false) {
+  /** @type {{ name: string, role: Role, file: string }[]} */
+  const known = [];
+  for (let at = 0; at < files.length; at += READ_TOGETHER) {
+    const some = files.slice(at, at + READ_TOGETHER);
+    const heads = await Promise.all(some.map(({ path }) => read(path, HEAD_BYTES)));
+    for (const [place, { path }] of some.entries()) {
+      const head = heads[place] ?? null;
+      const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
+      if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+    }
+  }
+  return known;
 }

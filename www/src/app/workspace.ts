@@ -31,6 +31,7 @@ interface RunView {
   readonly of: { kind: Run };
   readonly is_own: boolean;
   readonly session: Session;
+  requestUpdate(): void;
   renew(): void;
   reopen(session: Session): void;
   titleOf(session: Session): string;
@@ -321,7 +322,7 @@ export class Workspace implements Shelf {
     this.#former = null;
     if (former.view.session === former.session) former.view.renew();
     former.session.end();
-    this.#host.requestUpdate();
+    this.#hooks.view(this.run)?.requestUpdate();
   }
 
   /** The former recording, for good: the one that is open ends. */
