@@ -75,13 +75,50 @@ type Topics = Partial<Record<Role, string | null>>;
 export type Source = File | { path: string; blob: Blob } | Content;
 
 /** A file of a recording, wherever it lies: on the disk, in an archive, in a bag, on a server, or made of another file. */
-export type Content = import('./recording/contents.js').Content;
+export interface Content {
+  path: string;
+  /** Bytes. */
+  size: number;
+  /** All of it; each caller has a copy of its own. */
+  read(): Promise<Uint8Array>;
+  /** Its first bytes, or all it has. */
+  readHead(length: number): Promise<Uint8Array>;
+  /** Its bytes piece by piece, where an archive or a bag need not be read as a whole. */
+  open?(): Promise<{ size: number; read(start: number, end: number): Promise<Uint8Array> }>;
+  /** As the browser has it. */
+  blob?: Blob;
+  /** Where it lies on the disk. */
+  disk?: string;
+  /** Whether it was named itself; false: the folder that it lies in was, in which no archive is opened. */
+  isNamed?: boolean;
+  /** Whether it is a cloud, whatever its name says. */
+  isCloud?: boolean;
+  /** The recording that it is a part of, in a bag. */
+  given?: Recording;
+  /** What could not be read of it, once it has been read. */
+  losses?: readonly Note[];
+}
 
 /** What is being done with a bag, or its topics as soon as they are known; `done` and `total` count bytes or messages. */
 export type OpenProgress =
   { stage: 'index' | 'messages'; done: number; total: number } | { stage: 'topics'; bags: readonly ListedBag[] };
 
-type ListedBag = import('./bag/bag_recordings.js').ListedBag;
+/** A topic of a bag, and what its messages are. */
+export interface TopicFacts {
+  /** `rate`: messages a second; null where there are fewer than two. */
+  topic: { name: string; type: string; count: number; rate: number | null };
+  /** In a few words. */
+  about: string;
+  /** What it can be used as. */
+  uses: Role[];
+  /** Why it cannot be used; empty where it can. */
+  problem: string;
+}
+
+export interface ListedBag {
+  bag: { readonly path: string; readonly notes: readonly Note[] };
+  topics: readonly TopicFacts[];
+}
 
 /** A ROS bag: what is in it, and which of its topics are used as what. */
 export interface OpenedBag {

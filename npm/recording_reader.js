@@ -16,7 +16,6 @@ import { contains, folderOf } from './recording/names.js';
 /** @typedef {import('./recording.js').Note} Note */
 /** @typedef {import('./recording_reader.js').OpenOptions} OpenOptions */
 /** @typedef {import('./recording_reader.js').OpenedRecording} OpenedRecording */
-/** @typedef {import('./bag/bag_recordings.js').ListedBag} ListedBag */
 /** @typedef {import('./recording_reader.js').Opened} Opened */
 
 /** @type {typeof import('./recording_reader.js').openRecording} */
@@ -177,10 +176,11 @@ async function converted(files, notes) {
   return made.files;
 }
 
-/** @param {readonly ListedBag[]} listed @param {import('./bag/topics.js').Wishes} topics @param {OpenOptions} options */
+/** @param {readonly import('./recording_reader.js').ListedBag[]} listed @param {import('./bag/topics.js').Wishes} topics @param {OpenOptions} options */
 async function fromBags(listed, topics, { signal, onProgress = () => undefined }) {
   const { recordingsOf } = await import('./bag/bag_recordings.js');
-  const recordings = await recordingsOf(listed, topics, (done, total) => {
+  const full = /** @type {import('./bag/bag_recordings.js').ListedBag[]} */ (listed);
+  const recordings = await recordingsOf(full, topics, (done, total) => {
     signal?.throwIfAborted();
     onProgress({ stage: 'messages', done, total });
   });

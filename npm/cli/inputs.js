@@ -52,7 +52,8 @@ export async function openInputs(paths, complain, options = {}, most = LIMITS.en
 export async function openBags(paths, complain) {
   const { found, notes, close } = findFiles(paths, complain);
   const listed = await bagsAmong(found);
-  return { bags: listed.bags, notes: [...notes, ...listed.notes], close };
+  const bags = /** @type {import('../bag/bag_recordings.js').ListedBag[]} */ (listed.bags);
+  return { bags, notes: [...notes, ...listed.notes], close };
 }
 
 /**

@@ -1,22 +1,7 @@
 // @ts-check
 /** What lies in archives and bags, as files of a recording: unpacked when it is read. */
 
-/** @typedef {import('../recording.js').Recording} Recording */
-/**
- * A file of a recording, wherever it lies.
- * @typedef {object} Content
- * @property {string} path folders separated by slashes
- * @property {number} size bytes
- * @property {() => Promise<Uint8Array>} read all of it
- * @property {(length: number) => Promise<Uint8Array>} readHead its first bytes, or all it has
- * @property {boolean} [isCloud] whether it is a cloud, whatever its name says
- * @property {Recording} [given] the recording that it is a part of, in a bag
- * @property {readonly import('../recording.js').Note[]} [losses] what could not be read of it, once it has been read
- * @property {() => Promise<import('../archive.js').ByteSource>} [open] its bytes piece by piece, where it need not be read as a whole
- * @property {Blob} [blob] as the browser has it
- * @property {string} [disk] where it lies on the disk
- * @property {boolean} [isNamed] whether it was named itself; false: the folder that it lies in was, in which no archive is opened
- */
+/** @typedef {import('../recording_reader.js').Content} Content */
 
 /**
  * A file whose bytes are in memory; each reader has a copy of its own.

@@ -1,7 +1,8 @@
 /** The pure parts of the page, without a browser: numbers in, numbers and words out. */
 import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
-import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
+import type { Dataset } from '../../www/src/datasets/dataset.js';
+import { combine, type Intake } from '../../www/src/planar/take-in.js';
 import { compareNaturally } from '../../npm/natural_order.js';
 import {
   formatAngle,

@@ -29,7 +29,6 @@ import type { Wishes } from './components/topics-panel.js';
 import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
 import type { Note } from './datasets/note.js';
 import { fetchSample } from './datasets/remote.js';
-import { messageOf } from './engine/message-of.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { ownerOf } from './views/settings-link.js';
@@ -151,7 +150,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('offline')) void this.keep(this.offline);
+    if (changed.has('offline')) void this.api.keepOffline(this.offline);
     // Undefined before: it is what the element begins with.
     if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource(this.src);
     if (changed.get('view') !== undefined) this.navigation.openWanted();
@@ -354,22 +353,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     });
   }
 
-  /** Keeps the page for use offline, if the host asks for it. */
-  private async keep(offline: boolean | string): Promise<void> {
-    if (offline === false) return;
-    try {
-      const { keepForOffline } = await import('./components/offline.js');
-      await keepForOffline(offline === true ? 'scanstitch-offline.js' : offline);
-    } catch (error) {
-      this.api.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
-    }
-  }
-
   private runOf(run: Run): ScanstitchPlanar | ScanstitchSpatial | null {
     return run === 'planar' ? this.planar : this.spatial;
   }
 
-  /** The run that is shown, or lies behind a view beside it. */
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
     return this.runOf(this.workspace.run);
   }
@@ -392,7 +379,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
     if (files.length > 0) return this.workspace.take(files, { requested_at, notes });
-    for (const { file, reason } of notes) this.runView()?.report(`${file}: ${reason}`, 'Drop it again');
+    for (const { file, reason } of notes) this.runView()?.session.report(`${file}: ${reason}`, 'Drop it again');
   }
 
   private onPicked({ target }: Event): void {

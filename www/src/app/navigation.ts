@@ -30,8 +30,8 @@ export interface NavigationHooks {
   wanted(): ViewName;
   /** Whether the page's sample belongs to the map and has not been opened, for it began with another view. */
   is_sample_due(): boolean;
-  /** Whether what was dropped on the strategies has its first frames on the map; `has_messages`: with something to say. */
-  dropped(): { has_messages: boolean } | null;
+  /** The run of what was dropped on the strategies, once its first frames are on the map. */
+  dropped(): { session: { messages: readonly unknown[] } } | null;
   /** Writes the settings of the run into the page's address. */
   writeAddress(): void;
 }
@@ -132,7 +132,7 @@ export class Navigation {
     const dropped = this.#is_to_compare ? this.#hooks.dropped() : null;
     if (!dropped) return;
     this.#is_to_compare = false;
-    const is_left_for_it = this.shown === 'spatial' && !dropped.has_messages;
+    const is_left_for_it = this.shown === 'spatial' && dropped.session.messages.length === 0;
     if (is_left_for_it || this.shown === 'strategies') await this.go('strategies');
   }
 

@@ -3,8 +3,7 @@
  * Views read it and ask it.
  */
 import type { ReactiveControllerHost } from 'lit';
-import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
-import type { OpenedRecording, OpenProgress } from '../../../npm/recording_reader.js';
+import type { ListedBag, OpenedRecording, OpenProgress } from '../../../npm/recording_reader.js';
 import { tellHost } from '../components/host-events.js';
 import type { Message } from '../components/messages.js';
 import type { Former, Shelf } from '../components/run-kind.js';

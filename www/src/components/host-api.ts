@@ -17,7 +17,7 @@ export interface HostedRun {
   computed(): Promise<ScanstitchResult>;
   cancel(): void;
   abandon(reason: string): void;
-  refuse(text: string, remedy: string): void;
+  readonly session: { refuse(text: string, remedy: string): void };
 }
 
 /** Where recordings are opened: the page's workspace. */
@@ -93,8 +93,7 @@ export class HostApi implements ReactiveController {
     if (!isNothing(src) && src !== 'sample' && src !== 'apartment') {
       return this.#replace(async (signal) => this.#opener.fetch((await fromHost()).addressesOf(src), signal));
     }
-    this.#opening = this.#openOwn(src, this.#opener.begin());
-    return this.#opening;
+    return this.#wait(this.#openOwn(src, this.#opener.begin()));
   }
 
   /** A sample, or nothing; an element that was put on the page just now has no views yet. */
@@ -157,6 +156,17 @@ export class HostApi implements ReactiveController {
     return withdraw;
   }
 
+  /** Keeps the page for use offline, if the host asks for it. */
+  async keepOffline(offline: boolean | string): Promise<void> {
+    if (offline === false) return;
+    try {
+      const { keepForOffline } = await import('./offline.js');
+      await keepForOffline(offline === true ? 'scanstitch-offline.js' : offline);
+    } catch (error) {
+      this.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
+    }
+  }
+
   dismiss(): void {
     this.#refused = [];
     this.#told = [];
@@ -170,8 +180,14 @@ export class HostApi implements ReactiveController {
 
   /** Opens a recording in place of the current one. */
   #replace(coming: (signal: AbortSignal) => Promise<GivenSet>): Promise<void> {
-    this.#opening = this.#openGiven(coming);
-    return this.#opening;
+    return this.#wait(this.#openGiven(coming));
+  }
+
+  /** What goes wrong is shown in the element: a host that does not wait for it need not catch it. */
+  #wait(opening: Promise<void>): Promise<void> {
+    opening.catch(() => undefined);
+    this.#opening = opening;
+    return opening;
   }
 
   async #openGiven(coming: (signal: AbortSignal) => Promise<GivenSet>): Promise<void> {
@@ -179,7 +195,7 @@ export class HostApi implements ReactiveController {
       await this.#opener.open(coming, performance.now());
     } catch (error) {
       if (!isOvertaken(error))
-        this.#hooks.run()?.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
+        this.#hooks.run()?.session.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
       throw error;
     }
     if (!this.#hooks.run()?.is_busy) throw new Error('Nothing that was given can be used');

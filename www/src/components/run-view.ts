@@ -160,11 +160,6 @@ export abstract class RunView<
     return this.is_busy && this.session.phase !== 'starting';
   }
 
-  /** Whether there are messages beside the map. */
-  get has_messages(): boolean {
-    return this.session.messages.length > 0;
-  }
-
   abstract get map_points(): ScanstitchMapPoints | null;
 
   /** Computes what is loaded and not computed yet; the end of it. */
@@ -182,16 +177,6 @@ export abstract class RunView<
   /** Rejects the promises of callers that wait for the end of the run. */
   abandon(reason: string): void {
     this.events.abandon(reason);
-  }
-
-  /** Nothing of what was given can be used: what is shown stays. */
-  refuse(text: string, remedy: string): void {
-    this.session.refuse(text, remedy);
-  }
-
-  /** A message about no file, beside the map. */
-  report(text: string, remedy = '', retry?: () => void): void {
-    this.session.report(text, remedy, retry);
   }
 
   // What a kind of run adds.

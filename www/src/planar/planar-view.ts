@@ -335,7 +335,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession>
       await navigator.clipboard.writeText(text);
       this.session.announce('The lines were copied.');
     } catch {
-      this.report('The browser did not allow copying', 'Select the lines and copy them');
+      this.session.report('The browser did not allow copying', 'Select the lines and copy them');
     }
   }
 

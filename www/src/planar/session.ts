@@ -1,5 +1,5 @@
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
-import { combine, type Dataset, hasLog, type Intake, type Opened } from '../datasets/dataset.js';
+import type { Dataset, Opened } from '../datasets/dataset.js';
 import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
@@ -18,6 +18,7 @@ import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 import type { TableImports } from './table-imports.js';
+import { combine, hasLog, type Intake, takeIn } from './take-in.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -92,7 +93,6 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   async #add({ title, origin, recording }: Opened, requested_at: number, joins: boolean): Promise<void> {
-    const { takeIn } = await import('../datasets/take-in.js');
     const intake = await takeIn(recording);
     this.requested_at = requested_at;
     this.messages = intake.notes.map(({ file, reason }) => noteMessage(file, reason));

@@ -2,9 +2,10 @@
  * Tables of ranges among the files that are opened: what their columns are is guessed, or taken from the page's address, and
  * asked for where neither tells.
  */
-import type { Dataset, Intake } from '../datasets/dataset.js';
+import type { Dataset } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
 import type { TableRequest } from './table-import.js';
+import type { Intake } from './take-in.js';
 import { rememberTable, tableOfLink } from './table-format.js';
 
 /** Names of trajectories, which are no tables of ranges. */
