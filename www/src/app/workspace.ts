@@ -195,7 +195,7 @@ export class Workspace implements Shelf {
     this.#expecting = new AbortController();
     const { signal } = this.#expecting;
     try {
-      const [{ warmUp }] = await Promise.all([import('../datasets/warm-up.js'), import('../spatial/spatial-view.js')]);
+      const [{ warmUp }] = await Promise.all([import('./warm-up.js'), import('../spatial/spatial-view.js')]);
       if (!signal.aborted) await warmUp(signal);
     } catch {
       // A failure is ignored here: the part is loaded again when it is needed, with a message if that fails.

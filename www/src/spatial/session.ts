@@ -4,7 +4,6 @@ import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
 import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Opened } from '../datasets/dataset.js';
-import { jobsOf } from '../datasets/spatial-jobs.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
@@ -12,6 +11,7 @@ import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from 
 import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
+import { jobsOf } from './jobs.js';
 import { NO_POINTS } from './leveling.js';
 
 /** Frames may be registered many times a second; their count is reported at most this often. */

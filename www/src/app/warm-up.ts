@@ -3,9 +3,9 @@
  * would pay for that, and for threads that start. So while the user is still choosing files, a few frames of the sample
  * are computed and thrown away; the threads stay for the recording.
  */
-import { fetchApartment } from './apartment.js';
-import { jobsOf } from './spatial-jobs.js';
+import { fetchApartment } from '../datasets/apartment.js';
 import { SpatialClient } from '../engine/spatial-client.js';
+import { jobsOf } from '../spatial/jobs.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 16;
