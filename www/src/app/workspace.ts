@@ -207,13 +207,10 @@ export class Workspace implements Shelf {
     const { given, notes = [] } = asked;
     const sources = files.map(({ name: path, file: blob }) => ({ path, blob }));
     const opening = openRecording(sources, { signal, notes, onProgress: this.#listener(signal, {}) });
-    let recording = await this.#reading(signal, opening);
-    if (given) {
-      const { asTold, noScan } = await import('../datasets/given.js');
-      recording = asTold(recording, given);
-      if (runOf(recording, this.run) === 'planar' && recording.scans.length === 0) throw noScan(given, recording);
-    }
-    await this.#show({ title: given?.title ?? '', origin: given ? 'host' : 'user', recording }, asked, signal);
+    const recording = await this.#reading(signal, opening);
+    if (!given) return this.#show({ title: '', origin: 'user', recording }, asked, signal);
+    const { asTold } = await import('../datasets/given.js');
+    await this.#show(asTold(recording, given, runOf(recording, this.run) === 'planar'), asked, signal);
   }
 
   /** While it is being opened, a bag is shown. */

@@ -5,6 +5,7 @@
 import { HEAD_BYTES } from '../../../npm/recording/heads.js';
 import { isLaserLog } from '../../../npm/recording/laser_logs.js';
 import type { OpenedRecording } from '../../../npm/recording_reader.js';
+import type { Opened } from './dataset.js';
 import { okOnly } from './fetch-ok.js';
 import type { NamedFile } from './gather.js';
 
@@ -36,8 +37,7 @@ const LISTS = ['scans', 'depth', 'color', 'clouds', 'files', 'reference', 'odome
 const EXAMPLE = '{ "title": "...", "scans": ["0.ply", ...], "reference": "truth.tum" }';
 /** Browsers refuse thousands of requests at a time. */
 const NUM_CONCURRENT = 8;
-/** How the page calls planar scans of a host that have no title. */
-export const DEFAULT_TITLE = 'Scans of this page';
+const DEFAULT_TITLE = 'Scans of this page';
 
 export interface FetchHooks {
   signal: AbortSignal;
@@ -117,23 +117,25 @@ function listOf(value: unknown, key: string, base: URL): string[] {
   throw new Error(`${base.href}: "${key}" should be an address, or a list of addresses`);
 }
 
-/** The recording that these files are. */
-export function asTold(recording: OpenedRecording, { scans, reference, odometry }: GivenSet): OpenedRecording {
+/** What these files are, as the manifest has it. Throws where they go to the view of planar scans and hold none. */
+export function asTold(recording: OpenedRecording, given: GivenSet, is_planar: boolean): Opened {
   const found = (name: string | null): string | null => (recording.files.has(name ?? '') ? name : null);
-  const told = [found(reference), found(odometry)];
-  const place = (name: string): number => scans.indexOf(name);
-  const rest = recording.scans.filter((name) => !told.includes(name));
-  return {
+  const [reference, odometry] = [found(given.reference), found(given.odometry)];
+  const place = (name: string): number => given.scans.indexOf(name);
+  const scans = recording.scans.filter((name) => name !== reference && name !== odometry);
+  if (given.scans.length > 0) scans.sort((a, b) => place(a) - place(b));
+  if (is_planar && scans.length === 0) throw noScan(given, recording);
+  const told: OpenedRecording = {
     ...recording,
-    scans: scans.length > 0 ? rest.sort((a, b) => place(a) - place(b)) : rest,
-    reference: told[0] ? [told[0]] : recording.reference,
-    odometry: told[1] ?? recording.odometry,
-    notes: recording.notes.filter(({ file }) => !told.includes(file)),
+    scans,
+    reference: reference === null ? recording.reference : [reference],
+    odometry: odometry ?? recording.odometry,
+    notes: recording.notes.filter(({ file }) => file !== reference && file !== odometry),
   };
+  return { title: given.title || (is_planar ? DEFAULT_TITLE : ''), origin: 'host', recording: told };
 }
 
-/** What is wrong where there is no scan among the planar files of a host. */
-export function noScan({ files }: GivenSet, { beside, notes }: OpenedRecording): Error {
+function noScan({ files }: GivenSet, { beside, notes }: OpenedRecording): Error {
   const reasons = (beside?.notes ?? notes).map(({ file, reason }) => `${file}: ${reason}`);
   const names = files.map(({ name }) => name).join(', ');
   return new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);

@@ -97,7 +97,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.requested_at = requested_at;
     this.messages = intake.notes.map(({ file, reason }) => noteMessage(file, reason));
     if (origin === 'host' && intake.scans.length > 0) {
-      this.#load({ ...intake, title, origin });
+      const { scans, reference, odometry } = intake;
+      this.#load({ title, origin, scans, reference, odometry });
       return;
     }
     const num_given = recording.opened.numGiven;
