@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { zipSync } from 'fflate';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 import { openRecording } from '../../npm/recording_reader.js';
 import { mcapBytes } from './bag_files.mjs';
 import { cameraInfo, image, poseStamped } from './bag_messages.mjs';

@@ -2,7 +2,7 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { strToU8, zipSync } from 'fflate';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 import { trajectoriesAmong } from '../../npm/recording/trajectories.js';
 import { EvaluationView } from './evaluation_view.js';
 import { expect, type InputFile, ply, test } from './scanstitch_page.js';

@@ -3,7 +3,7 @@
  * Views read it and ask it.
  */
 import type { ReactiveControllerHost } from 'lit';
-import type { ListedBag, OpenedRecording, OpenProgress } from '../../../npm/recording_reader.js';
+import type { ListedBag, OpenedRecording, OpenProgress } from '../../../package/recording_reader.js';
 import { tellHost } from '../components/host-events.js';
 import type { Message } from '../components/messages.js';
 import type { Former, Shelf } from '../components/run-kind.js';
@@ -203,7 +203,7 @@ export class Workspace implements Shelf {
   }
 
   async #open(files: readonly NamedFile[], asked: Asked, signal: AbortSignal): Promise<void> {
-    const { openRecording } = await this.#hooks.loaded(import('../../../npm/recording_reader.js'));
+    const { openRecording } = await this.#hooks.loaded(import('../../../package/recording_reader.js'));
     const { given, notes = [] } = asked;
     const sources = files.map(({ name: path, file: blob }) => ({ path, blob }));
     const opening = openRecording(sources, { signal, notes, onProgress: this.#listener(signal, {}) });

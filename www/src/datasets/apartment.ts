@@ -1,6 +1,6 @@
 /** The built-in sample in space, loaded when it is asked for: even the addresses of its files are many. */
 import { fetchOk } from './fetch-ok.js';
-import { type Content, openRecording } from '../../../npm/recording_reader.js';
+import { type Content, openRecording } from '../../../package/recording_reader.js';
 import type { Opened } from './dataset.js';
 
 const apartment = import.meta.glob<string>('../../samples/apartment/**/*.{jpg,png,npy,json,txt}', {

@@ -1,5 +1,5 @@
 /** Pictures as browsers show them: PNG and JPEG as they are, pixmaps as bitmaps. */
-import type { Content } from '../../../npm/recording_reader.js';
+import type { Content } from '../../../package/recording_reader.js';
 
 const HEADER_BYTES = 54;
 

@@ -1,5 +1,5 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
-import type { OpenedRecording } from '../../../npm/recording_reader.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
 import type { Inputs } from '../engine/protocol.js';
 
 /** Where a data set comes from. A sample, or what the host page names, is never extended by the user's files. */

@@ -2,9 +2,9 @@
  * What a host names in `src`: the addresses of files, or of a manifest that lists them. They are fetched and become files
  * as a drop has them.
  */
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { isLaserLog } from '../../../npm/recording/laser_logs.js';
-import type { OpenedRecording } from '../../../npm/recording_reader.js';
+import { HEAD_BYTES } from '../../../package/files/heads.js';
+import { isLaserLog } from '../../../package/files/laser_logs.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
 import type { Opened } from './dataset.js';
 import { okOnly } from './fetch-ok.js';
 import type { NamedFile } from './gather.js';

@@ -1,6 +1,6 @@
 /** From dropped files, folders and archives to trajectories and what lies beside them, read. */
-import { openRecording } from '../../../npm/recording_reader.js';
-import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
+import { openRecording } from '../../../package/recording_reader.js';
+import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { messageOf } from '../engine/message-of.js';
 import type { Part } from './protocol.js';

@@ -1,6 +1,6 @@
 /** From a recording that was opened to the planar scans that are loaded: its files are read, and join what is open or replace it. */
-import { compareNaturally } from '../../../npm/natural_order.js';
-import type { OpenedRecording } from '../../../npm/recording_reader.js';
+import { compareNaturally } from '../../../package/base/natural_order.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
 import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
 import type { Dataset } from '../datasets/dataset.js';

@@ -1,6 +1,6 @@
 /** The two images of the selected frame, fetched and decoded on selection; the last selection takes precedence. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { Content } from '../../../npm/recording_reader.js';
+import type { Content } from '../../../package/recording_reader.js';
 import { pictureOf } from '../datasets/bitmap.js';
 import type { DepthColors } from '../engine/spatial-protocol.js';
 import { depthPicture } from './depth-picture.js';

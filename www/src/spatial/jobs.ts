@@ -1,5 +1,5 @@
 /** The frames of a recording as the engine is given them. */
-import type { Content, OpenedRecording } from '../../../npm/recording_reader.js';
+import type { Content, OpenedRecording } from '../../../package/recording_reader.js';
 import type { SpatialJob } from '../engine/preparer.js';
 
 export function jobsOf(recording: OpenedRecording): SpatialJob[] {

@@ -1,7 +1,7 @@
-import { joinPoses } from '../../../npm/recording.js';
-import type { Content, OpenedRecording } from '../../../npm/recording_reader.js';
-import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
-import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
+import { joinPoses } from '../../../package/recording/understand.js';
+import type { Content, OpenedRecording } from '../../../package/recording_reader.js';
+import { cameraFor, engineCamera } from '../../../package/recording/camera_file.js';
+import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Opened } from '../datasets/dataset.js';
 import { LastRequest } from '../engine/last-request.js';
