@@ -4,7 +4,6 @@ import type { FileHandle } from 'node:fs/promises';
 import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive/directory.js';
 import type { ByteSource } from '../archive/window.js';
-import type { ListedBag } from '../bag/bag_recordings.js';
 import { isBagName } from '../bag/names.js';
 import { fileError, type Note } from '../base/errors.js';
 import type { Content as Source } from '../files/content.js';
@@ -51,8 +50,7 @@ export async function openInputs(
 export async function openBags(paths: string[], complain: (problem: string) => void) {
   const { found, notes, close } = findFiles(paths, complain);
   const listed = await bagsAmong(found);
-  const bags = listed.bags as ListedBag[];
-  return { bags, notes: [...notes, ...listed.notes], close };
+  return { bags: listed.bags, notes: [...notes, ...listed.notes], close };
 }
 
 function findFiles(paths: string[], complain: (problem: string) => void, most = LIMITS.entries) {
