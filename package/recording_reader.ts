@@ -1,22 +1,6 @@
 /**
  * What a folder, an archive or a ROS bag holds: planar scans, depth images or clouds in space, in which order, with which ground
  * truth and camera. The page and the command line open recordings by this function, too, and what it finds is not looked for again.
- *
- * ```js
- * import { openAsBlob } from 'node:fs';
- * import { load, Reconstruction } from 'scanstitch';
- * import { openRecording } from 'scanstitch/recording';
- *
- * await load();
- * const names = ['0.ply', '1.ply', '2.ply', 'reference.tum'];
- * const files = await Promise.all(names.map(async (path) => ({ path, blob: await openAsBlob(path) })));
- * const recording = await openRecording(files);
- * const reconstruction = new Reconstruction();
- * for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
- * while (reconstruction.step().stage !== 'done');
- * console.log(recording.kind, recording.reference, reconstruction.result().frames.length);
- * reconstruction.free();
- * ```
  */
 
 import type { ListedBag } from './bag/bag_recordings.js';
@@ -67,6 +51,25 @@ export interface OpenOptions {
   folder?: string;
 }
 
+/**
+ * What is read of files, with their bytes when they are asked for:
+ *
+ * ```js
+ * import { openAsBlob } from 'node:fs';
+ * import { load, Reconstruction } from 'scanstitch';
+ * import { openRecording } from 'scanstitch/recording';
+ *
+ * await load();
+ * const names = ['0.ply', '1.ply', '2.ply', 'reference.tum'];
+ * const files = await Promise.all(names.map(async (path) => ({ path, blob: await openAsBlob(path) })));
+ * const recording = await openRecording(files);
+ * const reconstruction = new Reconstruction();
+ * for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));
+ * while (reconstruction.step().stage !== 'done');
+ * console.log(recording.kind, recording.reference, reconstruction.result().frames.length);
+ * reconstruction.free();
+ * ```
+ */
 export interface OpenedRecording extends Understood {
   /** All files by their paths, unpacked and converted. */
   files: ReadonlyMap<string, Content>;
