@@ -1,12 +1,11 @@
 /** `scanstitch reconstruct`: planar scans, depth images or clouds to a trajectory, a map and a report. */
 import { availableParallelism } from 'node:os';
 import { printable } from '../base/printable.js';
-import { contains, folderOf } from '../files/names.js';
 import type { Recording } from '../files/recording.js';
 import { isListName } from '../recording/lists.js';
-import { understand } from '../recording/understand.js';
+import type { OpenedRecording } from '../recording_reader.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
-import { gather, type Inputs, type Source } from './inputs.js';
+import { openInputs } from './inputs.js';
 import { readMeshOptions } from './mesh_options.js';
 import { type Options, readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
@@ -105,12 +104,14 @@ async function run(engine: Engine, args: string[]) {
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
-  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals, complain, {
+    ...wishesOf(values),
+    isTable: table !== undefined,
+  });
   try {
-    const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
-    const task = { engine, inputs, recording, options, complain, problems };
+    const task = { engine, recording, options, complain, problems };
     if (recording.kind !== 'nothing') {
-      tellNotes(withoutNamed(inputs, recording, complain), complain);
+      tellNotes(withoutNamed(recording, complain), complain);
       complainOfOptions(recording, options, complain);
     }
     if (recording.kind === 'planar_scans') await (await import('./reconstruct_planar.js')).reconstructPlanar(task);
@@ -120,9 +121,14 @@ async function run(engine: Engine, args: string[]) {
       throw new CommandError('Neither scans nor depth images nor clouds were found, so nothing was computed.');
     }
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
+}
+
+/** Which of several recordings, and which topics of a bag. */
+export function wishesOf({ recording, topic }: { recording?: string | undefined; topic?: string[] | undefined }) {
+  return { topics: readWishes(topic), ...(recording !== undefined && { folder: recording }) };
 }
 
 export function readWorkers(text: string | undefined) {
@@ -131,37 +137,15 @@ export function readWorkers(text: string | undefined) {
   return Number(text);
 }
 
-/** @param isTable whether tables of numbers are said to be laser scans */
-export async function understandInputs(
-  { sources, notes }: Inputs,
-  chosen: string | undefined,
-  complain: (problem: string) => void,
-  isTable = false,
-) {
-  tellNotes(notes, complain);
-  const files = [...sources.values()];
-  const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
-  const readHead = async (path: string, length: number) => {
-    const source = sources.get(path);
-    if (!source) throw new Error(`${path} is not listed`);
-    return source.readHead(length);
-  };
-  return understand(taken, readHead, isTable);
-}
-
 /** So many files are named in full. */
 const MOST_NAMED = 5;
 
 /** The notes without those about files that were named one by one and are not used: these are complained of. */
-export function withoutNamed(
-  { sources }: Inputs,
-  { notes, ...recording }: Recording,
-  complain: (problem: string) => void,
-) {
+export function withoutNamed({ notes, files, ...recording }: OpenedRecording, complain: (problem: string) => void) {
   const { depth_frames, clouds, scans, reference, odometry, intrinsics } = recording;
   const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
   const used = new Set([...images, ...clouds, ...scans, ...reference, odometry, intrinsics]);
-  const unused = [...sources.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
+  const unused = [...files.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
   const reasons = new Map(notes.map(({ file, reason }) => [file, reason]));
   const [told, untold] = [
     unused.filter(({ path }) => reasons.has(path)),
@@ -190,18 +174,4 @@ function complainOfOptions(
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);
   }
-}
-
-/** What lies in this folder, or beside it on the way down to it. */
-function filesOfRecording(files: Source[], chosen: string) {
-  const parts = chosen.split('/').length;
-  const folders = files.map(({ path }) => {
-    const names = folderOf(path).split('/');
-    const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
-    return end < 0 ? null : names.slice(0, end + parts).join('/');
-  });
-  const folder = folders.find((folder) => folder !== null);
-  if (folder === undefined || folder === null)
-    throw new CommandError(`--recording ${chosen}: there is no such folder in the input`);
-  return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
 }

@@ -88,12 +88,9 @@ async function writeMap(reconstruction: SpatialReconstruction, options: Options,
   }
 }
 
-export function jobsOf({
-  inputs: { sources },
-  recording: { kind, root, depth_frames, clouds, cloud_times },
-}: Task): FrameJob[] {
+export function jobsOf({ recording: { files, kind, root, depth_frames, clouds, cloud_times } }: Task): FrameJob[] {
   const source = (path: string) => {
-    const found = sources.get(path);
+    const found = files.get(path);
     if (!found) throw new Error(`${path} is not listed`);
     return found;
   };
@@ -117,7 +114,7 @@ export function jobsOf({
 
 export async function setIntrinsics(
   reconstruction: Pick<SpatialReconstruction, 'set_intrinsics'>,
-  { inputs, recording, options, complain }: Task,
+  { recording, options, complain }: Task,
 ) {
   const give = (name: string, bytes: Uint8Array) => {
     const { camera, notes } = cameraFor(name, bytes, recording.image_size);
@@ -134,7 +131,7 @@ export async function setIntrinsics(
     accepted(() => give(name, bytes).forEach(tell), fail);
     return;
   }
-  const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
+  const found = recording.intrinsics === null ? undefined : recording.files.get(recording.intrinsics);
   if (!found) return;
   const bytes = await readSource(found, found.path, complain);
   // What is worth knowing of it has been said when the recording was looked into.
@@ -142,7 +139,7 @@ export async function setIntrinsics(
 }
 
 /** The trajectory to compare with: the one that was named, or the one that was found. */
-export async function readReference({ inputs, recording, options, complain }: Task): Promise<NamedBytes | null> {
+export async function readReference({ recording, options, complain }: Task): Promise<NamedBytes | null> {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isMany = isFolder(path);
@@ -153,7 +150,7 @@ export async function readReference({ inputs, recording, options, complain }: Ta
     const [first] = whole as [Uint8Array];
     return { name: basename(path), bytes: isMany ? joinPoses(whole) : trajectoryBytes(path, first) };
   }
-  const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
+  const sources = recording.reference.flatMap((path) => recording.files.get(path) ?? []);
   const [first] = sources;
   const last = sources.at(-1);
   if (!first || !last) return null;

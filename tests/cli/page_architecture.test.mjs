@@ -29,6 +29,7 @@ const LAYERS = {
     ['datasets', 'export', 'views'],
     ['components'],
     ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
+    ['app'],
     ['scanstitch-app'],
   ],
 };
