@@ -188,3 +188,11 @@ export async function readSource(source: Source, name: string, complain: (proble
     return null;
   }
 }
+
+/** The bytes of a file without which nothing is done. */
+export async function readFirst(name: string, file: Source) {
+  const problems: string[] = [];
+  const bytes = await readSource(file, name, (problem) => problems.push(problem));
+  if (!bytes) throw new Error(problems[0]);
+  return bytes;
+}

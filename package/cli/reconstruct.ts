@@ -6,6 +6,7 @@ import { isListName } from '../recording/lists.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
 import { openInputs } from './inputs.js';
+import { readMeshOptions } from './mesh_options.js';
 import { type Options, readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { Complaints, tellNotes } from './terminal.js';
@@ -22,6 +23,8 @@ const OPTIONS = {
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
   'map-format': { type: 'string' },
+  mesh: { type: 'string' },
+  'mesh-voxel': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 
@@ -57,6 +60,9 @@ Options:
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
+  --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
+                     standard deviation of each vertex (m) as deviation
+  --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -94,7 +100,8 @@ async function run(engine: Engine, args: string[]) {
   }
   const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
+  const mesh = readMeshOptions(values.mesh, values['mesh-voxel']);
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
   const { recording, close } = await openInputs(positionals, complain, {
@@ -154,12 +161,15 @@ export function withoutNamed({ notes, files, ...recording }: OpenedRecording, co
 /** Options that say nothing to recordings of this kind. */
 function complainOfOptions(
   { kind }: Recording,
-  { intrinsics, odometry }: Options,
+  { intrinsics, odometry, mesh }: Options,
   complain: (problem: string) => void,
 ) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
   if (intrinsics !== undefined && kind !== 'depth_images') {
     complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
+  }
+  if (mesh !== undefined && kind === 'planar_scans') {
+    complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
   }
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);

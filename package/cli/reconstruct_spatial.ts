@@ -2,14 +2,13 @@
 import { basename, relative } from 'node:path';
 import type { SpatialReconstruction } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
-import type { Content } from '../files/content.js';
 import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import { trajectoryBytes } from '../recording/pose_file.js';
 import { joinPoses } from '../recording/understand.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
-import { readInput, readRequired, readSource } from './inputs.js';
+import { readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
@@ -61,6 +60,10 @@ export async function reconstructSpatial(task: Task) {
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
+  if (options.mesh) {
+    const { writeSurface } = await import('./surface.js');
+    await writeSurface(engine, reconstruction, jobs, options.mesh, complain);
+  }
 }
 
 /**
@@ -195,11 +198,4 @@ export function registrarOf(reconstruction: SpatialReconstruction): Registrar<Fr
 export function nothingComputed({ isStopped }: { isStopped: boolean }) {
   const reason = isStopped ? 'Stopped before the first frame was placed' : 'No frame could be used';
   return new CommandError(`${reason}, so nothing was computed.`);
-}
-
-export async function readFirst(name: string, file: Content) {
-  const problems: string[] = [];
-  const bytes = await readSource(file, name, (problem) => problems.push(problem));
-  if (!bytes) throw new Error(problems[0]);
-  return bytes;
 }

@@ -5,6 +5,7 @@ import { lookUp } from '../base/look_up.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { reportHtml } from '../report/report.js';
 import { CommandError, type Engine, isScanstitchError } from './command.js';
+import type { MeshOptions } from './mesh_options.js';
 
 /** What a reconstruction is given. */
 export interface Task {
@@ -30,6 +31,8 @@ export interface Options {
   workers: number;
   /** Of the map; binary PLY without. */
   mapFormat?: MapFormat | undefined;
+  /** Of depth images. */
+  mesh?: MeshOptions | undefined;
 }
 
 type MapFormat = Parameters<SpatialReconstruction['map_file']>[0];

@@ -19,7 +19,7 @@ const LAYERS = {
     ['bag'],
     ['formats'],
     ['recording'],
-    ['run', 'lab', 'evaluation', 'report'],
+    ['run', 'lab', 'evaluation', 'report', 'mesh'],
     ['api'],
     ['index', 'browser', 'element', 'recording_reader'],
     ['cli'],
