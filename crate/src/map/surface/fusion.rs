@@ -390,7 +390,7 @@ impl<'a> View<'a> {
             let (at, reach) = (at / center.z * f as f32 + c as f32, radius / nearest * f as f32);
             let (low, high) = (at - reach, at + reach);
             let is_inside = low >= 0.0 && high < count as f32;
-            is_inside.then(|| low as usize / TILE..=high as usize / TILE)
+            is_inside.then_some(low as usize / TILE..=high as usize / TILE)
         };
         let columns = tiles(center.x, camera.fx, camera.cx, camera.width);
         let (Some(columns), Some(rows)) = (columns, tiles(center.y, camera.fy, camera.cy, camera.height)) else {
