@@ -34,14 +34,14 @@ function premise(setting, value) {
 }
 
 /**
- * " (assumed)" behind a value that was, " (assumed, confirmed)" where something confirms it, nothing behind one that was given.
+ * " (assumed)" behind a value that was, " (assumed; the recording agrees)" where something confirms it, nothing behind one that was given.
  * @param {readonly Assumption[]} assumptions
  * @param {Assumption['setting']} wanted
  */
 export function assumedMark(assumptions, wanted) {
   const assumption = assumptions.find(({ setting }) => setting === wanted);
   if (!assumption) return '';
-  return assumption.confirmed_by === null ? ' (assumed)' : ' (assumed, confirmed)';
+  return assumption.confirmed_by === null ? ' (assumed)' : ' (assumed; the recording agrees)';
 }
 
 /**

@@ -14,6 +14,7 @@ import { drawing } from './drawing.js';
  * @property {readonly string[]} losses what was left out or could not be used, in sentences
  * @property {Float32Array} points of the map (m): x y ... of a planar run, x y z ... of one in space
  * @property {string} [picture] the map as it was on the screen, as a data: address
+ * @property {0 | 1 | 2 | 3} [turns] quarter turns, counter-clockwise, by which a planar map was turned there
  * @property {number} [num_frames] frames of the recording, registered or not
  */
 
@@ -43,7 +44,7 @@ export function reportHtml(result, context) {
     .join('')}</dl></section>
 <section><h2>Map and path</h2>
 ${picture ? `<img src="${text(picture, Infinity)}" alt="The map as it was on the screen">` : ''}
-${drawing(sceneOf(result, context.points))}</section>
+${drawing(sceneOf(result, context))}</section>
 <section><h2>Notes and losses</h2>${notes.length === 0 ? '<p>None.</p>' : list(notes)}</section>
 <section><h2>Files</h2>${list([...opened.slice(0, MOST_NAMES), ...(opened.length > MOST_NAMES ? [`and ${opened.length - MOST_NAMES} more`] : [])])}</section>
 <section><h2>Frames</h2>${frameTable(result)}</section>
@@ -143,37 +144,84 @@ function poseCells({ T_world_sensor: pose }) {
   return [fixed(x, 3), fixed(y, 3), fixed(z, 3), degrees(turn)];
 }
 
+/** Settings that are angles: radians in the engine, degrees for a reader. */
+const ANGLES = ['search_rotation', 'max_normal_angle', 'rotation_eps', 'field_of_view'];
+
 /** @param {object} settings */
 function settingsTable(settings) {
   const rows = Object.entries(settings).map(
-    ([name, value]) =>
-      `<tr><th scope="row">${text(name)}</th><td>${text(value === null ? '–' : String(value))}</td></tr>`,
+    ([name, value]) => `<tr><th scope="row">${text(name)}</th><td>${text(settingWords(name, value))}</td></tr>`,
   );
   return `<table class="settings"><tbody>${rows.join('')}</tbody></table>`;
 }
 
+/** With the digits that count, and angles in degrees. @param {string} name @param {unknown} value */
+function settingWords(name, value) {
+  if (typeof value !== 'number') return value === null ? '–' : String(value);
+  const is_angle = ANGLES.includes(name);
+  return `${Number((is_angle ? (value * 180) / Math.PI : value).toPrecision(6))}${is_angle ? '°' : ''}`;
+}
+
 /**
- * The run from above. In space, along the axis in which the path extends least: a path mostly lies on a floor.
+ * The run from above: a planar one the same way up as on the screen. In space, along the axis in which the path extends least: a
+ * path mostly lies on a floor.
  * @param {PlanarResult | SpatialResult} result
- * @param {Float32Array} points
+ * @param {Context} context
  * @returns {import('./drawing.js').Scene}
  */
-function sceneOf({ frames, comparison }, points) {
+function sceneOf({ frames, comparison }, { points, turns = 0 }) {
   const places = frames.map((frame) => (frame.status === 'lost' ? null : positionOf(frame)));
   const references = (comparison?.reference ?? []).map(
     (/** @type {{ x: number, y: number } | null} */ pose) => pose && placeOf(pose),
   );
   const is_planar = !frames.some(({ T_world_sensor }) => 'qw' in T_world_sensor);
-  const [right, up] = is_planar ? [0, 1] : widestAxes(places);
+  if (is_planar) {
+    const turned = turnedBy(turns);
+    const place = (/** @type {readonly number[] | null} */ at) => at && turned(at[0] ?? 0, at[1] ?? 0);
+    return {
+      points: turnedPoints(points, turned),
+      path: places.map(place),
+      reference: references.map(place),
+      axes: AXES[turns] ?? ['x', 'y'],
+    };
+  }
+  const [right, up] = widestAxes(places);
   const axes = /** @type {[string, string]} */ ([`${'xyz'[right]}`, `${'xyz'[up]}`]);
   const flat = (/** @type {readonly number[] | null} */ place) =>
     place && /** @type {const} */ ([place[right] ?? 0, place[up] ?? 0]);
   return {
-    points: is_planar ? points : flattened(points, right, up),
+    points: flattened(points, right, up),
     path: places.map(flat),
     reference: references.map(flat),
     axes,
   };
+}
+
+/** What is to the right and what is up after so many quarter turns. @type {readonly [right: string, up: string][]} */
+const AXES = [
+  ['x', 'y'],
+  ['−y', 'x'],
+  ['−x', '−y'],
+  ['y', '−x'],
+];
+
+/** @param {0 | 1 | 2 | 3} turns */
+function turnedBy(turns) {
+  const [cos = 1, sin = 0] = [
+    [1, 0],
+    [0, 1],
+    [-1, 0],
+    [0, -1],
+  ][turns] ?? [1, 0];
+  return (/** @type {number} */ x, /** @type {number} */ y) =>
+    /** @type {const} */ ([x * cos - y * sin, x * sin + y * cos]);
+}
+
+/** @param {Float32Array} points @param {(x: number, y: number) => readonly [number, number]} turned */
+function turnedPoints(points, turned) {
+  const all = new Float32Array(points.length);
+  for (let i = 0; i + 1 < points.length; i += 2) all.set(turned(points[i] ?? 0, points[i + 1] ?? 0), i);
+  return all;
 }
 
 /** @param {readonly (readonly number[] | null)[]} places @returns {[right: number, up: number]} */

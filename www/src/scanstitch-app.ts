@@ -3,7 +3,10 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { messageOf } from './engine/message-of.js';
 import { appHeader } from './components/app-header.js';
-import { activity_styles, app_styles } from './components/app-styles.js';
+import { type Controls, CONTROLS } from './components/controls.js';
+import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './components/folds.js';
+import { app_styles } from './components/app-styles.js';
+import { activity_styles } from './components/run-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
 import { FileIntake } from './components/file-intake.js';
@@ -19,7 +22,7 @@ import {
 } from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
-import { OPEN_ITEMS } from './components/open-menu.js';
+import { openItems } from './components/open-menu.js';
 import { PageParts } from './components/page-parts.js';
 import { RunCrossing } from './components/run-crossing.js';
 import { activityBox } from './components/run-parts.js';
@@ -69,6 +72,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('')) preset!: string;
   @property(text('map')) view!: ViewName;
   @property(text('auto')) theme!: ScanstitchElement['theme'];
+  @property(text('full')) controls!: Controls;
+  @property(text('')) scene!: string;
   @property(text_or_switch) offline!: boolean | string;
   @property({ ...on_or_off, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
@@ -85,6 +90,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
+  /** The panels around the map that are unfolded. */
+  @state() private folds = NONE_OPEN;
   private appearance = new Appearance(this, () => this.frame);
   private parts = new PageParts({
     report: (text, remedy, retry) => this.api.report(text, remedy, retry),
@@ -186,15 +193,19 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('rememberSettings')) this.claimAddress();
+    if (!this.hasUpdated && this.rememberSettings) this.folds = rememberedFolds();
     if (!this.hasUpdated && this.owns_address) {
       const owner = ownerOf(location.hash);
       if (isViewName(owner)) this.address_view = owner;
     }
-    const names = ['settings', 'preset', 'theme', 'view'] as const;
+    const names = ['settings', 'preset', 'theme', 'view', 'controls'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
     if (changed.get('view') !== undefined) this.address_view = null;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
+    }
+    if (changed.has('controls') && !CONTROLS.includes(this.controls)) {
+      this.api.refuse([`“${String(this.controls)}” is not a value of controls: ${CONTROLS.join(', ')}`]);
     }
     if (changed.has('view') && !isViewName(this.view)) {
       this.api.refuse([`“${String(this.view)}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
@@ -277,16 +288,19 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override render(): TemplateResult {
     const { drop_target } = this;
+    const { layout, is_low, type_scale } = this.appearance;
     return html`
       <div
-        class="app ${this.appearance.layout}"
+        class="app ${layout} ${is_low ? 'low' : ''} ${isRun(this.shown) ? '' : 'beside'}"
+        style="--px: ${type_scale}px"
         @dragenter=${drop_target.enter}
         @dragover=${drop_target.over}
         @dragleave=${drop_target.leave}
         @drop=${drop_target.drop}
       >
-        ${this.renderHeader()}
+        ${this.controls_shown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages
+          strip
           .messages=${this.api.notices}
           @messages-dismissed=${() => this.api.dismiss()}
         ></scanstitch-messages>
@@ -341,6 +355,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       @run-exchanged=${() => this.intake.exchange()}
       @files-wanted=${({ detail }: CustomEvent<string>) => this.choose(detail)}
       @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.lookInside(detail))}
+      @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
       ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
@@ -371,6 +386,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       ?dark=${this.isDark()}
       .given=${this.handover.looked_into}
       src=${this.sourceOf('icp')}
+      example=${this.scene}
       ?remember-link=${this.owns_address && this.shown === 'icp'}
     ></scanstitch-lab>`;
   }
@@ -392,6 +408,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
       .elsewhere=${this.crossing.elsewhere('planar')}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -405,6 +425,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
       .elsewhere=${this.crossing.elsewhere('spatial')}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -423,14 +447,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       run: this.run_kind,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
-      open_items: OPEN_ITEMS,
+      open_items: openItems(isNothing(this.src) || this.source_of !== 'map' ? '' : this.src),
       layout: this.appearance.layout,
       is_dark: this.isDark(),
+      full_screen: this.appearance.full_screen,
       go: (tool) => this.parts.attend(() => this.go(tool)),
       open: (id) => this.choose(id),
       expectFiles: () => void this.expectFiles(),
       runExport: (id) => void run?.runExport(id),
       removeReference: () => run?.removeReference(),
+      toggleFullScreen: () => this.choose('full-screen'),
       toggleTheme: () => {
         this.theme = this.isDark() ? 'light' : 'dark';
       },
@@ -560,6 +586,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.parts.attend(() => this.go(id.slice('view:'.length) as Tool));
       return;
     }
+    if (id === 'full-screen') {
+      this.parts.attend(() => this.appearance.toggleFullScreen());
+      return;
+    }
     if (id === 'other-run') {
       this.crossBack();
       return;
@@ -573,6 +603,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
     else if (id === 'apartment') this.parts.attend(() => this.openApartment());
+    else if (id === 'page') this.openSource(this.src);
     else if (id === 'clear') this.runViews().forEach((run) => run.clear());
     else this.openSample();
   }
@@ -617,6 +648,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     input.value = ''; // so that picking the same files again is a change
     const requested_at = performance.now();
     this.parts.attend(() => this.take(files, requested_at, []));
+  }
+
+  /** What stands around the map; a value that is none is refused, and all of it is there. */
+  private get controls_shown(): Controls {
+    return CONTROLS.includes(this.controls) ? this.controls : 'full';
+  }
+
+  private fold(change: FoldChange): void {
+    this.folds = changedFolds(this.folds, change);
+    if (change.is_lasting && this.rememberSettings) rememberFolds(this.folds);
   }
 
   private isDark(): boolean {

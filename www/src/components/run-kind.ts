@@ -3,7 +3,6 @@ import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import type { Noun } from './frame-parts.js';
 import type { MenuItem } from './menu.js';
-import type { Layout } from './run-parts.js';
 import type { Run } from './tools.js';
 
 /** What the header shows of a run. */
@@ -55,6 +54,6 @@ export interface RunKind {
   exports: readonly MenuItem[];
   /** The names of the tabs. */
   panels: Record<Panel, string>;
-  /** The panels in the order of their tabs, where the map leaves room for them. */
-  tabs: Record<Layout, readonly Panel[]>;
+  /** The panels in the order of their buttons or tabs. */
+  order: readonly Panel[];
 }

@@ -1,7 +1,7 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
 import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
 import { comparePair, relate, type Remedies } from '../../../npm/evaluation/compare.js';
-import type { Command, Comparison, Query, QueryApi, Result, TimesFile, TrajectoryFile } from './protocol.js';
+import type { Command, Comparison, Query, QueryApi, Refusal, Result, TimesFile, TrajectoryFile } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
 
@@ -38,6 +38,7 @@ function compareAll(query: Query): Result {
   const result: Result = {
     comparisons: [],
     refusals: [],
+    realigned: null,
     reference_problem: null,
     reference_notes: [],
     relation_problems: [],
@@ -49,16 +50,33 @@ function compareAll(query: Query): Result {
     return result;
   }
   result.reference_notes = reference.value.notes;
-  for (const id of query.estimates) {
-    const compared = attempt(() => compare(reference.value, id, query));
-    if ('problem' in compared) result.refusals.push({ id, name: nameOf(id), problem: compared.problem });
-    else {
-      result.comparisons.push(compared.value.comparison);
-      result.relation_problems.push(...compared.value.relation_problems);
-    }
+  Object.assign(result, compareEach(reference.value, query));
+  const { alignment } = query.options;
+  // Nothing at all on the page helps nobody: where no estimate can be aligned as chosen, they are as they can be.
+  for (const instead of FALLBACKS.slice(FALLBACKS.findIndex((one) => one === alignment) + 1)) {
+    if (result.comparisons.length > 0 || result.refusals.length === 0) break;
+    const { problem } = result.refusals[0] as Refusal;
+    const others = compareEach(reference.value, { ...query, options: { ...query.options, alignment: instead } });
+    if (others.comparisons.length > 0) Object.assign(result, others, { realigned: { instead, problem } });
   }
   result.elapsed_ms = performance.now() - start;
   return result;
+}
+
+/** From the alignment that asks for most of two trajectories to that which asks for nothing. */
+const FALLBACKS = ['origin', 'se3', 'none'] as const;
+
+function compareEach(
+  reference: Trajectory,
+  query: Query,
+): Pick<Result, 'comparisons' | 'refusals' | 'relation_problems'> {
+  const compared = query.estimates.map((id) => ({ id, name: nameOf(id), ...attempt(() => compare(reference, id, query)) }));
+  const found = compared.flatMap((one) => ('value' in one ? [one.value] : []));
+  return {
+    comparisons: found.map(({ comparison }) => comparison),
+    refusals: compared.flatMap(({ id, name, ...one }) => ('problem' in one ? [{ id, name, problem: one.problem }] : [])),
+    relation_problems: found.flatMap(({ relation_problems }) => relation_problems),
+  };
 }
 
 function compare(
