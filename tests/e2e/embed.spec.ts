@@ -91,7 +91,8 @@ test('in little room, and with fewer controls, the map keeps most of it', async 
     return (width * height) / (520 * 360);
   };
   expect(await share()).toBeGreaterThan(0.5);
-  for (const tool of ['Map', 'Strategies']) await expect(page.getByRole('button', { name: tool })).toBeInViewport();
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  for (const name of ['Map', 'Strategies']) await expect(tools.getByRole('button', { name })).toBeInViewport();
   await page.getByRole('tab', { name: 'Scans' }).click();
   await expect(app.table).toBeVisible();
   await page.getByRole('button', { name: 'Panel', exact: true }).click();
@@ -138,7 +139,10 @@ test('scans that cannot be fetched are told', async ({ page, baseURL }) => {
   await expect(page.getByRole('button', { name: 'Show the sample' })).toBeVisible();
 });
 
-test('a course page opens a scene of the ICP lab, and comes back to it from other clouds', async ({ page, baseURL }) => {
+test('a course page opens a scene of the ICP lab, and comes back to it from other clouds', async ({
+  page,
+  baseURL,
+}) => {
   const body = '<scanstitch-app view="icp" scene="corridor" style="height: 700px"></scanstitch-app>';
   await page.goto(await serveCourse(page, baseURL ?? '', body));
   const question = page.getByRole('region', { name: 'Question' });

@@ -80,7 +80,10 @@ test('one of another recording beside the run, taken as the ground truth: by tim
   expect(app.faults).toEqual([]);
 });
 
-test('positions alone have no first pose to align at: they are aligned by SE(3), and that is said', async ({ app, page }) => {
+test('positions alone have no first pose to align at: they are aligned by SE(3), and that is said', async ({
+  app,
+  page,
+}) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();
   await page.getByRole('button', { name: 'Remove all' }).click();

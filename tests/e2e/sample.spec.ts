@@ -116,7 +116,7 @@ test('at first sight the map has half of the window and more; what is unfolded i
   }
   await panels.getByRole('button', { name: 'Details' }).click();
   await page.reload();
-  await app.stitched();
+  await new ScanstitchPage(page, '').stitched();
   await expect(app.table).toBeVisible();
   await expect(app.setting('Strategy')).toBeVisible();
   await expect(app.why).toBeHidden();

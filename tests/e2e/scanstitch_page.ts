@@ -85,7 +85,7 @@ export class ScanstitchPage {
       observer.observe(document, { childList: true, subtree: true });
     });
     await this.goto('./');
-    await expect(this.page.getByRole('heading', { name: /^Drop laser scans/ })).toBeVisible();
+    await expect(this.page.getByRole('heading', { name: /^(Drop|Open) laser scans/ })).toBeVisible();
   }
 
   private async goto(path: string): Promise<void> {

@@ -73,6 +73,7 @@ test('changed settings are kept in the address, and a link carries them', async 
 test('settings in space are kept in the address, and a link carries them to the depth images', async ({ page }) => {
   await drawNothing(page);
   await page.goto('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
+  await page.locator('scanstitch-spatial').getByRole('button', { name: 'Settings' }).click();
   const effort = page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true });
   await effort.selectOption('quick');
   const linked = (name: string): string | null => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);

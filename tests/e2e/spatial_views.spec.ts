@@ -99,6 +99,10 @@ test('the section opens the room: above the camera, below the ceiling', () => {
   expect(top).toBeCloseTo(1.1, 1);
   expect(section).toBeGreaterThan(0);
   expect(section).toBeLessThan(1);
+  // Outdoors trees and walls go on and on: nothing is cut away.
+  const outdoors: Vec3[] = points.map(([x, y, z], i) => [x, i % 3 === 0 ? y : 0.2 + ((i * 11) % 700) / 100, z]);
+  const open = heightsOf(outdoors, [[0, 0, 0]]);
+  expect(open.section).toBe(open.top);
   // A camera under the ceiling: the cut stays below that.
   expect(heightsOf(points, [[0, 1, 0]]).section).toBeLessThan(1);
 });

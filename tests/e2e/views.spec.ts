@@ -14,7 +14,14 @@ import {
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
-import { changeWords, fromScreen, parseSettings, toScreen, writeSettings, zeroWord } from '../../www/src/views/setting-fields.js';
+import {
+  changeWords,
+  fromScreen,
+  parseSettings,
+  toScreen,
+  writeSettings,
+  zeroWord,
+} from '../../www/src/views/setting-fields.js';
 import { mapBounds } from '../../www/src/views/map-bounds.js';
 import { linearAxis } from '../../www/src/views/axes.js';
 import { drawSeries } from '../../www/src/views/figures.js';
@@ -129,7 +136,9 @@ test('a map in pieces: the main one first, small ones together, links between pi
 });
 
 test('the longest tenth of the pairs, and its share of the squares', () => {
-  const pairs = Float32Array.from(Array.from({ length: 20 }, (_, i) => [0, 0, 3 * (i < 2 ? 5 : 1), 4 * (i < 2 ? 5 : 1)]).flat());
+  const pairs = Float32Array.from(
+    Array.from({ length: 20 }, (_, i) => [0, 0, 3 * (i < 2 ? 5 : 1), 4 * (i < 2 ? 5 : 1)]).flat(),
+  );
   const { drawn, count, total, longest, median, share } = longestPairs(pairs);
   expect([count, total, longest, median]).toEqual([2, 20, 25, 5]);
   expect(share).toBeCloseTo((2 * 625) / (2 * 625 + 18 * 25), 9);
@@ -285,7 +294,17 @@ test('settings go to the screen and back, and into an address and back', () => {
   expect(writeSettings(base, base)).toBe('');
   const fields = [
     { ...angle, label: 'Turn' },
-    { ...way, label: 'Way', kind: { ...way.kind, choices: [{ value: 'a', label: 'First' }, { value: 'b', label: 'Second' }] } },
+    {
+      ...way,
+      label: 'Way',
+      kind: {
+        ...way.kind,
+        choices: [
+          { value: 'a', label: 'First' },
+          { value: 'b', label: 'Second' },
+        ],
+      },
+    },
   ];
   expect(changeWords(fields, base, changed)).toEqual(['Turn: 28.6479° → 14.3239°', 'Way: First → Second']);
 });

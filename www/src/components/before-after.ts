@@ -11,6 +11,9 @@ export interface Measure {
   format: (value: number) => string;
 }
 
+/** Changes that are named; a preset makes more. */
+const MOST_NAMED = 3;
+
 /**
  * What a changed setting has made of the result: the figures before and after it, side by side, and the result before it on the
  * map.
@@ -27,8 +30,10 @@ export class ScanstitchBeforeAfter extends LitElement {
   @property({ type: Boolean }) shown = true;
 
   protected override render(): TemplateResult {
+    const { changes } = this;
+    const words = changes.length > MOST_NAMED ? `${changes.length} settings changed` : changes.join('; ');
     return html`<section aria-label="Before and after">
-      <p class="changes">${this.changes.join('; ')}</p>
+      <p class="changes" title=${changes.join('; ')}>${words}</p>
       <dl class="number">${this.earlier.map((measure) => this.renderMeasure(measure))}</dl>
       <span class="actions">
         <label
@@ -92,8 +97,10 @@ export class ScanstitchBeforeAfter extends LitElement {
       }
       dl {
         display: flex;
+        flex: 1 1 100%;
         flex-wrap: wrap;
         gap: 2px 18px;
+        order: 1;
       }
       dl > div {
         display: flex;

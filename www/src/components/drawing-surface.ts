@@ -37,7 +37,12 @@ export class DrawingSurface implements ReactiveController {
 
   constructor(host: DrawingHost) {
     this.#host = host;
-    this.#gestures = new Gestures(host, host, () => this.#is_guarded, () => this.#type_scale);
+    this.#gestures = new Gestures(
+      host,
+      host,
+      () => this.#is_guarded,
+      () => this.#type_scale,
+    );
     watchSize(
       host,
       () => this.#resize(),

@@ -86,7 +86,9 @@ export class ScanstitchFigure extends LitElement {
       @keydown=${this.onKey}
     >
       <canvas aria-hidden="true"></canvas>
-      <svg class="marks" viewBox="0 0 ${this.size.width} ${this.size.height}" aria-hidden="true">${this.marker(this.size).map(drawn)}</svg>
+      <svg class="marks" viewBox="0 0 ${this.size.width} ${this.size.height}" aria-hidden="true">
+        ${this.marker(this.size).map(drawn)}
+      </svg>
       <p id="description" hidden>
         ${this.description}
         ${this.movable ? 'Arrow keys move it, plus and minus zoom.' : this.steppable ? 'Arrow keys go along it.' : ''}

@@ -34,8 +34,7 @@ export type IconName = keyof typeof SHAPES;
 /** `shape`: of an icon that only a view loaded later shows, which keeps it out of the first load. */
 export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateResult {
   return html`<svg
-    width=${size}
-    height=${size}
+    style="width: calc(${size} * var(--px)); height: calc(${size} * var(--px))"
     viewBox="0 0 16 16"
     fill="none"
     stroke="currentColor"
@@ -51,8 +50,7 @@ export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateRe
 /** The mark: scan points over a path. */
 export function logo(size = 26): TemplateResult {
   return html`<svg
-    width=${size}
-    height=${size}
+    style="width: calc(${size} * var(--px)); height: calc(${size} * var(--px))"
     viewBox="0 0 26 26"
     fill="none"
     stroke-linecap="round"

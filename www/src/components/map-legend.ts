@@ -23,32 +23,37 @@ export class ScanstitchMapLegend extends LitElement {
   @property({ type: Boolean }) compact = false;
 
   protected override render(): TemplateResult | typeof nothing {
-    const { pieces, num_uncertain, num_lost } = this;
+    const { pieces, num_uncertain } = this;
     if (pieces.length === 0 && num_uncertain === 0) return nothing;
+    if (pieces.length === 0) return this.renderSigns();
     const num_pieces = pieces.reduce((sum, piece) => sum + piece.num_pieces, 0);
     return html`<details ?open=${!this.compact}>
-      <summary>${pieces.length > 0 ? `Map in ${plural(num_pieces, 'piece')}` : 'Uncertain links'}</summary>
+      <summary>
+        Map in ${plural(num_pieces, 'piece')}<span
+          >Poses within a piece are certain. How the pieces lie relative to each other is not.</span
+        >
+      </summary>
+      <ul aria-label="Pieces">
+        ${pieces.map((piece) => this.renderPiece(piece))}
+      </ul>
+      ${this.renderSigns()}
+    </details>`;
+  }
+
+  private renderSigns(): TemplateResult {
+    const { num_uncertain, num_lost } = this;
+    return html`<ul class="signs">
       ${
-        pieces.length > 0
-          ? html`<p>Poses within a piece are certain. How the pieces lie relative to each other is not.</p>
-              <ul aria-label="Pieces">
-                ${pieces.map((piece) => this.renderPiece(piece))}
-              </ul>`
+        num_uncertain > 0
+          ? html`<li><i class="dashes"></i>uncertain link<span class="number">${num_uncertain}</span></li>`
           : nothing
       }
-      <ul class="signs">
-        ${
-          num_uncertain > 0
-            ? html`<li><i class="dashes"></i>uncertain link<span class="number">${num_uncertain}</span></li>`
-            : nothing
-        }
-        ${
-          num_lost > 0
-            ? html`<li><i class="cross">×</i>lost scan, not in the map<span class="number">${num_lost}</span></li>`
-            : nothing
-        }
-      </ul>
-    </details>`;
+      ${
+        num_lost > 0
+          ? html`<li><i class="cross">×</i>lost scan, not in the map<span class="number">${num_lost}</span></li>`
+          : nothing
+      }
+    </ul>`;
   }
 
   private renderPiece(piece: Piece): TemplateResult {
@@ -56,7 +61,7 @@ export class ScanstitchMapLegend extends LitElement {
     return html`<li>
       <button
         aria-pressed=${is_shown}
-        title=${is_shown ? 'Show all pieces' : 'Show this piece alone'}
+        title=${is_shown ? 'Show all pieces' : `Show this piece alone${piece.exported ? `; in exports ${piece.exported}` : ''}`}
         @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: is_shown ? null : piece }))}
       >
         <i style="background: ${cssColor(piece.color)}"></i>${piece.label}<span class="number"
@@ -73,21 +78,21 @@ export class ScanstitchMapLegend extends LitElement {
         grid-area: legend;
         max-height: 30cqh;
         overflow: auto;
-      }
-      details {
-        border-top: 1px solid var(--line);
         background: var(--surface);
         font-size: calc(12.5 * var(--px));
+      }
+      :host > * {
+        border-top: 1px solid var(--line);
       }
       summary {
         padding: 5px 12px;
         font-weight: 600;
         cursor: pointer;
       }
-      p {
-        padding: 0 12px 4px;
+      summary span {
+        padding-left: 10px;
         color: var(--muted);
-        font-size: calc(12 * var(--px));
+        font-weight: 400;
       }
       ul {
         display: flex;

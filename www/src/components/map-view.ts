@@ -192,43 +192,43 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     };
     return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
       <div class="view">
-      <div
-        class="stage"
-        tabindex="0"
-        role="group"
-        aria-label="Map"
-        aria-describedby="map-description map-keys"
-        @keydown=${this.onKey}
-      >
-        <canvas aria-hidden="true"></canvas>
-        <p id="map-description" class="visually-hidden">${this.description}</p>
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-          scan before and after.
-        </p>
-      </div>
-      <div class="readout number" aria-hidden="true" ?hidden=${!world}>
-        ${
-          world &&
-          html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
-              hovered === null
-                ? nothing
-                : html`<span class="frame"
-                    ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
-                      this.names[hovered] ?? `scan ${hovered}`,
-                    )}</span
-                  >`
-            }`
-        }
-      </div>
-      ${mapToolbar({
-        zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-        fit: () => this.fit(),
-        own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
-        has_layers: this.layers_open,
-        layers_hint: 'Layers',
-        toggleLayers,
-      })}
+        <div
+          class="stage"
+          tabindex="0"
+          role="group"
+          aria-label="Map"
+          aria-describedby="map-description map-keys"
+          @keydown=${this.onKey}
+        >
+          <canvas aria-hidden="true"></canvas>
+          <p id="map-description" class="visually-hidden">${this.description}</p>
+          <p id="map-keys" class="visually-hidden">
+            Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
+            scan before and after.
+          </p>
+        </div>
+        <div class="readout number" aria-hidden="true" ?hidden=${!world}>
+          ${
+            world &&
+            html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
+                hovered === null
+                  ? nothing
+                  : html`<span class="frame"
+                      ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
+                        this.names[hovered] ?? `scan ${hovered}`,
+                      )}</span
+                    >`
+              }`
+          }
+        </div>
+        ${mapToolbar({
+          zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
+          fit: () => this.fit(),
+          own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
+          has_layers: this.layers_open,
+          layers_hint: 'Layers',
+          toggleLayers,
+        })}
       </div>
       ${this.layers_open ? this.renderLayers() : nothing}
       <scanstitch-map-legend

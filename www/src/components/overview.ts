@@ -33,8 +33,8 @@ export class ScanstitchOverview extends LitElement {
       <header><h2>All scans</h2></header>
       <p>${this.assessment(num_bad)}</p>
       ${num_bad > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
-      ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
-      ${this.renderWorst()} ${frames.length > 1 ? this.renderCharts() : nothing}
+      ${notes.map((note) => html`<p class="explanation">${note}</p>`)} ${this.renderWorst()}
+      ${frames.length > 1 ? this.renderCharts() : nothing}
     `;
   }
 
@@ -94,8 +94,8 @@ export class ScanstitchOverview extends LitElement {
       <h3>Joint optimisation of all scans</h3>
       <p class="explanation">
         Root mean square distance of the matched points of all pairs of scans, while their poses are solved together, by
-        iteration. The sharpness above is another measure: the mean distance between the surfaces of overlapping scans in
-        the finished map.
+        iteration. The sharpness above is another measure: the mean distance between the surfaces of overlapping scans
+        in the finished map.
       </p>
       <svg
         viewBox=${CHART_VIEW_BOX}

@@ -27,7 +27,7 @@ export abstract class RunPanels extends LitElement {
 
   /** Whether the figures have one line. */
   protected get is_compact(): boolean {
-    return this.layout !== 'narrow' && !this.folds.has('figures');
+    return this.controls !== 'full' || (this.layout !== 'narrow' && !this.folds.has('figures'));
   }
 
   /** Whether a panel stands around the map; in the medium layout two of them side by side would leave it no room. */

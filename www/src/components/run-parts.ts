@@ -129,11 +129,14 @@ export function emptyView(
   session: ActiveSession,
   want: (id: string) => void,
 ): TemplateResult {
+  // Fingers drop nothing.
+  const is_touch = matchMedia('(pointer: coarse)').matches;
+  const title = is_touch ? given.title.replace(/^Drop (.*) here$/, 'Open $1') : given.title;
   return html`<div class="empty">
     ${messages(session)}
     <section aria-label=${given.label}>
       ${icon('open', 32)}
-      <h2>${given.title}</h2>
+      <h2>${title}</h2>
       <p>${given.about}</p>
       <p class="actions">
         ${given.choices.map(

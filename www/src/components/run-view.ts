@@ -74,6 +74,10 @@ export abstract class RunView<
   /** What was opened last. */
   private files: Files | null = null;
   private shown_generation = 0;
+  /** Changes where the view is to be fitted anew. */
+  protected fit_key = 0;
+  /** The recording of the result before. */
+  private compared_of: unknown = null;
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
@@ -238,7 +242,10 @@ export abstract class RunView<
     const { session, num_frames } = this;
     const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
     if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
-    if (this.shown_generation !== session.generation) this.result_before = null;
+    if (session.dataset !== this.compared_of) this.result_before = null;
+    this.compared_of = session.dataset;
+    // The two are to be compared in one frame.
+    if (!this.result_before) this.fit_key = session.generation;
     if (this.shown_generation !== session.generation || num_frames === 0) {
       this.shown_generation = session.generation;
       this.selected = null;
@@ -278,15 +285,14 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : this.renderIntroduction()}
-        ${this.renderExchange()} ${is_narrow || controls === 'none' ? nothing : this.renderFigures()}
+        ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
+        ${controls === 'minimal' || (controls === 'full' && !is_narrow) ? this.renderFigures() : nothing}
         <main ?hidden=${is_empty}>
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             ${this.renderBefore()} ${messages(session, true)}
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)}
-              ${this.renderQuestion()}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
             </div>
             ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
           </div>

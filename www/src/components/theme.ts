@@ -76,7 +76,7 @@ export const shared = css`
     align-items: center;
     justify-content: center;
     gap: 6px;
-    min-height: 32px;
+    min-height: calc(32 * var(--px));
     padding: 0 12px;
     border: 1px solid var(--line);
     border-radius: 7px;
@@ -113,7 +113,7 @@ export const shared = css`
     background: var(--sunken);
   }
   button.icon {
-    width: 32px;
+    width: calc(32 * var(--px));
     padding: 0;
   }
   button.link {
@@ -246,7 +246,7 @@ export const chart_styles = css`
   }
   .axes text {
     fill: var(--muted);
-    font-size: calc(10.5 * var(--px));
+    font-size: 10.5px; /* of the chart, which grows with its width */
     font-variant-numeric: tabular-nums;
   }
 `;

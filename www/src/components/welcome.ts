@@ -22,8 +22,8 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
       <h1>Laser scans and depth images to a path and a map</h1>
       <p>
         <strong class="by-mouse">Drop files anywhere on this page</strong
-        ><strong class="by-hand">Choose files of this device</strong>: scans, depth images, clouds, a folder, a zip or a ROS bag.
-        Everything is computed in this tab; nothing leaves your machine.
+        ><strong class="by-hand">Choose files of this device</strong>: scans, depth images, clouds, a folder, a zip or a
+        ROS bag. Everything is computed in this tab; nothing leaves your machine.
       </p>
       <div class="begin">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
@@ -106,9 +106,9 @@ export const welcome_styles = css`
   }
   .welcome .tools {
     display: grid;
-    grid-template-columns: repeat(5, minmax(0, 1fr));
+    grid-template-columns: repeat(5, auto);
     align-content: center;
-    gap: 18px;
+    gap: 16px;
     font-size: calc(12.5 * var(--px));
   }
   .welcome li {
@@ -120,6 +120,7 @@ export const welcome_styles = css`
     font-size: calc(13.5 * var(--px));
     font-weight: 620;
     text-align: left;
+    white-space: nowrap;
   }
   .welcome li > span {
     color: var(--muted);

@@ -137,9 +137,10 @@ export class ScanstitchWhy extends LitElement {
 
   private renderLongest({ count, total, longest, median, share }: LongestPairs): TemplateResult {
     return html`<p class="explanation">
-      On the map: the ${plural(count, 'longest pair')} of ${formatCount(total)}. They have ${formatPercent(share)} of the
-      sum of squared distances; the longest is ${formatLength(longest)}, half of all are below ${formatLength(median)}.
-      Together in one place they show something that moved, or a surface that the scans before did not see. Spread over all walls, they show a pose that is off.
+      On the map: the ${plural(count, 'longest pair')} of ${formatCount(total)}. They have ${formatPercent(share)} of
+      the sum of squared distances; the longest is ${formatLength(longest)}, half of all are below
+      ${formatLength(median)}. Together in one place they show something that moved, or a surface that the scans before
+      did not see. Spread over all walls, they show a pose that is off.
     </p>`;
   }
 

@@ -70,11 +70,17 @@ function compareEach(
   reference: Trajectory,
   query: Query,
 ): Pick<Result, 'comparisons' | 'refusals' | 'relation_problems'> {
-  const compared = query.estimates.map((id) => ({ id, name: nameOf(id), ...attempt(() => compare(reference, id, query)) }));
+  const compared = query.estimates.map((id) => ({
+    id,
+    name: nameOf(id),
+    ...attempt(() => compare(reference, id, query)),
+  }));
   const found = compared.flatMap((one) => ('value' in one ? [one.value] : []));
   return {
     comparisons: found.map(({ comparison }) => comparison),
-    refusals: compared.flatMap(({ id, name, ...one }) => ('problem' in one ? [{ id, name, problem: one.problem }] : [])),
+    refusals: compared.flatMap(({ id, name, ...one }) =>
+      'problem' in one ? [{ id, name, problem: one.problem }] : [],
+    ),
     relation_problems: found.flatMap(({ relation_problems }) => relation_problems),
   };
 }

@@ -39,9 +39,7 @@ export class ScanstitchRanking extends LitElement {
     return html`<section class="ranking" aria-label=${count === 1 ? 'Figures' : 'Ranking'}>
       <header>
         <h2>${count === 1 ? 'Figures' : 'Ranking'}</h2>
-        <span class="muted"
-          >${words}${ranked.length > 1 ? '; select a column to sort by it' : ''}</span
-        >
+        <span class="muted">${words}${ranked.length > 1 ? '; select a column to sort by it' : ''}</span>
         <span class="save">
           <button class="quiet" @click=${() => this.copy(markdown, 'Markdown')}>Copy Markdown</button>
           <button class="quiet" @click=${() => this.copy(csv, 'CSV')}>Copy CSV</button>

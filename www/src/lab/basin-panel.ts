@@ -86,9 +86,7 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
         ${labels.minima.slice(0, MAX_LISTED).map(({ count, lowest }, label) => {
           const T = lowest?.[0] ?? null;
           const words =
-            label === 0 || !T
-              ? 'the same result'
-              : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
+            label === 0 || !T ? 'the same result' : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
           return this.renderLabel(label, count, words, T);
         })}
         ${this.renderLabel(-1, labels.labels.filter((label) => label < 0).length, 'did not converge', null)}

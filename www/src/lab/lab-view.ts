@@ -272,7 +272,9 @@ export class ScanstitchLab extends LitElement {
         </button>
         ${
           this.src || this.example
-            ? html`<button @click=${() => this.openOwn()} title="What this page opened first">This page’s clouds</button>`
+            ? html`<button @click=${() => this.openOwn()} title="What this page opened first">
+                This page’s clouds
+              </button>`
             : nothing
         }
         ${examplesMenu((name) => this.showExample(name))}

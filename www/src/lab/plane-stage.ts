@@ -4,7 +4,16 @@ import { map_styles } from '../components/map-styles.js';
 import { shared } from '../components/theme.js';
 import { mapBounds } from '../views/map-bounds.js';
 import { penOn } from '../views/pen.js';
-import { bestTurns, fitted, panned, type Size, toWorld, type Turns, type Viewport, zoomedAt } from '../views/viewport.js';
+import {
+  bestTurns,
+  fitted,
+  panned,
+  type Size,
+  toWorld,
+  type Turns,
+  type Viewport,
+  zoomedAt,
+} from '../views/viewport.js';
 import {
   handleOf,
   movedPoints,

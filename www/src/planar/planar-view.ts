@@ -254,7 +254,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .pieces=${this.pieces()}
       .map_before=${this.overlay}
       .reference_name=${result?.comparison?.name ?? ''}
-      .fit_key=${session.generation}
+      .fit_key=${this.fit_key}
       .has_occupancy=${phase === 'done' || phase === 'stopped'}
       .occupancy=${this.occupancy}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {

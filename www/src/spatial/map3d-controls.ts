@@ -70,7 +70,9 @@ export function readout(
           </span>`
         : nothing
     }
-    <span class="scale number" style="width: calc(${(metres / metres_per_pixel).toFixed(1)} * var(--px))">${metres} m</span>
+    <span class="scale number" style="width: calc(${(metres / metres_per_pixel).toFixed(1)} * var(--px))"
+      >${metres} m</span
+    >
   </div>`;
 }
 
@@ -142,6 +144,7 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
     ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'reference')}
-    ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', `Grid of ${has.grid_step} m`, 'grid')}
+    ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing}
+    ${layer('grid', `Grid of ${has.grid_step} m`, 'grid')}
   `);
 }

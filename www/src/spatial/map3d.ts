@@ -156,14 +156,22 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
       ${sectionSlider(section, (height) => this.choose({ section: height }))}
       <div class="view">
-        <div class="stage" tabindex="0" role="group" aria-label="Map" aria-describedby="map-keys" @keydown=${this.onKey}>
+        <div
+          class="stage"
+          tabindex="0"
+          role="group"
+          aria-label="Map"
+          aria-describedby="map-keys"
+          @keydown=${this.onKey}
+        >
           ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
           <p id="map-keys" class="visually-hidden">
-            Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
-            P changes between perspective and plan, comma and full stop select the frame before and after.
+            Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from
+            above, P changes between perspective and plan, comma and full stop select the frame before and after.
           </p>
         </div>
-        ${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section, toggleLayers)}
+        ${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
+        ${this.renderControls(section, toggleLayers)}
       </div>
       ${this.layers_open ? this.renderLayers() : nothing}
     </div>`;

@@ -179,7 +179,7 @@ export class ScanstitchReadingCard extends LitElement {
       }
       .choice text {
         fill: var(--muted);
-        font-size: calc(10 * var(--px));
+        font-size: 10px;
       }
       .choice path {
         fill: var(--selected);

@@ -51,7 +51,13 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles, BeforePath> {
+export class ScanstitchSpatial extends RunView<
+  SpatialSettings,
+  SpatialSnapshot,
+  SpatialSession,
+  SpatialFiles,
+  BeforePath
+> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
@@ -216,7 +222,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       .voxel_size=${result?.settings.map_voxel_size || 0.05}
       .has_colors=${session.points.colors.length > 0}
       .path_before=${this.overlay}
-      .fit_key=${session.generation}
+      .fit_key=${this.fit_key}
       .description=${this.mapWords(result)}
       .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
       ?growing=${phase === 'running'}

@@ -184,21 +184,29 @@ export function paintBefore(ctx: Context, size: Size, view: Viewport, { poses }:
   polyline(ctx, size, view, poses);
 }
 
-/** So many pairs or more are drawn thin. */
+/** So many pairs or more are drawn thin; fewer stand out from the points. */
 const MANY_PAIRS = 60;
 
 /** Lines from each point of the selected scan to the point it was matched with. */
 export function paintPairs(ctx: Context, size: Size, view: Viewport, pairs: Float32Array, theme: MapTheme): void {
   const at = (i: number, axis: typeof toScreenX): number =>
     axis(view, size, pairs[i] as number, pairs[i + 1] as number);
-  ctx.strokeStyle = cssColor(theme.selected, 0.75);
-  ctx.lineWidth = pairs.length < MANY_PAIRS * 4 ? 2 : 1;
-  ctx.beginPath();
-  for (let i = 0; i + 3 < pairs.length; i += 4) {
-    ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
-    ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
+  const lines = (color: string, width: number): void => {
+    ctx.strokeStyle = color;
+    ctx.lineWidth = width;
+    ctx.beginPath();
+    for (let i = 0; i + 3 < pairs.length; i += 4) {
+      ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
+      ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
+    }
+    ctx.stroke();
+  };
+  ctx.lineCap = 'round';
+  if (pairs.length >= 4 * MANY_PAIRS) lines(cssColor(theme.selected, 0.75), 1);
+  else {
+    lines(theme.halo, 5);
+    lines(theme.warning, 2.5);
   }
-  ctx.stroke();
   ctx.fillStyle = theme.path;
   for (let i = 0; i + 3 < pairs.length; i += 4) {
     ctx.fillRect(at(i + 2, toScreenX) - 1, at(i + 2, toScreenY) - 1, 2, 2);
