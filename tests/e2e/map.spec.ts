@@ -119,7 +119,7 @@ test('why a scan is the worst: its longest pairs are drawn, and the lab is one c
   page,
 }) => {
   await app.why.getByRole('button', { name: 'Why is this scan worst?' }).click();
-  await expect(app.why).toContainText(/the \d+ longest pairs of \d+\. They have \d+\s% of the/);
+  await expect(app.why).toContainText(/the \d+ longest pairs\s+of \d+\.\s+They have\s+\d+\s%/);
   const longest = page.getByLabel(/Show the longest pairs/);
   await expect(longest).toBeChecked();
   const drawn = await app.picture();

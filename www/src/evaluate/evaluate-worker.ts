@@ -1,7 +1,7 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
 import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
 import { comparePair, relate, type Remedies } from '../../../npm/evaluation/compare.js';
-import type { Command, Comparison, Query, QueryApi, Refusal, Result, TimesFile, TrajectoryFile } from './protocol.js';
+import type { Command, Comparison, Query, QueryApi, Result, TimesFile, TrajectoryFile } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';
 
@@ -51,20 +51,15 @@ function compareAll(query: Query): Result {
   }
   result.reference_notes = reference.value.notes;
   Object.assign(result, compareEach(reference.value, query));
-  const { alignment } = query.options;
-  // Nothing at all on the page helps nobody: where no estimate can be aligned as chosen, they are as they can be.
-  for (const instead of FALLBACKS.slice(FALLBACKS.findIndex((one) => one === alignment) + 1)) {
-    if (result.comparisons.length > 0 || result.refusals.length === 0) break;
-    const { problem } = result.refusals[0] as Refusal;
-    const others = compareEach(reference.value, { ...query, options: { ...query.options, alignment: instead } });
-    if (others.comparisons.length > 0) Object.assign(result, others, { realigned: { instead, problem } });
+  const [refusal] = result.refusals;
+  // Positions alone have no first pose to make equal: an empty page would help nobody.
+  if (query.options.alignment === 'origin' && result.comparisons.length === 0 && refusal) {
+    const fitted = compareEach(reference.value, { ...query, options: { ...query.options, alignment: 'se3' } });
+    if (fitted.comparisons.length > 0) Object.assign(result, fitted, { realigned: refusal.problem });
   }
   result.elapsed_ms = performance.now() - start;
   return result;
 }
-
-/** From the alignment that asks for most of two trajectories to that which asks for nothing. */
-const FALLBACKS = ['origin', 'se3', 'none'] as const;
 
 function compareEach(
   reference: Trajectory,

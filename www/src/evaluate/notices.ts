@@ -44,15 +44,6 @@ export function noticesOf({ num_files, answer, selected, messages }: NoticeFacts
   };
 }
 
-/** What was done where trajectories could not be aligned as chosen, and what else can be. */
-export function realignedWords({ instead, problem }: NonNullable<Result['realigned']>): string {
-  const [done, other] =
-    instead === 'se3'
-      ? ['All are aligned by SE(3) instead', 'Other choices are under “Alignment”']
-      : ['All are compared as they lie, without an alignment', 'With three poses or more they can be aligned'];
-  return `${problem} ${done}. ${other}.`;
-}
-
 /** What became of files that were not even opened; empty where there are none. */
 export function skippedWords(names: readonly string[]): string[] {
   if (names.length === 0) return [];

@@ -10,7 +10,7 @@ import { WorkerClient } from './client.js';
 import evaluate_url from './evaluate-worker.ts?worker&url';
 import { type Intake, sortOut } from './intake.js';
 import map_url from './sharpness-worker.ts?worker&url';
-import { realignedWords, skippedWords } from './notices.js';
+import { skippedWords } from './notices.js';
 import { readAll } from './open-files.js';
 import type {
   Command,
@@ -319,11 +319,10 @@ export class EvaluateSession extends Session<Clients> {
     if (this.#leavesRun(result)) return;
     this.result = result;
     this.phase = 'done';
-    const { realigned } = result;
-    if (realigned) {
-      const { options } = this.choices;
-      this.choices = { ...this.choices, options: { ...options, alignment: realigned.instead } };
-      this.tell([noteMessage('', realignedWords(realigned))]);
+    if (result.realigned !== null) {
+      this.choices = { ...this.choices, options: { ...this.choices.options, alignment: 'se3' } };
+      const done = 'All are aligned by SE(3) instead. Other choices are under “Alignment”.';
+      this.tell([noteMessage('', `${result.realigned} ${done}`)]);
     }
     const [first] = this.ranked;
     if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
