@@ -203,7 +203,10 @@ const AXES: readonly (readonly [right: string, up: string])[] = [
 type Turned = (x: number, y: number) => readonly [number, number];
 
 function turnedBy(turns: Turns): Turned {
-  const [cos, sin] = [[1, 0, -1, 0] as const, [0, 1, 0, -1] as const].map((values) => values[turns]) as [number, number];
+  const [cos, sin] = [[1, 0, -1, 0] as const, [0, 1, 0, -1] as const].map((values) => values[turns]) as [
+    number,
+    number,
+  ];
   return (x, y) => [x * cos - y * sin, x * sin + y * cos];
 }
 

@@ -88,7 +88,8 @@ export class ScanstitchPage {
     await expect(this.page.getByRole('heading', { name: /^(Drop|Open) laser scans/ })).toBeVisible();
   }
 
-  private async goto(path: string): Promise<void> {
+  /** Opens the page, whether or not anything is computed. */
+  async goto(path: string): Promise<void> {
     await this.page.addInitScript((panels) => {
       window.stitched = [];
       addEventListener('scanstitch-done', (event) => window.stitched.push((event as CustomEvent).detail));

@@ -27,14 +27,14 @@ export interface Message {
 @customElement('scanstitch-messages')
 export class ScanstitchMessages extends LitElement {
   @property({ attribute: false }) messages: readonly Message[] = [];
-  /** Over the whole width, above what it is about, and notes in one line until they are asked for. */
+  /** Over the whole width, above what it is about, and notes in one line until they are asked for, but for those with a button. */
   @property({ type: Boolean, reflect: true }) strip = false;
 
   protected override render(): TemplateResult {
     const { messages } = this;
     const num_errors = messages.filter(({ kind }) => kind === 'error').length;
     const kind = num_errors > 0 ? 'error' : 'note';
-    const is_folded = this.strip && num_errors === 0;
+    const is_folded = this.strip && num_errors === 0 && !messages.some(({ retry }) => retry);
     return html`<section class="card ${kind}" aria-label="Messages" ?hidden=${messages.length === 0}>
       <details class="all" ?open=${!is_folded}>
         <summary>
