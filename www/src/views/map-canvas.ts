@@ -150,7 +150,7 @@ export class MapCanvas {
     }
 
     if (before && layers.path) paintBefore(ctx, size, view, before, theme);
-    if (layers.reference) paintReference(ctx, size, view, marks, theme);
+    if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
     if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
     if (layers.path) paintTrajectory(ctx, size, view, marks, colors, theme, only);
     const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
