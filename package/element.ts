@@ -81,7 +81,8 @@ export interface ScanstitchAttributes {
 export interface ScanstitchElement extends HTMLElement, ScanstitchAttributes {
   /**
    * Opens other files in place of what is open: what `src` may hold, addresses, or files of this machine, as a drop would.
-   * Fulfilled when the computation has begun; rejected where nothing could be opened.
+   * Fulfilled when the computation has begun; rejected where nothing could be opened, with an AbortError where something else was
+   * asked for meanwhile.
    */
   open(source: string | readonly string[] | Iterable<File>): Promise<void>;
   /** Computes what is open, or goes on after `cancel`, and waits for the end; what is done already is not computed again. */

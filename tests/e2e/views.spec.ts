@@ -1,7 +1,8 @@
 /** The pure parts of the page, without a browser: numbers in, numbers and words out. */
 import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
-import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
+import type { Dataset } from '../../www/src/datasets/dataset.js';
+import { combine, type Intake } from '../../www/src/planar/take-in.js';
 import { compareNaturally } from '../../npm/base/natural_order.js';
 import {
   formatAngle,
@@ -226,7 +227,6 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
   const intake = (...names: string[]): Intake => ({
     scans: names.map(file),
-    has_log: false,
     reference: null,
     odometry: null,
     notes: [],
@@ -234,7 +234,6 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const sample: Dataset = {
     title: 'Sample',
     origin: 'sample' as const,
-    is_log: false,
     scans: [file('s.ply')],
     reference: file('truth.tum'),
     odometry: null,
@@ -251,7 +250,7 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
   expect([compared.title, compared.origin, compared.reference?.name]).toEqual(['Sample', 'sample', 'mine.tum']);
 
-  const logged = combine(own, { ...intake('hall.log'), has_log: true }, true);
+  const logged = combine(own, { ...intake(), scans: [{ ...file('hall.log'), is_log: true }] }, true);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
   expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
   expect(combine(logged, intake('walk/2.ply'), true).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);

@@ -19,7 +19,7 @@ export abstract class RunPanels extends LitElement {
   /** The one whose tab is chosen, below a narrow map. */
   @state() private panel: Panel = 'figures';
 
-  protected abstract readonly of: RunKind;
+  abstract readonly of: RunKind;
   protected abstract renderFigures(): TemplateResult | typeof nothing;
   protected abstract renderTable(): TemplateResult;
   protected abstract renderDetails(): TemplateResult;

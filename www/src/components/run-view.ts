@@ -25,8 +25,8 @@ import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
 import { type Before, beforeAfter } from './run-before.js';
-import { type Elsewhere, bar_styles, exchangeBar, RunExchange } from './run-exchange.js';
-import { type GivenFiles, type Loaded, NO_FACTS, type ViewFacts } from './run-kind.js';
+import { bar_styles, exchangeBar } from './run-exchange.js';
+import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { RunPanels } from './run-panels.js';
 import { activity, fullScreenButton, messages } from './run-parts.js';
@@ -47,15 +47,14 @@ export abstract class RunView<
   Settings extends object,
   Snapshot extends RunSnapshot,
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
-  Files,
   Overlay,
 > extends RunPanels {
   @property({ attribute: false }) initial_settings = '';
   @property({ attribute: false }) preset = '';
   @property({ attribute: false }) remember_settings = false;
   @property({ type: Boolean }) dark = false;
-  /** What this run replaced, where that is a run of the other kind. */
-  @property({ attribute: false }) elsewhere: Elsewhere | null = null;
+  /** Where recordings are exchanged. */
+  @property({ attribute: false }) shelf: Shelf | null = null;
 
   @state() protected selected: number | null = null;
   /** Number of frames shown; null: all there are. */
@@ -68,11 +67,9 @@ export abstract class RunView<
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
 
-  protected abstract session: Session;
+  /** What is open. */
+  abstract session: Session;
   private events = new RunEvents(this);
-  private exchange = new RunExchange<Session>();
-  /** What was opened last. */
-  private files: Files | null = null;
   private shown_generation = 0;
   /** Changes where the view is to be fitted anew. */
   protected fit_key = 0;
@@ -94,23 +91,27 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
-    // Where it is moved within the page, all stays.
-    queueMicrotask(() => this.isConnected || this.exchange.forget());
   }
 
-  clear(): void {
-    this.exchange.forget();
-    this.session.clear();
+  /** Begins anew, with the same settings; the session so far is left as it is. */
+  renew(): void {
+    const { settings } = this.session;
+    this.session = this.newSession();
+    this.session.settings = settings;
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
+    this.requestUpdate();
   }
 
-  /**
-   * Takes in files, asked for at clock time `requested_at`. A recording (`is_new`) takes the place of the one that is open,
-   * which steps aside; other files join that one.
-   */
-  async add(files: Files, requested_at: number, is_new: boolean): Promise<void> {
-    if (is_new) this.stepAside();
-    this.files = files;
-    await this.take(this.session, files, requested_at, false);
+  /** Brings back a session as it was left. */
+  reopen(session: Session): void {
+    this.session = session;
+    this.writeAddress();
+    session.announce(`${this.loaded().title} is open again.`);
+    this.requestUpdate();
+  }
+
+  titleOf(session: Session): string {
+    return this.loaded(session).title;
   }
 
   /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
@@ -147,7 +148,10 @@ export abstract class RunView<
       await navigator.clipboard.writeText(text);
       this.session.announce(told);
     } catch {
-      this.report('The browser did not allow copying', 'Select the lines, or the address of the page, and copy them');
+      this.session.report(
+        'The browser did not allow copying',
+        'Select the lines, or the address of the page, and copy them',
+      );
     }
   }
 
@@ -169,11 +173,6 @@ export abstract class RunView<
     return this.is_busy && this.session.phase !== 'starting';
   }
 
-  /** Whether there are messages beside the map. */
-  get has_messages(): boolean {
-    return this.session.messages.length > 0;
-  }
-
   abstract get map_points(): ScanstitchMapPoints | null;
 
   /** Computes what is loaded and not computed yet; the end of it. */
@@ -193,22 +192,9 @@ export abstract class RunView<
     this.events.abandon(reason);
   }
 
-  /** Nothing of what was given can be used: what is shown stays. */
-  refuse(text: string, remedy: string): void {
-    this.session.refuse(text, remedy);
-  }
-
-  /** A message about no file, beside the map. */
-  report(text: string, remedy = '', retry?: () => void): void {
-    this.session.report(text, remedy, retry);
-  }
-
   // What a kind of run adds.
 
   protected abstract newSession(): Session;
-  protected abstract take(session: Session, files: Files, requested_at: number, joins: boolean): Promise<void>;
-  /** Whether the files can join what this session has open. */
-  protected abstract canJoin(session: Session, files: Files): boolean;
   /** Whether a sample of the page is open: it is replaced without a trace. */
   protected abstract isSample(): boolean;
   protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
@@ -339,66 +325,15 @@ export abstract class RunView<
   }
 
   private renderExchange(): TemplateResult | typeof nothing {
-    const { exchange, elsewhere, session, files } = this;
     const { title } = this.loaded();
-    if (title === '') return nothing;
-    if (elsewhere) {
-      const { title: other, is_undone } = elsewhere;
-      const swap = (): void => this.want('other-run');
-      return exchangeBar({ title, other, is_undone, swap, addInstead: null, forget: null });
-    }
-    const { other, is_undone } = exchange;
-    if (!other) return nothing;
-    const joins = !is_undone && files !== null && session.dataset !== null && this.canJoin(other, files);
-    return exchangeBar({
-      title,
-      other: this.loaded(other).title,
-      is_undone,
-      swap: () => this.swap(),
-      addInstead: joins ? () => this.addInstead() : null,
-      forget: () => {
-        exchange.forget();
-        this.requestUpdate();
-      },
-    });
-  }
-
-  /** Something else is to be opened; what is open can be brought back. */
-  protected stepAside(): void {
-    if (!this.is_own) return;
-    const { session } = this;
-    this.exchange.stepAside(session);
-    this.session = this.newSession();
-    this.session.settings = session.settings;
-    this.session.beginWith((facts) => this.settingsToBegin(facts));
-    this.requestUpdate();
-  }
-
-  private swap(): void {
-    this.exchanged(this.exchange.swap(this.session));
-  }
-
-  /** The files join the recording that had stepped aside for them. */
-  private addInstead(): void {
-    this.exchanged(this.exchange.giveBack(this.session));
-    if (this.files) void this.take(this.session, this.files, performance.now(), true);
+    const former = this.shelf?.formerOf(this.of.kind);
+    return this.shelf && former && title !== '' ? exchangeBar(title, former, this.shelf) : nothing;
   }
 
   /** Files that are of no use do not replace what was open. */
   private revertWhereUseless(): void {
     const { phase, dataset, messages } = this.session;
-    if (phase !== 'empty' || dataset !== null || messages.length === 0 || !this.exchange.other) return;
-    this.exchanged(this.exchange.giveBack(this.session));
-    this.session.tell(messages);
-  }
-
-  private exchanged(session: Session): void {
-    this.session = session;
-    this.result_before = null;
-    this.writeAddress();
-    this.dispatchEvent(new CustomEvent('run-exchanged', { bubbles: true }));
-    session.announce(`${this.loaded().title} is open again.`);
-    this.requestUpdate();
+    if (phase === 'empty' && dataset === null && messages.length > 0) this.shelf?.revert(this.of.kind, messages);
   }
 
   protected override renderSettings(): TemplateResult {

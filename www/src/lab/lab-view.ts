@@ -13,6 +13,7 @@ import { messages } from '../components/run-parts.js';
 import { drop_styles, empty_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
+import { LastRequest } from '../engine/last-request.js';
 import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
@@ -69,7 +70,7 @@ export class ScanstitchLab extends LitElement {
   /** What a link says of files that are not there yet. */
   private awaited: LabLink | null = null;
   /** Counts the downloads: the last one wins. */
-  private num_fetched = 0;
+  private readonly fetching = new LastRequest();
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -465,9 +466,9 @@ export class ScanstitchLab extends LitElement {
     fetching: Promise<GivenClouds>,
     open: (given: GivenClouds) => Promise<void> = (given) => this.session.open(given),
   ): void {
-    const own = ++this.num_fetched;
+    const signal = this.fetching.begin();
     const before = this.session.given;
-    const is_wanted = (): boolean => own === this.num_fetched && this.session.given === before;
+    const is_wanted = (): boolean => !signal.aborted && this.session.given === before;
     fetching.then(
       (given) => (is_wanted() ? open(given) : undefined),
       (error: unknown) => {

@@ -23,9 +23,10 @@ export function clouds(
   const source = Math.max(frame ?? 1, 1);
   if (frames.length < 2 || source >= frames.length) return null;
   const before = source - 1;
-  const files = new Map(dataset.scans.map((scan) => [scan.name, scan.bytes]));
+  // Of a log, no file is a cloud.
+  const files = new Map(dataset.scans.flatMap(({ name, bytes, is_log }) => (is_log ? [] : [[name, bytes]])));
   const scans = frames.map(({ name, T_world_sensor }, i): GivenCloud => {
-    const bytes = dataset.is_log ? undefined : files.get(name);
+    const bytes = files.get(name);
     if (bytes) return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(bytes) }) };
     return pointsOf(name, points, i, T_world_sensor);
   });

@@ -10,10 +10,6 @@ import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
-import type { Dataset } from '../datasets/dataset.js';
-import type { Note } from '../datasets/note.js';
-import { fetchSample } from '../datasets/remote.js';
-import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
@@ -49,7 +45,7 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  * each scan in detail.
  */
 @customElement('scanstitch-planar')
-export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles, BeforeMap> {
+export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, BeforeMap> {
   @state() private pairs_shown: ShownPairs = 'none';
   @state() private is_welcome_closed = false;
   /** All pairs of the selected scan; null while they are not wanted. */
@@ -61,8 +57,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
-  protected override session = this.newSession();
-  protected override readonly of = PLANAR;
+  override session = this.newSession();
+  override readonly of = PLANAR;
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private rowsOf = memoizeLast(frameRows);
   private columnsOf = memoizeLast(frameColumns);
@@ -76,33 +72,10 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
   private history_of: readonly unknown[] = [];
 
-  openSample(): void {
-    this.stepAside();
-    void this.session.openGiven(fetchSample());
-  }
-
-  /** Shows scans that the host page has named. */
-  openGiven(dataset: Dataset, notes: readonly Note[]): void {
-    this.stepAside();
-    this.session.open(dataset, notes);
-  }
-
   protected override newSession(): PlanarSession {
-    return new PlanarSession(this);
-  }
-
-  protected override take(
-    session: PlanarSession,
-    files: PlanarFiles,
-    requested_at: number,
-    joins: boolean,
-  ): Promise<void> {
+    const session = new PlanarSession(this);
     session.has_link = this.remember_settings; // before the next update, which comes too late for a new session
-    return session.add(files, requested_at, joins);
-  }
-
-  protected override canJoin({ dataset }: PlanarSession): boolean {
-    return dataset?.origin === 'user' && !dataset.is_log && !this.session.dataset?.is_log;
+    return session;
   }
 
   protected override isSample(): boolean {

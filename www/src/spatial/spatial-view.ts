@@ -11,7 +11,6 @@ import { emptyView } from '../components/run-parts.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
-import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type {
   Assumption,
   SpatialFrameResult,
@@ -51,13 +50,7 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<
-  SpatialSettings,
-  SpatialSnapshot,
-  SpatialSession,
-  SpatialFiles,
-  BeforePath
-> {
+export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, BeforePath> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
@@ -65,8 +58,8 @@ export class ScanstitchSpatial extends RunView<
   /** The question that was answered or dismissed. */
   @state() private dismissed = '';
 
-  protected override session = this.newSession();
-  protected override readonly of = SPATIAL;
+  override session = this.newSession();
+  override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private posesOf = memoizeLast((frames: readonly SpatialFrameResult[]) =>
@@ -86,27 +79,8 @@ export class ScanstitchSpatial extends RunView<
     ): SpatialMarks => ({ poses, reference, camera, until, selected }),
   );
 
-  /** Opens a sample of the page, asked for at clock time `requested_at`. */
-  openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
-    this.stepAside();
-    return this.session.add(files, requested_at);
-  }
-
   protected override newSession(): SpatialSession {
     return new SpatialSession(this);
-  }
-
-  protected override take(
-    session: SpatialSession,
-    files: SpatialFiles,
-    requested_at: number,
-    joins: boolean,
-  ): Promise<void> {
-    return session.add(Promise.resolve(files), requested_at, joins);
-  }
-
-  protected override canJoin(session: SpatialSession, files: SpatialFiles): boolean {
-    return session.canJoin(files);
   }
 
   protected override isSample(): boolean {
@@ -180,7 +154,7 @@ export class ScanstitchSpatial extends RunView<
   }
 
   protected override openedFiles(): string[] {
-    return [...(this.session.dataset?.files.keys() ?? [])];
+    return [...(this.session.dataset?.recording.files.keys() ?? [])];
   }
 
   protected override loaded({ dataset } = this.session): Loaded {

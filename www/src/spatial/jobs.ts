@@ -1,12 +1,9 @@
 /** The frames of a recording as the engine is given them. */
-import type { Recording } from '../../../package/files/recording.js';
+import type { Content, OpenedRecording } from '../../../package/recording_reader.js';
 import type { SpatialJob } from '../engine/preparer.js';
-import type { StoredFile } from './spatial-files.js';
 
-/** `files` holds all that the recording names. */
-export function jobsOf(recording: Recording, files: readonly StoredFile[]): SpatialJob[] {
-  const by_path = new Map(files.map((file) => [file.path, file]));
-  const file = (path: string): StoredFile => by_path.get(path) as StoredFile;
+export function jobsOf(recording: OpenedRecording): SpatialJob[] {
+  const file = (path: string): Content => recording.files.get(path) as Content;
   if (recording.kind === 'clouds') {
     return recording.clouds.map((path, index) => ({
       index,
