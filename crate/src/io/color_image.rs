@@ -61,7 +61,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
 
 /// A palette has three bytes a colour, at most 256 of them, and no more opacities than colours (PNG specification, 11.2.2 and
 /// 11.3.1.1). The decoder takes that for granted and panics where it is not so.
-fn check_palette(info: &png::Info<'_>) -> Result<()> {
+pub(super) fn check_palette(info: &png::Info<'_>) -> Result<()> {
     let num_bytes = info.palette.as_ref().map_or(0, |palette| palette.len());
     let num_opacities = info.trns.as_ref().map_or(0, |opacities| opacities.len());
     let is_indexed = info.color_type == ColorType::Indexed;

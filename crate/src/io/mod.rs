@@ -24,6 +24,7 @@ pub mod laser_log;
 pub mod mesh;
 mod message_table;
 mod netpbm;
+pub mod occupancy_map;
 pub mod pcd;
 pub mod ply;
 mod png;

@@ -13,6 +13,7 @@ use std::fmt::Write as _;
 use nalgebra::Vector2;
 
 use crate::geometry::{Pose2, RigidMotion};
+use crate::io::occupancy_map::OccupancyMap;
 use crate::preprocess::planar_scan::PlanarScan;
 
 /// The state of a cell.
@@ -26,13 +27,15 @@ pub enum Cell {
     Unknown,
 }
 
-/// A grid of square cells, axes parallel to the world's.
+/// A grid of square cells.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct OccupancyGrid {
     /// Side of a cell (m).
     pub resolution: f64,
-    /// Corner of the grid with the smallest x and y (m, world frame).
+    /// Corner of the grid at its first cell (m, world frame).
     pub origin: Vector2<f64>,
+    /// Turn of the grid's x axis from the world's (rad): 0 in all but some grids from files.
+    pub yaw: f64,
     /// Cells along x.
     pub width: usize,
     /// Cells along y.
@@ -90,13 +93,37 @@ impl OccupancyGrid {
         let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
         let size = (high - origin).map(|value| (value / resolution) as usize + 2);
         let log_odds = vec![0.0; size.x * size.y];
-        let mut grid = Self { resolution, origin, width: size.x, height: size.y, remark: String::new(), log_odds };
+        let (width, height) = (size.x, size.y);
+        let mut grid = Self { resolution, origin, yaw: 0.0, width, height, remark: String::new(), log_odds };
         let mut marks = Marks { of_scan: vec![0; grid.log_odds.len()], scan: 0 };
         for (scan, T) in placed {
             grid.add(scan, T, &mut marks);
         }
         grid.add_drives(drives, &arcs, &mut marks);
         grid
+    }
+
+    /// The grid of a map from a file.
+    pub fn of_map(map: &OccupancyMap) -> Self {
+        let log_odds = |&occupied: &f32| {
+            // Unknown is NaN, which no bound changes.
+            let odds = (occupied / (1.0 - occupied)).ln().clamp(-MAX_LOG_ODDS, MAX_LOG_ODDS);
+            if odds.is_nan() { 0.0 } else { odds }
+        };
+        Self {
+            resolution: map.resolution,
+            origin: map.T_world_grid.translation.vector,
+            yaw: map.T_world_grid.rotation.angle(),
+            width: map.width,
+            height: map.height,
+            remark: map.notes.join(" "),
+            log_odds: map.occupancy.iter().map(log_odds).collect(),
+        }
+    }
+
+    /// The grid in the world: its corner, and its axes along its rows and columns.
+    pub fn T_world_grid(&self) -> Pose2 {
+        Pose2::new(self.origin, self.yaw)
     }
 
     /// Each cell once: the poses of several passes share their errors.
@@ -185,7 +212,7 @@ impl OccupancyGrid {
     pub fn yaml(&self, image: &str) -> String {
         let mut text = format!("image: {image}\nmode: trinary\n");
         let _ = writeln!(text, "resolution: {}", self.resolution);
-        let _ = writeln!(text, "origin: [{:.6}, {:.6}, 0.0]", self.origin.x, self.origin.y);
+        let _ = writeln!(text, "origin: [{:.6}, {:.6}, {:?}]", self.origin.x, self.origin.y, self.yaw);
         let _ = writeln!(text, "negate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}");
         if !self.remark.is_empty() {
             let _ = writeln!(text, "# {}", self.remark);
@@ -311,6 +338,7 @@ impl Marks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::occupancy_map::{MapYaml, of_picture};
 
     #[test]
     fn driven_cells_are_free_whatever_beams_say_and_ways_between_poses_unless_a_beam_ended_there() {
@@ -347,10 +375,35 @@ mod tests {
     }
 
     #[test]
+    fn a_grid_is_read_again_from_its_own_files() {
+        let scan = PlanarScan::new((0..90).map(|i| Vector2::new(2.0, 0.05 * f64::from(i) - 2.2)).collect());
+        let grid = OccupancyGrid::new(&[(&scan, Pose2::identity()); 3], &[vec![Pose2::identity()]], 0.05);
+        let cells = |grid: &OccupancyGrid| -> Vec<Cell> {
+            (0..grid.width * grid.height).map(|index| grid.cell(index % grid.width, index / grid.width)).collect()
+        };
+        for yaw in [0.0, -0.7] {
+            let yaml = OccupancyGrid { yaw, ..grid.clone() }.yaml("map.pgm");
+            let map = of_picture(&MapYaml::read(yaml.as_bytes()).unwrap(), &grid.pgm()).unwrap();
+            let again = OccupancyGrid::of_map(&map);
+            assert_eq!((again.width, again.height, again.resolution), (grid.width, grid.height, grid.resolution));
+            assert_eq!(cells(&again), cells(&grid));
+            let corner = again.T_world_grid();
+            assert!(
+                (corner.translation.vector - grid.origin).norm() < 1e-6
+                    && (corner.rotation.angle() - yaw).abs() < 1e-12
+            );
+        }
+        for cell in [Cell::Free, Cell::Occupied, Cell::Unknown] {
+            assert!(cells(&grid).contains(&cell), "{cell:?}");
+        }
+    }
+
+    #[test]
     fn cells_are_classified_by_their_probability() {
         let mut grid = OccupancyGrid {
             resolution: 1.0,
             origin: Vector2::zeros(),
+            yaw: 0.0,
             width: 71,
             height: 1,
             remark: String::new(),

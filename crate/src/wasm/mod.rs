@@ -26,6 +26,8 @@ mod bev;
 mod evaluation;
 #[cfg(feature = "full")]
 mod lab;
+#[cfg(feature = "full")]
+mod map_files;
 mod memory;
 mod objects;
 mod occupancy_grid;
