@@ -28,6 +28,7 @@ export function condition({ assumptions, is_scale_contradicted, depth_scale }) {
 
 /** @param {Assumption['setting']} setting @param {number} value */
 function premise(setting, value) {
+  if (setting === 'cloud_unit') return `a unit of the clouds' coordinates is ${Number(value.toPrecision(4))} m`;
   return setting === 'depth_scale'
     ? `the depth scale is ${Number(value.toPrecision(6))} raw values per metre`
     : `the focal length is ${Number(value.toPrecision(4))} pixels`;

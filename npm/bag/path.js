@@ -35,16 +35,7 @@ const READ_AT_ONCE = 8;
 export async function pathText(bag, topics, topic, sensor, options = {}) {
   /** @type {Note[]} */
   const notes = [];
-  const tree = new TransformTree();
-  const transforms = topics.filter(({ topic: { type } }) => type === TF).map(({ topic }) => topic);
-  for (const other of transforms.filter(({ name }) => /tf_static$/.test(name))) {
-    for (const pose of await posesOf(bag, other, notes)) tree.add(pose, true);
-  }
-  if (topic.type !== TF) {
-    for (const other of transforms.filter(({ name }) => !/tf_static$/.test(name))) {
-      for (const pose of await posesOf(bag, other, [], MAX_TF_MESSAGES)) tree.add(pose, false);
-    }
-  }
+  const tree = await treeOf(bag, topics, topic.type !== TF, notes);
   const poses = await posesOf(bag, topic, notes, Infinity, options);
   const samples =
     topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
@@ -54,6 +45,22 @@ export async function pathText(bag, topics, topic, sensor, options = {}) {
     return { text: null, notes };
   }
   return { text: tumText(samples), notes };
+}
+
+/**
+ * How frames are fixed to one another; `withFirst`: with the first messages of the transforms that are not called static.
+ * @param {Bag} bag @param {readonly TopicFacts[]} topics @param {boolean} withFirst @param {Note[]} notes
+ */
+export async function treeOf(bag, topics, withFirst, notes) {
+  const tree = new TransformTree();
+  const transforms = topics.filter(({ topic: { type } }) => type === TF).map(({ topic }) => topic);
+  for (const other of transforms) {
+    const isStatic = /tf_static$/.test(other.name);
+    if (!isStatic && !withFirst) continue;
+    const poses = await (isStatic ? posesOf(bag, other, notes) : posesOf(bag, other, [], MAX_TF_MESSAGES));
+    for (const pose of poses) tree.add(pose, isStatic);
+  }
+  return tree;
 }
 
 /** @param {Bag} bag @param {Topic} topic @param {number} index */

@@ -15,7 +15,7 @@ import { scanLine } from './laser_scans.js';
 import { decodeCamera, decodeCloud, decodeCompressed, decodeImage, decodeLivoxCloud, decodeScan } from './messages.js';
 import { packedEnding, packedFile } from './packed_images.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
-import { pathText } from './path.js';
+import { pathText, treeOf } from './path.js';
 
 /** @typedef {import('../recording.js').Note} Note */
 /** @typedef {import('../recording.js').Recording} Recording */
@@ -35,6 +35,8 @@ import { pathText } from './path.js';
 /** @typedef {{ files: BagContent[], recording: Recording }} BagRecording */
 /** @typedef {BagContent & { time: bigint }} TimedContent */
 
+/** Of a laser that hangs upside down the z axis points down to within 45 degrees. */
+const UPRIGHT = Math.SQRT1_2;
 /** Why there are no colours, where two clocks were at work. */
 const NO_PAIRS = 'none of its times lies within 0.02 s of a depth image: the map is made without colours';
 
@@ -133,8 +135,11 @@ class Maker {
   }
 
   /** One log of all scans. @param {TopicFacts} scans */
-  async takeScans({ topic }) {
+  async takeScans({ topic, frame }) {
     this.#total = topic.count;
+    const tree = await treeOf(this.#bag, this.#topics, true, []);
+    const isUpsideDown = (tree.uprightness(frame) ?? 1) < -UPRIGHT;
+    if (isUpsideDown) this.#note(topic.name, `${frame} hangs upside down by /tf: its readings are turned over`);
     const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
     append(this.#recording.notes, notes);
     if (messages.length === 0) return;
@@ -149,7 +154,9 @@ class Maker {
       const faults = [];
       for (const { index } of messages) {
         try {
-          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes))));
+          lines.push(await this.#convert(topic, index, path, (bytes) =>
+            scanLine(decodeScan(bytes, hasEchoes), isUpsideDown),
+          ));
         } catch (error) {
           faults.push(wordsOf(error));
         }

@@ -4,6 +4,7 @@ import { basename, relative } from 'node:path';
 import { joinPoses } from '../recording.js';
 import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import { trajectoryBytes } from '../recording/pose_file.js';
+import { posesOfFrames } from '../recording/reference.js';
 import { printable } from '../printable.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { readInput, readRequired, readSource } from './inputs.js';
@@ -38,7 +39,7 @@ export async function reconstructSpatial(task) {
     accepted(() => reconstruction.set_reference(reference.name, reference.bytes, jobs.length), complain);
   }
 
-  const result = reconstruction.result();
+  const result = reconstruction.result(true);
   for (const { name, status, reason } of result.frames) {
     if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
     if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
@@ -58,7 +59,7 @@ export async function reconstructSpatial(task) {
   }
   for (const text of assumptionNotes(result)) note(text);
   const { sizes, milliseconds, positions } = await writeMap(reconstruction, options, complain);
-  await writeResults(options.out, reportFile(result, positions, task));
+  await writeResults(options.out, reportFile(reconstruction.result(), positions, task));
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
@@ -143,6 +144,23 @@ export async function setIntrinsics(reconstruction, { inputs, recording, options
 }
 
 /**
+ * The files of poses in the order of the frames, where their names tell which belongs to which.
+ * @param {import('./inputs.js').Input[]} files
+ * @param {import('../recording.js').Recording} recording
+ */
+function ofFrames(files, { clouds, depth_frames }) {
+  const frames = [...clouds, ...depth_frames.map(({ depth }) => depth)];
+  const names = posesOfFrames(
+    files.map(({ name }) => name),
+    frames,
+  );
+  if (names === null) return files;
+  const unused = files.filter(({ name }) => !names.includes(name)).map(({ name }) => name);
+  if (unused.length > 0) note(`${unused.join(', ')}: not used: there is no frame of its number.`);
+  return names.flatMap((name) => files.find((file) => file.name === name) ?? []);
+}
+
+/**
  * The trajectory to compare with: the one that was named, or the one that was found.
  * @param {Task} task
  * @returns {Promise<NamedBytes | null>}
@@ -151,7 +169,7 @@ export async function readReference({ inputs, recording, options, complain }) {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isMany = isFolder(path);
-    const files = isMany ? frameFiles(path, complain) : [{ name: basename(path), path }];
+    const files = isMany ? ofFrames(frameFiles(path, complain), recording) : [{ name: basename(path), path }];
     const contents = files.map((file) => readInput(file, complain));
     const whole = contents.filter((bytes) => bytes !== null);
     if (whole.length === 0 || whole.length < contents.length) return null;

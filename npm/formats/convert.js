@@ -10,7 +10,7 @@ import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TABLES, SCAN_TEXTS, TEXTS } f
 import { baseOf, folderOf, groupBy, hintOf } from '../recording/names.js';
 import { HEAD_BYTES } from '../recording/heads.js';
 import { isCloudName, isImageName } from '../recording/kinds.js';
-import { isLaserLog, isTable } from '../recording/laser_logs.js';
+import { isLaserLog, isOfLabels, isTable } from '../recording/laser_logs.js';
 import { isBagName } from '../bag/names.js';
 import { knownCamera } from './known_cameras.js';
 
@@ -249,10 +249,9 @@ async function pcdFile(file) {
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function lasFile(file, notes) {
   const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
-  const header = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
-  notes.push(...header.notes.map((reason) => ({ file: file.path, reason })));
-  if (header.loss !== null) notes.push(lost(file.path, header.loss));
-  return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
+  const { loss } = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
+  if (loss !== null) notes.push(lost(file.path, loss));
+  return madeOf(file, async () => lasCloud(file.path, await file.read()), { isCloud: true });
 }
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content[]>} a PTX may hold several */
@@ -292,7 +291,7 @@ async function scanText(file, notes) {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   const isBinary = head.includes(0);
   // Lines of numbers may be a table, but not where words say which program wrote them.
-  if (!isBinary && isLaserLog(head) && !isTable(head)) return file;
+  if (!isBinary && ((isLaserLog(head) && !isTable(head)) || isOfLabels(file.path, head))) return file;
   const [{ fromLdrobot, fromSick, scanReader, tableScanReader }, { isSickBinary }, { isLdrobot }] = await Promise.all([
     import('./scan_messages.js'),
     import('./sick.js'),

@@ -1,31 +1,28 @@
 // @ts-check
 /**
- * Clouds of LAS 1.0 to 1.4, as they are written without compression. Large coordinates, of a country's grid, are shifted by
- * whole kilometres: 32-bit floats would round them to decimetres.
+ * Clouds of LAS 1.0 to 1.4, as they are written without compression.
  *
  * Source of the layout: ASPRS, "LAS Specification 1.4 - R15", tables 3 and 7 to 17.
  */
 import { fileError } from '../errors.js';
-import { bytesOf, plyFile } from './ply.js';
+import { pointsFile } from './ply.js';
 
-/** Coordinates up to here (m) are kept: 32-bit floats hold them to a millimetre. */
-const MAX_KEPT = 10_000;
-/** A shift is so many times some (m): neighbouring files have the same one. */
-const SHIFT_STEP = 1000;
 const MIN_HEADER = 227;
 /** Of the header, as much as is used: that of version 1.4 up to its number of points. */
 export const HEADER_BYTES = 255;
 const COMPRESSED = 0x80;
 /** x, y and z of every point record, 32-bit integers. */
 const MIN_RECORD = 20;
+/** Bytes before red, green and blue of 16 bits, by the format of the points. @type {Record<number, number>} */
+const COLORS_AT = { 2: 20, 3: 28, 5: 28, 7: 30, 8: 30, 10: 30 };
 
 /**
  * @typedef {object} LasHeader
  * @property {number} start of the points in the file
  * @property {number} record bytes of a point
  * @property {number} count of the points that are there
- * @property {{ scale: number, offset: number, shift: number }[]} axes
- * @property {string[]} notes what is worth knowing of it
+ * @property {{ scale: number, offset: number }[]} axes
+ * @property {number | null} colorsAt bytes before the colours in a point
  * @property {string | null} loss what is missing of it
  */
 
@@ -56,35 +53,29 @@ export function lasHeader(name, head, size) {
   }
   const count = Math.max(0, Math.min(claimed, Math.floor((size - start) / record)));
   const loss = count < claimed ? `cut off: ${count} of ${claimed} points are there` : null;
-  const axes = [0, 1, 2].map((axis) => {
-    const [high, low] = [view.getFloat64(179 + 16 * axis, true), view.getFloat64(187 + 16 * axis, true)];
-    const isLarge = Math.max(Math.abs(low), Math.abs(high)) > MAX_KEPT;
-    return {
-      scale: view.getFloat64(131 + 8 * axis, true),
-      offset: view.getFloat64(155 + 8 * axis, true),
-      shift: isLarge ? SHIFT_STEP * Math.floor(low / SHIFT_STEP) : 0,
-    };
-  });
-  const shifts = axes.map(({ shift }) => shift);
-  const isShifted = shifts.some((shift) => shift !== 0);
-  const notes = isShifted ? [`its coordinates are large and are shifted by -(${shifts.join(', ')}) m`] : [];
-  return { start, record, count, axes, notes, loss };
+  const axes = [0, 1, 2].map((axis) => ({
+    scale: view.getFloat64(131 + 8 * axis, true),
+    offset: view.getFloat64(155 + 8 * axis, true),
+  }));
+  return { start, record, count, axes, colorsAt: COLORS_AT[format & 0x3f] ?? null, loss };
 }
 
 /**
  * @param {string} name for messages
  * @param {Uint8Array} bytes
- * @returns {Pick<LasHeader, 'notes' | 'loss'> & { ply: Uint8Array }} throws a ScanstitchError
+ * @returns {Uint8Array} PLY; throws a ScanstitchError
  */
 export function lasCloud(name, bytes) {
-  const { start, record, count, axes, notes, loss } = lasHeader(name, bytes, bytes.length);
+  const { start, record, count, axes, colorsAt } = lasHeader(name, bytes, bytes.length);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const points = new Float32Array(3 * count);
+  const points = new Float64Array(3 * count);
+  const colors = colorsAt !== null && colorsAt + 6 <= record ? new Uint16Array(3 * count) : null;
   for (let point = 0; point < count; point += 1) {
-    for (const [axis, { scale, offset, shift }] of axes.entries()) {
-      const raw = view.getInt32(start + point * record + 4 * axis, true);
-      points[3 * point + axis] = raw * scale + (offset - shift);
+    const at = start + point * record;
+    for (const [axis, { scale, offset }] of axes.entries()) {
+      points[3 * point + axis] = view.getInt32(at + 4 * axis, true) * scale + offset;
+      if (colors) colors[3 * point + axis] = view.getUint16(at + (colorsAt ?? 0) + 2 * axis, true);
     }
   }
-  return { ply: plyFile(bytesOf(points), count, ['x', 'y', 'z']), notes, loss };
+  return pointsFile(points, { colors: colors?.some((value) => value > 0) ? colors : null, unit: 'm' });
 }

@@ -4,7 +4,7 @@
  * alone counts the points that follow (PTS); PTX has a header of ten lines before each scan, whose points are in the scanner's
  * frame. VeloView and Livox Viewer write such tables, x y z among other columns.
  */
-import { bytesOf, plyFile } from './ply.js';
+import { pointsFile } from './ply.js';
 
 const PTX_HEADER_LINES = 10;
 const TAB = 9;
@@ -30,14 +30,24 @@ const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
 export function textClouds(bytes, columns = [0, 1, 2]) {
   const lines = linesOf(bytes);
   const scans = ptxScans(lines);
-  if (scans.length > 0) return scans.map(({ rows, count }) => cloudOf(rows, [0, 1, 2], count));
-  return [cloudOf(lines, columns, null)];
+  if (scans.length > 0) return scans.map(({ rows, count }) => cloudOf(rows, { columns: [0, 1, 2], size: count }));
+  const head = lines.slice(0, 10 * LOOKED_INTO);
+  return [cloudOf(lines, { columns, colors: colorColumns(head), unit: unitOf(head) })];
 }
 
-/** @param {readonly string[]} rows @param {readonly number[]} columns @param {number | null} size of a scan of a PTX @returns {TextCloud} */
-function cloudOf(rows, columns, size) {
+/**
+ * @typedef {object} Table
+ * @property {readonly number[]} columns of x, y and z
+ * @property {readonly number[] | null} [colors] columns of red, green and blue
+ * @property {string | null} [unit] of the coordinates
+ * @property {number | null} [size] of a scan of a PTX
+ */
+
+/** @param {readonly string[]} rows @param {Table} table @returns {TextCloud} */
+function cloudOf(rows, { columns, colors = null, unit = null, size = null }) {
   const cells = cellsOf(rows);
-  const points = new Float32Array(3 * rows.length);
+  const points = new Float64Array(3 * rows.length);
+  const shades = colors && new Uint16Array(3 * rows.length);
   let count = 0;
   let skipped = 0;
   for (const line of rows) {
@@ -50,12 +60,14 @@ function cloudOf(rows, columns, size) {
     // PTX has a row of zeros where nothing came back.
     if (size !== null && values.every((value) => value === 0)) continue;
     points.set(values, 3 * count);
+    if (shades) colors?.forEach((column, at) => (shades[3 * count + at] = numberOf(words[column]) || 0));
     count += 1;
   }
   const notes = skipped > 0 ? [`${skipped} of its lines are not points and are left out`] : [];
   const [there, announced] = size === null ? [count + skipped, announcedBy(rows)] : [rows.length, size];
   const loss = there < announced ? `cut off: ${there} of ${announced} points are there` : null;
-  return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes, loss };
+  const ply = pointsFile(points.subarray(0, 3 * count), { colors: shades?.subarray(0, 3 * count) ?? null, unit });
+  return { ply, count, notes, loss };
 }
 
 /** Points that the numbers alone on a line count, where a text begins with one. @param {readonly string[]} rows */
@@ -128,9 +140,33 @@ function namesOf(lines) {
       .toLowerCase()
       .replaceAll(/["']/g, '')
       .replace(/^points(_m_xyz)?:([012])$/, (_, __, axis) => 'xyz'[Number(axis)] ?? '')
-      .replace(/[\s_]*[([].*$|_m$/, '')
+      .replace(/[\s_]*[([].*$|_[cm]?m$/, '')
       .trim(),
   );
+}
+
+/** The columns of the colours: by the names above them, or the last three of whole numbers up to 255. @param {readonly string[]} lines */
+function colorColumns(lines) {
+  const names = namesOf(lines);
+  const named = [
+    ['r', 'g', 'b'],
+    ['red', 'green', 'blue'],
+  ].map((colors) => colors.map((name) => names.indexOf(name)));
+  const found = named.find((columns) => columns.every((column) => column >= 0));
+  if (found) return found;
+  const rows = lines.filter((line) => !isComment(line)).slice(1, LOOKED_INTO);
+  const numbers = rows.map(cellsOf(rows)).map((words) => words.slice(-3).map(numberOf));
+  const width = cellsOf(rows)(rows[0] ?? '').length;
+  const isShade = (/** @type {number} */ value) => Number.isInteger(value) && value >= 0 && value <= 255;
+  const isColor = width >= 6 && numbers.flat().every(isShade) && numbers.flat().some((value) => value > 1);
+  return isColor && !namedColumns(names) ? [width - 3, width - 2, width - 1] : null;
+}
+
+/** The unit that the name of a coordinate says: `x (mm)`, `X_cm`. @param {readonly string[]} lines */
+function unitOf(lines) {
+  const isNames = (/** @type {string} */ line) => /(^|[\s,;"#])x[\s_]*[([]?[cm]?m\b/i.test(line);
+  const [, unit = null] = lines.find(isNames)?.match(/(?:^|[\s,;"#])x[\s_]*[([]?([cm]?m)\b/i) ?? [];
+  return unit?.toLowerCase() ?? null;
 }
 
 /** The columns called x, y and z (or x and y alone). @param {readonly string[]} names @returns {number[] | null} */

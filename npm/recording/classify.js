@@ -2,7 +2,7 @@
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
 import { brokenImage, isPly, isPointer } from './heads.js';
 import { isImageName } from './kinds.js';
-import { isLaserLog, isOdometryName } from './laser_logs.js';
+import { isLaserLog, isOdometryName, isOfLabels } from './laser_logs.js';
 import { adviceFor, isGraph } from './other_formats.js';
 
 /**
@@ -50,6 +50,8 @@ export function classify(path, beginning, isTable = false) {
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
     return { role: 'scan', is_log: true };
+  if (TEXT_NAMES.test(base) && isOfLabels(base, head))
+    return { role: 'ignored', reason: 'labels of readings, and neither ranges nor a trajectory' };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

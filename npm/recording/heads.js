@@ -144,26 +144,37 @@ function propertiesOf(element) {
  * @param {Uint8Array} body @param {{ count: number, properties: Properties }[]} elements @param {boolean} littleEndian
  */
 function behind(body, elements, littleEndian) {
-  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
   let at = 0;
   for (const { count, properties } of elements) {
-    if (properties.every(({ type }) => type !== 'list')) {
-      at += count * strideOf(properties);
-      continue;
-    }
-    // Each row has a length of its own.
-    for (let row = 0; row < count && at < body.length; row += 1) {
-      for (const { type, list } of properties) {
-        const [size = 0, read] = lookUp(PLY_TYPES, type === 'list' ? (list[0] ?? '') : type) ?? [];
-        if (size === 0 || read === undefined || at + size > body.length) return new Uint8Array();
-        const number = Number(view[/** @type {'getFloat32'} */ (read)](at, littleEndian));
-        const items = type === 'list' ? number * (lookUp(PLY_TYPES, list[1] ?? '')?.[0] ?? Number.NaN) : 0;
-        if (!(items >= 0)) return new Uint8Array();
-        at += size + items;
-      }
+    if (properties.every(({ type }) => type !== 'list')) at += count * strideOf(properties);
+    else {
+      // Each row has a length of its own.
+      for (let row = 0; row < count && at < body.length; row += 1)
+        at = ends(body, at, properties, littleEndian)?.at(-1) ?? body.length;
     }
   }
   return body.subarray(at);
+}
+
+/**
+ * Where each property of a row ends; null where one is cut off or of an unknown type.
+ * @param {Uint8Array} body @param {number} start @param {Properties} properties @param {boolean} littleEndian
+ */
+function ends(body, start, properties, littleEndian) {
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  /** @type {number[]} */
+  const found = [];
+  let at = start;
+  for (const { type, list } of properties) {
+    const [size = 0, read] = lookUp(PLY_TYPES, type === 'list' ? (list[0] ?? '') : type) ?? [];
+    if (size === 0 || read === undefined || at + size > body.length) return null;
+    const number = Number(view[/** @type {'getFloat32'} */ (read)](at, littleEndian));
+    const items = type === 'list' ? number * (lookUp(PLY_TYPES, list[1] ?? '')?.[0] ?? Number.NaN) : 0;
+    if (!(items >= 0)) return null;
+    at += size + items;
+    found.push(at);
+  }
+  return found;
 }
 
 /** @param {number[]} numbers */
@@ -203,13 +214,19 @@ const PLY_TYPES = {
  * @param {boolean} littleEndian
  */
 function binaryColumn(body, properties, column, count, littleEndian) {
-  const types = properties.map(({ type }) => lookUp(PLY_TYPES, type));
-  if (types.some((type) => type === undefined)) return []; // a list among the coordinates
-  const [stride, offset] = [strideOf(properties), strideOf(properties.slice(0, column))];
-  const read = /** @type {'getFloat32'} */ (types[column]?.[1]);
+  const [size = 0, name] = lookUp(PLY_TYPES, properties[column]?.type ?? '') ?? [];
+  if (name === undefined) return [];
+  const read = /** @type {'getFloat32'} */ (name);
   const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
-  const rows = Math.min(count, Math.floor(body.byteLength / stride));
-  return Array.from({ length: rows }, (_, row) => view[read](row * stride + offset, littleEndian));
+  /** @type {number[]} */
+  const values = [];
+  for (let at = 0; values.length < count && at < body.length;) {
+    const places = ends(body, at, properties, littleEndian);
+    if (places === null) break;
+    values.push(view[read]((places[column] ?? 0) - size, littleEndian));
+    at = places.at(-1) ?? body.length;
+  }
+  return values;
 }
 
 /** @param {Uint8Array} head */

@@ -43,9 +43,14 @@ function likelihood(path) {
  * @returns {Promise<{ reference: string[], notes: Note[], taken: Set<string> }>} taken: files that are spoken of
  */
 export async function findReference(files, frames, read) {
-  const near = files.filter(({ path }) => TRAJECTORY_NAMES.test(path) && isNear(folderOf(path), frames));
-  const { candidate: perFrame, gaps } = posesPerFrame(near, frames);
-  const inSeries = new Set([...(perFrame?.paths ?? []), ...gaps.flatMap(({ paths }) => paths)]);
+  // A file a frame may lie in a folder of its own, beside that of the frames.
+  const isBeside = (/** @type {string} */ folder) =>
+    folderOf(folder) === folderOf(frames.root) && likelihood(folder) > 0 && !frames.isElsewhere(folder);
+  const near = files.filter(
+    ({ path }) => TRAJECTORY_NAMES.test(path) && (isNear(folderOf(path), frames) || isBeside(folderOf(path))),
+  );
+  const { candidate: perFrame, aside } = posesPerFrame(near, frames);
+  const inSeries = new Set([...(perFrame?.paths ?? []), ...aside.flatMap(({ paths }) => paths)]);
   /** @type {Candidate[]} */
   const candidates = perFrame ? [perFrame] : [];
   for (const { path, size } of near) {
@@ -76,7 +81,22 @@ export async function findReference(files, frames, read) {
     reason: `not used: one reference trajectory is used at a time, here ${best?.paths[0]}`,
   }));
   const taken = new Set([...inSeries, ...candidates.flatMap(({ paths }) => paths)]);
-  return { reference: best?.paths ?? [], notes: [...notes, ...gaps.map(({ note }) => note)], taken };
+  return { reference: best?.paths ?? [], notes: [...notes, ...aside.map(({ note }) => note)], taken };
+}
+
+/**
+ * Of files with one pose each, that of each frame, by the numbers in the names; null where a frame has none.
+ * @param {readonly string[]} names of the files
+ * @param {readonly string[]} frames paths
+ * @returns {string[] | null}
+ */
+export function posesOfFrames(names, frames) {
+  const membersOf = (/** @type {readonly string[]} */ paths) =>
+    seriesOf(paths.map((path) => ({ path, size: 1 }))).flatMap(({ members }) => members);
+  const nameOfKey = new Map(membersOf(names).map(({ key, path }) => [key, path]));
+  const keyOf = new Map(membersOf(frames).map(({ key, path }) => [path, key]));
+  const found = frames.flatMap((path) => nameOfKey.get(keyOf.get(path) ?? '') ?? []);
+  return found.length === frames.length ? found : null;
 }
 
 /**
@@ -88,22 +108,26 @@ function posesPerFrame(files, { root, keys }) {
   /** @type {Candidate[]} */
   const candidates = [];
   /** @type {{ paths: string[], note: Note }[]} */
-  const gaps = [];
+  const aside = [];
   for (const { folder, members } of keys.length < 2 ? [] : seriesOf(files)) {
     const likely = likelihood(members[0]?.path ?? '') || likelihood(folder);
     const pathOf = new Map(members.map(({ key, path }) => [key, path]));
     const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
     if (likely <= 0 || paths.length < 2) continue;
     if (paths.length === keys.length) {
+      const unused = members.flatMap(({ path }) => (paths.includes(path) ? [] : [path]));
+      const more = unused.length > 1 ? ` (and ${unused.length - 1} more)` : '';
+      const reason = `not used: there is no frame of its number${more}`;
+      if (unused[0] !== undefined) aside.push({ paths: unused, note: { file: unused[0], reason } });
       candidates.push({ paths, likelihood: likely, fits: 2, closeness: depthOf(commonFolder(folder, root)) });
     } else if (members.length > 2) {
       const missing = keys.length - paths.length;
       const first = keys.find((key) => !pathOf.has(key));
       const reason = `not used: ${missing} of ${keys.length} frames have no such file (number ${first} first); a ground truth needs one for each`;
-      gaps.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
+      aside.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
     }
   }
-  return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, gaps };
+  return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, aside };
 }
 
 /** @typedef {{ count: number, isFull: boolean, times: [first: number, last: number] | null }} Poses isFull: with their rotation */

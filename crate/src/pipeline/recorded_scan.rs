@@ -52,6 +52,12 @@ impl RecordedScan {
         }
     }
 
+    /// Turns the readings the other way round: y to the other side.
+    pub(crate) fn mirror(&mut self) {
+        self.cloud.positions.iter_mut().for_each(|position| position.y = -position.y);
+        self.may_be_mirrored = false;
+    }
+
     /// All scans of a log.
     pub fn of_log(log: &LaserLog) -> impl Iterator<Item = Self> + '_ {
         log.scans.iter().map(|scan| {

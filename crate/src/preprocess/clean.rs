@@ -97,27 +97,39 @@ fn range(position: Vec3) -> f64 {
     position.as_dvec3().length()
 }
 
-/// The range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
+/// The smallest range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
 ///
-/// Many lasers report their limit, always the same number, where there is no return, whereas ranges of surfaces differ. So the
-/// limit is the largest range of the whole recording, if at least three returns have it (to within 1e-6, the rounding of sines,
-/// cosines and single precision), and more of them than lie within 5 % below it. The second condition is needed because ranges
-/// are quantised, for example to a centimetre, so that the farthest wall gives equal ranges as well.
+/// Many lasers report their limit where there is no return, always the same number or, after a calibration, about the same, whereas
+/// ranges of surfaces differ. So the limit is a pile at the top of the histogram of all ranges:
+///
+/// - at least three returns have the largest range (to within 1e-6, the rounding of sines, cosines and single precision), and more
+///   than lie within 5 % below it, as ranges are quantised, for example to a centimetre, so that the farthest wall gives equal
+///   ranges as well;
+/// - or the same of a narrow band below the largest range, with twenty returns at least, where the strip of the same width below the
+///   band holds hardly any: what a surface leaves has no such edge.
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
-    const SAME_RANGE: f64 = 1.0 - 1e-6;
+    const BANDS: [f64; 4] = [1e-6, 1e-3, 3e-3, 1e-2];
     const BELOW_RANGE: f64 = 0.95;
-    const MIN_RETURNS_AT_LIMIT: usize = 3;
+    const MIN_RETURNS_AT_LIMIT: [usize; 4] = [3, 20, 20, 20];
+    const MAX_STRIP_SHARE: f64 = 0.05;
     let scans = scans.into_iter();
     let largest = scans.clone().map(largest_range).fold(0.0, f64::max);
-    let (mut num_at_limit, mut num_below, mut is_farther) = (0, 0, false);
+    let least = |band: f64| [largest * (1.0 - band), largest * (1.0 - 2.0 * band)];
+    let [(a, b), (c, d), (e, f), (g, h)] = BANDS.map(|band| least(band).into());
+    let (mut counts, mut is_farther) = ([0; 10], false);
     for scan in scans {
-        let [all, at_limit, over] = count_ranges(scan, [0.0, SAME_RANGE * largest, BELOW_RANGE * largest]);
-        num_at_limit += at_limit;
-        num_below += over - at_limit;
+        let of_scan = count_ranges(scan, [0.0, BELOW_RANGE * largest, a, b, c, d, e, f, g, h]);
+        counts.iter_mut().zip(of_scan).for_each(|(sum, count)| *sum += count);
         // Where no range is smaller, the sensor is in a round room, or the limit cannot be determined.
-        is_farther |= over < all;
+        is_farther |= of_scan[1] < of_scan[0];
     }
-    (largest > 0.0 && num_at_limit >= MIN_RETURNS_AT_LIMIT && num_at_limit > num_below && is_farther).then_some(largest)
+    let is_limit = |&place: &usize| {
+        let [at_limit, with_strip] = [counts[2 + 2 * place], counts[3 + 2 * place]];
+        let has_edge = (with_strip - at_limit) as f64 <= MAX_STRIP_SHARE * at_limit as f64;
+        at_limit >= MIN_RETURNS_AT_LIMIT[place] && at_limit > counts[1] - at_limit && (place == 0 || has_edge)
+    };
+    let place = (0..BANDS.len()).find(is_limit).filter(|_| largest > 0.0 && is_farther)?;
+    Some(if place == 0 { largest } else { least(BANDS[place])[0] })
 }
 
 /// The largest finite range (m); 0 where there is none.
@@ -128,8 +140,8 @@ fn largest_range(scan: &[Vec3]) -> f64 {
 
 /// How many finite ranges are at least each of these (m).
 #[inline(never)]
-fn count_ranges(scan: &[Vec3], least: [f64; 3]) -> [usize; 3] {
-    let mut counts = [0; 3];
+fn count_ranges<const N: usize>(scan: &[Vec3], least: [f64; N]) -> [usize; N] {
+    let mut counts = [0; N];
     for range in scan.iter().map(|&p| range(p)).filter(|range| range.is_finite()) {
         for (count, least) in counts.iter_mut().zip(least) {
             *count += usize::from(range >= least);
@@ -192,6 +204,14 @@ mod tests {
         assert_eq!(limit(&[]), None);
         let (one, other) = (scan(&[3.0, 8.19, 2.0]), scan(&[8.19, 8.19]));
         assert!(range_limit([one.as_slice(), other.as_slice()]).is_some());
+        // A limit that jitters by a tenth of a percent, above walls at all ranges.
+        let walls = (0..180).map(|beam| 2.0 + 0.033 * beam as f32);
+        let jitter = (0..60).map(|beam| 8.18 + 0.011 * (beam as f32 * 0.618).fract());
+        let ranges: Vec<f32> = walls.clone().chain(jitter).collect();
+        assert!((8.1..=8.18).contains(&limit(&ranges).unwrap()), "{:?}", limit(&ranges));
+        // The far end of a hall, without an edge below it.
+        let far = (0..60).map(|beam| 8.18 - 0.0025 * beam as f32);
+        assert_eq!(limit(&walls.chain(far).collect::<Vec<f32>>()), None);
         // A round wall about the sensor.
         assert_eq!(limit(&[1.0; 180]), None);
     }

@@ -26,7 +26,7 @@ use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
-use crate::pipeline::settings::Settings;
+use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
 use run::Run;
@@ -69,6 +69,9 @@ impl Reconstruction {
     /// When a setting is out of its limits; the old ones stay.
     pub fn set_settings(&mut self, settings: Settings) -> Result<()> {
         settings.validate()?;
+        if settings.laser_direction != self.settings.laser_direction {
+            self.recorded.iter_mut().for_each(RecordedScan::mirror);
+        }
         self.settings = settings;
         self.run = None;
         Ok(())
@@ -99,8 +102,7 @@ impl Reconstruction {
         }
         in_sensor_frame(&cloud).map_err(|error| error.in_file(name))?;
         self.names.push(name.to_owned());
-        self.recorded.push(RecordedScan::of_cloud(cloud));
-        self.run = None;
+        self.record(std::iter::once(RecordedScan::of_cloud(cloud)));
         Ok(report)
     }
 
@@ -108,10 +110,24 @@ impl Reconstruction {
     /// are compared with where there is no other reference; see [`Settings::odometry`] for the only other use of them.
     pub fn add_log(&mut self, name: &str, log: &LaserLog) -> AddedLog {
         self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
-        self.recorded.extend(RecordedScan::of_log(log));
-        self.run = None;
+        self.record(RecordedScan::of_log(log));
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
         AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
+    }
+
+    /// Takes scans in, and starts over.
+    fn record(&mut self, scans: impl Iterator<Item = RecordedScan>) {
+        let first = self.recorded.len();
+        self.recorded.extend(scans);
+        if self.settings.laser_direction == LaserDirection::Mirrored {
+            self.recorded[first..].iter_mut().for_each(RecordedScan::mirror);
+        }
+        self.run = None;
+    }
+
+    /// The settings of the run.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Leaves out parts of the engine, to measure what they bring, and starts over.
