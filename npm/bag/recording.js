@@ -154,9 +154,9 @@ class Maker {
       const faults = [];
       for (const { index } of messages) {
         try {
-          lines.push(await this.#convert(topic, index, path, (bytes) =>
-            scanLine(decodeScan(bytes, hasEchoes), isUpsideDown),
-          ));
+          lines.push(
+            await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes), isUpsideDown)),
+          );
         } catch (error) {
           faults.push(wordsOf(error));
         }

@@ -141,6 +141,7 @@ async function convert(file, notes, alike = () => 1) {
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
   if (ending === 'pcd') return pcdFile(file);
   if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
+  if (ending === 'e57') return e57File(file);
   return file;
 }
 
@@ -248,10 +249,29 @@ async function pcdFile(file) {
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content>} */
 async function lasFile(file, notes) {
-  const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
-  const { loss } = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
+  const { HEADER_BYTES, isLaz, lasCloud, lasHeader } = await import('./las.js');
+  const head = await file.readHead(HEADER_BYTES);
+  const { loss } = lasHeader(file.path, head, file.size);
   if (loss !== null) notes.push(lost(file.path, loss));
-  return madeOf(file, async () => lasCloud(file.path, await file.read()), { isCloud: true });
+  const unpack = async () => {
+    const bytes = await file.read();
+    return isLaz(head) ? (await import('./packed_clouds.js')).lasOfLaz(file.path, bytes) : bytes;
+  };
+  return madeOf(file, async () => lasCloud(file.path, await unpack()), { isCloud: true });
+}
+
+/** The scans of an E57 file. @param {Content} file @returns {Promise<Content[]>} */
+async function e57File(file) {
+  const make = async () => (await import('./packed_clouds.js')).e57Clouds(file.path, await file.read());
+  const clouds = (await make()).map(({ count, ply }) => ({ count, size: ply.length }));
+  if (clouds.every(({ count }) => count === 0)) {
+    throw fileError(file.path, 'There are no points in this E57 file', 'Export it again with its scans');
+  }
+  return clouds.flatMap(({ count, size }, at) => {
+    const path = clouds.length > 1 ? file.path.replace(/\.e57$/i, `_${at + 1}.e57`) : file.path;
+    const read = async () => (await make())[at]?.ply ?? new Uint8Array();
+    return count > 0 ? [madeOf(file, read, { isCloud: true, path, size })] : [];
+  });
 }
 
 /** @param {Content} file @param {Note[]} notes @returns {Promise<Content[]>} a PTX may hold several */

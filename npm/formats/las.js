@@ -26,6 +26,11 @@ const COLORS_AT = { 2: 20, 3: 28, 5: 28, 7: 30, 8: 30, 10: 30 };
  * @property {string | null} loss what is missing of it
  */
 
+/** Whether the points of a LAS are packed: then it is a LAZ. @param {Uint8Array} head */
+export function isLaz(head) {
+  return ((head[104] ?? 0) & COMPRESSED) !== 0;
+}
+
 /**
  * @param {string} name for messages
  * @param {Uint8Array} head the first {@link HEADER_BYTES} of the file, or more
@@ -38,20 +43,14 @@ export function lasHeader(name, head, size) {
     throw fileError(name, 'This is not a LAS cloud, or it is cut off in its header', 'Copy or export it again');
   }
   const [start, format, record] = [view.getUint32(96, true), view.getUint8(104), view.getUint16(105, true)];
-  if (format & COMPRESSED) {
-    throw fileError(
-      name,
-      'This is a LAZ cloud, compressed, which is not read',
-      `Convert it: pdal translate ${name} out.ply`,
-    );
-  }
   const legacyCount = view.getUint32(107, true);
   const isFour = view.getUint8(24) === 1 && view.getUint8(25) >= 4 && head.length >= HEADER_BYTES;
   const claimed = legacyCount === 0 && isFour ? Number(view.getBigUint64(247, true)) : legacyCount;
   if (record < MIN_RECORD || start < MIN_HEADER) {
     throw fileError(name, `Its header has points of ${record} bytes at byte ${start}`, 'Copy or export it again');
   }
-  const count = Math.max(0, Math.min(claimed, Math.floor((size - start) / record)));
+  const isPacked = isLaz(head);
+  const count = isPacked ? claimed : Math.max(0, Math.min(claimed, Math.floor((size - start) / record)));
   const loss = count < claimed ? `cut off: ${count} of ${claimed} points are there` : null;
   const axes = [0, 1, 2].map((axis) => ({
     scale: view.getFloat64(131 + 8 * axis, true),

@@ -2,7 +2,7 @@
 /** Which files may have to be converted, by their names: all that has to be known of them where there are none. */
 
 /** Packed, or of a format that the engine does not read. */
-export const FOREIGN = /\.(mat|npy|npz|bin|las|laz|pcd|xyz|pts|ptx|asc|gz|bz2|zst|zstd)$/i;
+export const FOREIGN = /\.(mat|npy|npz|bin|e57|las|laz|pcd|xyz|pts|ptx|asc|gz|bz2|zst|zstd)$/i;
 /** Text that may be scans as a program prints them. */
 export const SCAN_TEXTS = /\.(ya?ml|json|jsonl|ndjson|txt|log|msg|ubh|dat|2d|hex)$/i;
 /** Tables whose columns may be those of points. */

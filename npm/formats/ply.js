@@ -58,7 +58,8 @@ export function pointsFile(positions, { colors = null, unit = null } = {}) {
       const [at, value] = [point * step + axis * size, positions[3 * point + axis] ?? 0];
       if (isLong) view.setFloat64(at, value, true);
       else view.setFloat32(at, value, true);
-      if (colors) view.setUint8(point * step + 3 * size + axis, Math.round(((colors[3 * point + axis] ?? 0) / full) * 255));
+      if (colors)
+        view.setUint8(point * step + 3 * size + axis, Math.round(((colors[3 * point + axis] ?? 0) / full) * 255));
     }
   }
   return file;

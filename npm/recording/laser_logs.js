@@ -96,8 +96,12 @@ function areLabels(rows) {
 
 /** Whether a file of numbers is of labels: by its name, or since it holds nothing else. @param {string} path @param {Uint8Array} head */
 export function isOfLabels(path, head) {
-  const isNamed = /(^|[^a-z])(labels?|partitions?|classes|segments?|annotations?)([^a-z]|$)/i.test(path.split('/').at(-1) ?? '');
-  const rows = latin1(head).split(/[\r\n]+/).slice(1, 1 + TABLE_LINES);
+  const isNamed = /(^|[^a-z])(labels?|partitions?|classes|segments?|annotations?)([^a-z]|$)/i.test(
+    path.split('/').at(-1) ?? '',
+  );
+  const rows = latin1(head)
+    .split(/[\r\n]+/)
+    .slice(1, 1 + TABLE_LINES);
   return isNamed || areLabels(rows.map((line) => line.split(/[\s,;|]+/).filter((word) => word !== '')));
 }
 

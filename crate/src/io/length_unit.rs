@@ -36,8 +36,7 @@ pub struct Expected {
 
 /// Ranges of planar lasers: from a desk to a yard; the farthest of the common ones reports 82 m for no return, and ultrasonic
 /// and infrared sensors see 1 m at least.
-pub const LASER_RANGES: Expected =
-    Expected { priors: [0.7, 0.05, 0.25], median: (2.5, 1.1), largest: (1.0, 100.0) };
+pub const LASER_RANGES: Expected = Expected { priors: [0.7, 0.05, 0.25], median: (2.5, 1.1), largest: (1.0, 100.0) };
 /// Distances within a cloud: rooms have 2 to 3 m, streets 10, yards and halls up to 60.
 pub const CLOUD_SIZES: Expected =
     Expected { priors: [0.977, 0.003, 0.02], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
@@ -111,11 +110,12 @@ pub fn step_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
     };
     let mut all = values.filter(|value| value.is_finite());
     let mut left = STEPS.to_vec();
-    all.by_ref().take_while(|&value| {
-        left.retain(|&step| is_multiple(value, step));
-        !left.is_empty()
-    })
-    .for_each(drop);
+    all.by_ref()
+        .take_while(|&value| {
+            left.retain(|&step| is_multiple(value, step));
+            !left.is_empty()
+        })
+        .for_each(drop);
     left.first().copied().unwrap_or(0.0)
 }
 
@@ -160,7 +160,11 @@ mod tests {
         ] {
             let values = spread(median, step);
             let judged = judge_unit(values.clone(), step_of(values.iter().copied()), &CLOUD_SIZES);
-            assert_eq!((judged.unit.symbol, !judged.alternatives.is_empty()), (symbol, is_open), "{median}: {judged:?}");
+            assert_eq!(
+                (judged.unit.symbol, !judged.alternatives.is_empty()),
+                (symbol, is_open),
+                "{median}: {judged:?}"
+            );
         }
     }
 

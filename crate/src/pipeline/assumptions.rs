@@ -249,9 +249,8 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
         Reading::Depth(scale, _) => (ReadingSetting::DepthScale, "depth_scale", usual_scale(scale * length)),
         Reading::Clouds(unit) => (ReadingSetting::CloudUnit, "cloud_unit", usual_unit(unit / length)),
     };
-    let text = format!(
-        "The path is {length:.2} times as long as the ground truth's: {name} {value} would make them equal"
-    );
+    let text =
+        format!("The path is {length:.2} times as long as the ground truth's: {name} {value} would make them equal");
     Some(Suggestion { text, setting, value: Some(value) })
 }
 

@@ -88,7 +88,10 @@ export class ScanstitchReadingCard extends LitElement {
                 @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
-                <span class="number">${valueText(scale)} ${is_cloud ? unit : ''} ${scale === value ? 'assumed' : is_cloud ? '' : unit}</span>
+                <span class="number"
+                  >${valueText(scale)} ${is_cloud ? unit : ''}
+                  ${scale === value ? 'assumed' : is_cloud ? '' : unit}</span
+                >
                 ${
                   this.view
                     ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`
@@ -99,7 +102,9 @@ export class ScanstitchReadingCard extends LitElement {
         )}
       </ul>
       <p class="actions">
-        <button @click=${() => this.choose({ choice: 'more' })}>${is_cloud ? 'Another unit…' : 'Another scale…'}</button>
+        <button @click=${() => this.choose({ choice: 'more' })}>
+          ${is_cloud ? 'Another unit…' : 'Another scale…'}
+        </button>
         <button class="primary" @click=${() => this.choose({ choice: 'dismiss' })}>Keep ${valueText(value)}</button>
       </p>`;
   }

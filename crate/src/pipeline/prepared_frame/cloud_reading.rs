@@ -7,9 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::sensor_place::{Extent, is_sensor_at_origin};
 use crate::geometry::PointCloud;
 use crate::geometry::quantile::quantile;
-use crate::io::length_unit::{
-    CENTIMETRE, CLOUD_SIZES, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of,
-};
+use crate::io::length_unit::{CENTIMETRE, CLOUD_SIZES, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of};
 use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
 
@@ -118,7 +116,8 @@ fn unit_of(
     let why = format!("{whole}half of the points lie within {median:.0} units, as {:.2} m", median * unit.metres);
     let usual = [METRE, CENTIMETRE, MILLIMETRE];
     let usual = usual.map(|unit| UsualValue { value: unit.metres, about: unit.name.to_owned() }).to_vec();
-    let confirmed_by = (!is_open).then(|| "the size of the scene, which no other unit in use makes plausible".to_owned());
+    let confirmed_by =
+        (!is_open).then(|| "the size of the scene, which no other unit in use makes plausible".to_owned());
     let assumption =
         Assumption { setting: ReadingSetting::CloudUnit, value: unit.metres, why, likely, usual, confirmed_by };
     (unit.metres, Some(assumption))

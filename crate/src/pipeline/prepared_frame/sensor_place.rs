@@ -154,7 +154,8 @@ mod tests {
         assert!(is_seen(&room(DVec3::new(-2.3, -1.7, -1.1))));
         let wall: Vec<DVec3> = room(DVec3::new(20.0, -2.0, -1.0)).into_iter().filter(|p| p.x < 20.01).collect();
         assert!(is_seen(&wall), "a facade, seen from 20 m away");
-        for corner in [DVec3::ZERO, DVec3::new(20.0, 0.0, 0.0), DVec3::new(-60.0, 33.0, 7.0), DVec3::new(3.0, 3.0, 3.0)] {
+        for corner in [DVec3::ZERO, DVec3::new(20.0, 0.0, 0.0), DVec3::new(-60.0, 33.0, 7.0), DVec3::new(3.0, 3.0, 3.0)]
+        {
             assert!(!is_seen(&room(corner)), "{corner}");
         }
         assert!(!is_seen(&room(DVec3::new(-2.5, -2.0, 0.0))), "the origin in the plane of the floor");

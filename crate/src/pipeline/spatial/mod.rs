@@ -339,7 +339,8 @@ impl SpatialReconstruction {
         let reach = config.settings.voxel_size * MAX_REST;
         let size = DVec3::from(cloud.viewpoint).length();
         let is_at_rest = |pose: &Pose3| pose.translation.vector.norm() + size * pose.rotation.angle() < reach;
-        (poses.len() > 1 && poses.len() == self.frames.len() && poses.iter().all(is_at_rest)).then(|| NO_MOTION.to_owned())
+        (poses.len() > 1 && poses.len() == self.frames.len() && poses.iter().all(is_at_rest))
+            .then(|| NO_MOTION.to_owned())
     }
 
     /// The frames with uncertain positions, which neither a later frame nor a loop has settled.

@@ -152,7 +152,9 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
     }
     let is_scan = |row: &Row| row.values.len() - row.words.len() >= names::MIN_SCAN_NUMBERS;
     let is_readings = rows.len() >= 2 && guess::named_reading(&names).is_some();
-    !rows.is_empty() && !guess::are_labels(&rows) && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
+    !rows.is_empty()
+        && !guess::are_labels(&rows)
+        && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
 }
 
 /// Reads a table whose format is guessed, and says how it was read.

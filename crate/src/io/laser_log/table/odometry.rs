@@ -23,7 +23,8 @@ pub fn read_wheel_paths(bytes: &[u8], track: f64) -> Option<Result<Trajectory>> 
         let problem = "The paths of the two wheels are no poses without the distance between them";
         return Some(Err(Error::whole(problem, "Set wheel_track to it (m), for example wheel_track=0.3")));
     }
-    let time = OtherColumns::of(&table, &table.rows, (0..table.width()).filter(|column| !columns.contains(column))).time();
+    let time =
+        OtherColumns::of(&table, &table.rows, (0..table.width()).filter(|column| !columns.contains(column))).time();
     let mut path = WheelPath::default();
     let mut trajectory = Trajectory::default();
     let (mut poses, mut stamps) = (Vec::new(), Vec::new());

@@ -98,9 +98,7 @@ pub(super) fn are_labels(rows: &[Row]) -> bool {
         }
         value.is_nan() || value.fract() == 0.0 && different.len() <= MOST_LABELS
     };
-    let mut is_of_labels = |row: &Row| {
-        row.values.len() > MIN_SCAN_NUMBERS && row.values[1..].iter().all(&mut is_label)
-    };
+    let mut is_of_labels = |row: &Row| row.values.len() > MIN_SCAN_NUMBERS && row.values[1..].iter().all(&mut is_label);
     rows.len() >= MIN_GROWING_LINES && rows.iter().all(&mut is_of_labels)
 }
 
