@@ -149,7 +149,7 @@ impl SpatialSettings {
     /// known, to the middle of what they show.
     #[must_use]
     pub fn for_clouds(&self, size: f64) -> Self {
-        let voxel_size = set_or(self.voxel_size, (size / 40.0).clamp(0.02, 1.0));
+        let voxel_size = set_or(self.voxel_size, (size / 40.0).clamp(0.002, 1.0));
         let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
         let max_range = set_or(self.max_range, f64::MAX);
         Self {
