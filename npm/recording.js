@@ -8,6 +8,7 @@ import { append } from './append.js';
 import { lost } from './errors.js';
 import { compareNaturally } from './natural_order.js';
 import { classify, isColumn, isSystemFile, looksLikeNumbers } from './recording/classify.js';
+import { notesOnCopies } from './recording/copies.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from './recording/heads.js';
 import { isCloudName, isForeignDepthName, isImageName } from './recording/kinds.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from './recording/names.js';
@@ -340,7 +341,12 @@ async function spatialClouds(clouds, files, read) {
     clouds: chosen.map(({ path }) => path),
     ...(timed ? { cloud_times: timed.times } : {}),
     intrinsics: null,
-    notes: [...otherClouds(others, used), ...rest.notes, ...unused(images, 'an image beside clouds')],
+    notes: [
+      ...otherClouds(others, used),
+      ...(await notesOnCopies(chosen, read)),
+      ...rest.notes,
+      ...unused(images, 'an image beside clouds'),
+    ],
   };
 }
 
@@ -422,8 +428,17 @@ async function planarScans(files, read, isTable) {
     if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
   }
   const { scans, reference, odometry, notes } = assignRoles(known);
+  const isUsed = new Set(scans);
+  const used = files.filter(({ path }) => isUsed.has(path));
   const root = scans.map(folderOf).reduce(commonFolder);
-  return { kind: 'planar_scans', root, scans, reference: reference === null ? [] : [reference], odometry, notes };
+  return {
+    kind: 'planar_scans',
+    root,
+    scans,
+    reference: reference === null ? [] : [reference],
+    odometry,
+    notes: [...notes, ...(await notesOnCopies(used, read))],
+  };
 }
 
 /**

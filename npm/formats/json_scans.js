@@ -68,13 +68,62 @@ function documentsOf(text, name, tell) {
         return [];
       }
     });
-    // A recorder that was stopped leaves half a line behind.
+    // A recorder that was stopped leaves half a line behind, or a document without its end.
+    const ended = known.length === 0 ? withEnd(text) : null;
+    if (ended !== null) {
+      tell('it has no end; what comes before is used', true);
+      return [ended];
+    }
     if (known.length === 0 || known.length < lines.length - 1) {
       throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
     }
     if (known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
     return known;
   }
+}
+
+/** A document that is cut off, up to the last list or object that is whole; null where there is none. @param {string} text @returns {unknown} */
+function withEnd(text) {
+  /** @type {string[]} */
+  const open = [];
+  let [end, closing, isText] = [0, '', false];
+  for (let at = 0; at < text.length; at += 1) {
+    const letter = text[at];
+    if (isText && letter === '\\') at += 1;
+    else if (letter === '"') isText = !isText;
+    else if (!isText && (letter === '{' || letter === '[')) open.push(letter === '{' ? '}' : ']');
+    else if (!isText && (letter === '}' || letter === ']')) {
+      if (open.pop() !== letter) return null;
+      [end, closing] = [at + 1, open.toReversed().join('')];
+    }
+  }
+  try {
+    return JSON.parse(text.slice(0, end) + closing);
+  } catch {
+    return null;
+  }
+}
+
+/** Seconds of a unit of times since 1970, by their size. */
+const EPOCHS = /** @type {const} */ ([
+  [1e17, 1e9],
+  [1e14, 1e6],
+  [1e11, 1e3],
+]);
+
+/** The entries of an object, by their times where all keys are numbers: JavaScript puts whole ones first. @param {object} object */
+function entriesOf(object) {
+  const entries = Object.entries(object);
+  const areNumbers = entries.every(([key]) => key.trim() !== '' && Number.isFinite(Number(key)));
+  return areNumbers ? entries.sort(([a], [b]) => Number(a) - Number(b)) : entries;
+}
+
+/** What is known of the item of a key: a number that it is filed under is its time. @param {Readonly<Record<string, unknown>>} known @param {string} key */
+function under(known, key) {
+  const number = key.trim() === '' ? Number.NaN : Number(key);
+  if (!Number.isFinite(number)) return known;
+  const [, divisor = 1] = EPOCHS.find(([least]) => number >= least) ?? [];
+  return { ...known, time: number / divisor };
 }
 
 /**
@@ -100,7 +149,7 @@ function collect(value, around, depth, scans) {
     scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
     return;
   }
-  Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+  entriesOf(own).forEach(([key, item]) => collect(item, under(known, key), depth + 1, scans));
 }
 
 /**
@@ -114,8 +163,12 @@ function collectLists(value, around, depth, scans) {
     scans.push(scanOf((key) => around[key], value));
     return;
   }
-  const known = Array.isArray(value) ? around : { ...around, ...flat(/** @type {Record<string, unknown>} */ (value)) };
-  for (const item of Object.values(value)) collectLists(item, known, depth + 1, scans);
+  if (Array.isArray(value)) {
+    for (const item of value) collectLists(item, around, depth + 1, scans);
+    return;
+  }
+  const known = { ...around, ...flat(/** @type {Record<string, unknown>} */ (value)) };
+  for (const [key, item] of entriesOf(value)) collectLists(item, under(known, key), depth + 1, scans);
 }
 
 /** Numbers and texts of an object, and those of its header and stamp. @param {Record<string, unknown>} object @returns {Record<string, unknown>} */

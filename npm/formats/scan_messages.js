@@ -17,6 +17,7 @@
  * | scans as points x y or x y z, a scan a line, numbered, or in JSON (point_scans.js) | their columns |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  * | an angle and a distance at a time (angle_distance.js) | colons, braces, letters |
+ * | a reading a line without names (unnamed_readings.js) | an angle that turns again and again |
  */
 import { angleDistanceReader } from './angle_distance.js';
 import { isJson, isNumberLists, readJson } from './json_scans.js';
@@ -27,6 +28,7 @@ import * as lines from './scan_lines.js';
 import { isScip, readScip } from './scip.js';
 import { readSickBinary, readSickText } from './sick.js';
 import { isUrgBenri, readUrgBenri } from './urg_benri.js';
+import { unnamedReader } from './unnamed_readings.js';
 import { written } from './written_scans.js';
 
 /** @typedef {import('./scan.js').Scan} Scan */
@@ -68,7 +70,7 @@ const TABLE_KINDS = [
  * @returns {Reader | null}
  */
 export function tableScanReader(head) {
-  return readerAmong(TABLE_KINDS, head);
+  return readerAmong(TABLE_KINDS, head) ?? unnamedReader(head);
 }
 
 /**

@@ -3,7 +3,7 @@
 import { latin1 } from './heads.js';
 
 /** Words that begin a line of a CARMEN log, or of what pose graph tools made of one. */
-const CARMEN_WORDS = /^(FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM|VERTEX2|EDGE2|SYNC|RLASER)\s/;
+const CARMEN_WORDS = /^(FLASER|ROBOTLASER1|RAWLASER1|LASER_READING|ODOM|PARAM|VERTEX2|EDGE2|SYNC|RLASER)\s/;
 
 /** A line of a scan in a table has so many numbers at least: a pose has 16 at the most. */
 const MIN_SCAN_NUMBERS = 24;

@@ -397,6 +397,18 @@ mod tests {
         assert_ne!(DepthScale::estimate(&ramp((0.5, 3.5), 6553.5, None, 0.2)).per_metre(), 6553.5);
     }
 
+    /// Floor and ceiling of a rendered hall, whose inverse depth is even from row to row, each in its own steps.
+    #[test]
+    fn the_planes_of_a_rendered_image_are_no_disparity_steps() {
+        let inverse =
+            |row: usize| if row < 240 { 0.2 + 0.0011 * (240 - row) as f64 } else { 0.2 + 0.0017 * (row - 239) as f64 };
+        let values = (0..480usize).flat_map(|row| std::iter::repeat_n((5000.0 / inverse(row)).round() as u16, 640));
+        let image = DepthImage { width: 640, height: 480, values: values.collect(), bits: 16 };
+        let scale = DepthScale::estimate(&image);
+        assert_eq!((scale.per_metre(), scale.sensor), (5000.0, DepthSensor::Unknown), "{scale:?}");
+        assert!(disparity_step(&image).is_none() && !scale.alternatives.is_empty());
+    }
+
     #[test]
     fn what_is_known_is_not_guessed() {
         let image = |bits, values: &[u16]| DepthImage { width: values.len(), height: 1, values: values.to_vec(), bits };

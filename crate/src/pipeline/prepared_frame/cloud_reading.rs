@@ -105,7 +105,7 @@ fn unit_of(
     if extent.low.abs().max(extent.high.abs()).max_element() > MAP_DISTANCE {
         return (1.0, None);
     }
-    let step = step_of(points.iter().flat_map(|point| point.to_array()));
+    let step = step_of(points.iter().flat_map(DVec3::to_array));
     let JudgedUnit { unit, alternatives, median, .. } = judge_unit(sizes, step, &CLOUD_SIZES);
     if unit == METRE && alternatives.is_empty() {
         return (1.0, None);

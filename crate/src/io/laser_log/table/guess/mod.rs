@@ -147,7 +147,7 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
 fn is_rplidar(table: &Table, angle: usize, range: usize) -> bool {
     let value = |row: &Row, column: usize| row.values.get(column).copied().unwrap_or(f64::NAN);
     let angles = || table.rows.iter().map(move |row| value(row, angle));
-    let is_round = angles().all(|angle| !(angle < 0.0)) && angles().any(|angle| angle > 180.0);
+    let is_round = !angles().any(|angle| angle < 0.0) && angles().any(|angle| angle > 180.0);
     let has_quality = table.names.iter().any(|name| name == "q" || name.contains("quality"));
     let is_multiple = |value: f64, parts: f64| value.is_nan() || (value * parts).fract() == 0.0;
     let in_its_units = |row: &Row| is_multiple(value(row, angle), 64.0) && is_multiple(value(row, range), 4.0);

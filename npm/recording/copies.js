@@ -1,0 +1,36 @@
+// @ts-check
+/** Files that are there twice under two names: each would count as a scan of its own, and agree with the other by itself. */
+import { groupBy } from './names.js';
+
+/** @typedef {import('../recording.js').ListedFile} ListedFile */
+/** @typedef {import('../recording.js').Note} Note */
+
+/** Of more files, none is compared. */
+const MOST_FILES = 500;
+/** Files of equal length that agree so far are the same: no two scans have one noise. */
+const COMPARED_BYTES = 16_384;
+
+/**
+ * A note about each file that is a copy of another one.
+ * @param {readonly ListedFile[]} files
+ * @param {(path: string, length: number) => Promise<Uint8Array | null>} read
+ * @returns {Promise<Note[]>}
+ */
+export async function notesOnCopies(files, read) {
+  if (files.length > MOST_FILES) return [];
+  /** @type {Note[]} */
+  const notes = [];
+  for (const alike of groupBy(files, ({ size }) => `${size}`).values()) {
+    /** @type {Map<string, string>} */
+    const known = new Map();
+    for (const { path } of alike.length > 1 ? alike : []) {
+      const bytes = await read(path, COMPARED_BYTES);
+      const text = bytes === null || bytes.length === 0 ? null : new TextDecoder('latin1').decode(bytes);
+      const first = text === null ? undefined : known.get(text);
+      if (first !== undefined) {
+        notes.push({ file: path, reason: `the same as ${first}, and used as a frame of its own; leave the copy out` });
+      } else if (text !== null) known.set(text, path);
+    }
+  }
+  return notes;
+}
