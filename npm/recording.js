@@ -164,7 +164,7 @@ function notesOfGiven({ kind, root, reference: [own] }, others, { reference: [us
     notes.push({ file: recording.root, reason });
   }
   if (kind === 'depth_images' && intrinsics === null) {
-    const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
+    const remedy = 'give fx fy cx cy in a file beside the bag, or set field_of_view';
     const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
     notes.push({ file: root, reason });
   }

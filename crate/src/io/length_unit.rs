@@ -41,8 +41,10 @@ pub const LASER_RANGES: Expected = Expected { priors: [0.7, 0.05, 0.25], median:
 pub const CLOUD_SIZES: Expected =
     Expected { priors: [0.977, 0.003, 0.02], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
 
-/// Another unit is open where it is at least so probable in relation to the likeliest.
+/// Another unit is open where it is at least so probable in relation to the likeliest; ...
 const MIN_ALTERNATIVE: f64 = 0.1;
+/// ... beside metres even less: what is taken for metres is taken without a word.
+const MIN_ALTERNATIVE_TO_METRES: f64 = 0.02;
 /// Sensors measure in steps of this (m) or finer, the coarsest of them by ultrasound; ...
 const COARSE_STEP: f64 = 0.02;
 /// ... coarser ones are those of grids, ...
@@ -80,7 +82,8 @@ pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> Judged
         .collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (best, unit) = ranked[0];
-    let alternatives = ranked[1..].iter().filter(|(p, _)| *p > MIN_ALTERNATIVE * best).map(|(_, unit)| *unit).collect();
+    let least = if unit == METRE { MIN_ALTERNATIVE_TO_METRES } else { MIN_ALTERNATIVE };
+    let alternatives = ranked[1..].iter().filter(|(p, _)| *p > least * best).map(|(_, unit)| *unit).collect();
     JudgedUnit { unit, alternatives, step, median }
 }
 
@@ -154,6 +157,7 @@ mod tests {
             (2.5, 0.0, "m", false),
             (12.0, 0.0, "m", false),
             (60.0, 0.001, "m", false),
+            (100.0, 0.0, "m", true),
             (2500.0, 1.0, "mm", false),
             (2500.0, 0.0, "mm", false),
             (300.0, 0.0, "m", true),

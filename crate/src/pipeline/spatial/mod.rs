@@ -40,6 +40,8 @@ const MISALIGNED_COLORS: &str = "The colours are not registered to the depth ima
 
 /// What is said of clouds that lie on one another as they are.
 const NO_MOTION: &str = "No motion: the clouds share one frame of coordinates, and the map shows them as they are";
+/// The same where these may begin at the sensor.
+const NO_MOTION_OF_SENSOR: &str = "No motion: the sensor stood still, or the clouds share one frame of coordinates";
 /// Clouds rest where none of their points moves further than this (voxels): registrations are finer by a factor of ten.
 const MAX_REST: f64 = 0.5;
 
@@ -331,16 +333,17 @@ impl SpatialReconstruction {
         notes
     }
 
-    /// That clouds whose coordinates begin elsewhere than at the sensor share one frame, as all lie on one another as they are.
+    /// That clouds share one frame, as all lie on one another as they are.
     fn note_on_rest(&self) -> Option<String> {
         let config = self.decode_config.as_ref()?;
-        let cloud = config.cloud.as_ref().filter(|cloud| !cloud.is_sensor_at_origin)?;
+        let cloud = config.cloud.as_ref()?;
         let poses: Vec<Pose3> = self.poses_up_to(Status::Doubtful).into_iter().flatten().collect();
         let reach = config.settings.voxel_size * MAX_REST;
-        let size = DVec3::from(cloud.viewpoint).length();
+        // A voxel is a fortieth of the median range, unless it is set.
+        let size = DVec3::from(cloud.viewpoint).length().max(40.0 * config.settings.voxel_size);
         let is_at_rest = |pose: &Pose3| pose.translation.vector.norm() + size * pose.rotation.angle() < reach;
         (poses.len() > 1 && poses.len() == self.frames.len() && poses.iter().all(is_at_rest))
-            .then(|| NO_MOTION.to_owned())
+            .then(|| if cloud.is_sensor_at_origin { NO_MOTION_OF_SENSOR } else { NO_MOTION }.to_owned())
     }
 
     /// The frames with uncertain positions, which neither a later frame nor a loop has settled.
