@@ -6,7 +6,7 @@ import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { scanLine } from '../../npm/bag/laser_scans.js';
 import { readJson } from '../../npm/formats/json_scans.js';
-import { scanstitch, temporaryFolder, writeFiles } from './support.mjs';
+import { moved, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 /** Numbers from 0 to 1, the same in every run. @param {number} seed */
 function random(seed) {
@@ -97,27 +97,23 @@ for (const origin of /** @type {Point[]} */ ([
   [539_720, 4_065_742, 100],
 ])) {
   test(`clouds whose coordinates begin ${origin.join(', ')} m away are registered alike`, async (t) => {
-    const moved = (/** @type {Point} */ point) =>
+    const placed = (/** @type {Point} */ point) =>
       /** @type {Point} */ (point.map((value, i) => value + (origin[i] ?? 0)));
-    const files = { '0.ply': ply(FIRST, 'double', moved), '1.ply': ply(SECOND, 'double', moved) };
+    const files = { '0.ply': ply(FIRST, 'double', placed), '1.ply': ply(SECOND, 'double', placed) };
     const { report, said } = await reconstruct(t, files);
     const [, { status, T_world_sensor: pose }] = report.frames;
     assert.equal(status, 'good');
     // Where the second cloud's own origin lies, in the first one's coordinates.
-    const [cos, sin] = [1 - 2 * pose.qz ** 2, 2 * pose.qz * pose.qw];
-    const [x, y] = [cos * origin[0] - sin * origin[1] + pose.x, sin * origin[0] + cos * origin[1] + pose.y];
-    const tilt = Math.hypot(pose.qx, pose.qy);
-    assert.ok(tilt < 1e-3 && Math.abs(2 * Math.asin(pose.qz) - TURN) < 1e-3, JSON.stringify(pose));
-    const off = Math.hypot(x - origin[0] - SHIFT[0], y - origin[1] - SHIFT[1]);
-    // The pose of a distant origin turns with the map: a thousandth of a radian of tilt is a metre in a kilometre.
-    assert.ok(off < 2e-3 + 2 * tilt * Math.abs(origin[2]) + 1e-9 * Math.hypot(...origin), `${off} m`);
+    const place = moved(pose, origin).map((value, i) => value - (origin[i] ?? 0) - (SHIFT[i] ?? 0));
+    assert.ok(Math.hypot(...place) < 2e-3, `off by ${place.join(', ')} m`);
+    assert.ok(Math.abs(2 * Math.acos(pose.qw) - TURN) < 1e-3, JSON.stringify(pose));
     assert.match(said, /coordinates of the clouds do not begin at the sensor/);
   });
 }
 
 test('a second cloud that lies on the first as it is, is no motion', async (t) => {
-  const moved = (/** @type {Point} */ [x, y, z]) => /** @type {Point} */ ([x + 300, y, z]);
-  const files = { '0.ply': ply(FIRST, 'double', moved), '1.ply': ply(room(3), 'double', moved) };
+  const placed = (/** @type {Point} */ [x, y, z]) => /** @type {Point} */ ([x + 300, y, z]);
+  const files = { '0.ply': ply(FIRST, 'double', placed), '1.ply': ply(room(3), 'double', placed) };
   assert.match((await reconstruct(t, files)).said, /No motion: the clouds share one frame/);
 });
 
@@ -213,6 +209,27 @@ test('a first row of bearings names the ranges, with a corner, without one, behi
     assert.match(said, /ranges=2:182,unit=m,start=-90deg,step=1deg,time=1/);
     hasDriven(report);
   }
+});
+
+test('planar scans in millimetres are read as such, and scan_unit says otherwise', async (t) => {
+  const angles = Array.from({ length: 180 }, (_, i) => ((i - 90) * Math.PI) / 180);
+  const files = Object.fromEntries(
+    drive(angles).map((ranges, scan) => {
+      const points = ranges.map(
+        (r, at) => /** @type {Point} */ ([r * Math.cos(angles[at] ?? 0), r * Math.sin(angles[at] ?? 0), 0]),
+      );
+      return [
+        `${scan}.ply`,
+        ply(points, 'short', (point) => /** @type {Point} */ (point.map((value) => 1000 * value))),
+      ];
+    }),
+  );
+  const { report, said } = await reconstruct(t, files);
+  assert.match(said, /taken for millimetres.*scan_unit/);
+  hasDriven(report);
+  const set = await reconstruct(t, files, '--set', 'scan_unit=0.001');
+  assert.doesNotMatch(set.said, /scan_unit/);
+  hasDriven(set.report);
 });
 
 test('labels of readings are no scans', async (t) => {

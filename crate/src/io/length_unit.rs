@@ -106,7 +106,7 @@ fn gaussian(deviations: f64) -> f64 {
 }
 
 /// The coarsest step that all of these are multiples of, to the rounding of a file; 0 where there is none.
-pub fn step_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub fn step_of(values: impl Iterator<Item = f64>) -> f64 {
     let is_multiple = |value: f64, step: f64| {
         let count = value / step;
         (count - count.round()).abs() <= (1e-6 * count.abs().max(1.0)).min(0.02)

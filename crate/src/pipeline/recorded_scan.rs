@@ -96,8 +96,8 @@ pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
     if ranges.is_empty() || *ranges.select_nth_unstable_by(middle, f32::total_cmp).1 <= LONGEST_RANGE {
         return Ok(());
     }
-    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as in millimetres or on a map");
-    Err(Error::whole(problem, "Give metres, in the frame of the laser"))
+    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as on a map");
+    Err(Error::whole(problem, "Give them in the frame of the laser, or set scan_unit (m)"))
 }
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot

@@ -7,6 +7,7 @@ mod measured_motion;
 mod odometry_agreement;
 mod run;
 mod scan_to_map;
+mod scan_unit;
 mod sure_motion;
 mod wheel_calibration;
 
@@ -31,6 +32,7 @@ use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
 use run::Run;
 pub use scan_to_map::ScanToMap;
+use scan_unit::ScanUnit;
 
 /// A reconstruction of planar scans.
 ///
@@ -39,6 +41,7 @@ pub struct Reconstruction {
     settings: Settings,
     names: Vec<String>,
     recorded: Vec<RecordedScan>,
+    scan_unit: ScanUnit,
     reference: Option<(String, Contents)>,
     odometry: Option<(String, Trajectory)>,
     without: Ablation,
@@ -56,6 +59,7 @@ impl Reconstruction {
             settings,
             names: Vec::new(),
             recorded: Vec::new(),
+            scan_unit: ScanUnit::default(),
             reference: None,
             odometry: None,
             without: Ablation::default(),
@@ -72,6 +76,9 @@ impl Reconstruction {
         if settings.laser_direction != self.settings.laser_direction {
             self.recorded.iter_mut().for_each(RecordedScan::mirror);
         }
+        if settings.scan_unit != self.settings.scan_unit {
+            self.scan_unit.change(&mut self.recorded, settings.scan_unit);
+        }
         self.settings = settings;
         self.run = None;
         Ok(())
@@ -85,6 +92,8 @@ impl Reconstruction {
         if cloud.is_empty() {
             return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
         }
+        let is_map = cloud.origin != glam::DVec3::ZERO;
+        let cloud = if is_map { cloud } else { self.scan_unit.in_metres(cloud, self.settings.scan_unit) };
         let report = clean(&cloud.positions, &self.settings.range_limits()).report;
         if report.non_finite == report.num_read {
             let problem = format!("None of its {} points has finite coordinates", report.num_read);
@@ -198,6 +207,7 @@ impl Reconstruction {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
         notes.extend(self.run.iter().flat_map(|run| run.chosen_odometry.notes.clone()));
+        notes.extend(self.scan_unit.note(self.settings.scan_unit));
         notes.extend(self.stamps().note);
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());

@@ -100,6 +100,8 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
         "Scans" {
             number min_range: "Minimum range", "Nearer returns are dropped: they show the robot itself, or dust.",
                 "m", [0.0, 100.0], step 0.05;
+            number scan_unit: "Unit", "Metres in a unit of scans that are a file each, 0.001 for millimetres. 0: told from the first scan.",
+                "m", [0.0, 1000.0], step 0.001;
             choice laser_direction: "Direction of readings", "Mirrored: for a laser that turns clockwise or hangs upside down, where the recording does not say so. The map is a mirror image otherwise.",
                 ["as_recorded" => "As recorded", "mirrored" => "Mirrored"];
             number max_range: "Maximum range", "Returns at or beyond this range are dropped: many sensors report their limit for a beam without a return.",

@@ -68,6 +68,8 @@ pub struct Settings {
     pub max_range: f64,
     /// Which way the readings follow one another.
     pub laser_direction: LaserDirection,
+    /// Metres in a unit of scans that are a file each; 0: told from the first one.
+    pub scan_unit: f64,
     /// Distance between the wheels (m), for odometry that has the paths of the two wheels; 0: not known.
     pub wheel_track: f64,
     /// What scans are registered to.
@@ -111,6 +113,7 @@ impl Default for Settings {
             min_range: 0.05,
             max_range: 50.0,
             laser_direction: LaserDirection::AsRecorded,
+            scan_unit: 0.0,
             wheel_track: 0.0,
             strategy: Strategy::Joint,
             local_map_scans: 5,
