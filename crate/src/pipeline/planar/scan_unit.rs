@@ -25,7 +25,9 @@ impl ScanUnit {
     pub(super) fn change(&mut self, scans: &mut [RecordedScan], set: f64) {
         let Some(told) = &self.told else { return };
         let unit = if set > 0.0 { set } else { told.unit.metres };
-        scans.iter_mut().for_each(|scan| scale(&mut scan.cloud, unit / self.used));
+        for scan in scans {
+            scale(&mut scan.cloud, unit / self.used);
+        }
         self.used = unit;
     }
 
@@ -47,7 +49,7 @@ impl ScanUnit {
 fn told_from(cloud: &PointCloud) -> JudgedUnit {
     let points = || cloud.finite_points().map(|(_, point)| point);
     let step = step_of(points().flat_map(|point| [point.x, point.y]));
-    judge_unit(points().map(|point| point.length()).collect(), step, &LASER_RANGES)
+    judge_unit(points().map(glam::DVec3::length).collect(), step, &LASER_RANGES)
 }
 
 fn scale(cloud: &mut PointCloud, factor: f64) {
