@@ -30,6 +30,7 @@ export {
   local_minima,
   map_quality,
   PointCloud,
+  PoseGraph,
   prepare_cloud,
   prepare_frame,
   presets,

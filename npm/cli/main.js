@@ -18,6 +18,7 @@ const COMMANDS = {
   'map-quality': async () => (await import('./map_quality.js')).mapQuality,
   consistency: async () => (await import('./consistency.js')).consistency,
   strategies: async () => (await import('./strategies.js')).strategies,
+  optimize: async () => (await import('./optimize.js')).optimize,
   bev: async () => (await import('./bev.js')).bev,
   icp: async () => (await import('./icp.js')).icp,
   topics: async () => (await import('./topics.js')).topics,
