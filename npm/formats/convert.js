@@ -141,7 +141,7 @@ async function convert(file, notes, alike = () => 1) {
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
   if (ending === 'pcd') return pcdFile(file);
   if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
-  if (ending === 'e57') return e57File(file);
+  if (ending === 'e57') return e57File(file, notes);
   return file;
 }
 
@@ -260,10 +260,13 @@ async function lasFile(file, notes) {
   return madeOf(file, async () => lasCloud(file.path, await unpack()), { isCloud: true });
 }
 
-/** The scans of an E57 file. @param {Content} file @returns {Promise<Content[]>} */
-async function e57File(file) {
+/** The scans of an E57 file. @param {Content} file @param {Note[]} notes @returns {Promise<Content[]>} */
+async function e57File(file, notes) {
   const make = async () => (await import('./packed_clouds.js')).e57Clouds(file.path, await file.read());
-  const clouds = (await make()).map(({ count, ply }) => ({ count, size: ply.length }));
+  const clouds = (await make()).map(({ count, num_invalid, ply }) => ({ count, num_invalid, size: ply.length }));
+  const invalid = clouds.reduce((sum, { num_invalid }) => sum + num_invalid, 0);
+  if (invalid > 0)
+    notes.push({ file: file.path, reason: `${invalid} of its points are marked as invalid, and left out` });
   if (clouds.every(({ count }) => count === 0)) {
     throw fileError(file.path, 'There are no points in this E57 file', 'Export it again with its scans');
   }

@@ -40,15 +40,15 @@ function unpacked(name, unpack, what) {
  * The scans of an E57 file as PLY, each in the frame of its scanner.
  * @param {string} name
  * @param {Uint8Array} bytes
- * @returns {Promise<{ ply: Uint8Array, count: number }[]>}
+ * @returns {Promise<{ ply: Uint8Array, count: number, num_invalid: number }[]>}
  */
 export async function e57Clouds(name, bytes) {
   const { read_e57 } = await engine();
   return unpacked(name, () => read_e57(bytes), 'E57 cloud').map((scan) => {
-    const { positions, colors } = scan;
+    const { positions, colors, num_invalid } = scan;
     scan.free();
     const ply = pointsFile(positions, { colors: colors.length > 0 ? colors : null, unit: 'm' });
-    return { ply, count: positions.length / 3 };
+    return { ply, count: positions.length / 3, num_invalid };
   });
 }
 

@@ -7,6 +7,8 @@ import { groupBy } from './names.js';
 
 /** Of more files, none is compared. */
 const MOST_FILES = 500;
+/** Shorter files are no scans (bytes). */
+const MIN_BYTES = 512;
 /** Files of equal length that agree so far are the same: no two scans have one noise. */
 const COMPARED_BYTES = 16_384;
 
@@ -20,7 +22,8 @@ export async function notesOnCopies(files, read) {
   if (files.length > MOST_FILES) return [];
   /** @type {Note[]} */
   const notes = [];
-  for (const alike of groupBy(files, ({ size }) => `${size}`).values()) {
+  const long = files.filter(({ size }) => size >= MIN_BYTES);
+  for (const alike of groupBy(long, ({ size }) => `${size}`).values()) {
     /** @type {Map<string, string>} */
     const known = new Map();
     for (const { path } of alike.length > 1 ? alike : []) {

@@ -108,8 +108,8 @@ const MIN_PHASE_CONCENTRATION: f64 = 0.9;
 /// levels.
 const STEP_ERROR: f64 = 0.02;
 const STEP_TRIAL: f64 = 5e-4;
-/// Share of 6,553.5 values a metre among images of 4 : 3, and of 5,000 among others: renderers with the first make square or wide
-/// images, those with the second images as TUM's.
+/// Share of 6,553.5 values a metre among images of TUM's size, and of 5,000 among others: renderers with the second make images as
+/// TUM's are, those with the first make square or wide ones.
 const SCALE_OF_OTHER_IMAGES: f64 = 0.2;
 
 impl DepthScale {
@@ -212,7 +212,7 @@ impl Candidate {
         }
         let room = gaussian((levels.median / self.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
         let is_tum = self.per_metre == 5000.0;
-        let is_unusual = if is_four_to_three(image) { self.is_only_rendered() } else { is_tum };
+        let is_unusual = if has_size_of_tum(image) { self.is_only_rendered() } else { is_tum };
         let room = if is_unusual { SCALE_OF_OTHER_IMAGES * room } else { room };
         let is_camera = levels.holes >= MAX_RENDERED_HOLES;
         let beyond = (levels.far / self.per_metre / MAX_SENSOR_RANGE.0).ln().max(0.0) / MAX_SENSOR_RANGE.1;
@@ -220,12 +220,12 @@ impl Candidate {
     }
 
     /// Whether depth without disparity steps is stored like this: what only cameras use, not without holes; what only
-    /// renderers use, only without; TUM's way with holes in images of its aspect alone.
+    /// renderers use, only without; TUM's way with holes in images of its size alone.
     fn stores_smooth_depth(&self, image: &DepthImage, holes: f64) -> bool {
         let is_rendered = holes < MAX_RENDERED_HOLES;
         let is_tum = self.per_metre == 5000.0;
         let is_of_kind = if is_rendered { self.is_rendered } else { !self.is_only_rendered() };
-        is_of_kind && (!is_tum || is_rendered || is_four_to_three(image))
+        is_of_kind && (!is_tum || is_rendered || has_size_of_tum(image))
     }
 
     fn is_only_rendered(&self) -> bool {
@@ -233,8 +233,9 @@ impl Candidate {
     }
 }
 
-fn is_four_to_three(image: &DepthImage) -> bool {
-    3 * image.width == 4 * image.height
+/// The size of TUM RGB-D's and ICL-NUIM's images, or half of it.
+fn has_size_of_tum(image: &DepthImage) -> bool {
+    [(640, 480), (320, 240)].contains(&(image.width, image.height))
 }
 
 fn gaussian(deviations: f64) -> f64 {

@@ -142,17 +142,17 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     with_columns_beside(table, format, angle, range)
 }
 
-/// Whether these are readings of an RPLIDAR, which turns clockwise: degrees beside a quality, as its SDK prints them and its Python
-/// package gives them; or its units, 64ths of a degree and quarters of a millimetre.
+/// Whether these are readings of an RPLIDAR, which turns clockwise: under the names that its SDK and its frame grabber print, or in its
+/// units, 64ths of a degree and quarters of a millimetre. A quality beside them has other lasers, too.
 fn is_rplidar(table: &Table, angle: usize, range: usize) -> bool {
     let value = |row: &Row, column: usize| row.values.get(column).copied().unwrap_or(f64::NAN);
     let angles = || table.rows.iter().map(move |row| value(row, angle));
     let is_round = !angles().any(|angle| angle < 0.0) && angles().any(|angle| angle > 180.0);
-    let has_quality = table.names.iter().any(|name| name == "q" || name.contains("quality"));
+    let is_printed = table.names == ["theta", "dist", "q"] || table.names == ["angule", "distance", "quality"];
     let is_multiple = |value: f64, parts: f64| value.is_nan() || (value * parts).fract() == 0.0;
     let in_its_units = |row: &Row| is_multiple(value(row, angle), 64.0) && is_multiple(value(row, range), 4.0);
     let has_fractions = angles().any(|angle| angle.fract() != 0.0);
-    is_round && (has_quality || has_fractions && table.rows.iter().all(in_its_units))
+    is_printed || is_round && has_fractions && table.rows.iter().all(in_its_units)
 }
 
 /// The number of a beam and a range a line, of one scan or of several.
