@@ -86,14 +86,16 @@ function isRangeTable(head: Uint8Array, text: string) {
   return rows.length >= TABLE_LINES && (begin === 0 || begin === 1) && counts;
 }
 
-/** Most different numbers of labels, and fewest lines that show them. */
-const [MOST_LABELS, MIN_LABEL_LINES] = [12, 3];
+/** Most different numbers of labels, the largest, and fewest lines that show them. */
+const [MOST_LABELS, MAX_LABEL, MIN_LABEL_LINES] = [12, 255, 3];
 
-/** Whether all numbers of lines behind the first are a few different whole ones. */
+/** Whether all numbers of lines behind the first are a few different small whole ones. */
 function areLabels(rows: string[][]) {
   const numbers = rows.flatMap((row) => row.slice(1).map(Number).filter(Number.isFinite));
-  const isFew = new Set(numbers).size <= MOST_LABELS && numbers.every(Number.isInteger);
-  return rows.length >= MIN_LABEL_LINES && rows.every((row) => row.length > MIN_SCAN_NUMBERS) && isFew;
+  const { size } = new Set(numbers);
+  const isFew = size > 1 && size <= MOST_LABELS;
+  const areSmall = numbers.every((number) => Number.isInteger(number) && Math.abs(number) <= MAX_LABEL);
+  return rows.length >= MIN_LABEL_LINES && rows.every((row) => row.length > MIN_SCAN_NUMBERS) && isFew && areSmall;
 }
 
 /** Whether a file of numbers is of labels: by its name, or since it holds nothing else. */

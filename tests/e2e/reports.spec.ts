@@ -27,7 +27,7 @@ const ROWS: readonly Row[] = [
   {
     path: 'ply_millimetres',
     counts: [1, 1],
-    said: /Unit of the clouds\s*0.001 m/,
+    said: /Unit of the clouds\s*Change\s*0.001 m/,
     check: ({ cloud_unit }) => expect(cloud_unit).toBe(0.001),
   },
   { path: 'already_in_map_frame', counts: [10, 10], said: /No motion: the clouds share one frame/ },
