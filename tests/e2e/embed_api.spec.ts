@@ -305,6 +305,7 @@ test('title, side panel, parts and colours of the page; events of its own parts 
     };
     return types;
   });
+  await page.getByRole('group', { name: 'Panels' }).getByRole('button', { name: 'Scans' }).click();
   await page.getByRole('button', { name: '1.ply', exact: true }).click();
   await page.getByRole('button', { name: 'Look inside' }).click();
   await expect(page.getByRole('button', { name: 'Reset start' })).toBeVisible();

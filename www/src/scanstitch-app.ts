@@ -1,10 +1,13 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query } from 'lit/decorators.js';
+import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { isRun, isViewName, Navigation, type ViewName, VIEWS } from './app/navigation.js';
 import { Workspace } from './app/workspace.js';
 import { appHeader } from './components/app-header.js';
-import { activity_styles, app_styles } from './components/app-styles.js';
+import { type Controls, CONTROLS } from './components/controls.js';
+import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './components/folds.js';
+import { app_styles } from './components/app-styles.js';
+import { activity_styles } from './components/run-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
 import { Handover } from './components/handover.js';
@@ -19,7 +22,7 @@ import {
 } from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
-import { OPEN_ITEMS } from './components/open-menu.js';
+import { openItems } from './components/open-menu.js';
 import { PageParts } from './components/page-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
 import { activityBox } from './components/run-parts.js';
@@ -53,6 +56,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('')) preset!: string;
   @property(text('map')) view!: ViewName;
   @property(text('auto')) theme!: ScanstitchElement['theme'];
+  @property(text('full')) controls!: Controls;
+  @property(text('')) scene!: string;
   @property(text_or_switch) offline!: boolean | string;
   @property({ ...on_or_off, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
@@ -62,6 +67,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
+  /** The panels around the map that are unfolded. */
+  @state() private folds = NONE_OPEN;
   private appearance = new Appearance(this, () => this.frame);
   private parts = new PageParts({
     report: (text, remedy, retry) => this.api.report(text, remedy, retry),
@@ -124,12 +131,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('rememberSettings')) this.claimAddress();
+    if (!this.hasUpdated && this.rememberSettings) this.folds = rememberedFolds();
     if (!this.hasUpdated && this.owns_address) this.navigation.readAddress();
-    const names = ['settings', 'preset', 'theme', 'view'] as const;
+    const names = ['settings', 'preset', 'theme', 'view', 'controls'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
     if (changed.get('view') !== undefined) this.navigation.address_view = null;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
+    }
+    if (changed.has('controls') && !CONTROLS.includes(this.controls)) {
+      this.api.refuse([`“${String(this.controls)}” is not a value of controls: ${CONTROLS.join(', ')}`]);
     }
     if (changed.has('view') && !isViewName(this.view)) {
       this.api.refuse([`“${String(this.view)}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
@@ -194,16 +205,19 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override render(): TemplateResult {
     const { drop_target, workspace } = this;
+    const { layout, is_low, type_scale } = this.appearance;
     return html`
       <div
-        class="app ${this.appearance.layout}"
+        class="app ${layout} ${is_low ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
+        style="--px: ${type_scale}px"
         @dragenter=${drop_target.enter}
         @dragover=${drop_target.over}
         @dragleave=${drop_target.leave}
         @drop=${drop_target.drop}
       >
-        ${this.renderHeader()}
+        ${this.controls_shown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages
+          strip
           .messages=${this.api.notices}
           @messages-dismissed=${() => this.api.dismiss()}
         ></scanstitch-messages>
@@ -257,6 +271,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       @facts-changed=${onFacts}
       @files-wanted=${({ detail }: CustomEvent<string>) => this.choose(detail)}
       @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.navigation.lookInside(detail))}
+      @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
       ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
@@ -287,6 +302,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       ?dark=${this.isDark()}
       .given=${this.handover.looked_into}
       src=${this.sourceOf('icp')}
+      example=${this.scene}
       ?remember-link=${this.owns_address && this.navigation.shown === 'icp'}
     ></scanstitch-lab>`;
   }
@@ -308,6 +324,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
       .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -321,6 +341,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
       .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -339,14 +363,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       run: this.workspace.run,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
-      open_items: OPEN_ITEMS,
+      open_items: openItems(isNothing(this.src) || this.source_of !== 'map' ? '' : this.src),
       layout: this.appearance.layout,
       is_dark: this.isDark(),
+      full_screen: this.appearance.full_screen,
       go: (tool) => this.parts.attend(() => this.navigation.go(tool)),
       open: (id) => this.choose(id),
       expectFiles: () => void this.workspace.expectFiles(),
       runExport: (id) => void run?.runExport(id),
       removeReference: () => run?.removeReference(),
+      toggleFullScreen: () => this.choose('full-screen'),
       toggleTheme: () => {
         this.theme = this.isDark() ? 'light' : 'dark';
       },
@@ -371,6 +397,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private choose(id: string): void {
     const { parts, workspace } = this;
     if (id.startsWith('view:')) parts.attend(() => this.navigation.go(id.slice('view:'.length) as Tool));
+    else if (id === 'full-screen') parts.attend(() => this.appearance.toggleFullScreen());
+    else if (id === 'page') this.openSource(this.src);
     else if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
     else if (id === 'clear') workspace.clear();
@@ -388,6 +416,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     input.value = ''; // so that picking the same files again is a change
     const requested_at = performance.now();
     this.parts.attend(() => this.take(files, requested_at, []));
+  }
+
+  /** What stands around the map; a value that is none is refused, and all of it is there. */
+  private get controls_shown(): Controls {
+    return CONTROLS.includes(this.controls) ? this.controls : 'full';
+  }
+
+  private fold(change: FoldChange): void {
+    this.folds = changedFolds(this.folds, change);
+    if (change.is_lasting && this.rememberSettings) rememberFolds(this.folds);
   }
 
   private isDark(): boolean {

@@ -79,9 +79,6 @@ impl TriangleMesh {
             numbers[vertex] = kept.len() as u32;
             kept.push(vertex);
         }
-        fn pick<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
-            if all.is_empty() { Vec::new() } else { kept.iter().map(|&vertex| all[vertex]).collect() }
-        }
         let renumbered = self.triangles.iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize]));
         Self {
             positions: pick(&self.positions, &kept),
@@ -91,4 +88,9 @@ impl TriangleMesh {
             triangles: renumbered.filter(|triangle| !triangle.contains(&u32::MAX)).collect(),
         }
     }
+}
+
+/// The entries of the vertices that are kept; none where there are none.
+fn pick<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
+    if all.is_empty() { Vec::new() } else { kept.iter().map(|&vertex| all[vertex]).collect() }
 }

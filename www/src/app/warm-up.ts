@@ -5,7 +5,7 @@
  */
 import { fetchApartment } from '../datasets/apartment.js';
 import { SpatialClient } from '../engine/spatial-client.js';
-import { jobsOf } from '../spatial/jobs.js';
+import { jobsOf } from '../spatial/take-in.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 16;

@@ -32,7 +32,7 @@ export const bar_styles = css`
     padding: 4px 8px 4px 16px;
     border-bottom: 1px solid var(--line);
     background: var(--accent-soft);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   .bar p {
     overflow: hidden;

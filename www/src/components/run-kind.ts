@@ -4,7 +4,6 @@ import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import type { Noun } from './frame-parts.js';
 import type { MenuItem } from './menu.js';
 import type { Message } from './messages.js';
-import type { Layout } from './run-parts.js';
 import type { Run } from './tools.js';
 
 /** What the header shows of a run. */
@@ -76,6 +75,6 @@ export interface RunKind {
   exports: readonly MenuItem[];
   /** The names of the tabs. */
   panels: Record<Panel, string>;
-  /** The panels in the order of their tabs, where the map leaves room for them. */
-  tabs: Record<Layout, readonly Panel[]>;
+  /** The panels in the order of their buttons or tabs. */
+  order: readonly Panel[];
 }

@@ -150,7 +150,7 @@ export class ScanstitchTopics extends LitElement {
         flex: none;
         border-bottom: 1px solid var(--line);
         background: var(--surface);
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       section {
         display: flex;
@@ -202,7 +202,7 @@ export class ScanstitchTopics extends LitElement {
       small {
         display: block;
         color: var(--muted);
-        font-size: 11.5px;
+        font-size: calc(11.5 * var(--px));
         font-weight: 400;
       }
       select {

@@ -319,6 +319,11 @@ export class EvaluateSession extends Session<Clients> {
     if (this.#leavesRun(result)) return;
     this.result = result;
     this.phase = 'done';
+    if (result.realigned !== null) {
+      this.choices = { ...this.choices, options: { ...this.choices.options, alignment: 'se3' } };
+      const done = 'All are aligned by SE(3) instead. Other choices are under “Alignment”.';
+      this.tell([noteMessage('', `${result.realigned} ${done}`)]);
+    }
     const [first] = this.ranked;
     if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
     if (first) {

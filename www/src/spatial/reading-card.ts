@@ -137,7 +137,7 @@ export class ScanstitchReadingCard extends LitElement {
         border-radius: var(--radius);
         background: var(--surface);
         box-shadow: var(--shadow);
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         pointer-events: auto;
       }
       header {
@@ -196,7 +196,7 @@ export class ScanstitchReadingCard extends LitElement {
         fill: var(--selected);
       }
       .choice span {
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       .actions {
         display: flex;

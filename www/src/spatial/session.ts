@@ -1,5 +1,5 @@
 import { joinPoses } from '../../../package/recording/understand.js';
-import type { Content, OpenedRecording } from '../../../package/recording_reader.js';
+import type { Content } from '../../../package/recording_reader.js';
 import { cameraFor, engineCamera } from '../../../package/recording/camera_file.js';
 import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
@@ -11,20 +11,13 @@ import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from 
 import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
-import { jobsOf } from './jobs.js';
 import { NO_POINTS } from './leveling.js';
+import { canJoin, combine, type SpatialDataset } from './take-in.js';
 
 /** Frames may be registered many times a second; their count is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 250;
 /** Voxels the map is measured in, m. */
 const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
-
-/** What is loaded. */
-export interface SpatialDataset extends Opened {
-  jobs: readonly SpatialJob[];
-  /** Name of the reference; empty without. */
-  reference_name: string;
-}
 
 /** A run of depth images or clouds in space: files, settings, result, messages. */
 export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, SpatialDataset, SpatialSnapshot> {
@@ -74,7 +67,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.changed();
     try {
       const opened = await opening;
-      const dataset = await this.#combine(opened, joins);
+      const dataset = await combine(this.dataset, opened, joins);
       if (signal.aborted) return;
       this.messages = dataset.recording.notes.map(({ file, reason }) => noteMessage(file, reason));
       if (dataset.jobs.length === 0) {
@@ -199,32 +192,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   // What is loaded.
 
-  /** Whether these frames can join those that are open: of one kind, in one folder, none of them twice. */
-  override canJoin({ origin, recording }: Opened): boolean {
-    const present = this.dataset;
-    if (present?.origin !== 'user' || origin !== 'user') return false;
-    const is_alike = present.recording.kind === recording.kind && present.recording.root === recording.root;
-    return is_alike && ![...recording.files.keys()].some((path) => isFrame(present, path));
-  }
-
-  async #combine(opened: Opened, joins: boolean): Promise<SpatialDataset> {
-    const present = this.dataset;
-    const fresh = opened.recording;
-    const has_frames = framesOf(fresh) > 0;
-    if (present === null || (has_frames && !(joins && this.canJoin(opened)))) return makeDataset(opened);
-    const all = await present.recording.with(fresh);
-    const told = present.recording.opened.notes;
-    const together = { ...all, notes: all.notes.filter((note) => !told.includes(note)) };
-    if (has_frames) return makeDataset({ ...present, recording: together });
-    // Beside the recording a camera is known by what is in it; a trajectory alone may be of any kind.
-    const spoken_of = [together.intrinsics, ...together.reference, ...lossesOf(together)];
-    const given = [...fresh.files.keys()];
-    if (given.some((path) => spoken_of.includes(path))) return makeDataset({ ...present, recording: together });
-    const trajectory = given.find((path) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
-    if (trajectory === undefined) return makeDataset(opened);
-    const { files, opened: parts } = together;
-    const beside = { files, opened: parts, reference: [trajectory], notes: [...fresh.opened.notes] };
-    return makeDataset({ ...present, recording: { ...present.recording, ...beside } });
+  override canJoin(opened: Opened): boolean {
+    return this.dataset !== null && canJoin(this.dataset, opened);
   }
 
   #inputs(): SpatialInputs {
@@ -390,27 +359,6 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.#started_at > 0) this.#worked_ms += performance.now() - this.#started_at;
     this.#started_at = 0;
   }
-}
-
-function makeDataset({ title, origin, recording }: Opened): SpatialDataset {
-  const [first = ''] = recording.reference;
-  const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
-  return {
-    title: title || baseName(recording.root) || 'Your recording',
-    origin,
-    recording,
-    jobs: jobsOf(recording),
-    reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
-  };
-}
-
-/** Files that were meant for this recording and cannot be used. */
-const lossesOf = ({ notes }: OpenedRecording): string[] => notes.flatMap(({ file, is_loss }) => (is_loss ? file : []));
-
-const framesOf = ({ depth_frames, clouds }: OpenedRecording): number => depth_frames.length + clouds.length;
-
-function isFrame({ jobs }: SpatialDataset, path: string): boolean {
-  return jobs.some(({ file, color }) => file.path === path || color?.path === path);
 }
 
 function isPrefix(before: readonly SpatialJob[], now: readonly SpatialJob[]): boolean {

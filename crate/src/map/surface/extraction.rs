@@ -1,6 +1,8 @@
 //! The zero level of the field as triangles: a vertex for each cell that the surface crosses, at the mean of the crossings of its
 //! edges, and two triangles for each edge that it crosses (Gibson, "Constrained elastic surface nets", MICCAI 1998).
 
+#![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
+
 use glam::Vec3;
 
 use super::blocks::{Blocks, SIDE, VOXELS, Voxel, index, positions};

@@ -58,6 +58,8 @@ const MAX_TRUNCATION_VOXELS: f32 = 16.0;
 const MIN_COSINE: f32 = 0.1;
 /// Neighbouring pixels of one surface differ by less than so many times their distance across: a surface seen at 6 degrees.
 const MAX_SLOPE: f32 = 10.0;
+/// Side of the tiles of an image in which it is asked whether all rays pass a block (pixels).
+const TILE: usize = 8;
 /// Bytes of a block: its voxels, and about as much for finding it as a corner and a number in a hash table take.
 const BLOCK_BYTES: usize = VOXELS * size_of::<Voxel>() + 64;
 
@@ -96,6 +98,8 @@ struct View<'a> {
     R: Mat3A,
     t: Vec3A,
     pixels: Vec<Pixel>,
+    /// Of each tile the depth up to which all of its rays are free (m); 0 where a tile has no depth.
+    free_depths: Vec<f32>,
     model: &'a DepthModel,
     voxel_size: f32,
 }
@@ -199,7 +203,15 @@ impl<'a> View<'a> {
         let R = T_world_camera.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
         let R = Mat3A::from_cols_slice(R.as_slice());
         let t = T_world_camera.translation.vector.map(|entry| entry as f32);
-        let mut view = Self { image, R, t: Vec3A::new(t.x, t.y, t.z), pixels: Vec::new(), model, voxel_size };
+        let mut view = Self {
+            image,
+            R,
+            t: Vec3A::new(t.x, t.y, t.z),
+            pixels: Vec::new(),
+            free_depths: Vec::new(),
+            model,
+            voxel_size,
+        };
         view.read_pixels();
         view
     }
@@ -213,6 +225,15 @@ impl<'a> View<'a> {
             self.read_pixel(index, ray).unwrap_or(NO_DEPTH)
         };
         self.pixels = (0..self.image.depths.len()).map(pixel).collect();
+        let num_columns = width.div_ceil(TILE);
+        let mut free = vec![f32::INFINITY; num_columns * self.image.camera.height.div_ceil(TILE)];
+        for index in 0..self.image.depths.len() {
+            // Pixels of silhouettes count as well: something is there.
+            let Some(depth) = self.depth(index) else { continue };
+            let free = &mut free[index / width / TILE * num_columns + index % width / TILE];
+            *free = free.min(depth - self.truncation(depth));
+        }
+        self.free_depths = free.into_iter().map(|free| if free.is_finite() { free } else { 0.0 }).collect();
     }
 
     fn read_pixel(&self, index: usize, ray: Vec3A) -> Option<Pixel> {
@@ -222,12 +243,11 @@ impl<'a> View<'a> {
         // The normal may point either way: that of a surface which is seen points to the camera.
         let facing = if normal.dot(ray) > 0.0 { -normal } else { normal };
         let cosine = -facing.dot(ray) / ray.length();
-        let (low, high) = (MIN_TRUNCATION_VOXELS * self.voxel_size, MAX_TRUNCATION_VOXELS * self.voxel_size);
         (cosine >= MIN_COSINE).then(|| Pixel {
             normal: facing,
             offset: -facing.dot(ray * depth),
             depth,
-            truncation: (TRUNCATION_DEVIATIONS * deviation).clamp(low, high),
+            truncation: self.truncation(depth),
             information: cosine / (deviation * deviation),
         })
     }
@@ -237,6 +257,12 @@ impl<'a> View<'a> {
     fn depth(&self, pixel: usize) -> Option<f32> {
         let depth = self.image.depths[pixel];
         (depth > 0).then(|| f32::from(depth) * self.image.unit)
+    }
+
+    /// Where the field is truncated in front of a surface at this depth and behind it (m).
+    fn truncation(&self, depth: f32) -> f32 {
+        let (low, high) = (MIN_TRUNCATION_VOXELS * self.voxel_size, MAX_TRUNCATION_VOXELS * self.voxel_size);
+        (TRUNCATION_DEVIATIONS * self.model.deviation(depth)).clamp(low, high)
     }
 
     /// The normal of the surface at a pixel: that of its cell, or, where that is no plane, of its neighbours.
@@ -348,22 +374,31 @@ impl<'a> View<'a> {
         is_inside.then(|| v as usize * camera.width + u as usize)
     }
 
-    /// Information (1/m^2) with which the image says that a block is empty: as much as of a surface there, where all of it lies in
-    /// front of what is seen behind; otherwise 0.
+    /// Information (1/m^2) with which the image says that a block is empty: as much as of a surface there, where all that is seen in
+    /// its direction lies behind it; otherwise 0.
     fn information_through(&self, corner: [i32; 3]) -> f32 {
         let block_size = self.voxel_size * SIDE as f32;
         let radius = 0.87 * block_size; // half of the diagonal
         let center = Vec3A::from(corner.map(|at| (at as f32 + 0.5) * block_size));
         let center = self.R.transpose() * (center - self.t);
-        let is_behind = |[x, y]: [f32; 2]| {
-            let seen = self.pixel_at(center + Vec3A::new(x, y, 0.0) * radius).map(|index| &self.pixels[index]);
-            seen.is_some_and(|pixel| pixel.depth - pixel.truncation > center.z + radius)
-        };
-        let across = [[0.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
-        if center.z > radius && across.into_iter().all(is_behind) {
-            self.model.deviation(center.z).powi(-2)
-        } else {
-            0.0
+        let nearest = center.z - radius;
+        if nearest <= 0.0 || self.pixel_at(center).is_none() {
+            return 0.0;
         }
+        let camera = &self.image.camera;
+        let tiles = |at: f32, f: f64, c: f64, count: usize| {
+            let (at, reach) = (at / center.z * f as f32 + c as f32, radius / nearest * f as f32);
+            let (low, high) = (at - reach, at + reach);
+            let is_inside = low >= 0.0 && high < count as f32;
+            is_inside.then_some(low as usize / TILE..=high as usize / TILE)
+        };
+        let columns = tiles(center.x, camera.fx, camera.cx, camera.width);
+        let (Some(columns), Some(rows)) = (columns, tiles(center.y, camera.fy, camera.cy, camera.height)) else {
+            return 0.0;
+        };
+        let num_columns = camera.width.div_ceil(TILE);
+        let mut seen = rows.flat_map(|row| columns.clone().map(move |column| row * num_columns + column));
+        let is_empty = seen.all(|tile| self.free_depths[tile] > center.z + radius);
+        if is_empty { self.model.deviation(center.z).powi(-2) } else { 0.0 }
     }
 }

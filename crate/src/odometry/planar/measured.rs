@@ -80,7 +80,7 @@ impl Odometry {
     ) -> Option<String> {
         if !self.is_near(best, motion) {
             let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
-            return Some(format!("whose standard deviation is {known:.2} m"));
+            return Some(format!("whose standard deviation is {:.1} mm", 1000.0 * known));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
         let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
