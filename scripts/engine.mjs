@@ -66,14 +66,19 @@ export async function buildBench(outDir, ...options) {
   });
 }
 
-/** The engine's parts: what the page begins with, planar scans alone; and everything. */
+/** The engine's parts: what the page begins with, planar scans alone; everything; and what unpacks E57 and LAZ. */
 const PARTS = {
-  planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar' },
-  full: { title: 'the full engine', name: 'scanstitch' },
+  planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar', package: 'scanstitch' },
+  full: { title: 'the full engine', name: 'scanstitch', package: 'scanstitch' },
+  formats: { title: 'what unpacks E57 and LAZ', name: 'scanstitch_formats', package: 'scanstitch-formats' },
 };
 
-/** What the page begins with is compiled for size. What is done often is done by the full engine. */
-const PLANAR_OPTIONS = ['--no-default-features', '--', '-C', 'opt-level=s'];
+/** What is fetched before anything is seen, or seldom, is compiled for size. What is done often is done by the full engine. */
+const OPTIONS = {
+  planar: ['--no-default-features', '--', '-C', 'opt-level=s'],
+  full: [],
+  formats: ['--', '-C', 'opt-level=s'],
+};
 
 /**
  * Compiles a part of the engine into pkg/.
@@ -82,9 +87,9 @@ const PLANAR_OPTIONS = ['--no-default-features', '--', '-C', 'opt-level=s'];
  * @param {Promise<unknown>} tools what `buildTools` returned
  */
 export function buildPart(part, profile, tools) {
-  const { title, name } = PARTS[part];
+  const { title, name, package: packageName } = PARTS[part];
   return step(`Compiling ${title}`, async () => {
-    const linked = await compileWasm('scanstitch', name, profile, part === 'planar' ? PLANAR_OPTIONS : []);
+    const linked = await compileWasm(packageName, name, profile, OPTIONS[part]);
     await tools;
     await run(WASM_TOOL, [linked, join(ROOT, 'pkg'), name]);
   });
@@ -93,7 +98,12 @@ export function buildPart(part, profile, tools) {
 /** Compiles the engine into pkg/. @param {Profile} profile */
 export async function buildEngine(profile) {
   const tools = buildTools();
-  await Promise.all([tools, buildPart('planar', profile, tools).then(() => buildPart('full', profile, tools))]);
+  await Promise.all([
+    tools,
+    buildPart('planar', profile, tools)
+      .then(() => buildPart('full', profile, tools))
+      .then(() => buildPart('formats', profile, tools)),
+  ]);
 }
 
 /** Emits the package into npm/, with its types, from the sources in package/; what has no source any more goes. */

@@ -41,7 +41,10 @@ function npmComponents() {
   return [...found.values()];
 }
 
-/** What is compiled into the WebAssembly module. */
+/** The packages of the engine's parts. */
+const OWN_PACKAGES = ['scanstitch', 'scanstitch-formats'];
+
+/** What is compiled into the WebAssembly modules. */
 function cargoComponents() {
   const args = ['metadata', '--format-version', '1', '--locked', '--filter-platform', 'wasm32-unknown-unknown'];
   const metadata = JSON.parse(
@@ -54,11 +57,13 @@ function cargoComponents() {
   );
   const nodes = new Map(metadata.resolve.nodes.map((/** @type {{ id: string }} */ node) => [node.id, node]));
   const packages = new Map(metadata.packages.map((/** @type {{ id: string }} */ one) => [one.id, one]));
-  const own = metadata.packages.find(
-    (/** @type {{ name: string, source: string | null }} */ { name, source }) =>
-      name === 'scanstitch' && source === null,
-  );
-  const [waiting, seen] = [[own.id], new Set()];
+  const own = metadata.packages
+    .filter(
+      (/** @type {{ name: string, source: string | null }} */ { name, source }) =>
+        OWN_PACKAGES.includes(name) && source === null,
+    )
+    .map((/** @type {{ id: string }} */ { id }) => id);
+  const [waiting, seen] = [[...own], new Set()];
   for (let id = waiting.pop(); id !== undefined; id = waiting.pop()) {
     if (seen.has(id)) continue;
     seen.add(id);
@@ -66,7 +71,7 @@ function cargoComponents() {
       if (dep_kinds.some((/** @type {{ kind: string | null }} */ { kind }) => kind === null)) waiting.push(pkg);
     }
   }
-  seen.delete(own.id);
+  for (const id of own) seen.delete(id);
   return [...seen].map((id) => {
     const { name, version, license } = packages.get(id);
     return component('cargo', name, version, license);

@@ -102,7 +102,7 @@ const engine = {
   about: 'the full engine, into pkg/',
   needs: [planarEngine],
   folder: 'quick',
-  run: () => buildPart('full', 'quick', tools()),
+  run: () => buildPart('full', 'quick', tools()).then(() => buildPart('formats', 'quick', tools())),
 };
 /** @type {Task} */
 const packageFiles = {

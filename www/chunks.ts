@@ -1,10 +1,18 @@
 /// <reference types="node" />
-/** Scripts that are built as one: in pieces, one for each set of later views that share it, the first would be fifteen requests. */
+/**
+ * What the builds of page and element share. Scripts that are built as one: in pieces, one for each set of later views that share
+ * it, the first would be fifteen requests.
+ */
 import { join } from 'node:path';
 import type { Rolldown } from 'vite';
 
 type CodeSplittingGroup = NonNullable<Rolldown.CodeSplittingOptions['groups']>[number];
 type Modules = Rolldown.ChunkingContext;
+
+/** The package's sources are built, not what is emitted of them. */
+export const FORMATS_ENGINE = {
+  '#formats-engine': join(import.meta.dirname, '../package/formats/engine_in_browser.ts'),
+};
 
 /** One script of these modules of www/src and all that they import at once, but for what is in a group before it. */
 export function oneScript(name: string, entries: readonly string[]): CodeSplittingGroup {

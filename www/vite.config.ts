@@ -1,6 +1,6 @@
 /// <reference types="node" />
 import { defineConfig, type Plugin } from 'vite';
-import { oneScript } from './chunks.js';
+import { FORMATS_ENGINE, oneScript } from './chunks.js';
 import { offline } from './offline/plugin.js';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
@@ -45,6 +45,7 @@ export default defineConfig({
   base: './', // every address relative: the build works under any path of any static host
   publicDir: false,
   server: { fs: { allow: ['..'] } }, // pkg/ lies beside www/
+  resolve: { alias: FORMATS_ENGINE },
   worker: { format: 'es' },
   plugins: [preloadEngine, compileAtOnce, offline()],
   build: {

@@ -10,7 +10,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
-import { oneScript } from './chunks.js';
+import { FORMATS_ENGINE, oneScript } from './chunks.js';
 
 const WORKER = /\?worker&url$/;
 const WORKERS = /^virtual:workers-(\d)$/;
@@ -29,6 +29,7 @@ const shared: InlineConfig = {
   publicDir: false,
   // There is no address that others would count from.
   define: { 'import.meta.url': 'undefined' },
+  resolve: { alias: FORMATS_ENGINE },
   build: { target: 'es2023', assetsInlineLimit: Number.POSITIVE_INFINITY, modulePreload: false },
 };
 
@@ -115,6 +116,7 @@ export default defineConfig(({ mode }) => {
     plugins: [workersInside([others, paths.filter(isFirst)]), packedInside(), withoutLargeSamples()],
     resolve: {
       alias: {
+        ...FORMATS_ENGINE,
         './engine-files.js': join(import.meta.dirname, `src/engine/engine-in-${is_module ? 'modules' : 'one-file'}.ts`),
       },
     },

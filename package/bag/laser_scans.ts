@@ -9,9 +9,12 @@ import type { ScanMessage } from './messages.js';
 /**
  * One line of the log. A reading is null where the message's own rules call it invalid: not a number, infinite, nearer
  * than `range_min` or farther than `range_max` (sensor_msgs/LaserScan, REP 117).
+ * Drivers that leave `range_max` unset send 0.
+ * @param isUpsideDown whether the laser's z axis points down: in the robot's plane its readings turn the other way
  */
-export function scanLine(scan: ScanMessage) {
-  const { angleMin, angleIncrement, rangeMin, rangeMax, ranges, stamp } = scan;
+export function scanLine(scan: ScanMessage, isUpsideDown = false) {
+  const { angleMin, angleIncrement, rangeMin, ranges, stamp } = scan;
+  const rangeMax = scan.rangeMax > 0 ? scan.rangeMax : Infinity;
   const nrays = ranges.length;
   if (nrays < 2) throw new MessageError(`The scan has ${nrays} readings`, 'Leave it out');
   const last = angleMin + (nrays - 1) * angleIncrement;
@@ -30,9 +33,10 @@ export function scanLine(scan: ScanMessage) {
   const isValid = (range: number) => range >= rangeMin && range <= rangeMax && Number.isFinite(range);
   // The shortest decimal that is the same 32-bit number: half the text.
   const readings = Array.from(ranges, (range) => (isValid(range) ? shortest(range) : null));
-  // A scanner that hangs upside down turns the other way.
-  if (angleIncrement < 0) readings.reverse();
-  const [min_theta, max_theta] = angleIncrement < 0 ? [last, angleMin] : [angleMin, last];
+  const sign = isUpsideDown ? -1 : 1;
+  const isClockwise = sign * angleIncrement < 0;
+  if (isClockwise) readings.reverse();
+  const [min_theta, max_theta] = isClockwise ? [sign * last, sign * angleMin] : [sign * angleMin, sign * last];
   return JSON.stringify({
     nrays,
     min_theta,

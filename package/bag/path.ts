@@ -29,16 +29,7 @@ export async function pathText(
   options: { isCompared?: boolean; onProgress?: (done: number) => void } = {},
 ): Promise<{ text: string | null; notes: Note[] }> {
   const notes: Note[] = [];
-  const tree = new TransformTree();
-  const transforms = topics.filter(({ topic: { type } }) => type === TF).map(({ topic }) => topic);
-  for (const other of transforms.filter(({ name }) => /tf_static$/.test(name))) {
-    for (const pose of await posesOf(bag, other, notes)) tree.add(pose, true);
-  }
-  if (topic.type !== TF) {
-    for (const other of transforms.filter(({ name }) => !/tf_static$/.test(name))) {
-      for (const pose of await posesOf(bag, other, [], MAX_TF_MESSAGES)) tree.add(pose, false);
-    }
-  }
+  const tree = await treeOf(bag, topics, topic.type !== TF, notes);
   const poses = await posesOf(bag, topic, notes, Infinity, options);
   const samples =
     topic.type === TF ? fromTree(tree, poses, topic, sensor, notes) : fromPoses(tree, poses, topic, sensor, notes);
@@ -48,6 +39,21 @@ export async function pathText(
     return { text: null, notes };
   }
   return { text: tumText(samples), notes };
+}
+
+/**
+ * How frames are fixed to one another; `withFirst`: with the first messages of the transforms that are not called static.
+ */
+export async function treeOf(bag: Bag, topics: readonly TopicFacts[], withFirst: boolean, notes: Note[]) {
+  const tree = new TransformTree();
+  const transforms = topics.filter(({ topic: { type } }) => type === TF).map(({ topic }) => topic);
+  for (const other of transforms) {
+    const isStatic = /tf_static$/.test(other.name);
+    if (!isStatic && !withFirst) continue;
+    const poses = await (isStatic ? posesOf(bag, other, notes) : posesOf(bag, other, [], MAX_TF_MESSAGES));
+    for (const pose of poses) tree.add(pose, isStatic);
+  }
+  return tree;
 }
 
 function readWithChunk(bag: Bag, topic: Topic, index: number) {

@@ -23,7 +23,7 @@ import {
 } from './messages.js';
 import type { Bag, Topic } from './open.js';
 import { packedEnding, packedFile } from './packed_images.js';
-import { pathText } from './path.js';
+import { pathText, treeOf } from './path.js';
 import type { Role } from './roles.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
 import type { Choice, TopicFacts } from './topics.js';
@@ -41,6 +41,8 @@ export interface BagContent {
 export type BagRecording = { files: BagContent[]; recording: Recording };
 type TimedContent = BagContent & { time: bigint };
 
+/** Of a laser that hangs upside down the z axis points down to within 45 degrees. */
+const UPRIGHT = Math.SQRT1_2;
 /** Why there are no colours, where two clocks were at work. */
 const NO_PAIRS = 'none of its times lies within 0.02 s of a depth image: the map is made without colours';
 
@@ -133,8 +135,11 @@ class Maker {
   }
 
   /** One log of all scans. */
-  async takeScans({ topic }: TopicFacts) {
+  async takeScans({ topic, frame }: TopicFacts) {
     this.#total = topic.count;
+    const tree = await treeOf(this.#bag, this.#topics, true, []);
+    const isUpsideDown = (tree.uprightness(frame) ?? 1) < -UPRIGHT;
+    if (isUpsideDown) this.#note(topic.name, `${frame} hangs upside down by /tf: its readings are turned over`);
     const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
     append(this.#recording.notes, notes);
     if (messages.length === 0) return;
@@ -146,7 +151,9 @@ class Maker {
       const faults: string[] = [];
       for (const { index } of messages) {
         try {
-          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes))));
+          lines.push(
+            await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes), isUpsideDown)),
+          );
         } catch (error) {
           faults.push(wordsOf(error));
         }

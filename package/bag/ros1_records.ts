@@ -19,6 +19,8 @@ export const MAGIC_2_0 = '#ROSBAG V2.0\n';
 /** A header has a few fields and the name of a topic. */
 export const MAX_HEADER_BYTES = 2 ** 16;
 const LENGTH_BYTES = 4;
+/** An entry of an index: a time and a place. */
+const ENTRY_BYTES = 12;
 
 type Fields = Map<string, Uint8Array>;
 export type Connection = { id: number; topic: string; type: string };
@@ -46,10 +48,11 @@ export function readRecordHead(bytes: Uint8Array, start = 0): RecordHead {
   const headerStart = start + LENGTH_BYTES;
   const headerEnd = headerStart + headerLength;
   if (headerLength > MAX_HEADER_BYTES) throw new RangeError('a record has no header');
-  const dataLength = view.getUint32(headerEnd, true);
   const fields = readFields(bytes.subarray(headerStart, headerEnd));
-  const dataStart = headerEnd + LENGTH_BYTES;
-  return { start, op: u8(fields, 'op'), fields, dataStart, dataLength, end: dataStart + dataLength };
+  const [op, dataStart] = [u8(fields, 'op'), headerEnd + LENGTH_BYTES];
+  // Some writers give indexes a length that is not theirs: ROS's reader goes by the number of entries.
+  const dataLength = op === OP.index ? ENTRY_BYTES * u32(fields, 'count') : view.getUint32(headerEnd, true);
+  return { start, op, fields, dataStart, dataLength, end: dataStart + dataLength };
 }
 
 /** Records that lie whole in these bytes, one after the other. */
@@ -86,10 +89,10 @@ export function readConnection(fields: Fields, data: Uint8Array): Connection {
 /** Times (ns) and places in the chunk of one connection's messages. */
 export function readIndex(fields: Fields, data: Uint8Array) {
   const [id, count] = [u32(fields, 'conn'), u32(fields, 'count')];
-  if (u32(fields, 'ver') !== 1 || data.length < 12 * count) throw new RangeError('an index is damaged');
+  if (u32(fields, 'ver') !== 1 || data.length < ENTRY_BYTES * count) throw new RangeError('an index is damaged');
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   const entries = Array.from({ length: count }, (_, index) => {
-    return { time: timeAt(view, 12 * index), offset: view.getUint32(12 * index + 8, true) };
+    return { time: timeAt(view, ENTRY_BYTES * index), offset: view.getUint32(ENTRY_BYTES * index + 8, true) };
   });
   return { id, entries };
 }

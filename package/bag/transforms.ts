@@ -101,6 +101,20 @@ export class TransformTree {
   }
 
   /**
+   * The height of a frame's own z axis, from -1 to 1, in the outermost frame that it is fixed to: 1 where it is
+   * upright, -1 where it
+   * hangs upside down; null where nothing is known of it.
+   */
+  uprightness(frame: string) {
+    let pose: Transform | null = null;
+    for (const edge of this.#up(frame)) {
+      if (!edge.isStatic && !isConstant(edge)) break;
+      pose = compose((edge.samples[0] as Sample).pose, pose ?? IDENTITY);
+    }
+    return pose && rotate(pose.rotation, [0, 0, 1])[2];
+  }
+
+  /**
    * The path of a frame in the world that carries it, at the times of the fastest moving part of the chain.
    * @returns null: it does not move, or is unknown
    */

@@ -112,9 +112,9 @@ Error:
   --drift                 drift as in the KITTI benchmark (%, deg/m), over 100 to 800 m or scaled to a short path
 
 Relations (Kuemmerle et al. 2009): mean, deviation, median and largest error, and the share beyond 0.5 m or 5 degrees:
-  --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad), whose poses are the nearest in
-                          time: within --max-diff, or half the interval of the estimate's times but at most 0.1 s;
-                          or EDGE2, EDGE_SE3:QUAT, which refer to poses by index from 0
+  --relations FILE        lines of time_i time_j dx dy dz roll pitch yaw (s, m, rad); poses are interpolated at their
+                          times where the nearest is within --max-diff, or half the interval of the estimate's
+                          times but at most 0.1 s; or EDGE2, EDGE_SE3:QUAT, which refer to poses by index from 0
   --loops-only            leaves out relations between one pose and the next
 
 Output:

@@ -34,7 +34,7 @@ Two planar clouds (z = 0) are registered in the plane.
 
 Options:
   --set NAME=VALUE     an option of the registration, as of register() in docs/api.md: metric=point_to_point,
-                       robust_kernel=none, max_correspondence_distance=1, voxel_size=0.25, step=gauss_newton, ...
+                       robust_kernel=none, max_correspondence_distance=1, init=global, voxel_size=0.25, step=gauss_newton, ...
   --trace FILE         every iteration with its pairs, weights and normal equations, as JSON
   --landscape FILE     the cost over two unknowns around the result, as PNG; dark is low
   --basin FILE         the basin of attraction on the same grid of starts, as PNG: green is the result, other colours
@@ -65,18 +65,20 @@ async function run(engine: Engine, args: string[]) {
   try {
     for (const path of positionals) clouds.push(readCloud(engine, path));
     const [source, target] = clouds as [PointCloud, PointCloud];
-    const options = { ...given, ...(await thinning(engine, source, target, given)) };
+    const options = { max_iterations: MOST_ITERATIONS, ...given, ...(await thinning(engine, source, target, given)) };
     const result = engine.register(source, target, { ...options, trace: true });
     print(iterations(result));
     const isStuck = result.end_reason === 'no_step';
     if (isStuck) tell(`scanstitch: ${noStep(result)}`);
+    const better = isStuck ? null : otherMinimum(engine, source, target, options, result);
+    if (better !== null) tell(`scanstitch: ${better}`);
     if (values.trace) await writeWhole(values.trace, `${JSON.stringify(result)}\n`);
     const T_center = result.T_target_source;
     if (values.landscape)
       await writeWhole(values.landscape, landscape(engine, source, target, options, { ...grid, T_center }));
     if (values.basin) await writeWhole(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
     if (own) print(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
-    return isStuck ? EXIT.partial : EXIT.done;
+    return isStuck || better !== null ? EXIT.partial : EXIT.done;
   } catch (error) {
     if (isScanstitchError(error)) throw new CommandError(error.message);
     throw error;
@@ -102,6 +104,40 @@ async function thinning(engine: Engine, source: PointCloud, target: PointCloud, 
     `scanstitch: a cloud of ${most} points: both are thinned to one point in ${voxel_size} m. --set voxel_size=0 uses all points.`,
   );
   return { voxel_size };
+}
+
+/** Point to point takes hundreds of iterations where surfaces slide along one another. */
+const MOST_ITERATIONS = 500;
+/** Another minimum is better where so many times as many points have a partner in it. */
+const BETTER = 1.1;
+/** What finds a start without a guess, for clouds in space and in the plane. */
+const SEARCHES = [{ init: 'global' }, { search_translation: 2, search_rotation: Math.PI }] as const;
+
+/**
+ * What to say where a search without a guess ends in a minimum in which more points have partners: the result is a
+ * false one. Null
+ * where it does not, or none is possible.
+ */
+function otherMinimum(
+  engine: Engine,
+  source: PointCloud,
+  target: PointCloud,
+  { init_T_target_source, ...options }: Options,
+  result: RegistrationResult,
+) {
+  const search = SEARCHES[target.is_planar ? 1 : 0];
+  const isSearched =
+    Object.keys(search ?? {}).some((name) => name in options && name !== 'init') || options.init === 'global';
+  if (!search || isSearched) return null;
+  try {
+    const other = engine.register(source, target, { ...options, ...search });
+    if (other.num_inliers < BETTER * result.num_inliers) return null;
+    const words = Object.entries(search).map(([name, value]) => `--set ${name}=${value}`);
+    return `This is a false minimum: ${result.num_inliers} points have a partner, and ${other.num_inliers} in the one that a search finds. Use ${words.join(' ')}.`;
+  } catch (error) {
+    if (isScanstitchError(error)) return null;
+    throw error;
+  }
 }
 
 /** Why the loop found no step. */

@@ -38,7 +38,8 @@ Registers the frames of a recording and maps them in the frame of the first one.
                  rostopic echo -p, CMU 16-831, BreezySLAM, tables of ranges, MATLAB's .mat
   depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
                  rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
-  clouds         PLY, PCD, KITTI's .bin, LAS or text (.xyz, .pts, .ptx) in space, in metres
+  clouds         PLY, PCD, KITTI's .bin, LAS, LAZ, E57 or text (.xyz, .pts, .ptx) in space; their unit is told from
+                 the file or from the first cloud
   ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
                  PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
 Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
@@ -48,7 +49,8 @@ images are found beside them; of planar scans a *.tum file, and odometry named s
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
-  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
+  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, TUM, or the paths
+                     of two wheels (columns named left and right) with --set wheel_track=METRES;
                      what contradicts the scans (other units, clock or log) is reported and not used
   --table FORMAT     what the columns of a table of ranges are, counted from 1; what it does not say is guessed:
                      ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);

@@ -2,13 +2,15 @@
 import { basename, relative } from 'node:path';
 import type { SpatialReconstruction } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import type { Recording } from '../files/recording.js';
 import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import { trajectoryBytes } from '../recording/pose_file.js';
+import { posesOfFrames } from '../recording/reference.js';
 import { joinPoses } from '../recording/understand.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
-import { readFirst, readInput, readRequired, readSource } from './inputs.js';
+import { type Input, readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
@@ -36,7 +38,7 @@ export async function reconstructSpatial(task: Task) {
     accepted(() => reconstruction.set_reference(reference.name, reference.bytes, jobs.length), complain);
   }
 
-  const result = reconstruction.result();
+  const result = reconstruction.result(true);
   for (const { name, status, reason } of result.frames) {
     if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
     if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
@@ -56,7 +58,7 @@ export async function reconstructSpatial(task: Task) {
   }
   for (const text of assumptionNotes(result)) note(text);
   const { sizes, milliseconds, positions } = await writeMap(reconstruction, options, complain);
-  await writeResults(options.out, reportFile(result, positions, task));
+  await writeResults(options.out, reportFile(reconstruction.result(), positions, task));
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
@@ -138,12 +140,25 @@ export async function setIntrinsics(
   if (bytes) accepted(() => give(found.path, bytes), complain);
 }
 
+/** The files of poses in the order of the frames, where their names tell which belongs to which. */
+function ofFrames(files: Input[], { clouds, depth_frames }: Recording) {
+  const frames = [...clouds, ...depth_frames.map(({ depth }) => depth)];
+  const names = posesOfFrames(
+    files.map(({ name }) => name),
+    frames,
+  );
+  if (names === null) return files;
+  const unused = files.filter(({ name }) => !names.includes(name)).map(({ name }) => name);
+  if (unused.length > 0) note(`${unused.join(', ')}: not used: there is no frame of its number.`);
+  return names.flatMap((name) => files.find((file) => file.name === name) ?? []);
+}
+
 /** The trajectory to compare with: the one that was named, or the one that was found. */
 export async function readReference({ recording, options, complain }: Task): Promise<NamedBytes | null> {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isMany = isFolder(path);
-    const files = isMany ? frameFiles(path, complain) : [{ name: basename(path), path }];
+    const files = isMany ? ofFrames(frameFiles(path, complain), recording) : [{ name: basename(path), path }];
     const contents = files.map((file) => readInput(file, complain));
     const whole = contents.filter((bytes) => bytes !== null);
     if (whole.length === 0 || whole.length < contents.length) return null;

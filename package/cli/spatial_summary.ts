@@ -49,13 +49,16 @@ export function headline(
   sizes: MapSize[],
   numRecorded: number,
 ) {
-  const { frames, comparison, suggestion, camera, depth_scale, quantisation, assumptions } = result;
+  const { frames, comparison, suggestion, camera, depth_scale, cloud_unit, quantisation, assumptions } = result;
   const lines = [timeLine(frames.length, timing, numRecorded), statusWords(result, optionsFor(result))];
   if (camera) {
     const [fx, fy, cx, cy] = [camera.fx, camera.fy, camera.cx, camera.cy].map((value) => Number(value.toFixed(2)));
     lines.push(
       `Camera: ${camera.width} x ${camera.height} pixels, fx ${fx}, fy ${fy}, cx ${cx}, cy ${cy}${assumedMark(assumptions, 'fx')}`,
     );
+  }
+  if (cloud_unit && cloud_unit !== 1) {
+    lines.push(`Clouds: a unit is ${cloud_unit} m${assumedMark(assumptions, 'cloud_unit')}`);
   }
   if (depth_scale) {
     const made =
@@ -82,19 +85,26 @@ export function headline(
 }
 
 /**
- * What was assumed of depth images because no file and no setting says it, in a sentence each; what a note of the engine says
+ * What was assumed of depth images or clouds because no file and no setting says it, in a sentence each; what a note of
+ * the engine says
  * is left out.
  */
 export function assumptionNotes({ assumptions, notes }: SpatialResult): string[] {
   // The words of the engine's note about the depth scale (crate/src/camera/depth_scale.rs).
   const isSaid = notes.some((text) => text.includes('raw values per metre'));
-  return assumptions.flatMap(({ setting, value, why, confirmed_by }) => {
+  return assumptions.flatMap(({ setting, value, why, likely, confirmed_by }) => {
     const number = Number(value.toPrecision(6));
     const confirmed = confirmed_by === null ? null : `Confirmed by ${confirmed_by}.`;
     if (setting === 'depth_scale') {
       const remedy = 'If the map has the wrong size, give the right number: --set depth_scale=NUMBER.';
       const assumed = `No file says what the depth scale is: a scale of ${number} raw values per metre is assumed, ${why}.`;
       return isSaid ? [] : [`${assumed} ${confirmed ?? remedy}`];
+    }
+    if (setting === 'cloud_unit') {
+      const others = likely.slice(1).map((other) => `${other} m`);
+      const also = others.length > 0 ? `; possible as well: ${others.join(', ')}` : '';
+      const assumed = `No file says the unit of the clouds' coordinates: ${number} m are assumed, as ${why}${also}.`;
+      return [`${assumed} If the map has the wrong size, give the right unit in metres: --set cloud_unit=NUMBER.`];
     }
     const remedy = 'If the map is bent, give the camera: --intrinsics FILE (fx fy cx cy), or --set fx=PIXELS.';
     const assumed = `No file says what the camera is like: a focal length of ${number} pixels is assumed, ${why}.`;
@@ -104,7 +114,11 @@ export function assumptionNotes({ assumptions, notes }: SpatialResult): string[]
 
 /** The options that change what is not confirmed. */
 function optionsFor({ assumptions, is_scale_contradicted }: SpatialResult) {
-  const options = { depth_scale: '--set depth_scale=NUMBER', fx: '--set fx=PIXELS' };
+  const options = {
+    depth_scale: '--set depth_scale=NUMBER',
+    fx: '--set fx=PIXELS',
+    cloud_unit: '--set cloud_unit=NUMBER',
+  };
   const open = unconfirmed(assumptions).map(({ setting }) => options[setting]);
   return ` (${[...(is_scale_contradicted ? [options.depth_scale] : []), ...open].join(', ')})`;
 }

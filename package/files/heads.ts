@@ -132,26 +132,33 @@ function propertiesOf(element: string): { count: number; properties: Properties 
 
 /** What comes behind these elements of a binary body; nothing where that is further than is known. */
 function behind(body: Uint8Array, elements: { count: number; properties: Properties }[], littleEndian: boolean) {
-  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
   let at = 0;
   for (const { count, properties } of elements) {
-    if (properties.every(({ type }) => type !== 'list')) {
-      at += count * strideOf(properties);
-      continue;
-    }
-    // Each row has a length of its own.
-    for (let row = 0; row < count && at < body.length; row += 1) {
-      for (const { type, list } of properties) {
-        const [size = 0, read] = lookUp(PLY_TYPES, type === 'list' ? (list[0] ?? '') : type) ?? [];
-        if (size === 0 || read === undefined || at + size > body.length) return new Uint8Array();
-        const number = Number(view[read as 'getFloat32'](at, littleEndian));
-        const items = type === 'list' ? number * (lookUp(PLY_TYPES, list[1] ?? '')?.[0] ?? Number.NaN) : 0;
-        if (!(items >= 0)) return new Uint8Array();
-        at += size + items;
-      }
+    if (properties.every(({ type }) => type !== 'list')) at += count * strideOf(properties);
+    else {
+      // Each row has a length of its own.
+      for (let row = 0; row < count && at < body.length; row += 1)
+        at = ends(body, at, properties, littleEndian)?.at(-1) ?? body.length;
     }
   }
   return body.subarray(at);
+}
+
+/** Where each property of a row ends; null where one is cut off or of an unknown type. */
+function ends(body: Uint8Array, start: number, properties: Properties, littleEndian: boolean) {
+  const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
+  const found: number[] = [];
+  let at = start;
+  for (const { type, list } of properties) {
+    const [size = 0, read] = lookUp(PLY_TYPES, type === 'list' ? (list[0] ?? '') : type) ?? [];
+    if (size === 0 || read === undefined || at + size > body.length) return null;
+    const number = Number(view[read as 'getFloat32'](at, littleEndian));
+    const items = type === 'list' ? number * (lookUp(PLY_TYPES, list[1] ?? '')?.[0] ?? Number.NaN) : 0;
+    if (!(items >= 0)) return null;
+    at += size + items;
+    found.push(at);
+  }
+  return found;
 }
 
 function sum(numbers: number[]) {
@@ -181,13 +188,18 @@ const PLY_TYPES: Record<string, [size: number, read: keyof DataView]> = {
 
 /** @param count rows there are at the most */
 function binaryColumn(body: Uint8Array, properties: Properties, column: number, count: number, littleEndian: boolean) {
-  const types = properties.map(({ type }) => lookUp(PLY_TYPES, type));
-  if (types.some((type) => type === undefined)) return []; // a list among the coordinates
-  const [stride, offset] = [strideOf(properties), strideOf(properties.slice(0, column))];
-  const read = types[column]?.[1] as 'getFloat32';
+  const [size = 0, name] = lookUp(PLY_TYPES, properties[column]?.type ?? '') ?? [];
+  if (name === undefined) return [];
+  const read = name as 'getFloat32';
   const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
-  const rows = Math.min(count, Math.floor(body.byteLength / stride));
-  return Array.from({ length: rows }, (_, row) => view[read](row * stride + offset, littleEndian));
+  const values: number[] = [];
+  for (let at = 0; values.length < count && at < body.length;) {
+    const places = ends(body, at, properties, littleEndian);
+    if (places === null) break;
+    values.push(view[read]((places[column] ?? 0) - size, littleEndian));
+    at = places.at(-1) ?? body.length;
+  }
+  return values;
 }
 
 export function isPly(head: Uint8Array) {

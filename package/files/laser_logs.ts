@@ -5,7 +5,7 @@ import { latin1 } from './heads.js';
 export const MOST_ANGLE = 1.1 * 2 * Math.PI;
 
 /** Words that begin a line of a CARMEN log, or of what pose graph tools made of one. */
-const CARMEN_WORDS = /^(FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM|VERTEX2|EDGE2|SYNC|RLASER)\s/;
+const CARMEN_WORDS = /^(FLASER|ROBOTLASER1|RAWLASER1|LASER_READING|ODOM|PARAM|VERTEX2|EDGE2|SYNC|RLASER)\s/;
 
 /** A line of a scan in a table has so many numbers at least: a pose has 16 at the most. */
 const MIN_SCAN_NUMBERS = 24;
@@ -74,7 +74,7 @@ function isRangeTable(head: Uint8Array, text: string) {
   };
   const rows = lines.filter(isRow).slice(0, TABLE_LINES);
   if (head.at(-1) !== 10 && rows.length > 1 && rows.length < TABLE_LINES) rows.pop();
-  if (rows.length === 0) return false;
+  if (rows.length === 0 || areLabels(rows.slice(1))) return false;
   if (rows.every((row) => row.filter(isNumber).length >= MIN_SCAN_NUMBERS)) return true;
   const labels = rows[0]?.filter(isLabel) ?? [];
   const names = labels.length > 0 ? labels : (lines.slice(0, lines.findIndex(isRow)).at(-1) ?? []);
@@ -84,6 +84,29 @@ function isRangeTable(head: Uint8Array, text: string) {
     index === 0 || Number(row[0]) === begin || Number(row[0]) === Number(rows[index - 1]?.[0]) + 1;
   const counts = rows.every((row, index) => row.length === 2 && follows(row, index));
   return rows.length >= TABLE_LINES && (begin === 0 || begin === 1) && counts;
+}
+
+/** Most different numbers of labels, the largest, and fewest lines that show them. */
+const [MOST_LABELS, MAX_LABEL, MIN_LABEL_LINES] = [12, 255, 3];
+
+/** Whether all numbers of lines behind the first are a few different small whole ones. */
+function areLabels(rows: string[][]) {
+  const numbers = rows.flatMap((row) => row.slice(1).map(Number).filter(Number.isFinite));
+  const { size } = new Set(numbers);
+  const isFew = size > 1 && size <= MOST_LABELS;
+  const areSmall = numbers.every((number) => Number.isInteger(number) && Math.abs(number) <= MAX_LABEL);
+  return rows.length >= MIN_LABEL_LINES && rows.every((row) => row.length > MIN_SCAN_NUMBERS) && isFew && areSmall;
+}
+
+/** Whether a file of numbers is of labels: by its name, or since it holds nothing else. */
+export function isOfLabels(path: string, head: Uint8Array) {
+  const isNamed = /(^|[^a-z])(labels?|partitions?|classes|segments?|annotations?)([^a-z]|$)/i.test(
+    path.split('/').at(-1) ?? '',
+  );
+  const rows = latin1(head)
+    .split(/[\r\n]+/)
+    .slice(1, 1 + TABLE_LINES);
+  return isNamed || areLabels(rows.map((line) => line.split(/[\s,;|]+/).filter((word) => word !== '')));
 }
 
 /** What an angle, the number of a beam and a range are called, as the engine knows it. */

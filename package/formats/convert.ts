@@ -10,7 +10,7 @@ import { lookUp } from '../base/look_up.js';
 import type { Content } from '../files/content.js';
 import { HEAD_BYTES } from '../files/heads.js';
 import { isCloudName, isImageName } from '../files/kinds.js';
-import { isLaserLog, isTable } from '../files/laser_logs.js';
+import { isLaserLog, isOfLabels, isTable } from '../files/laser_logs.js';
 import { baseOf, folderOf, groupBy, hintOf } from '../files/names.js';
 import { knownCamera } from './known_cameras.js';
 import { DEPTH_TABLES, FOREIGN, POINT_TABLES, READERS, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
@@ -244,7 +244,7 @@ async function scanText(file: Content, notes: Note[]): Promise<Content> {
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   const isBinary = head.includes(0);
   // Lines of numbers may be a table, but not where words say which program wrote them.
-  if (!isBinary && isLaserLog(head) && !isTable(head)) return file;
+  if (!isBinary && ((isLaserLog(head) && !isTable(head)) || isOfLabels(file.path, head))) return file;
   const [{ fromLdrobot, fromSick, scanReader, tableScanReader }, { isSickBinary }, { isLdrobot }] = await Promise.all([
     import('./scan_messages.js'),
     import('./sick.js'),

@@ -62,13 +62,61 @@ function documentsOf(text: string, name: string, tell: Tell): unknown[] {
         return [];
       }
     });
-    // A recorder that was stopped leaves half a line behind.
+    // A recorder that was stopped leaves half a line behind, or a document without its end.
+    const ended = known.length === 0 ? withEnd(text) : null;
+    if (ended !== null) {
+      tell('it has no end; what comes before is used', true);
+      return [ended];
+    }
     if (known.length === 0 || known.length < lines.length - 1) {
       throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
     }
     if (known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
     return known;
   }
+}
+
+/** A document that is cut off, up to the last list or object that is whole; null where there is none. */
+function withEnd(text: string): unknown {
+  const open: string[] = [];
+  let [end, closing, isText] = [0, '', false];
+  for (let at = 0; at < text.length; at += 1) {
+    const letter = text[at];
+    if (isText && letter === '\\') at += 1;
+    else if (letter === '"') isText = !isText;
+    else if (!isText && (letter === '{' || letter === '[')) open.push(letter === '{' ? '}' : ']');
+    else if (!isText && (letter === '}' || letter === ']')) {
+      if (open.pop() !== letter) return null;
+      [end, closing] = [at + 1, open.toReversed().join('')];
+    }
+  }
+  try {
+    return JSON.parse(text.slice(0, end) + closing);
+  } catch {
+    return null;
+  }
+}
+
+/** Seconds of a unit of times since 1970, by their size. */
+const EPOCHS = [
+  [1e17, 1e9],
+  [1e14, 1e6],
+  [1e11, 1e3],
+] as const;
+
+/** The entries of an object, by their times where all keys are numbers: JavaScript puts whole ones first. */
+function entriesOf(object: object) {
+  const entries = Object.entries(object);
+  const areNumbers = entries.every(([key]) => key.trim() !== '' && Number.isFinite(Number(key)));
+  return areNumbers ? entries.sort(([a], [b]) => Number(a) - Number(b)) : entries;
+}
+
+/** What is known of the item of a key: a number that it is filed under is its time. */
+function under(known: Readonly<Record<string, unknown>>, key: string) {
+  const number = key.trim() === '' ? Number.NaN : Number(key);
+  if (!Number.isFinite(number)) return known;
+  const [, divisor = 1] = EPOCHS.find(([least]) => number >= least) ?? [];
+  return { ...known, time: number / divisor };
 }
 
 /** The scans within a document; fields of what holds them (a time, for one) belong to them. */
@@ -91,7 +139,7 @@ function collect(value: unknown, around: Readonly<Record<string, unknown>>, dept
     scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
     return;
   }
-  Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+  entriesOf(own).forEach(([key, item]) => collect(item, under(known, key), depth + 1, scans));
 }
 
 /** The lists of numbers within a document, where nothing in it is called ranges. */
@@ -102,8 +150,12 @@ function collectLists(value: unknown, around: Readonly<Record<string, unknown>>,
     scans.push(scanOf((key) => around[key], value));
     return;
   }
-  const known = Array.isArray(value) ? around : { ...around, ...flat(value as Record<string, unknown>) };
-  for (const item of Object.values(value)) collectLists(item, known, depth + 1, scans);
+  if (Array.isArray(value)) {
+    for (const item of value) collectLists(item, around, depth + 1, scans);
+    return;
+  }
+  const known = { ...around, ...flat(value as Record<string, unknown>) };
+  for (const [key, item] of entriesOf(value)) collectLists(item, under(known, key), depth + 1, scans);
 }
 
 /** Numbers and texts of an object, and those of its header and stamp. */

@@ -8,6 +8,7 @@ import type { Convert } from './reader.js';
 export const READERS: Record<string, () => Promise<{ convert: Convert }>> = {
   las: () => import('./las.js'),
   laz: () => import('./las.js'),
+  e57: () => import('./packed_clouds.js'),
 };
 
 /** Packed, or of a format that the engine does not read. */

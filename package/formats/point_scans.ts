@@ -35,6 +35,8 @@ export function kindOfLines(head: string): 'triples' | 'pairs' | 'polar' | null 
   const lines = head.split(/\r?\n/).filter((line) => line.trim() !== '' && !line.startsWith('#'));
   const first = numbersOf(lines[0] ?? '');
   if (first === null || first.length < 2 * MIN_RETURNS || first.length > 100_000) return null;
+  // Bearings above a table of ranges, with or without a corner, are no points.
+  if ([0, 1].some((start) => isEven(first.slice(start)))) return null;
   const column = (stride: number, at: number) => first.filter((_, index) => index % stride === at);
   const isFlat = first.length % 3 === 0 && new Set(column(3, 2)).size === 1;
   // One negative value again and again means no return.

@@ -16,6 +16,7 @@
  * | scans as points x y or x y z, a scan a line, numbered, or in JSON (point_scans.js) | their columns |
  * | the Python package rplidar: a list of (quality, angle, distance) a line | its brackets |
  * | an angle and a distance at a time (angle_distance.js) | colons, braces, letters |
+ * | a reading a line without names (unnamed_readings.js) | an angle that turns again and again |
  */
 import { angleDistanceReader } from './angle_distance.js';
 import { isJson, isNumberLists, readJson } from './json_scans.js';
@@ -27,6 +28,7 @@ import type { Tell } from './scan_checks.js';
 import * as lines from './scan_lines.js';
 import { isScip, readScip } from './scip.js';
 import { readSickBinary, readSickText } from './sick.js';
+import { unnamedReader } from './unnamed_readings.js';
 import { isUrgBenri, readUrgBenri } from './urg_benri.js';
 import { written } from './written_scans.js';
 
@@ -63,7 +65,7 @@ const TABLE_KINDS: readonly Kind[] = [
 
 /** What reads a table that begins like this and whose columns are no ranges; null where it is none of these. */
 export function tableScanReader(head: string): Reader | null {
-  return readerAmong(TABLE_KINDS, head);
+  return readerAmong(TABLE_KINDS, head) ?? unnamedReader(head);
 }
 
 /**

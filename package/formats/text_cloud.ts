@@ -3,7 +3,7 @@
  * alone counts the points that follow (PTS); PTX has a header of ten lines before each scan, whose points are in the scanner's
  * frame. VeloView and Livox Viewer write such tables, x y z among other columns.
  */
-import { bytesOf, plyFile } from './ply.js';
+import { pointsFile } from './ply.js';
 
 const PTX_HEADER_LINES = 10;
 const TAB = 9;
@@ -28,14 +28,26 @@ type TextCloud = { ply: Uint8Array; count: number; notes: string[]; loss: string
 export function textClouds(bytes: Uint8Array, columns: readonly number[] = [0, 1, 2]): TextCloud[] {
   const lines = linesOf(bytes);
   const scans = ptxScans(lines);
-  if (scans.length > 0) return scans.map(({ rows, count }) => cloudOf(rows, [0, 1, 2], count));
-  return [cloudOf(lines, columns, null)];
+  if (scans.length > 0) return scans.map(({ rows, count }) => cloudOf(rows, { columns: [0, 1, 2], size: count }));
+  const head = lines.slice(0, 10 * LOOKED_INTO);
+  return [cloudOf(lines, { columns, colors: colorColumns(head), unit: unitOf(head) })];
 }
 
-/** @param size of a scan of a PTX */
-function cloudOf(rows: readonly string[], columns: readonly number[], size: number | null): TextCloud {
+interface Table {
+  /** Of x, y and z. */
+  columns: readonly number[];
+  /** Columns of red, green and blue. */
+  colors?: readonly number[] | null;
+  /** Of the coordinates. */
+  unit?: string | null;
+  /** Of a scan of a PTX. */
+  size?: number | null;
+}
+
+function cloudOf(rows: readonly string[], { columns, colors = null, unit = null, size = null }: Table): TextCloud {
   const cells = cellsOf(rows);
-  const points = new Float32Array(3 * rows.length);
+  const points = new Float64Array(3 * rows.length);
+  const shades = colors && new Uint16Array(3 * rows.length);
   let count = 0;
   let skipped = 0;
   for (const line of rows) {
@@ -48,12 +60,14 @@ function cloudOf(rows: readonly string[], columns: readonly number[], size: numb
     // PTX has a row of zeros where nothing came back.
     if (size !== null && values.every((value) => value === 0)) continue;
     points.set(values, 3 * count);
+    if (shades) colors?.forEach((column, at) => (shades[3 * count + at] = numberOf(words[column]) || 0));
     count += 1;
   }
   const notes = skipped > 0 ? [`${skipped} of its lines are not points and are left out`] : [];
   const [there, announced] = size === null ? [count + skipped, announcedBy(rows)] : [rows.length, size];
   const loss = there < announced ? `cut off: ${there} of ${announced} points are there` : null;
-  return { ply: plyFile(bytesOf(points.subarray(0, 3 * count)), count, ['x', 'y', 'z']), count, notes, loss };
+  const ply = pointsFile(points.subarray(0, 3 * count), { colors: shades?.subarray(0, 3 * count) ?? null, unit });
+  return { ply, count, notes, loss };
 }
 
 /** Points that the numbers alone on a line count, where a text begins with one. */
@@ -121,9 +135,33 @@ function namesOf(lines: readonly string[]) {
       .toLowerCase()
       .replaceAll(/["']/g, '')
       .replace(/^points(_m_xyz)?:([012])$/, (_, __, axis) => 'xyz'[Number(axis)] ?? '')
-      .replace(/[\s_]*[([].*$|_m$/, '')
+      .replace(/[\s_]*[([].*$|_[cm]?m$/, '')
       .trim(),
   );
+}
+
+/** The columns of the colours: by the names above them, or the last three of whole numbers up to 255. */
+function colorColumns(lines: readonly string[]) {
+  const names = namesOf(lines);
+  const named = [
+    ['r', 'g', 'b'],
+    ['red', 'green', 'blue'],
+  ].map((colors) => colors.map((name) => names.indexOf(name)));
+  const found = named.find((columns) => columns.every((column) => column >= 0));
+  if (found) return found;
+  const rows = lines.filter((line) => !isComment(line)).slice(1, LOOKED_INTO);
+  const numbers = rows.map(cellsOf(rows)).map((words) => words.slice(-3).map(numberOf));
+  const width = cellsOf(rows)(rows[0] ?? '').length;
+  const isShade = (value: number) => Number.isInteger(value) && value >= 0 && value <= 255;
+  const isColor = width >= 6 && numbers.flat().every(isShade) && numbers.flat().some((value) => value > 1);
+  return isColor && !namedColumns(names) ? [width - 3, width - 2, width - 1] : null;
+}
+
+/** The unit that the name of a coordinate says: `x (mm)`, `X_cm`. */
+function unitOf(lines: readonly string[]) {
+  const isNames = (line: string) => /(^|[\s,;"#])x[\s_]*[([]?[cm]?m\b/i.test(line);
+  const [, unit = null] = lines.find(isNames)?.match(/(?:^|[\s,;"#])x[\s_]*[([]?([cm]?m)\b/i) ?? [];
+  return unit?.toLowerCase() ?? null;
 }
 
 /** The columns called x, y and z (or x and y alone). */

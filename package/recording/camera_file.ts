@@ -22,6 +22,8 @@ interface Camera {
   distortion: number[];
   /** Raw values per metre. */
   depth_scale: number | null;
+  /** Whether it has a negative focal length, as renderers with a left-handed world write it. */
+  isFlipped?: true;
 }
 
 const REMEDY = 'Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels';
@@ -97,7 +99,7 @@ function isCentre([x = 0, y = 0]: number[], [width = 0, height = 0]: number[]) {
 
 /** @param value pixels */
 function isFocal(value: number) {
-  return value > 10 && value < 1e5;
+  return Math.abs(value) > 10 && Math.abs(value) < 1e5;
 }
 
 /**
@@ -107,12 +109,14 @@ function isFocal(value: number) {
  */
 function inOrder(numbers: number[]) {
   const [a = 0, b = 0, c = 0, d = 0] = numbers;
-  const areAlike = (one: number, other: number) => Math.abs(one - other) < 0.02 * one;
+  const areAlike = (one: number, other: number) => Math.abs(Math.abs(one) - Math.abs(other)) < 0.02 * Math.abs(one);
   return areAlike(a, c) && !areAlike(a, b) ? [a, c, b, d] : numbers;
 }
 
 function camera(label: string, [fx = 0, fy = fx, cx = 0, cy = 0]: number[]): Camera {
-  return { label, fx, fy, cx, cy, size: null, distortion: [], depth_scale: null };
+  const isFlipped = fx < 0 || fy < 0;
+  const focal = { fx: Math.abs(fx), fy: Math.abs(fy) };
+  return { label, ...focal, cx, cy, size: null, distortion: [], depth_scale: null, ...(isFlipped && { isFlipped }) };
 }
 
 /** fx, fy, cx, cy of a camera's matrix of 3 x 3, 3 x 4 or 4 x 4 numbers, in rows or in columns; null: it is none. */
@@ -124,7 +128,7 @@ function ofMatrix(numbers: number[]) {
   const turned = (row: number, column: number) => numbers[column * rows + row] ?? 0;
   for (const entry of [at, turned]) {
     const [fx, skew, fy] = [entry(0, 0), entry(0, 1), entry(1, 1)];
-    const isCamera = isFocal(fx) && isFocal(fy) && Math.abs(skew) < 0.01 * fx && entry(1, 0) === 0;
+    const isCamera = isFocal(fx) && isFocal(fy) && Math.abs(skew) < 0.01 * Math.abs(fx) && entry(1, 0) === 0;
     const lastRow = [entry(2, 0), entry(2, 1), entry(2, 2)];
     if (isCamera && lastRow.join() === '0,0,1') return [fx, fy, entry(0, 2), entry(1, 2)];
   }
@@ -161,7 +165,7 @@ function ofTree(tree: unknown): Camera[] {
 }
 
 /** beside: what stands before and after the names of its parameters */
-type FoundCamera = Pick<Camera, 'label' | 'fx' | 'fy' | 'cx' | 'cy' | 'depth_scale'> & {
+type FoundCamera = Pick<Camera, 'label' | 'fx' | 'fy' | 'cx' | 'cy' | 'depth_scale' | 'isFlipped'> & {
   beside: string[];
   size?: Size;
   distortion?: number[];
@@ -174,8 +178,8 @@ function ofFields(all: Field[], label: string): FoundCamera[] {
   const ofKey = new Map(all.map(({ key, value }) => [key, value]));
   const found: FoundCamera[] = [];
   const add = (name: string, numbers: number[], beside: string[]) => {
-    const { fx, fy, cx, cy } = camera('', numbers);
-    found.push({ label: `${label} ${name}`, fx, fy, cx, cy, depth_scale: null, beside });
+    const { size, distortion, ...parameters } = camera(`${label} ${name}`, numbers);
+    found.push({ ...parameters, beside });
   };
   for (const names of PARAMETERS) {
     if (found.length > 0) break;
@@ -298,6 +302,8 @@ export function cameraFor(name: string, bytes: Uint8Array, size: Size | null): C
   const [best] = ranked;
   if (!best) throw fileError(name, 'No camera was found in this file', REMEDY);
   const { camera, notes } = size ? scaled(name, best, size) : { camera: best, notes: [] };
+  if (camera.isFlipped)
+    notes.push('its negative focal length, of a renderer with a left-handed world, is taken as positive');
   const strong = camera.distortion.filter((coefficient) => Math.abs(coefficient) > 1e-6);
   if (strong.length > 0) {
     const figures = strong.slice(0, 3).map((coefficient) => Number(coefficient.toPrecision(3)));
@@ -370,17 +376,40 @@ function scaled(name: string, camera: Camera, size: Size): Chosen {
   return { camera: moved, notes };
 }
 
+/** Sizes of images. */
+function pairs(words: string) {
+  return words.split(' ').map((word) => {
+    const [width = 0, height = 0] = word.split('x').map(Number);
+    return { width, height };
+  });
+}
+
+/** Those that cameras have. */
+const SIZES = [
+  ...pairs(
+    '160x120 320x240 640x480 800x600 960x720 1024x768 1280x960 1296x968 1440x1080 1600x1200 1920x1440 2048x1536',
+  ),
+  ...pairs('256x192 2592x1944 3840x2880 4032x3024 512x512 1024x1024'),
+  ...pairs('424x240 480x270 640x360 848x480 960x540 1280x720 1920x1080 3840x2160'),
+];
+/** A principal point lies so near to the middle of its images (shares of the sides) ... */
+const NEAR_CENTRE = 0.06;
+/** ... and nearer to that of images of another size, where these are meant. */
+const AT_CENTRE = 0.04;
+
 /**
  * The size of the images that a camera is for, by its principal point, which lies about their middle: where that is
  * another size of
- * the same aspect. Phones describe the camera of their colours, whose images are larger than the depth.
+ * the same aspect that cameras have. Phones describe the camera of their colours, whose images are larger than the depth.
  * @param size of the depth images
  */
 function sizeByCentre({ cx, cy }: Camera, size: Size): Size | null {
-  const [across, down] = [(2 * cx) / size.width, (2 * cy) / size.height];
-  const isAnother = Math.abs(Math.log2(across)) > 0.8 && Math.abs(across / down - 1) < 0.05;
-  const factor = (across + down) / 2;
-  return isAnother ? { width: Math.round(factor * size.width), height: Math.round(factor * size.height) } : null;
+  const offCentre = ({ width, height }: Size) =>
+    Math.max(Math.abs((cx + 0.5) / width - 0.5), Math.abs((cy + 0.5) / height - 0.5));
+  if (offCentre(size) <= NEAR_CENTRE) return null;
+  const others = SIZES.filter((other) => isSameAspect(other, size));
+  const [nearest] = others.sort((a, b) => offCentre(a) - offCentre(b));
+  return nearest && offCentre(nearest) <= AT_CENTRE ? nearest : null;
 }
 
 function round(value: number) {

@@ -1,7 +1,7 @@
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
 import { brokenImage, isPly, isPointer } from '../files/heads.js';
 import { isImageName } from '../files/kinds.js';
-import { isLaserLog, isOdometryName, isTable as isTableOfRanges } from '../files/laser_logs.js';
+import { isLaserLog, isOdometryName, isOfLabels, isTable as isTableOfRanges } from '../files/laser_logs.js';
 import { adviceFor, isGraph } from './other_formats.js';
 
 /**
@@ -48,6 +48,8 @@ export function classify(path: string, beginning: Uint8Array | null, isTable = f
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
     return { role: 'scan', isLog: true, isTable: isTableOfRanges(head) };
+  if (TEXT_NAMES.test(base) && isOfLabels(base, head))
+    return { role: 'ignored', reason: 'labels of readings, and neither ranges nor a trajectory' };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

@@ -11,11 +11,6 @@ const ADVICE: readonly [RegExp, string][] = [
   [/\.rar$/i, 'an archive of RAR, which is not opened; unpack it (unrar x FILE) and give the folder'],
   [/\.xz$/i, 'packed by xz; unpack it (unxz FILE) and give what comes out'],
   [/\.db3-(wal|shm|journal)$/i, 'belongs to a bag that was not closed; give it together with its .db3'],
-  [/\.(laz|copc)$/i, 'a LAZ cloud, which is not read; convert it: pdal translate FILE out.ply'],
-  [
-    /\.e57$/i,
-    'an E57 cloud, which is not read; convert it: CloudCompare -SILENT -O FILE -C_EXPORT_FMT PLY -SAVE_CLOUDS',
-  ],
   [
     /\.(obj|stl|off|gltf|glb|fbx|dae|usdz|3ds)$/i,
     'a mesh, which is not read; save its vertices as PLY (MeshLab or CloudCompare)',

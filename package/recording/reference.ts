@@ -38,9 +38,14 @@ export async function findReference(
   frames: Frames,
   read: Read,
 ): Promise<{ reference: string[]; notes: Note[]; taken: Set<string> }> {
-  const near = files.filter(({ path }) => TRAJECTORY_NAMES.test(path) && isNear(folderOf(path), frames));
-  const { candidate: perFrame, gaps } = posesPerFrame(near, frames);
-  const inSeries = new Set([...(perFrame?.paths ?? []), ...gaps.flatMap(({ paths }) => paths)]);
+  // A file a frame may lie in a folder of its own, beside that of the frames.
+  const isBeside = (folder: string) =>
+    folderOf(folder) === folderOf(frames.root) && likelihood(folder) > 0 && !frames.isElsewhere(folder);
+  const near = files.filter(
+    ({ path }) => TRAJECTORY_NAMES.test(path) && (isNear(folderOf(path), frames) || isBeside(folderOf(path))),
+  );
+  const { candidate: perFrame, aside } = posesPerFrame(near, frames);
+  const inSeries = new Set([...(perFrame?.paths ?? []), ...aside.flatMap(({ paths }) => paths)]);
   const candidates: Candidate[] = perFrame ? [perFrame] : [];
   for (const { path, size } of near) {
     if (
@@ -70,28 +75,46 @@ export async function findReference(
     reason: `not used: one reference trajectory is used at a time, here ${best?.paths[0]}`,
   }));
   const taken = new Set([...inSeries, ...candidates.flatMap(({ paths }) => paths)]);
-  return { reference: best?.paths ?? [], notes: [...notes, ...gaps.map(({ note }) => note)], taken };
+  return { reference: best?.paths ?? [], notes: [...notes, ...aside.map(({ note }) => note)], taken };
+}
+
+/**
+ * Of files with one pose each, that of each frame, by the numbers in the names; null where a frame has none.
+ * @param names of the files
+ * @param frames paths
+ */
+export function posesOfFrames(names: readonly string[], frames: readonly string[]): string[] | null {
+  const membersOf = (paths: readonly string[]) =>
+    seriesOf(paths.map((path) => ({ path, size: 1 }))).flatMap(({ members }) => members);
+  const nameOfKey = new Map(membersOf(names).map(({ key, path }) => [key, path]));
+  const keyOf = new Map(membersOf(frames).map(({ key, path }) => [path, key]));
+  const found = frames.flatMap((path) => nameOfKey.get(keyOf.get(path) ?? '') ?? []);
+  return found.length === frames.length ? found : null;
 }
 
 /** Files with one pose each, numbered as the frames are; with gaps they are of no use. */
 function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames) {
   const candidates: Candidate[] = [];
-  const gaps: { paths: string[]; note: Note }[] = [];
+  const aside: { paths: string[]; note: Note }[] = [];
   for (const { folder, members } of keys.length < 2 ? [] : seriesOf(files)) {
     const likely = likelihood(members[0]?.path ?? '') || likelihood(folder);
     const pathOf = new Map(members.map(({ key, path }) => [key, path]));
     const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
     if (likely <= 0 || paths.length < 2) continue;
     if (paths.length === keys.length) {
+      const unused = members.flatMap(({ path }) => (paths.includes(path) ? [] : [path]));
+      const more = unused.length > 1 ? ` (and ${unused.length - 1} more)` : '';
+      const reason = `not used: there is no frame of its number${more}`;
+      if (unused[0] !== undefined) aside.push({ paths: unused, note: { file: unused[0], reason } });
       candidates.push({ paths, likelihood: likely, fits: 2, closeness: depthOf(commonFolder(folder, root)) });
     } else if (members.length > 2) {
       const missing = keys.length - paths.length;
       const first = keys.find((key) => !pathOf.has(key));
       const reason = `not used: ${missing} of ${keys.length} frames have no such file (number ${first} first); a ground truth needs one for each`;
-      gaps.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
+      aside.push({ paths: members.map(({ path }) => path), note: { file: members[0]?.path ?? '', reason } });
     }
   }
-  return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, gaps };
+  return { candidate: candidates.sort((a, b) => b.likelihood - a.likelihood)[0] ?? null, aside };
 }
 
 /** isFull: with their rotation */

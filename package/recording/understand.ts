@@ -19,6 +19,7 @@ import {
 } from '../files/recording.js';
 import type { Frames, Read } from './cameras.js';
 import { classify, isSystemFile } from './classify.js';
+import { notesOnCopies } from './copies.js';
 import type { DepthImages, Peek } from './depth_images.js';
 import { nothing } from './nothing.js';
 import { unused } from './other_formats.js';
@@ -136,7 +137,7 @@ function notesOfGiven(
     notes.push({ file: recording.root, reason });
   }
   if (kind === 'depth_images' && intrinsics === null) {
-    const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
+    const remedy = 'give fx fy cx cy in a file beside the bag, or set field_of_view';
     const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
     notes.push({ file: root, reason });
   }
@@ -277,7 +278,12 @@ async function spatialClouds(clouds: ListedFile[], files: ListedFile[], read: Re
     clouds: chosen.map(({ path }) => path),
     ...(timed ? { cloud_times: timed.times } : {}),
     intrinsics: null,
-    notes: [...otherClouds(others, used), ...rest.notes, ...unused(images, 'an image beside clouds')],
+    notes: [
+      ...otherClouds(others, used),
+      ...(await notesOnCopies(chosen, read)),
+      ...rest.notes,
+      ...unused(images, 'an image beside clouds'),
+    ],
   };
 }
 
@@ -320,7 +326,18 @@ async function referenceAndCamera(files: ListedFile[], frames: Frames, read: Rea
 }
 
 async function planarScans(files: ListedFile[], read: Read, isTable: boolean): Promise<Found> {
-  const { reference, ...found } = assignRoles(await classifyAll(files, read, isTable));
+  const { reference, notes, ...found } = assignRoles(await classifyAll(files, read, isTable));
   const root = found.scans.map(folderOf).reduce(commonFolder);
-  return { ...found, kind: 'planar_scans', root, reference: reference === null ? [] : [reference] };
+  const isUsed = new Set(found.scans);
+  const copies = await notesOnCopies(
+    files.filter(({ path }) => isUsed.has(path)),
+    read,
+  );
+  return {
+    ...found,
+    kind: 'planar_scans',
+    root,
+    reference: reference === null ? [] : [reference],
+    notes: [...notes, ...copies],
+  };
 }

@@ -23,6 +23,7 @@ export function condition({ assumptions, is_scale_contradicted, depth_scale }: S
 }
 
 function premise(setting: Assumption['setting'], value: number) {
+  if (setting === 'cloud_unit') return `a unit of the clouds' coordinates is ${Number(value.toPrecision(4))} m`;
   return setting === 'depth_scale'
     ? `the depth scale is ${Number(value.toPrecision(6))} raw values per metre`
     : `the focal length is ${Number(value.toPrecision(4))} pixels`;

@@ -239,7 +239,10 @@ test('depth without CameraInfo: the camera is asked for, and one in a file is ta
   const made = await recordingOf(mcapBytes([DEPTH], [depthAt(1), depthAt(2)]));
   const listed = made.files.map(({ path, size }) => ({ path, size, given: made.recording }));
   const bare = await understand(listed, async () => new Uint8Array());
-  assert.match(bare.notes.map(({ reason }) => reason).join(), /no CameraInfo .* --intrinsics.*field_of_view/);
+  assert.match(
+    bare.notes.map(({ reason }) => reason).join(),
+    /no CameraInfo .* in a file beside the bag, or set field_of_view/,
+  );
   const file = new TextEncoder().encode('30 30 16 12\n');
   const beside = await understand([...listed, { path: 'camera-intrinsics.txt', size: file.length }], async () => file);
   assert.equal(beside.intrinsics, 'camera-intrinsics.txt');

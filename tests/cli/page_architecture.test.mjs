@@ -79,7 +79,7 @@ function wrongDirections(sources) {
         imported?.folder === folder
           ? imported.room !== room && (imported.rank < 0 || imported.rank >= rank)
           : folder === 'package'
-            ? !/^pkg\/scanstitch(_bg\.wasm|\.js)$/.test(from)
+            ? !/^pkg\/scanstitch(_formats)?(_bg\.wasm|\.js)$/.test(from)
             : NOT_FOR_PAGES.test(from);
       return isForbidden ? [`${source.path}:${line}: ${room} must not import from ${imported?.room ?? from}`] : [];
     });

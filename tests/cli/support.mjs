@@ -171,3 +171,15 @@ export function asciiPly(points, claimed = points.length) {
 
 /** The three scans of the room, as files 0.ply, 1.ply and 2.ply. */
 export const ROOM_FILES = Object.fromEntries(ROOM_POSES.map((pose, index) => [`${index}.ply`, roomScan(pose)]));
+
+/** A point moved by a pose in space. @param {{ x: number, y: number, z: number, qx: number, qy: number, qz: number, qw: number }} pose @param {readonly number[]} point */
+export function moved({ x, y, z, qx, qy, qz, qw }, point) {
+  const cross = (/** @type {readonly number[]} */ [a = 0, b = 0, c = 0]) => [
+    qy * c - qz * b,
+    qz * a - qx * c,
+    qx * b - qy * a,
+  ];
+  const once = cross(point);
+  const twice = cross(once);
+  return [x, y, z].map((value, i) => value + (point[i] ?? 0) + 2 * (qw * (once[i] ?? 0) + (twice[i] ?? 0)));
+}

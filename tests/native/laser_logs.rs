@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 
 use crate::common::shared_data;
-use scanstitch::geometry::RigidMotion;
+use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log::stamps::stamps;
 use scanstitch::io::laser_log::{Bearings, LaserLog, is_laser_log, read};
 use scanstitch_scene::random::Random;
@@ -63,6 +63,12 @@ fn flaser_lines_tell_their_angles_by_their_number() {
 
 #[test]
 fn a_stated_field_of_view_is_in_degrees() {
+    let log = read(b"PARAM particles 30\nLASER_READING 3 1 2 3 0.5 0.25 0.1 12.5\nODO_UPDATE 1 0 0 0 1\n").unwrap();
+    let [scan] = &log.scans[..] else { panic!("{:?}", log.scans) };
+    assert_eq!(
+        (scan.ranges.len(), scan.time, scan.odometry),
+        (3, Some(12.5), Some(Pose2::new([0.5, 0.25].into(), 0.1)))
+    );
     let log = read(b"PARAM laser_front_laser_fov 240\nFLASER 4 1 2 3 4 1 2 0.5 1 2 0.5 7.25 host 0.1\n").unwrap();
     let Bearings::Even { start, step } = log.scans[0].bearings else { unreachable!("FLASER lists no angles") };
     assert!((start.to_degrees() + 120.0).abs() < 1e-9 && (step.to_degrees() - 60.0).abs() < 1e-9, "{start} {step}");

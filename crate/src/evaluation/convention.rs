@@ -4,7 +4,7 @@
 //! Under the right convention the motions between consecutive frames of the reference equal the estimated ones. The
 //! convention with the smallest difference is chosen, after the estimation and without any effect on the estimate.
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Pose3;
@@ -69,6 +69,8 @@ pub struct PoseConvention {
     pub sensor_axes: SensorAxes,
     /// The frames that a pose maps between.
     pub direction: PoseDirection,
+    /// Whether world and sensor are left-handed, as renderers may have them.
+    pub is_left_handed: bool,
 }
 
 /// The parts of the convention that are given; the others are found from the motions.
@@ -99,7 +101,8 @@ impl PoseConvention {
             PoseDirection::SensorToWorld => "camera to world",
             PoseDirection::WorldToSensor => "world to camera",
         };
-        format!("{order}camera axes {axes}, poses from {direction}")
+        let hand = if self.is_left_handed { ", left-handed: y was mirrored" } else { "" };
+        format!("{order}camera axes {axes}, poses from {direction}{hand}")
     }
 
     /// A pose of the file as `T_world_sensor` with this engine's sensor axes, in the file's world frame. `read_order` is the
@@ -110,9 +113,17 @@ impl PoseConvention {
             _ => pose.rotation,
         };
         let pose = Isometry3::from_parts(pose.translation, rotation);
+        let pose = if self.is_left_handed { mirrored(&pose) } else { pose };
         let T_world_sensor = if self.direction == PoseDirection::WorldToSensor { pose.inverse() } else { pose };
         T_world_sensor * self.sensor_axes.R_axes_opencv()
     }
+}
+
+/// The pose where y points the other way in both frames.
+fn mirrored(pose: &Pose3) -> Pose3 {
+    let (t, q) = (pose.translation, pose.rotation);
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q.w, -q.i, q.j, -q.k));
+    Isometry3::from_parts(Translation3::new(t.x, -t.y, t.z), rotation)
 }
 
 /// The same four numbers of a file, read in the other order.
@@ -126,6 +137,8 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
 
 /// Largest ratio of misfits for which a less usual convention replaces the best one before it in the list.
 const MAX_MISFIT_RATIO: f64 = 0.8;
+/// The same of a left-handed one: hardly any file has it.
+const MAX_LEFT_HANDED_RATIO: f64 = 0.5;
 /// Differences of misfits (m) below this one are rounding errors.
 const MISFIT_ROUNDING: f64 = 1e-6;
 
@@ -140,9 +153,11 @@ pub fn interpret(
     known: KnownConvention,
 ) -> Option<(Vec<Pose3>, PoseConvention)> {
     let mut best: Option<(f64, (PoseConvention, Vec<Pose3>))> = None;
-    for reading in readings(reference, format, known)? {
+    let right_handed = readings(reference, format, known, false)?;
+    for reading in right_handed.into_iter().chain(readings(reference, format, known, true)?) {
         let misfit = misfit(&reading.1, partners);
-        let is_better = best.as_ref().is_none_or(|(least, _)| misfit + MISFIT_ROUNDING < MAX_MISFIT_RATIO * least);
+        let ratio = if reading.0.is_left_handed { MAX_LEFT_HANDED_RATIO } else { MAX_MISFIT_RATIO };
+        let is_better = best.as_ref().is_none_or(|(least, _)| misfit + MISFIT_ROUNDING < ratio * least);
         if is_better {
             best = Some((misfit, reading));
         }
@@ -156,6 +171,7 @@ pub(crate) fn readings(
     trajectory: &Trajectory,
     format: TrajectoryFormat,
     known: KnownConvention,
+    is_left_handed: bool,
 ) -> Option<Vec<(PoseConvention, Vec<Pose3>)>> {
     let poses = trajectory.poses()?;
     let read_order = match format {
@@ -164,6 +180,7 @@ pub(crate) fn readings(
     };
     let has_quaternions = trajectory.rotation_matrices.is_none();
     let read = |convention: PoseConvention| {
+        let convention = PoseConvention { is_left_handed, ..convention };
         (convention, poses.iter().map(|pose| convention.apply(pose, read_order)).collect())
     };
     Some(candidates(read_order, has_quaternions, known).map(read).collect())
@@ -193,7 +210,12 @@ fn candidates(
     orders.into_iter().flat_map(move |quaternion_order| {
         let axes = axes.clone();
         directions.clone().into_iter().flat_map(move |direction| {
-            axes.clone().into_iter().map(move |sensor_axes| PoseConvention { quaternion_order, sensor_axes, direction })
+            axes.clone().into_iter().map(move |sensor_axes| PoseConvention {
+                quaternion_order,
+                sensor_axes,
+                direction,
+                is_left_handed: false,
+            })
         })
     })
 }
@@ -237,14 +259,16 @@ mod tests {
         let world = Isometry3::rotation(nalgebra::Vector3::new(0.3, -0.8, 1.1));
         for sensor_axes in [SensorAxes::Opencv, SensorAxes::Opengl, SensorAxes::Robotics] {
             for direction in [PoseDirection::SensorToWorld, PoseDirection::WorldToSensor] {
-                for (order, format) in [
-                    (QuaternionOrder::RealPartFirst, TrajectoryFormat::Npy),
-                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Npy),
-                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Tum),
+                for (order, format, is_left_handed) in [
+                    (QuaternionOrder::RealPartFirst, TrajectoryFormat::Npy, false),
+                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Npy, false),
+                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Tum, false),
+                    (QuaternionOrder::RealPartLast, TrajectoryFormat::Tum, true),
                 ] {
                     let written = truth.iter().map(|pose| {
                         let pose = world * pose * sensor_axes.R_axes_opencv().inverse();
                         let pose = if direction == PoseDirection::WorldToSensor { pose.inverse() } else { pose };
+                        let pose = if is_left_handed { mirrored(&pose) } else { pose };
                         let is_swapped = order == QuaternionOrder::RealPartLast && format == TrajectoryFormat::Npy;
                         // The reader of this form takes the first number for the real part.
                         let q = pose.rotation;
@@ -253,7 +277,9 @@ mod tests {
                     });
                     let file = Trajectory::from_poses(&written.collect::<Vec<_>>());
                     let (poses, found) = interpret(&file, format, &partners, KnownConvention::default()).unwrap();
-                    assert_eq!(found, PoseConvention { quaternion_order: Some(order), sensor_axes, direction });
+                    let quaternion_order = Some(order);
+                    let expected = PoseConvention { quaternion_order, sensor_axes, direction, is_left_handed };
+                    assert_eq!(found, expected);
                     for (pose, expected) in poses.iter().zip(&truth) {
                         let off = (poses[0].inverse() * pose).inverse() * expected;
                         assert!(off.translation.vector.norm() + off.rotation.angle() < 1e-9);

@@ -114,7 +114,7 @@ impl DepthConsistency {
         limits: ConsistencyLimits,
     ) -> Result<Self> {
         let partners = partners(&trajectory.trajectory, num_frames, times)?;
-        let readings = readings(&trajectory.trajectory, trajectory.format, known).ok_or_else(|| {
+        let readings = readings(&trajectory.trajectory, trajectory.format, known, false).ok_or_else(|| {
             let problem = "The trajectory has positions alone, and depth cannot be carried from frame to frame by them";
             Error::whole(problem, "Give a trajectory with orientations")
         })?;

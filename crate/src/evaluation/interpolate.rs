@@ -1,6 +1,6 @@
 //! Poses between the poses of a file, at the times of another: for trajectories of different rates.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::associate::Pair;
 use super::path::Path;
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 
 /// Most intervals, in medians, over which a pose is interpolated: one pose may be missing. The error of a straight line between
 /// two poses grows with the square of their interval.
-const MAX_INTERVALS: f64 = 2.5;
+pub(super) const MAX_INTERVALS: f64 = 2.5;
 
 /// The reference and the estimate at common times, and for each the nearest pose of both files.
 pub(super) struct Interpolated {
@@ -78,17 +78,31 @@ pub(super) fn interpolated(reference: &Path, estimate: &Path, offset: f64) -> Re
 }
 
 /// Between two poses: the share of the way from the one before to the one after.
-struct Place {
+pub(super) struct Place {
     before: usize,
     after: usize,
     share: f64,
 }
 
-fn between(stamps: &[f64], order: &[usize], stamp: f64, longest: f64) -> Option<Place> {
+impl Place {
+    /// A pose of the file.
+    pub(super) fn of(index: usize) -> Self {
+        Self { before: index, after: index, share: 0.0 }
+    }
+}
+
+/// The rotation and the position of a path at a place; none without rotations.
+pub(super) fn pose_at(path: &Path, place: Place) -> Option<(Matrix3<f64>, Vector3<f64>)> {
+    let Path { positions, rotations, .. } = at_places(path, &[place]);
+    Some((rotations?[0], positions[0]))
+}
+
+/// Where a time lies between two poses that are not further apart than `longest` (s); `order` sorts the times.
+pub(super) fn between(stamps: &[f64], order: &[usize], stamp: f64, longest: f64) -> Option<Place> {
     let next = order.partition_point(|&index| stamps[index] < stamp);
     let after = *order.get(next)?;
     if stamps[after] == stamp {
-        return Some(Place { before: after, after, share: 0.0 });
+        return Some(Place::of(after));
     }
     let before = order[next.checked_sub(1)?];
     let interval = stamps[after] - stamps[before];
@@ -123,7 +137,7 @@ fn at_places(path: &Path, places: &[Place]) -> Path {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{UnitQuaternion, Vector3};
+    use nalgebra::UnitQuaternion;
 
     use super::*;
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::interpolate::{MAX_INTERVALS, Place, between, interval};
 use super::path::Path;
 use crate::geometry::quantile::quantile;
 use crate::io::relations::{PoseKey, Relation};
@@ -10,6 +11,8 @@ use crate::{Error, Result};
 
 /// Upper bound of [`time_tolerance`] (s), the tolerance of Kuemmerle's `metricEvaluator`.
 const MAX_TOLERANCE: f64 = 0.1;
+/// Times that differ by less (s) are the same: files round to microseconds.
+const SAME_TIME: f64 = 1e-5;
 /// Resolution of the search for a clock offset (s), which exceeds the rounding of times in files.
 const CLOCK_STEP: f64 = 1e-3;
 /// Most times of relations that vote on a clock offset.
@@ -33,13 +36,16 @@ pub(super) struct PoseLookup<'a> {
     /// Indices of the poses in the order of their times.
     order: Vec<usize>,
     max_diff: f64,
+    /// Of the times, the median (s).
+    interval: f64,
 }
 
 impl<'a> PoseLookup<'a> {
     pub(super) fn new(estimate: &'a Path, max_diff: f64) -> Self {
         let stamps = estimate.stamps.as_deref();
         let order = stamps.map_or_else(|| (0..estimate.len()).collect(), |stamps| ascending(stamps.iter().copied()));
-        Self { num_poses: estimate.len(), stamps, order, max_diff }
+        let interval = stamps.and_then(interval).unwrap_or(0.0);
+        Self { num_poses: estimate.len(), stamps, order, max_diff, interval }
     }
 
     /// Refuses relations by time where the estimate has no times, or has pose numbers in their place, some of which would match
@@ -63,16 +69,20 @@ impl<'a> PoseLookup<'a> {
         Ok(())
     }
 
-    pub(super) fn find(&self, key: PoseKey) -> Option<usize> {
+    /// The pose that a relation refers to; at a time between two poses the interpolated one, for the robot moves meanwhile.
+    pub(super) fn find(&self, key: PoseKey) -> Option<Place> {
         match key {
-            PoseKey::Index(index) => (index < self.num_poses).then_some(index),
+            PoseKey::Index(index) => (index < self.num_poses).then(|| Place::of(index)),
             PoseKey::Time(time) => {
                 let stamps = self.stamps?;
                 let after = self.order.partition_point(|&index| stamps[index] < time);
                 let candidates = self.order[after.saturating_sub(1)..].iter().take(2);
                 let off = |index: usize| (stamps[index] - time).abs();
                 let nearest = candidates.copied().min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
-                (off(nearest) <= self.max_diff).then_some(nearest)
+                let between = || between(stamps, &self.order, time, MAX_INTERVALS * self.interval);
+                let is_same = off(nearest) < SAME_TIME;
+                (off(nearest) <= self.max_diff)
+                    .then(|| if is_same { None } else { between() }.unwrap_or_else(|| Place::of(nearest)))
             }
         }
     }

@@ -9,6 +9,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
+use super::interpolate::pose_at;
 use super::path::{Path, angle, relative};
 use super::relation_times::{PoseLookup, misfit};
 use super::statistics::Statistics;
@@ -54,22 +55,24 @@ pub struct RelationErrors {
 }
 
 /// The errors of an estimate. A relation by indices refers to the poses of these indices in the estimate, one by times to the
-/// nearest poses within `max_diff` (s), for which [`time_tolerance`](super::relation_times::time_tolerance) gives a value
+/// poses at these times, interpolated where the nearest is within `max_diff` (s), for which [`time_tolerance`](super::relation_times::time_tolerance) gives a value
 /// that suits the estimate.
 ///
 /// # Errors
 /// When the estimate has no orientations; when relations are by time and the estimate has no times, or pose numbers for
 /// times; when no relation can be compared.
 pub fn relation_errors(relations: &[Relation], estimate: &Path, max_diff: f64) -> Result<RelationErrors> {
-    let rotations = estimate.rotations.as_ref().ok_or_else(|| {
-        Error::whole("Relations compare orientations, and the estimate has positions alone", "Give orientations")
-    })?;
+    if estimate.rotations.is_none() {
+        let problem = "Relations compare orientations, and the estimate has positions alone";
+        return Err(Error::whole(problem, "Give orientations"));
+    }
     let lookup = PoseLookup::new(estimate, max_diff);
     lookup.check(relations)?;
     let (mut translation_errors, mut rotation_errors) = (Vec::new(), Vec::new());
     for relation in relations {
-        let (Some(i), Some(j)) = (lookup.find(relation.from), lookup.find(relation.to)) else { continue };
-        let motion = relative((&rotations[i], &estimate.positions[i]), (&rotations[j], &estimate.positions[j]));
+        let pose = |key| lookup.find(key).and_then(|place| pose_at(estimate, place));
+        let (Some((R_i, p_i)), Some((R_j, p_j))) = (pose(relation.from), pose(relation.to)) else { continue };
+        let motion = relative((&R_i, &p_i), (&R_j, &p_j));
         let (translation, rotation) = error_of(&relation.motion, &motion)?;
         translation_errors.push(translation);
         rotation_errors.push(rotation);

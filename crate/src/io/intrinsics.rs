@@ -46,6 +46,8 @@ pub fn read(bytes: &[u8]) -> Result<Intrinsics> {
     }
     .and_then(|camera| {
         let [fx, fy, cx, cy] = camera;
+        // Renderers with a left-handed world write fy below zero.
+        let fy = fy.abs();
         if !(fx > 0.0 && fy > 0.0 && camera.iter().all(|value| value.is_finite())) {
             return Err(Error::whole(
                 format!("fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy} is not a valid camera"),

@@ -8,9 +8,10 @@ use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
 use crate::evaluation::motion_ratio::{motion_ratio, motions_agree};
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
+use crate::io::length_unit::{CENTIMETRE, METRE, MILLIMETRE};
 use crate::pipeline::spatial_settings::SpatialSettings;
 
-/// A setting of how depth images are read.
+/// A setting of how depth images or clouds are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 #[serde(rename_all = "snake_case")]
@@ -19,6 +20,8 @@ pub enum ReadingSetting {
     DepthScale,
     /// Focal length (pixels).
     Fx,
+    /// Metres in a unit of the coordinates of clouds.
+    CloudUnit,
 }
 
 /// A setting that was left open, and the value that it was given.
@@ -58,7 +61,7 @@ pub struct Suggestion {
     pub text: String,
     /// Which setting.
     pub setting: ReadingSetting,
-    /// Its value; null where there is none to offer: for clouds, whose scale no setting changes, and for a focal length.
+    /// Its value; null where there is none to offer, for a focal length.
     pub value: Option<f64>,
 }
 
@@ -211,18 +214,27 @@ const MIN_ANGLE_FACTOR: f64 = 1.08;
 /// A suggested scale this close to a usual one is that one.
 const USUAL_FACTOR: f64 = 1.04;
 
+/// How the frames of a run are read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Reading<'a> {
+    /// Depth images, by raw values per metre and a camera.
+    Depth(f64, &'a Pinhole),
+    /// Clouds, by the metres of a unit.
+    Clouds(f64),
+}
+
 /// What would make the steps of the estimate as long as those of the reference; or that its turns are larger or smaller, for
 /// which there is no value to offer: a wrong focal length makes turns larger where they are seen across the image, and
 /// smaller where they are seen in the depth.
 pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
     poses: &[Option<Pose3>],
     comparison: &TrajectoryError<P>,
-    reading: Option<(f64, &Pinhole)>,
+    reading: &Reading<'_>,
 ) -> Option<Suggestion> {
     let reference: Vec<Option<Pose3>> = comparison.reference.iter().map(|pose| pose.map(Into::into)).collect();
     let has_rotations = comparison.rotation_errors.iter().any(Option::is_some);
     let ratio = motion_ratio(poses, &reference);
-    if let (Some(turn), Some((_, camera)), true) = (ratio.rotation, reading, has_rotations)
+    if let (Some(turn), Reading::Depth(_, camera), true) = (ratio.rotation, reading, has_rotations)
         && turn.ln().abs() > MIN_ANGLE_FACTOR.ln()
     {
         let fx = camera.fx.round();
@@ -233,13 +245,13 @@ pub(crate) fn suggestion<P: Copy + Into<Pose3>>(
         return Some(Suggestion { text, setting: ReadingSetting::Fx, value: None });
     }
     let length = ratio.translation.filter(|length| length.ln().abs() > MIN_FACTOR.ln())?;
-    let value = reading.map(|(scale, _)| usual_scale(scale * length));
-    let remedy = value.map_or_else(
-        || ": the clouds and the ground truth are not in the same units".to_owned(),
-        |value| format!(": depth_scale {value} would make them equal"),
-    );
-    let text = format!("The path is {length:.2} times as long as the ground truth's{remedy}");
-    Some(Suggestion { text, setting: ReadingSetting::DepthScale, value })
+    let (setting, name, value) = match reading {
+        Reading::Depth(scale, _) => (ReadingSetting::DepthScale, "depth_scale", usual_scale(scale * length)),
+        Reading::Clouds(unit) => (ReadingSetting::CloudUnit, "cloud_unit", usual_unit(unit / length)),
+    };
+    let text =
+        format!("The path is {length:.2} times as long as the ground truth's: {name} {value} would make them equal");
+    Some(Suggestion { text, setting, value: Some(value) })
 }
 
 /// How the reference bears out a setting, in words, if it does: a wrong scale changes the distances, a wrong focal length both
@@ -254,10 +266,10 @@ pub(crate) fn confirmation<P: Copy + Into<Pose3>>(
     let words =
         |what: &str| format!("the ground truth, whose {what} are the same within {:.0} %", 100.0 * (MIN_FACTOR - 1.0));
     move |setting| match setting {
-        ReadingSetting::DepthScale => agree.translation.then(|| words("distances")),
         ReadingSetting::Fx => {
             (agree.translation && agree.rotation && has_rotations).then(|| words("distances and angles"))
         }
+        ReadingSetting::DepthScale | ReadingSetting::CloudUnit => agree.translation.then(|| words("distances")),
     }
 }
 
@@ -266,6 +278,13 @@ impl Assumption {
     pub(crate) fn or_confirmed(self, by: impl Fn(ReadingSetting) -> Option<String>) -> Self {
         Self { confirmed_by: self.confirmed_by.or_else(|| by(self.setting)), ..self }
     }
+}
+
+/// The unit of length that is this one (m), about; else three digits.
+fn usual_unit(wanted: f64) -> f64 {
+    let units = [METRE, CENTIMETRE, MILLIMETRE].map(|unit| unit.metres);
+    let near = units.into_iter().find(|unit| (unit / wanted).ln().abs() < USUAL_FACTOR.ln());
+    near.unwrap_or_else(|| format!("{wanted:.2e}").parse().unwrap_or(wanted))
 }
 
 /// The scale in use that is this one, about; else a whole number.
@@ -366,8 +385,8 @@ mod tests {
         (0..20).map(step).collect()
     }
 
-    fn suggested(estimate: &[Option<Pose3>], reading: Option<(f64, &Pinhole)>) -> Option<Suggestion> {
-        suggestion(estimate, &compared(), reading)
+    fn suggested(estimate: &[Option<Pose3>], reading: Reading<'_>) -> Option<Suggestion> {
+        suggestion(estimate, &compared(), &reading)
     }
 
     /// A comparison with a path of the right size.
@@ -414,13 +433,14 @@ mod tests {
     #[test]
     fn a_path_of_another_size_suggests_a_scale_and_other_turns_are_told() {
         let camera = Pinhole::new(640, 480, [525.0, 525.0, 320.0, 240.0]).unwrap();
-        let reading = Some((1000.0, &camera));
+        let reading = Reading::Depth(1000.0, &camera);
         assert_eq!(suggested(&path(1.02, 1.0), reading), None);
         let six = suggested(&path(6.5, 1.0), reading).unwrap();
         assert_eq!((six.setting, six.value), (ReadingSetting::DepthScale, Some(6553.5)));
         assert!(six.text.contains("6.50 times") && six.text.contains("depth_scale 6553.5"), "{}", six.text);
         assert_eq!(suggested(&path(0.3, 1.0), reading).unwrap().value, Some(300.0));
-        assert_eq!(suggested(&path(1000.0, 1.0), None).unwrap().value, None);
+        let clouds = suggested(&path(1000.0, 1.0), Reading::Clouds(1.0)).unwrap();
+        assert_eq!((clouds.setting, clouds.value), (ReadingSetting::CloudUnit, Some(1e-3)));
         let wide = suggested(&path(1.0, 0.73), reading).unwrap();
         assert_eq!((wide.setting, wide.value), (ReadingSetting::Fx, None));
         assert!(wide.text.contains("turns 0.73 times") && wide.text.contains("fx = 525"), "{}", wide.text);

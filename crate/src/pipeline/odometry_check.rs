@@ -57,8 +57,8 @@ const CLOCK_STEP: f64 = 0.25;
 const MIN_CLOCK_OFFSET: f64 = 0.5;
 
 /// What to do about scans that are the mirror image of what odometry tells.
-const MIRROR_REMEDY: &str = "If the laser turns clockwise, say so (--table with a negative step, or angle=COLUMN:-1deg); if the \
-                             odometry counts y to the right, give y to the left and headings counter-clockwise";
+const MIRROR_REMEDY: &str = "If the laser turns clockwise or hangs upside down, set laser_direction=mirrored; if the odometry counts \
+                             y to the right, give y to the left and headings counter-clockwise";
 
 /// Odometry as far as it can be used.
 #[derive(Debug, Clone, Default)]

@@ -52,6 +52,12 @@ impl RecordedScan {
         }
     }
 
+    /// Turns the readings the other way round: y to the other side.
+    pub(crate) fn mirror(&mut self) {
+        self.cloud.positions.iter_mut().for_each(|position| position.y = -position.y);
+        self.may_be_mirrored = false;
+    }
+
     /// All scans of a log.
     pub fn of_log(log: &LaserLog) -> impl Iterator<Item = Self> + '_ {
         log.scans.iter().map(|scan| {
@@ -90,8 +96,8 @@ pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
     if ranges.is_empty() || *ranges.select_nth_unstable_by(middle, f32::total_cmp).1 <= LONGEST_RANGE {
         return Ok(());
     }
-    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as in millimetres or on a map");
-    Err(Error::whole(problem, "Give metres, in the frame of the laser"))
+    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as on a map");
+    Err(Error::whole(problem, "Give them in the frame of the laser, or set scan_unit (m)"))
 }
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
@@ -197,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_of_a_map_and_millimetres_are_refused() {
+    fn coordinates_of_a_map_are_refused() {
         let cloud = |scale: f32, origin: f64| PointCloud {
             positions: (0..180).map(|beam| scale * Vec3::new((beam as f32 / 57.3).cos(), 2.0, 0.0)).collect(),
             origin: glam::DVec3::new(origin, 0.0, 0.0),
@@ -206,7 +212,7 @@ mod tests {
         assert!(in_sensor_frame(&cloud(1.0, 0.0)).is_ok());
         let map = in_sensor_frame(&cloud(1.0, 1e6)).unwrap_err();
         assert!(map.problem.contains("those of a map") && map.remedy.contains("frame of the sensor"));
-        let millimetres = in_sensor_frame(&cloud(1000.0, 0.0)).unwrap_err();
-        assert!(millimetres.problem.contains("millimetres") && millimetres.remedy.contains("Give metres"));
+        let far = in_sensor_frame(&cloud(1000.0, 0.0)).unwrap_err();
+        assert!(far.problem.contains("over 1000 m away") && far.remedy.contains("scan_unit"));
     }
 }

@@ -97,40 +97,87 @@ fn range(position: Vec3) -> f64 {
     position.as_dvec3().length()
 }
 
-/// The range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
+/// The smallest range (m) that the sensor reported where nothing came back, if the scans of one recording show one.
 ///
-/// Many lasers report their limit, always the same number, where there is no return, whereas ranges of surfaces differ. So the
-/// limit is the largest range of the whole recording, if at least three returns have it (to within 1e-6, the rounding of sines,
-/// cosines and single precision), and more of them than lie within 5 % below it. The second condition is needed because ranges
-/// are quantised, for example to a centimetre, so that the farthest wall gives equal ranges as well.
+/// Many lasers report their limit where there is no return, always the same number or, after a calibration, about the same, whereas
+/// ranges of surfaces differ. So the limit is a pile at the top of the histogram of all ranges:
+///
+/// - at least three returns have the largest range (to within 1e-6, the rounding of sines, cosines and single precision), and more
+///   than lie within 5 % below it, as ranges are quantised, for example to a centimetre, so that the farthest wall gives equal
+///   ranges as well;
+/// - or the same of a narrow band below the largest range, with twenty returns at least, where the strip of the same width below the
+///   band holds hardly any: what a surface leaves has no such edge.
+///
+/// A few returns may lie beyond: echoes of echoes.
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
-    const SAME_RANGE: f64 = 1.0 - 1e-6;
-    const BELOW_RANGE: f64 = 0.95;
-    const MIN_RETURNS_AT_LIMIT: usize = 3;
+    const MAX_STRAYS: f64 = 1e-3;
+    const MOST_STEPS: usize = 3;
     let scans = scans.into_iter();
-    let largest = scans.clone().map(largest_range).fold(0.0, f64::max);
-    let (mut num_at_limit, mut num_below, mut is_farther) = (0, 0, false);
-    for scan in scans {
-        let [all, at_limit, over] = count_ranges(scan, [0.0, SAME_RANGE * largest, BELOW_RANGE * largest]);
-        num_at_limit += at_limit;
-        num_below += over - at_limit;
-        // Where no range is smaller, the sensor is in a round room, or the limit cannot be determined.
-        is_farther |= over < all;
+    let mut beyond = f64::INFINITY;
+    for _ in 0..MOST_STEPS {
+        let top = Top::of(scans.clone(), beyond);
+        let limit = top.limit();
+        let are_strays = top.counts[1] as f64 <= MAX_STRAYS * top.counts[0] as f64;
+        if limit.is_some() || !are_strays {
+            return limit;
+        }
+        beyond = BELOW_RANGE * top.largest;
     }
-    (largest > 0.0 && num_at_limit >= MIN_RETURNS_AT_LIMIT && num_at_limit > num_below && is_farther).then_some(largest)
+    None
 }
 
-/// The largest finite range (m); 0 where there is none.
-#[inline(never)]
-fn largest_range(scan: &[Vec3]) -> f64 {
-    scan.iter().map(|&p| range(p)).filter(|range| range.is_finite()).fold(0.0, f64::max)
+/// Widths of a pile (shares of the largest range), and the returns that it has at least.
+const BANDS: [(f64, usize); 4] = [(1e-6, 3), (1e-3, 20), (3e-3, 20), (1e-2, 20)];
+/// The strip below a pile that jitters holds at most this share of its returns.
+const MAX_STRIP_SHARE: f64 = 0.05;
+/// The ranges that a pile is compared with begin here (share of the largest range).
+const BELOW_RANGE: f64 = 0.95;
+
+/// The top of the histogram of the ranges below some range (m).
+struct Top {
+    largest: f64,
+    /// Returns in all, from `BELOW_RANGE` on, and for each band in it and in it with the strip below.
+    counts: [usize; 10],
+    /// Whether there are smaller ranges: otherwise the sensor is in a round room, or the limit cannot be determined.
+    is_farther: bool,
 }
 
-/// How many finite ranges are at least each of these (m).
+impl Top {
+    fn of<'a>(scans: impl Iterator<Item = &'a [Vec3]> + Clone, beyond: f64) -> Self {
+        let largest = scans.clone().map(|scan| largest_range(scan, beyond)).fold(0.0, f64::max);
+        let [a, b, c, d] = BANDS.map(|(band, _)| [largest * (1.0 - band), largest * (1.0 - 2.0 * band)]);
+        let least = [0.0, BELOW_RANGE * largest, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]];
+        let (mut counts, mut is_farther) = ([0; 10], false);
+        for scan in scans {
+            let of_scan = count_ranges(scan, least, beyond);
+            counts.iter_mut().zip(of_scan).for_each(|(sum, count)| *sum += count);
+            is_farther |= of_scan[1] < of_scan[0];
+        }
+        Self { largest, counts, is_farther }
+    }
+
+    fn limit(&self) -> Option<f64> {
+        let is_limit = |&place: &usize| {
+            let [at_limit, with_strip] = [self.counts[2 + 2 * place], self.counts[3 + 2 * place]];
+            let has_edge = (with_strip - at_limit) as f64 <= MAX_STRIP_SHARE * at_limit as f64;
+            at_limit >= BANDS[place].1 && at_limit > self.counts[1] - at_limit && (place == 0 || has_edge)
+        };
+        let place = (0..BANDS.len()).find(is_limit).filter(|_| self.largest > 0.0 && self.is_farther)?;
+        Some(if place == 0 { self.largest } else { self.largest * (1.0 - BANDS[place].0) })
+    }
+}
+
+/// The largest finite range below some range (m); 0 where there is none.
 #[inline(never)]
-fn count_ranges(scan: &[Vec3], least: [f64; 3]) -> [usize; 3] {
-    let mut counts = [0; 3];
-    for range in scan.iter().map(|&p| range(p)).filter(|range| range.is_finite()) {
+fn largest_range(scan: &[Vec3], beyond: f64) -> f64 {
+    scan.iter().map(|&p| range(p)).filter(|range| range.is_finite() && *range < beyond).fold(0.0, f64::max)
+}
+
+/// How many finite ranges below some range are at least each of these (m).
+#[inline(never)]
+fn count_ranges<const N: usize>(scan: &[Vec3], least: [f64; N], beyond: f64) -> [usize; N] {
+    let mut counts = [0; N];
+    for range in scan.iter().map(|&p| range(p)).filter(|range| range.is_finite() && *range < beyond) {
         for (count, least) in counts.iter_mut().zip(least) {
             *count += usize::from(range >= least);
         }
@@ -192,6 +239,17 @@ mod tests {
         assert_eq!(limit(&[]), None);
         let (one, other) = (scan(&[3.0, 8.19, 2.0]), scan(&[8.19, 8.19]));
         assert!(range_limit([one.as_slice(), other.as_slice()]).is_some());
+        // A limit that jitters by a tenth of a percent, above walls at all ranges.
+        let walls = (0..180).map(|beam| 2.0 + 0.033 * beam as f32);
+        let jitter = (0..60).map(|beam| 8.18 + 0.011 * (beam as f32 * 0.618).fract());
+        let ranges: Vec<f32> = walls.clone().chain(jitter).collect();
+        assert!((8.1..=8.18).contains(&limit(&ranges).unwrap()), "{:?}", limit(&ranges));
+        // An echo beyond it, once in a thousand returns.
+        let echoed: Vec<f32> = (0..10).flat_map(|_| ranges.clone()).chain([14.2]).collect();
+        assert!((8.1..=8.18).contains(&limit(&echoed).unwrap()), "{:?}", limit(&echoed));
+        // The far end of a hall, without an edge below it.
+        let far = (0..60).map(|beam| 8.18 - 0.0025 * beam as f32);
+        assert_eq!(limit(&walls.chain(far).collect::<Vec<f32>>()), None);
         // A round wall about the sensor.
         assert_eq!(limit(&[1.0; 180]), None);
     }

@@ -299,12 +299,14 @@ impl SpatialReconstruction {
         self.engine.clear_reference();
     }
 
-    /// The result so far.
+    /// The result so far. Of clouds whose coordinates do not begin at the sensor, poses are those behind the shift by its `origin`, as
+    /// the map's are that is drawn; with `in_file_coordinates` those of the files, as in trajectory, report and map files.
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn result(&self) -> Result<Ts<SpatialResult>, JsValue> {
-        Ok(plain(&self.engine.result()))
+    pub fn result(&self, in_file_coordinates: Option<bool>) -> Result<Ts<SpatialResult>, JsValue> {
+        let is_of_files = in_file_coordinates == Some(true);
+        Ok(plain(&if is_of_files { self.engine.file_result() } else { self.engine.result() }))
     }
 
     /// The map: x y z ... (m) in the world frame: x right, y down, z forward of the first sensor.
@@ -361,12 +363,12 @@ impl SpatialReconstruction {
 
     /// The trajectory in TUM's format: time or number of the frame, x y z qx qy qz qw, one line per frame.
     pub fn trajectory_tum(&self) -> String {
-        trajectory::tum_text(self.engine.times().as_deref(), &self.engine.poses())
+        trajectory::tum_text(self.engine.times().as_deref(), &self.engine.file_poses())
     }
 
     /// The trajectory as a text with a 4 x 4 matrix per frame.
     pub fn trajectory_matrices(&self) -> Vec<String> {
-        let poses: Vec<Pose3> = self.engine.poses();
+        let poses: Vec<Pose3> = self.engine.file_poses();
         poses.iter().map(trajectory::matrix_text).collect()
     }
 
@@ -391,11 +393,11 @@ impl SpatialReconstruction {
 
     /// The result as the text of `report.json`.
     pub fn report_json(&self) -> String {
-        serde_json::to_string_pretty(&self.engine.result()).unwrap_or_default()
+        serde_json::to_string_pretty(&self.engine.file_result()).unwrap_or_default()
     }
 
     fn map_cloud(&mut self) -> PointCloud {
-        VoxelMap::cloud(self.engine.map())
+        self.engine.file_map()
     }
 }
 

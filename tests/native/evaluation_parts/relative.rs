@@ -152,11 +152,14 @@ fn figures_of_relations_by_time_on_poses_made_by_hand() {
     assert_eq!(time_tolerance(path.stamps.as_ref().unwrap()), 0.1);
     let read = |text: &str| relations::read(text.as_bytes()).unwrap();
     let degree = 1f64.to_radians();
+    // Between the first two poses.
+    let turned = 0.04 * quarter;
+    let (x, y) = (0.96 * turned.cos() + turned.sin(), turned.cos() - 0.96 * turned.sin());
     let list = format!(
-        "70.250000 71.250000 1.03 0.04 0 0 0 {}\n71.25 72.25 1 -0.6 0 0 0 {quarter}\n70.29 72.25 1 1 0 0 0 {}\n\
+        "70.250000 71.250000 1.03 0.04 0 0 0 {}\n71.25 72.25 1 -0.6 0 0 0 {quarter}\n70.29 72.25 {x} {y} 0 0 0 {}\n\
          70.25 73.25 0 0 0 0 0 0\n",
         quarter - 2.0 * degree,
-        2.0 * quarter + 6.0 * degree
+        2.0 * quarter - turned + 6.0 * degree
     );
     let errors = relation_errors(&read(&list), &path, 0.1).unwrap();
     assert_eq!((errors.num_relations, errors.num_compared, errors.num_left_out), (4, 3, 1));

@@ -90,8 +90,8 @@ function conventionFigure(convention: string): Figure {
   };
 }
 
-function cameraFigure({ camera, depth_scale, quantisation, assumptions }: SpatialResult): Figure | null {
-  if (!camera) return null;
+function cameraFigure({ camera, depth_scale, cloud_unit, quantisation, assumptions }: SpatialResult): Figure | null {
+  if (!camera) return cloudFigure(cloud_unit, assumptions);
   const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
   const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} values per metre`;
   const focal_length = assumedMark(assumptions, 'fx');
@@ -107,6 +107,18 @@ function cameraFigure({ camera, depth_scale, quantisation, assumptions }: Spatia
     tone: openAssumption(assumptions) ? 'doubtful' : 'plain',
   };
   return assumptions.length > 0 ? { ...figure, action: changeAction('Change what is assumed of the camera') } : figure;
+}
+
+/** The unit of clouds, where it is not metres without a doubt. */
+function cloudFigure(unit: number | null, assumptions: SpatialResult['assumptions']): Figure | null {
+  if (unit === null || (unit === 1 && assumptions.length === 0)) return null;
+  const figure: Figure = {
+    label: 'Unit of the clouds',
+    value: `${Number(unit.toPrecision(4))} m`,
+    meaning: assumedMark(assumptions, 'cloud_unit').trim(),
+    tone: openAssumption(assumptions) ? 'doubtful' : 'plain',
+  };
+  return assumptions.length > 0 ? { ...figure, action: changeAction('Change what is assumed of the clouds') } : figure;
 }
 
 export function formatBytes(bytes: number): string {

@@ -14,12 +14,13 @@ export type ReadingChoice =
 const TITLES = {
   depth_scale: 'The ground truth suggests another depth scale',
   fx: 'The ground truth suggests another focal length',
+  cloud_unit: 'The ground truth suggests another unit',
 } as const;
 /** So many scales are shown with a picture. */
 const MOST_PICTURES = 3;
 
 /**
- * A question over the map: which depth scale is right, with a picture of each that may be; or whether to compute again with
+ * A question over the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
  * the one that the ground truth suggests.
  *
  * Fires `reading-chosen` with a `ReadingChoice`.
@@ -27,7 +28,7 @@ const MOST_PICTURES = 3;
 @customElement('scanstitch-reading-card')
 export class ScanstitchReadingCard extends LitElement {
   @property({ attribute: false }) suggestion: Suggestion | null = null;
-  /** An assumption about the depth scale that is open. */
+  /** An assumption about the depth scale or the unit of clouds that is open. */
   @property({ attribute: false }) question: Assumption | null = null;
   @property({ attribute: false }) view: TopView | null = null;
   @property({ type: Boolean }) dark = false;
@@ -60,7 +61,7 @@ export class ScanstitchReadingCard extends LitElement {
           ? nothing
           : html`<p class="actions">
               <button class="primary" @click=${() => this.choose({ choice: 'value', setting, value })}>
-                Compute with ${setting === 'fx' ? 'fx' : 'depth_scale'} ${valueText(value)}
+                Compute with ${setting} ${valueText(value)}
               </button>
             </p>`
       }`;
@@ -68,9 +69,14 @@ export class ScanstitchReadingCard extends LitElement {
 
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
+    const is_cloud = setting === 'cloud_unit';
+    const unit = is_cloud ? 'm' : 'per metre';
     return html`<p>
-        No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image
-        from above, at each scale:
+        ${
+          is_cloud
+            ? `No file says the unit of the clouds' coordinates: ${valueText(value)} m is assumed, as ${why}.`
+            : `No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image from above, at each scale:`
+        }
       </p>
       <ul>
         ${likely.slice(0, MOST_PICTURES).map(
@@ -82,7 +88,10 @@ export class ScanstitchReadingCard extends LitElement {
                 @click=${() => this.choose(scale === value ? { choice: 'dismiss' } : { choice: 'value', setting, value: scale })}
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
-                <span class="number">${valueText(scale)} ${scale === value ? 'assumed' : 'per metre'}</span>
+                <span class="number"
+                  >${valueText(scale)} ${is_cloud ? unit : ''}
+                  ${scale === value ? 'assumed' : is_cloud ? '' : unit}</span
+                >
                 ${
                   this.view
                     ? html`<span class="muted">up to ${formatFixed(this.view.far / scale, 1)}&#8239;m</span>`
@@ -93,7 +102,9 @@ export class ScanstitchReadingCard extends LitElement {
         )}
       </ul>
       <p class="actions">
-        <button @click=${() => this.choose({ choice: 'more' })}>Another scale…</button>
+        <button @click=${() => this.choose({ choice: 'more' })}>
+          ${is_cloud ? 'Another unit…' : 'Another scale…'}
+        </button>
         <button class="primary" @click=${() => this.choose({ choice: 'dismiss' })}>Keep ${valueText(value)}</button>
       </p>`;
   }

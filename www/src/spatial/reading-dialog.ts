@@ -1,4 +1,4 @@
-import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { dialog_styles, shared } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
@@ -9,11 +9,11 @@ export interface Readings {
   values: { setting: Assumption['setting']; value: number }[];
 }
 
-const LABELS = { depth_scale: 'Depth scale', fx: 'Focal length' } as const;
-const UNITS = { depth_scale: 'raw values per metre', fx: 'pixels' } as const;
+const LABELS = { depth_scale: 'Depth scale', fx: 'Focal length', cloud_unit: 'Unit' } as const;
+const UNITS = { depth_scale: 'raw values per metre', fx: 'pixels', cloud_unit: 'metres' } as const;
 
 /**
- * What was assumed of the depth images, with all values that such images have, and a field for any other.
+ * What was assumed of the depth images or clouds, with all values that such have, and a field for any other.
  *
  * Fires `readings-chosen` with the values that are to be used.
  */
@@ -33,9 +33,9 @@ export class ScanstitchReadingDialog extends LitElement {
     const { camera, assumptions } = this;
     return html`<dialog aria-labelledby="title">
       <form method="dialog" @submit=${this.onSubmit}>
-        <h2 id="title">What is assumed of the depth images</h2>
+        <h2 id="title">What is assumed of the ${camera ? 'depth images' : 'clouds'}</h2>
         <p class="muted">Neither the files nor the settings say it. Choose another value, and all is computed again.</p>
-        ${camera ? assumptions.map((assumption) => this.renderAssumption(assumption, camera)) : nothing}
+        ${assumptions.map((assumption) => this.renderAssumption(assumption, camera))}
         <p class="actions">
           <button type="button" @click=${() => this.dialog.close()}>Cancel</button>
           <button class="primary" type="submit">Compute again</button>
@@ -44,7 +44,7 @@ export class ScanstitchReadingDialog extends LitElement {
     </dialog>`;
   }
 
-  private renderAssumption(assumption: Assumption, camera: Camera): TemplateResult {
+  private renderAssumption(assumption: Assumption, camera: Camera | null): TemplateResult {
     const { setting, value, why, likely, usual, confirmed_by } = assumption;
     const near = (a: number, b: number): boolean => Math.abs(Math.log(a / b)) < 0.01;
     const about = (candidate: number): string => usual.find((one) => near(one.value, candidate))?.about ?? '';

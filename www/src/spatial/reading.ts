@@ -1,4 +1,4 @@
-/** What was assumed of depth images, in words. */
+/** What was assumed of depth images and clouds, in words. */
 import type { Assumption } from '../engine/spatial-protocol.js';
 import { DEGREES, formatFixed } from '../views/format.js';
 import type { Camera } from './poses.js';
@@ -12,9 +12,11 @@ function angleText({ width }: Camera, fx: number): string {
   return `${formatFixed(2 * Math.atan(width / 2 / fx) * DEGREES, 0)}°`;
 }
 
-export function valueWords({ setting }: Assumption, value: number, camera: Camera): string {
+export function valueWords({ setting }: Assumption, value: number, camera: Camera | null): string {
+  if (setting === 'cloud_unit') return `${valueText(value)} m`;
   if (setting === 'depth_scale') return `${valueText(value)} values per metre`;
-  return `${valueText(Math.round(value))} pixels, ${angleText(camera, value)}`;
+  const pixels = `${valueText(Math.round(value))} pixels`;
+  return camera ? `${pixels}, ${angleText(camera, value)}` : pixels;
 }
 
 /** The assumption that the data leave open: the page asks. */

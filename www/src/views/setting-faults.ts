@@ -23,6 +23,9 @@ const PLANAR: Record<keyof Settings, true> = {
   max_iterations: true,
   rotation_eps: true,
   translation_eps: true,
+  scan_unit: true,
+  laser_direction: true,
+  wheel_track: true,
 };
 const SPATIAL: Record<keyof SpatialSettings, true> = {
   method: true,
@@ -35,6 +38,7 @@ const SPATIAL: Record<keyof SpatialSettings, true> = {
   cy: true,
   field_of_view: true,
   depth_scale: true,
+  cloud_unit: true,
   quantisation: true,
   min_range: true,
   max_range: true,

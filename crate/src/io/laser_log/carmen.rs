@@ -4,6 +4,7 @@
 //! - `ROBOTLASER1 type start_angle field_of_view angular_resolution maximum_range accuracy remission_mode n r1 .. rn
 //!   m v1 .. vm laser_x laser_y laser_theta robot_x robot_y robot_theta tv rv forward side turn_axis time host time`;
 //! - `RAWLASER1`, the same as far as the remissions, then times; the robot's pose is that of the last `ODOM x y theta ...`;
+//! - `LASER_READING n r1 .. rn x y theta time`, by GMapping's viewer: the pose is the odometry's;
 //! - `VERTEX2 id x y theta` before a scan: where a pose graph puts it; `PARAM name value` for the laser.
 //!
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
@@ -18,10 +19,22 @@ use crate::io::text::{lines, number};
 use crate::{Error, Result};
 
 /// Kinds of lines that hold a scan, the preferred first.
-const SCANS: [&[u8]; 3] = [b"ROBOTLASER1", b"FLASER", b"RAWLASER1"];
+const SCANS: [&[u8]; 4] = [b"ROBOTLASER1", b"FLASER", b"RAWLASER1", b"LASER_READING"];
+/// Those of them whose lines do not tell the angles.
+const PLAIN_SCANS: [&[u8]; 2] = [b"FLASER", b"LASER_READING"];
 /// Words that begin a line of such a log.
-const WORDS: [&[u8]; 9] =
-    [b"FLASER", b"ROBOTLASER1", b"RAWLASER1", b"ODOM", b"PARAM", b"VERTEX2", b"EDGE2", b"SYNC", b"RLASER"];
+const WORDS: [&[u8]; 10] = [
+    b"FLASER",
+    b"ROBOTLASER1",
+    b"RAWLASER1",
+    b"LASER_READING",
+    b"ODOM",
+    b"PARAM",
+    b"VERTEX2",
+    b"EDGE2",
+    b"SYNC",
+    b"RLASER",
+];
 
 /// Scans' poses are the wheels' own where more than this share repeats the `ODOM` line before: all of a raw log do, and none of
 /// four whose poses a program corrected.
@@ -201,7 +214,7 @@ impl Reader {
     fn scan(&mut self, fields: &mut Fields<'_>) -> Result<()> {
         let (bearings, max_range) = self.laser(fields)?;
         let ranges = fields.list("readings")?;
-        if self.kind != b"FLASER" && fields.next < fields.words.len() {
+        if !PLAIN_SCANS.contains(&self.kind) && fields.next < fields.words.len() {
             fields.list("remissions")?;
         }
         let bearings = bearings.unwrap_or_else(|| front_laser(ranges.len(), self.field_of_view));
@@ -230,7 +243,7 @@ impl Reader {
 
     /// The bearings, where the line gives them, and the limit (m) of its laser.
     fn laser(&self, fields: &mut Fields<'_>) -> Result<(Option<Bearings>, f64)> {
-        if self.kind == b"FLASER" {
+        if PLAIN_SCANS.contains(&self.kind) {
             return Ok((None, self.max_range));
         }
         let [_, start, _, step, limit, _, _] = fields.numbers::<7>("what the laser is like")?;
@@ -245,7 +258,9 @@ impl Reader {
         Ok(match self.kind {
             b"RAWLASER1" => (None, self.odometry),
             _ if fields.left() >= 6 => (Some(fields.pose("the laser's pose")?), Some(fields.pose("the robot's pose")?)),
-            _ if fields.left() >= 3 && self.kind == b"FLASER" => (None, Some(fields.pose("the robot's pose")?)),
+            _ if fields.left() >= 3 && PLAIN_SCANS.contains(&self.kind) => {
+                (None, Some(fields.pose("the robot's pose")?))
+            }
             _ if fields.left() == 0 => (None, self.odometry),
             _ => {
                 let problem = format!("After the readings there are {} of 6 numbers of poses", fields.left());

@@ -48,7 +48,8 @@ fn scan(table: &MessageTable, ranges: &[usize], row: &Row, number: usize) -> Res
         return Err(Error::line(row.line, problem, "Correct the line or remove it"));
     }
     let nearest = optional("range_min")?.unwrap_or(0.0).max(0.0);
-    let farthest = optional("range_max")?.unwrap_or(f64::INFINITY);
+    // Drivers that leave the limit unset write 0.
+    let farthest = optional("range_max")?.filter(|farthest| *farthest > nearest).unwrap_or(f64::INFINITY);
     let is_valid = |range: f64| range.is_finite() && range >= nearest && range <= farthest;
     let range = |&column: &usize| row.value(column).map(|range| if is_valid(range) { range as f32 } else { f32::NAN });
     Ok(LaserScan {

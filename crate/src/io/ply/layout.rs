@@ -58,7 +58,8 @@ impl Layout {
 
     /// Whether a coordinate has more digits than single precision holds.
     pub(super) fn holds_doubles(&self) -> bool {
-        self.position.iter().flatten().any(|column| column.scalar == Scalar::Float64)
+        let is_long = |scalar| matches!(scalar, Scalar::Float64 | Scalar::Int32 | Scalar::Uint32);
+        self.position.iter().flatten().any(|column| is_long(column.scalar))
     }
 
     /// The place of each of the vertex's properties in a [`Row`], where it has one.

@@ -47,6 +47,8 @@ pub(super) struct Table {
     /// w, x, y, z.
     quaternion: Option<[usize; 4]>,
     heading: Option<usize>,
+    /// Whether a first line names the columns: those that are not used may then hold anything, or nothing.
+    is_named: bool,
     /// The columns in words, for messages.
     words: &'static str,
 }
@@ -93,6 +95,7 @@ impl Table {
             z: axis("z"),
             quaternion,
             heading,
+            is_named: true,
             words: "as its first line names them",
             ..Self::default()
         })
@@ -114,6 +117,12 @@ impl Table {
     }
 
     pub(super) fn numbers_of(&self, row: &Row, numbers: &mut Vec<f64>) -> Result<()> {
+        if self.is_named {
+            let position = [self.x, self.y].into_iter().chain(self.z).chain(self.heading).chain(self.number);
+            let used =
+                position.chain(self.stamp.map(|(column, _)| column)).chain(self.quaternion.into_iter().flatten());
+            return row.named(self.num_columns, |column| used.clone().any(|other| other == column), numbers);
+        }
         if self.more { row.at_least(self.num_columns, numbers) } else { row.exactly(self.num_columns, numbers) }
     }
 }

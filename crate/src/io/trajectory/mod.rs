@@ -350,7 +350,9 @@ fn parse(bytes: &[u8], format: Option<TrajectoryFormat>) -> Result<(Builder, Tra
 fn detect(first: &Row, names: Option<&[String]>, bytes: &[u8]) -> Result<(Layout, TrajectoryFormat)> {
     let columns = first.columns().count();
     // Comments may speak of anything: names count where there is one for each column.
-    if let Some(table) = names.filter(|names| names.len() == columns).and_then(Table::from_names) {
+    if let Some(table) =
+        names.filter(|names| [columns, first.fields().len()].contains(&names.len())).and_then(Table::from_names)
+    {
         let format = if table.is_tum() {
             TrajectoryFormat::Tum
         } else if table.is_euroc() {

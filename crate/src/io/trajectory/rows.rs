@@ -58,6 +58,42 @@ impl<'a> Row<'a> {
         values.split(|&byte| matches!(byte, b' ' | b'\t' | b',' | b';')).filter(|column| !column.is_empty())
     }
 
+    /// What stands between the separators, with what is empty between two of them where these are commas or semicolons.
+    pub(super) fn fields(&self) -> Vec<&'a [u8]> {
+        let text = self.text.trim_ascii_end();
+        let is_separator = |byte: &u8| matches!(byte, b',' | b';');
+        if text.iter().any(is_separator) {
+            text.split(is_separator).map(<[u8]>::trim_ascii).collect()
+        } else {
+            self.columns().collect()
+        }
+    }
+
+    /// The numbers of a row of named columns, 0 where one that is not used holds none.
+    pub(super) fn named(
+        &self,
+        num_columns: usize,
+        is_used: impl Fn(usize) -> bool,
+        numbers: &mut Vec<f64>,
+    ) -> Result<()> {
+        let fields = self.fields();
+        let is_cut = (fields.len()..num_columns).any(&is_used);
+        if is_cut || fields.len() > num_columns {
+            return Err(self.wrong_columns(fields.len(), num_columns));
+        }
+        numbers.clear();
+        for (column, field) in fields.into_iter().enumerate() {
+            match number(field) {
+                None if is_used(column) => {
+                    let problem = format!("Column {} is {}, not a finite number", column + 1, quote(field));
+                    return Err(self.fault(problem, "Write decimal numbers, or remove the line"));
+                }
+                value => numbers.push(value.filter(|value| is_used(column) || value.is_finite()).unwrap_or(0.0)),
+            }
+        }
+        Ok(())
+    }
+
     /// Whether commas stand between the columns.
     pub(super) fn has_commas(&self) -> bool {
         self.text.contains(&b',')

@@ -240,7 +240,8 @@ impl CloudOdometry {
         let registration =
             register_in_space(self.options.metric, source, task.target, guess, (&first, &finer), &solver);
         let T_last_frame = task.T_target_last.inverse() * registration.T_target_source;
-        let agreement = self.free_space(task.frame, task.last, &T_last_frame).agreement();
+        let is_tested = self.options.tests_free_space;
+        let agreement = is_tested.then(|| self.free_space(task.frame, task.last, &T_last_frame).agreement());
         let assessment = self.assess(&registration, agreement);
         Candidate { registration, is_global: false, assessment }
     }
@@ -284,12 +285,12 @@ impl CloudOdometry {
         tally
     }
 
-    fn assess(&self, registration: &SpatialRegistration, agreement: f64) -> Assessment {
+    fn assess(&self, registration: &SpatialRegistration, agreement: Option<f64>) -> Assessment {
         let last = &registration.last;
         let evidence = Evidence {
             num_pairs: last.num_inliers,
             overlap: registration.fitness,
-            agreement: Some(agreement),
+            agreement,
             degenerate: None,
             residual: last.inlier_rmse,
             moving_after: None,

@@ -58,6 +58,8 @@ pub struct CloudOptions {
     pub max_correspondence_distance: f64,
     /// Position of the sensor in its own frame (m): normals are oriented towards it.
     pub viewpoint: DVec3,
+    /// Whether free space between the viewpoint and the points is tested: only where the sensor was at the viewpoint.
+    pub tests_free_space: bool,
     /// Neighbours from which a normal is estimated.
     pub normals: Neighborhood,
     /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
@@ -96,6 +98,7 @@ impl CloudOptions {
             voxel_size,
             max_correspondence_distance: DEFAULT_DISTANCE * voxel_size,
             viewpoint: DVec3::ZERO,
+            tests_free_space: true,
             normals: NORMAL_NEIGHBORS,
             robust: true,
             clear_normals: true,

@@ -7,6 +7,7 @@ mod measured_motion;
 mod odometry_agreement;
 mod run;
 mod scan_to_map;
+mod scan_unit;
 mod sure_motion;
 mod wheel_calibration;
 
@@ -26,11 +27,12 @@ use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
-use crate::pipeline::settings::Settings;
+use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
 use run::Run;
 pub use scan_to_map::ScanToMap;
+use scan_unit::ScanUnit;
 
 /// A reconstruction of planar scans.
 ///
@@ -39,6 +41,7 @@ pub struct Reconstruction {
     settings: Settings,
     names: Vec<String>,
     recorded: Vec<RecordedScan>,
+    scan_unit: ScanUnit,
     reference: Option<(String, Contents)>,
     odometry: Option<(String, Trajectory)>,
     without: Ablation,
@@ -56,6 +59,7 @@ impl Reconstruction {
             settings,
             names: Vec::new(),
             recorded: Vec::new(),
+            scan_unit: ScanUnit::default(),
             reference: None,
             odometry: None,
             without: Ablation::default(),
@@ -69,6 +73,12 @@ impl Reconstruction {
     /// When a setting is out of its limits; the old ones stay.
     pub fn set_settings(&mut self, settings: Settings) -> Result<()> {
         settings.validate()?;
+        if settings.laser_direction != self.settings.laser_direction {
+            self.recorded.iter_mut().for_each(RecordedScan::mirror);
+        }
+        if settings.scan_unit != self.settings.scan_unit {
+            self.scan_unit.change(&mut self.recorded, settings.scan_unit);
+        }
         self.settings = settings;
         self.run = None;
         Ok(())
@@ -82,6 +92,8 @@ impl Reconstruction {
         if cloud.is_empty() {
             return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
         }
+        let is_map = cloud.origin != glam::DVec3::ZERO;
+        let cloud = if is_map { cloud } else { self.scan_unit.in_metres(cloud, self.settings.scan_unit) };
         let report = clean(&cloud.positions, &self.settings.range_limits()).report;
         if report.non_finite == report.num_read {
             let problem = format!("None of its {} points has finite coordinates", report.num_read);
@@ -99,8 +111,7 @@ impl Reconstruction {
         }
         in_sensor_frame(&cloud).map_err(|error| error.in_file(name))?;
         self.names.push(name.to_owned());
-        self.recorded.push(RecordedScan::of_cloud(cloud));
-        self.run = None;
+        self.record(std::iter::once(RecordedScan::of_cloud(cloud)));
         Ok(report)
     }
 
@@ -108,10 +119,24 @@ impl Reconstruction {
     /// are compared with where there is no other reference; see [`Settings::odometry`] for the only other use of them.
     pub fn add_log(&mut self, name: &str, log: &LaserLog) -> AddedLog {
         self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
-        self.recorded.extend(RecordedScan::of_log(log));
-        self.run = None;
+        self.record(RecordedScan::of_log(log));
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
         AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
+    }
+
+    /// Takes scans in, and starts over.
+    fn record(&mut self, scans: impl Iterator<Item = RecordedScan>) {
+        let first = self.recorded.len();
+        self.recorded.extend(scans);
+        if self.settings.laser_direction == LaserDirection::Mirrored {
+            self.recorded[first..].iter_mut().for_each(RecordedScan::mirror);
+        }
+        self.run = None;
+    }
+
+    /// The settings of the run.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Leaves out parts of the engine, to measure what they bring, and starts over.
@@ -182,6 +207,7 @@ impl Reconstruction {
             notes.push(format!("Returns at {limit:.2} m were taken for the sensor's range limit and dropped."));
         }
         notes.extend(self.run.iter().flat_map(|run| run.chosen_odometry.notes.clone()));
+        notes.extend(self.scan_unit.note(self.settings.scan_unit));
         notes.extend(self.stamps().note);
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::depth_scale::disparity_step;
@@ -26,8 +27,11 @@ use crate::preprocess::wrap_around::usable_pixels;
 use crate::registration::prepared_surfels::PreparedSurfels;
 
 mod bytes;
+mod cloud_reading;
 mod frame_note;
+mod sensor_place;
 
+pub use cloud_reading::CloudReading;
 pub use frame_note::FrameNote;
 pub(crate) use frame_note::merged;
 
@@ -38,6 +42,8 @@ pub struct DecodeConfig {
     pub settings: SpatialSettings,
     /// How depth images are to be read; none where the frames are clouds.
     pub depth: Option<DepthDecodeConfig>,
+    /// How clouds are to be read; none where the frames are depth images.
+    pub cloud: Option<CloudReading>,
 }
 
 /// How depth images are to be read, told from the first one.
@@ -85,10 +91,8 @@ impl DecodeConfig {
     /// When the file is neither or holds nothing, or the settings make no camera. The error names the file.
     pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
         if point_cloud::is_cloud(first) {
-            let mut ranges: Vec<f32> = read_cloud(name, first)?.positions.iter().map(|p| p.length()).collect();
-            let middle = ranges.len() / 2;
-            let median = *ranges.select_nth_unstable_by(middle, f32::total_cmp).1;
-            return Ok(Self { settings: settings.for_clouds(f64::from(median)), depth: None });
+            let (cloud, size) = CloudReading::new(settings, &read_cloud(name, first)?, first);
+            return Ok(Self { settings: settings.for_clouds(size), depth: None, cloud: Some(cloud) });
         }
         let mut first = read_depth(name, first)?;
         let has_swapped_bytes = first.has_swapped_bytes();
@@ -121,12 +125,39 @@ impl DecodeConfig {
             quantisations,
             decided: None,
         };
-        let config = Self { settings, depth: None };
+        let config = Self { settings, depth: None, cloud: None };
         if depth.bits > 8 {
             let model = config.depth_model(&depth, Quantisation::Rounded);
             depth.square_noise = estimate_depth_noise(&first, &usable_pixels(&first), &depth.camera, &model);
         }
         Ok(Self { depth: Some(depth), ..config })
+    }
+
+    /// What was assumed of the frames.
+    pub(crate) fn assumptions(&self) -> &[Assumption] {
+        let of_depth = self.depth.as_ref().map(|depth| &depth.assumptions);
+        of_depth.or(self.cloud.as_ref().map(|cloud| &cloud.assumptions)).map_or(&[], Vec::as_slice)
+    }
+
+    /// What is worth knowing of how the frames are read, in whole sentences.
+    pub(crate) fn notes(&self) -> &[String] {
+        let of_depth = self.depth.as_ref().map(|depth| &depth.notes);
+        of_depth.or(self.cloud.as_ref().map(|cloud| &cloud.notes)).map_or(&[], Vec::as_slice)
+    }
+
+    /// What is taken off the coordinates of clouds (m).
+    pub fn origin(&self) -> DVec3 {
+        self.cloud.as_ref().map_or(DVec3::ZERO, |cloud| cloud.origin.into())
+    }
+
+    /// The options of the odometry of clouds.
+    pub(crate) fn cloud_options(&self) -> CloudOptions {
+        let options = self.settings.cloud_options();
+        self.cloud.as_ref().map_or(options, |cloud| CloudOptions {
+            viewpoint: cloud.viewpoint.into(),
+            tests_free_space: cloud.is_sensor_at_origin,
+            ..options
+        })
     }
 
     pub(crate) fn depth_model(&self, depth: &DepthDecodeConfig, quantisation: Quantisation) -> DepthModel {
@@ -365,17 +396,19 @@ impl PreparedFrame {
     /// When the file is broken or holds no points in range, or the first frame is a depth image.
     pub fn from_cloud(decode_config: &DecodeConfig, label: FrameLabel, bytes: &[u8]) -> Result<Self> {
         let settings = &decode_config.settings;
-        if decode_config.depth.is_some() {
+        let Some(reading) = &decode_config.cloud else {
             let problem = "This is a cloud, and the first frame is a depth image";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
-        }
-        let cloud = in_range(&read_cloud(&label.name, bytes)?, settings.min_range as f32, settings.max_range as f32);
+        };
+        let whole = reading.read(&read_cloud(&label.name, bytes)?);
+        let limits = if reading.is_sensor_at_origin { settings.min_range..=settings.max_range } else { 0.0..=f64::MAX };
+        let cloud = in_range(&whole, *limits.start() as f32, *limits.end() as f32);
         let in_file = |error: Error| error.in_file(&label.name);
         if cloud.is_empty() {
             let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
             return Err(in_file(Error::whole(problem, "Give other limits of the range")));
         }
-        let prepared = PreparedCloud::new(&cloud, &settings.cloud_options()).map_err(in_file)?.cloud().clone();
+        let prepared = PreparedCloud::new(&cloud, &decode_config.cloud_options()).map_err(in_file)?.cloud().clone();
         let map_points = if settings.map_voxel_size < settings.voxel_size {
             voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
         } else {

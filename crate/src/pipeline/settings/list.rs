@@ -64,6 +64,8 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
                 ];
             choice odometry: "Odometry", "Selects the source of wheel odometry. Measured: the odometry file, or the log where its poses are raw wheel odometry rather than corrected by a program.",
                 ["auto" => "Measured", "file" => "Odometry file only", "log" => "File or log", "none" => "Not used"];
+            number wheel_track: "Wheel track", "Distance between the two wheels, for odometry that has their paths and no poses. 0: not known.",
+                "m", [0.0, 10.0], step 0.01;
             number search_translation: "Search distance", "Largest distance from the predicted position, in x and in y, that the search covers.",
                 "m", [0.1, 10.0], step 0.1;
             number search_rotation: "Search rotation", "Largest deviation from the predicted heading that the search covers.",
@@ -98,6 +100,10 @@ pub(super) fn table() -> Vec<Setting<Settings>> {
         "Scans" {
             number min_range: "Minimum range", "Nearer returns are dropped: they show the robot itself, or dust.",
                 "m", [0.0, 100.0], step 0.05;
+            number scan_unit: "Unit", "Metres in a unit of scans that are a file each, 0.001 for millimetres. 0: told from the first scan.",
+                "m", [0.0, 1000.0], step 0.001;
+            choice laser_direction: "Direction of readings", "Mirrored: for a laser that turns clockwise or hangs upside down, where the recording does not say so. The map is a mirror image otherwise.",
+                ["as_recorded" => "As recorded", "mirrored" => "Mirrored"];
             number max_range: "Maximum range", "Returns at or beyond this range are dropped: many sensors report their limit for a beam without a return.",
                 "m", [0.1, 1000.0], step 1.0;
         }

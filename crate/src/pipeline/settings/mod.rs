@@ -46,6 +46,17 @@ pub enum OdometrySource {
     None,
 }
 
+/// Which way the readings of a laser follow one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum LaserDirection {
+    /// As the recording has them.
+    AsRecorded,
+    /// The other way round: the laser turns clockwise or hangs upside down, and the recording does not say so.
+    Mirrored,
+}
+
 /// Settings of a planar reconstruction. The defaults are meant for all recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -55,6 +66,12 @@ pub struct Settings {
     pub min_range: f64,
     /// Returns at or beyond this are dropped (m).
     pub max_range: f64,
+    /// Which way the readings follow one another.
+    pub laser_direction: LaserDirection,
+    /// Metres in a unit of scans that are a file each; 0: told from the first one.
+    pub scan_unit: f64,
+    /// Distance between the wheels (m), for odometry that has the paths of the two wheels; 0: not known.
+    pub wheel_track: f64,
     /// What scans are registered to.
     pub strategy: Strategy,
     /// Number of earlier scans in the local map.
@@ -95,6 +112,9 @@ impl Default for Settings {
         Self {
             min_range: 0.05,
             max_range: 50.0,
+            laser_direction: LaserDirection::AsRecorded,
+            scan_unit: 0.0,
+            wheel_track: 0.0,
             strategy: Strategy::Joint,
             local_map_scans: 5,
             matched_scans: 10,

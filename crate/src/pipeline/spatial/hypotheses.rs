@@ -132,7 +132,7 @@ impl QuantisationHypothesis {
             Method::SurfelMap => {
                 Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))
             }
-            _ => Odometry::Cloud(Box::new(CloudOdometry::new(settings.cloud_options())?)),
+            _ => Odometry::Cloud(Box::new(CloudOdometry::new(config.cloud_options())?)),
         };
         Ok(Self {
             quantisation,

@@ -72,6 +72,8 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
                 ["when_doubtful" => "When doubtful", "always" => "Always", "never" => "Never"];
             choice metric: "Metric", "Clouds: selects the residual. Point to plane uses the normals of the target; GICP uses those of both clouds.",
                 ["point_to_plane" => "Point to plane", "gicp" => "GICP"];
+            number cloud_unit: "Unit", "Clouds: metres in a unit of their coordinates, 0.001 for millimetres. 0: told from the file and the size of the first cloud.",
+                "m", [0.0, 1000.0], step 0.001;
             number voxel_size: "Voxel", "Clouds: side of the voxels, each reduced to one point. Outdoors 0.25 to 1 m, in rooms 0.02 to 0.1 m. 0: derived from the first cloud.",
                 "m", [0.0, 10.0], step 0.01;
             number max_correspondence_distance: "Correspondence distance", "Clouds: largest distance between corresponding points. 0: three voxels.",
@@ -80,8 +82,8 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
         "Camera" {
             number fx: "Focal length fx", "Horizontal focal length in pixels. 0: from the field of view.",
                 "", [0.0, 1e5], step 1.0;
-            number fy: "Focal length fy", "Vertical focal length in pixels. 0: the same as fx.",
-                "", [0.0, 1e5], step 1.0;
+            number fy: "Focal length fy", "Vertical focal length in pixels; its sign does not count. 0: the same as fx.",
+                "", [-1e5, 1e5], step 1.0;
             number cx: "Principal point cx", "Column of the principal point in pixels. 0: the middle of the image.",
                 "", [0.0, 1e5], step 1.0;
             number cy: "Principal point cy", "Row of the principal point in pixels. 0: the middle of the image.",

@@ -39,7 +39,7 @@ pub struct SpatialSettings {
     pub verification: Verification,
     /// Focal length along the rows (pixels); 0: from the field of view.
     pub fx: f64,
-    /// Focal length along the columns (pixels); 0: that along the rows.
+    /// Focal length along the columns (pixels), its sign, which left-handed renderers have, left out; 0: that along the rows.
     pub fy: f64,
     /// Column of the optical axis (pixels); 0: the middle of the image.
     pub cx: f64,
@@ -58,6 +58,8 @@ pub struct SpatialSettings {
     pub max_range: f64,
     /// Height above the first sensor up to which points are added to the map (m).
     pub max_height: f64,
+    /// Clouds: metres in a unit of their coordinates; 0: told from the first cloud.
+    pub cloud_unit: f64,
     /// Clouds: voxel size of the downsampling (m); 0: estimated from the first cloud.
     pub voxel_size: f64,
     /// Clouds: the distance that a correspondence measures.
@@ -96,6 +98,7 @@ impl Default for SpatialSettings {
             min_range: 0.1,
             max_range: 0.0,
             max_height: 100.0,
+            cloud_unit: 0.0,
             voxel_size: 0.0,
             metric: SpatialMetric::PointToPlane,
             max_correspondence_distance: 0.0,
@@ -142,10 +145,11 @@ impl SpatialSettings {
         }
     }
 
-    /// What is left open, for clouds of which half the points lie nearer than `median_range` (m).
+    /// What is left open, for clouds of which half the points lie nearer than `size` (m) to the sensor or, where that is not
+    /// known, to the middle of what they show.
     #[must_use]
-    pub fn for_clouds(&self, median_range: f64) -> Self {
-        let voxel_size = set_or(self.voxel_size, (median_range / 40.0).clamp(0.02, 1.0));
+    pub fn for_clouds(&self, size: f64) -> Self {
+        let voxel_size = set_or(self.voxel_size, (size / 40.0).clamp(0.002, 1.0));
         let method = if self.method == Method::SurfelMap { Method::CloudMap } else { self.method };
         let max_range = set_or(self.max_range, f64::MAX);
         Self {
@@ -208,7 +212,7 @@ impl SpatialSettings {
     /// When what is set makes no camera.
     pub fn camera(&self, width: usize, height: usize, bits: u8, sensor: DepthSensor) -> Result<Pinhole> {
         let Pinhole { fx, cx, cy, .. } = self.symmetric_camera(width, height, bits, sensor)?;
-        Pinhole::new(width, height, [fx, set_or(self.fy, fx), set_or(self.cx, cx), set_or(self.cy, cy)])
+        Pinhole::new(width, height, [fx, set_or(self.fy.abs(), fx), set_or(self.cx, cx), set_or(self.cy, cy)])
     }
 
     /// With square pixels, and the optical axis in the middle of the image.

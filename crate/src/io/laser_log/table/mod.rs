@@ -22,6 +22,7 @@ mod preview;
 mod rows;
 
 pub use guess::Guess;
+pub use odometry::read_wheel_paths;
 pub use preview::{TableFacts, describe};
 use rows::{Row, Table};
 
@@ -133,10 +134,11 @@ fn guess_of(table: &Table) -> Result<Guess> {
     let guess = guess::guess(table);
     let Some(said) = &table.format else { return guess };
     match guess {
-        Err(_) => Ok(Guess { format: said.parse()?, doubt: None }),
-        Ok(Guess { format, doubt }) => {
+        Err(_) => Ok(said.parse::<TableFormat>()?.into()),
+        Ok(Guess { format, doubt, note }) => {
             let says_angles = said.contains("start=") && said.contains("step=");
-            Ok(Guess { format: format.changed(said)?, doubt: doubt.filter(|_| !says_angles) })
+            let note = note.filter(|_| !said.contains("unit="));
+            Ok(Guess { format: format.changed(said)?, doubt: doubt.filter(|_| !says_angles), note })
         }
     }
 }
@@ -150,14 +152,16 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
     }
     let is_scan = |row: &Row| row.values.len() - row.words.len() >= names::MIN_SCAN_NUMBERS;
     let is_readings = rows.len() >= 2 && guess::named_reading(&names).is_some();
-    !rows.is_empty() && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
+    !rows.is_empty()
+        && !guess::are_labels(&rows)
+        && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
 }
 
 /// Reads a table whose format is guessed, and says how it was read.
 #[inline(never)]
 pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
-    let Guess { format, doubt } = guess_of(&table)?;
+    let Guess { format, doubt, note } = guess_of(&table)?;
     if let Some(doubt) = doubt {
         let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}");
         return Err(Error::whole(format!("This may be a table of ranges. {}", doubt.trim_end_matches('.')), remedy));
@@ -166,6 +170,7 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     log.notes.push(format!(
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
+    log.notes.extend(note);
     log.notes.extend(note_on_direction(&table, &format));
     let is_told = table.format.is_some() && !table.has_unknown_direction;
     log.may_be_mirrored = !is_told && is_direction_open(&table, &format);

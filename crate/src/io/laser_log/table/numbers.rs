@@ -2,6 +2,7 @@
 
 use super::rows::Row;
 use crate::geometry::quantile::quantile;
+use crate::io::length_unit::{JudgedUnit, LASER_RANGES, judge_unit, step_of};
 
 /// Lines that a guess is made from.
 pub(super) const GUESS_LINES: usize = 20;
@@ -13,14 +14,8 @@ const UNLIKE: f64 = 0.1;
 /// Times stand among the outermost columns.
 const MAX_TIME_COLUMN: usize = 3;
 
-/// A median range at or above this is not in metres.
+/// Positions beside ranges are not in metres beyond this.
 pub(super) const MAX_METRES: f64 = 60.0;
-/// Ranges that are all whole numbers are not in metres if their median is above this.
-const MAX_WHOLE_METRES: f64 = 20.0;
-/// A median range at or above this is not in centimetres.
-const MAX_CENTIMETRES: f64 = 1500.0;
-/// Ranges that are all whole numbers are not in centimetres if the largest is above this.
-const MAX_WHOLE_CENTIMETRES: f64 = 5000.0;
 
 /// Times since 1970 of at least so much have this unit (s); smaller ones are told by their steps.
 const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
@@ -64,15 +59,10 @@ pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
     unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
 }
 
-/// Metres of a unit of these readings.
-pub(super) fn unit_of(mut readings: Vec<f64>) -> f64 {
-    readings.retain(|&reading| reading.is_finite() && (reading > 1.0 || reading.fract() != 0.0 && reading > 0.0));
-    let median = quantile(&mut readings, 0.5).unwrap_or(0.0);
-    let largest = readings.iter().copied().fold(0.0, f64::max);
-    let is_whole = readings.iter().all(|reading| reading.fract() == 0.0);
-    match median {
-        median if median < MAX_METRES && !(is_whole && median > MAX_WHOLE_METRES) => 1.0,
-        median if median < MAX_CENTIMETRES && !(is_whole && largest > MAX_WHOLE_CENTIMETRES) => 0.01,
-        _ => 1e-3,
-    }
+/// The unit of these readings.
+pub(super) fn unit_of(mut readings: Vec<f64>) -> JudgedUnit {
+    // 0 and 1 mean no return.
+    readings.retain(|&reading| reading > 1.0 || reading.fract() != 0.0 && reading > 0.0);
+    let step = step_of(readings.iter().copied());
+    judge_unit(readings, step, &LASER_RANGES)
 }

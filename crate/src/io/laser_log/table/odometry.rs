@@ -1,7 +1,47 @@
 //! Where the robot thought it was, in each line of a table.
 
+use super::other_columns::OtherColumns;
+use super::rows::Table;
 use super::{LaserScan, OdometryColumns, Row, TableFormat};
-use crate::geometry::Pose2;
+use crate::geometry::{Embedding, Pose2};
+use crate::io::trajectory::Trajectory;
+use crate::{Error, Result};
+
+/// The robot's path of a table that has the paths of its two wheels in named columns (`s_left`, `right wheel`), with `track` metres
+/// between them; `None` where it is no such table.
+pub fn read_wheel_paths(bytes: &[u8], track: f64) -> Option<Result<Trajectory>> {
+    let table = Table::read(bytes, usize::MAX);
+    let named = |word: &str| {
+        let is_named = |name: &String| name.split(|c: char| !c.is_alphabetic()).any(|part| part == word);
+        table.names.iter().position(is_named)
+    };
+    let columns = [named("left")?, named("right")?];
+    if table.names.len() > MAX_COLUMNS || table.width() <= columns[0].max(columns[1]) {
+        return None;
+    }
+    if track <= 0.0 {
+        let problem = "The paths of the two wheels are no poses without the distance between them";
+        return Some(Err(Error::whole(problem, "Set wheel_track to it (m), for example wheel_track=0.3")));
+    }
+    let time =
+        OtherColumns::of(&table, &table.rows, (0..table.width()).filter(|column| !columns.contains(column))).time();
+    let mut path = WheelPath::default();
+    let mut trajectory = Trajectory::default();
+    let (mut poses, mut stamps) = (Vec::new(), Vec::new());
+    for row in &table.rows {
+        let Some(pose) = path.advance(row, columns, 1.0, track) else { continue };
+        poses.push(pose.in_space());
+        stamps.extend(time.and_then(|(column, seconds)| Some(seconds * row.values.get(column)?)));
+    }
+    if !poses.is_empty() {
+        trajectory = Trajectory::from_poses(&poses);
+        trajectory.stamps = (stamps.len() == poses.len()).then_some(stamps);
+    }
+    Some(Ok(trajectory))
+}
+
+/// Tables of wheels have few columns.
+const MAX_COLUMNS: usize = 12;
 
 impl TableFormat {
     /// Gives each scan the odometry of its row.

@@ -106,7 +106,9 @@ impl Table {
         let [_, second, ..] = &self.rows[..] else { return };
         let values: Vec<String> = second.values.iter().map(ToString::to_string).collect();
         if self.names.is_empty() && series(&first_words).is_some() && series(&values).is_none() {
-            self.names = first_words;
+            // Above the columns before the ranges there may be nothing, not even a separator.
+            let missing = second.values.len().saturating_sub(first_words.len());
+            self.names = vec![String::new(); missing].into_iter().chain(first_words).collect();
             self.rows.remove(0);
         }
     }

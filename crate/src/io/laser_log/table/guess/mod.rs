@@ -7,12 +7,13 @@ use super::format::{SAY_COLUMNS, UNITS};
 use super::names::{BEAMS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use crate::io::length_unit::JudgedUnit;
 use crate::{Error, Result};
 
 mod ranges;
 mod view;
 
-use super::numbers::{GUESS_LINES, is_counter, is_growing, time_unit, unit_of};
+use super::numbers::{GUESS_LINES, MIN_GROWING_LINES, is_counter, is_growing, time_unit, unit_of};
 use super::other_columns::OtherColumns;
 use ranges::{block_of_ranges, counted_block};
 use view::{seam_rank, view_of};
@@ -24,6 +25,14 @@ pub struct Guess {
     pub format: TableFormat,
     /// What had to be assumed, in a whole sentence; `None` where the numbers tell all.
     pub doubt: Option<String>,
+    /// What is likely but not certain, in a whole sentence.
+    pub note: Option<String>,
+}
+
+impl From<TableFormat> for Guess {
+    fn from(format: TableFormat) -> Self {
+        Self { format, doubt: None, note: None }
+    }
 }
 
 /// Two columns, the first of which counts, perhaps again and again: a step and its range.
@@ -76,9 +85,31 @@ fn most_changing(table: &Table, angle: usize, range: usize) -> usize {
     others.fold(angle, |best, next| if num_changes(next) > num_changes(best) { next } else { best })
 }
 
+/// Most different numbers of labels ...
+const MOST_LABELS: usize = 12;
+/// ... and the largest: a byte's. Ranges that are whole numbers are larger.
+const MAX_LABEL: f64 = 255.0;
+
+/// Whether lines as long as a scan's hold labels, a few small whole numbers, behind their first number.
+pub(super) fn are_labels(rows: &[Row]) -> bool {
+    let rows = &rows[..rows.len().min(GUESS_LINES)];
+    let mut different: Vec<f64> = Vec::new();
+    let mut is_label = |&value: &f64| {
+        if !different.contains(&value) && value.is_finite() {
+            different.push(value);
+        }
+        value.is_nan() || value.fract() == 0.0 && value.abs() <= MAX_LABEL && different.len() <= MOST_LABELS
+    };
+    let mut is_of_labels = |row: &Row| row.values.len() > MIN_SCAN_NUMBERS && row.values[1..].iter().all(&mut is_label);
+    rows.len() >= MIN_GROWING_LINES && rows.iter().all(&mut is_of_labels) && different.len() > 1
+}
+
 pub(super) fn guess(table: &Table) -> Result<Guess> {
     let rows = &table.rows[..];
     let Some(first) = rows.first() else { return Err(Error::whole("The file holds no table", "Give a laser log")) };
+    if are_labels(rows) {
+        return Err(Error::whole("The numbers of this table are labels: few different whole numbers", SAY_COLUMNS));
+    }
     match named_reading(&table.names) {
         Some(NamedReading::Angle(angle, range)) if angle.max(range) < table.width() => {
             return Ok(guess_readings(table, most_changing(table, angle, range), range));
@@ -93,7 +124,7 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
     }
     let rows = &rows[..rows.len().min(GUESS_LINES)];
     if is_breezy(rows) {
-        return Ok(Guess { format: breezy(), doubt: None });
+        return Ok(breezy().into());
     }
     if first.values.len() < MIN_SCAN_NUMBERS {
         let problem = format!("The lines of this table have {} numbers, which do not make scans", first.values.len());
@@ -107,12 +138,23 @@ fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
     let unit = if most > MAX_RADIANS { 1f64.to_radians() } else { 1.0 };
-    // What the SDK of RPLIDARs prints, and what its frame grabber writes, with its spelling: they turn clockwise.
-    let is_rplidar = table.names == ["theta", "dist", "q"] || table.names == ["angule", "distance", "quality"];
-    let unit = if is_rplidar { -unit } else { unit };
+    let unit = if is_rplidar(table, angle, range) { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
     let format = TableFormat::of(layout, 0.0, 0.0);
-    Guess { format: with_columns_beside(table, format, angle, range), doubt: None }
+    with_columns_beside(table, format, angle, range)
+}
+
+/// Whether these are readings of an RPLIDAR, which turns clockwise: under the names that its SDK and its frame grabber print, or in its
+/// units, 64ths of a degree and quarters of a millimetre. A quality beside them has other lasers, too.
+fn is_rplidar(table: &Table, angle: usize, range: usize) -> bool {
+    let value = |row: &Row, column: usize| row.values.get(column).copied().unwrap_or(f64::NAN);
+    let angles = || table.rows.iter().map(move |row| value(row, angle));
+    let is_round = !angles().any(|angle| angle < 0.0) && angles().any(|angle| angle > 180.0);
+    let is_printed = table.names == ["theta", "dist", "q"] || table.names == ["angule", "distance", "quality"];
+    let is_multiple = |value: f64, parts: f64| value.is_nan() || (value * parts).fract() == 0.0;
+    let in_its_units = |row: &Row| is_multiple(value(row, angle), 64.0) && is_multiple(value(row, range), 4.0);
+    let has_fractions = angles().any(|angle| angle.fract() != 0.0);
+    is_printed || is_round && has_fractions && table.rows.iter().all(in_its_units)
 }
 
 /// The number of a beam and a range a line, of one scan or of several.
@@ -125,25 +167,40 @@ fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
     let angle = (count < rows.len()).then_some(AngleColumn { column: beam, unit: step });
     let start = if angle.is_some() { start - begin * step } else { start };
     let format = TableFormat::of(Layout::ReadingPerLine { range, angle }, start, step);
-    Guess { format: with_columns_beside(table, format, beam, range), doubt }
+    Guess { doubt, ..with_columns_beside(table, format, beam, range) }
 }
 
 /// The format of a reading a line with its unit, and what the columns beside its bearing (an angle or the number of a beam) and
 /// its range are.
-fn with_columns_beside(table: &Table, mut format: TableFormat, bearing: usize, range: usize) -> TableFormat {
+fn with_columns_beside(table: &Table, mut format: TableFormat, bearing: usize, range: usize) -> Guess {
     let rows = &table.rows;
-    let named = unit_named(table.names.get(range..=range).unwrap_or_default());
-    let unit = named.unwrap_or_else(|| unit_of(rows.iter().filter_map(|row| row.values.get(range).copied()).collect()));
+    let readings = rows.iter().filter_map(|row| row.values.get(range).copied()).collect();
+    let (unit, note) = unit_told(table.names.get(range..=range).unwrap_or_default(), readings);
     let others = OtherColumns::of(table, rows, (0..table.width()).filter(|column| ![bearing, range].contains(column)));
     (format.unit, format.time, format.odometry) = (unit, others.time(), others.poses(unit));
-    format
+    Guess { format, doubt: None, note }
+}
+
+/// Metres of a unit of the readings, by the names of their columns or by the readings; and what else it may be.
+fn unit_told(names: &[String], readings: Vec<f64>) -> (f64, Option<String>) {
+    if let Some(unit) = unit_named(names) {
+        return (unit, None);
+    }
+    let JudgedUnit { unit, alternatives, median, .. } = unit_of(readings);
+    let note = alternatives.first().map(|other| {
+        format!(
+            "Its ranges (median {median:.4}) are taken for {}, and may be {}: then give unit={}.",
+            unit.name, other.name, other.symbol
+        )
+    });
+    (unit.metres, note)
 }
 
 /// A scan a line: where the ranges begin and end, and what stands beside them.
 fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let width = table.width();
     if let Some(format) = message_columns(&rows[0].values) {
-        return Guess { format, doubt: None };
+        return format.into();
     }
     let named = series(&table.names).filter(|named| named.end <= width);
     let counted = if named.is_some() { None } else { counted_block(rows, width) };
@@ -164,11 +221,10 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let time = others.time().or_else(|| growing().map(|column| (column, time_unit(rows, column))));
     let readings =
         rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
-    let named = unit_named(table.names.get(first..end).unwrap_or_default());
-    let unit = named.unwrap_or_else(|| unit_of(readings.collect()));
+    let (unit, note) = unit_told(table.names.get(first..end).unwrap_or_default(), readings.collect());
     let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
     let format = TableFormat { unit, time, odometry: others.poses(unit), has_wheels: false, ..format };
-    Guess { format, doubt: doubt.or(doubted) }
+    Guess { format, doubt: doubt.or(doubted), note }
 }
 
 /// A `LaserScan` without names, as `ros2 topic echo --csv` writes it: angle_min, angle_max, angle_increment, time_increment,

@@ -1,0 +1,182 @@
+//! In which unit numbers are that are lengths and do not say which.
+//!
+//! Every unit is a hypothesis with a prior. Two things tell: the size that the numbers have in it, and the step that they are
+//! multiples of, for no sensor measures in steps of metres. The readers of clouds and of tables of ranges share the weighing.
+
+use crate::geometry::quantile::quantile;
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LengthUnit {
+    /// Metres of one.
+    pub metres: f64,
+    /// As it is written.
+    pub symbol: &'static str,
+    /// In words.
+    pub name: &'static str,
+}
+
+/// Metres.
+pub const METRE: LengthUnit = LengthUnit { metres: 1.0, symbol: "m", name: "metres" };
+/// Centimetres.
+pub const CENTIMETRE: LengthUnit = LengthUnit { metres: 0.01, symbol: "cm", name: "centimetres" };
+/// Millimetres.
+pub const MILLIMETRE: LengthUnit = LengthUnit { metres: 1e-3, symbol: "mm", name: "millimetres" };
+
+/// What numbers of one kind are like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected {
+    /// Probability of metres, centimetres and millimetres before anything is known of the numbers.
+    pub priors: [f64; 3],
+    /// Median (m), and its standard deviation as a logarithm.
+    pub median: (f64, f64),
+    /// Largest values that such sensors measure, from the shortest to the farthest (m).
+    pub largest: (f64, f64),
+}
+
+/// Ranges of planar lasers: from a desk to a yard; the farthest of the common ones reports 82 m for no return, and ultrasonic
+/// and infrared sensors see 1 m at least.
+pub const LASER_RANGES: Expected = Expected { priors: [0.7, 0.05, 0.25], median: (2.5, 1.1), largest: (1.0, 100.0) };
+/// Distances within a cloud: rooms have 2 to 3 m, streets 10, yards and halls up to 60.
+pub const CLOUD_SIZES: Expected =
+    Expected { priors: [0.977, 0.003, 0.02], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
+
+/// Another unit is open where it is at least so probable in relation to the likeliest; ...
+const MIN_ALTERNATIVE: f64 = 0.1;
+/// ... beside metres even less: what is taken for metres is taken without a word.
+const MIN_ALTERNATIVE_TO_METRES: f64 = 0.02;
+/// Sensors measure in steps of this (m) or finer, the coarsest of them by ultrasound; ...
+const COARSE_STEP: f64 = 0.02;
+/// ... coarser ones are those of grids, ...
+const COARSE_STEP_LIKELIHOOD: f64 = 0.05;
+/// ... and from here on of no measurement.
+const IMPOSSIBLE_STEP: f64 = 0.2;
+const IMPOSSIBLE_LIKELIHOOD: f64 = 1e-4;
+/// A range limit beyond the usual ones, in either direction, by this factor is as improbable as two standard deviations.
+const LIMIT_DEVIATION: f64 = 0.7;
+/// Steps that numbers may be multiples of, the coarsest first: whole numbers, quarters (RPLIDAR), decimals.
+const STEPS: [f64; 9] = [100.0, 10.0, 1.0, 0.5, 0.25, 0.1, 0.05, 0.01, 0.001];
+
+/// The likeliest unit, and those that are open beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedUnit {
+    /// The likeliest.
+    pub unit: LengthUnit,
+    /// Others that the numbers allow, the likeliest first.
+    pub alternatives: Vec<LengthUnit>,
+    /// The step that all numbers are multiples of, in the unit of the file; 0 where there is none.
+    pub step: f64,
+    /// Median of the numbers, in the unit of the file.
+    pub median: f64,
+}
+
+/// Weighs the units of `values`, whose `step` is that of the numbers as they are written; `sizes` are what is measured.
+pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> JudgedUnit {
+    sizes.retain(|size| size.is_finite() && *size > 0.0);
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let median = quantile(&mut sizes, 0.5).unwrap_or(1.0);
+    let mut ranked: Vec<(f64, LengthUnit)> = [METRE, CENTIMETRE, MILLIMETRE]
+        .into_iter()
+        .zip(expected.priors)
+        .map(|(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit))
+        .collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (best, unit) = ranked[0];
+    let least = if unit == METRE { MIN_ALTERNATIVE_TO_METRES } else { MIN_ALTERNATIVE };
+    let alternatives = ranked[1..].iter().filter(|(p, _)| *p > least * best).map(|(_, unit)| *unit).collect();
+    JudgedUnit { unit, alternatives, step, median }
+}
+
+impl Expected {
+    /// Of a median, a largest value and a step (m).
+    fn likelihood(&self, [median, largest, step]: [f64; 3]) -> f64 {
+        let of_step = match step {
+            step if step >= IMPOSSIBLE_STEP => IMPOSSIBLE_LIKELIHOOD,
+            step if step > COARSE_STEP => COARSE_STEP_LIKELIHOOD,
+            _ => 1.0,
+        };
+        let (shortest, farthest) = self.largest;
+        let beyond = (shortest / largest).ln().max((largest / farthest).ln()).max(0.0) / LIMIT_DEVIATION;
+        gaussian((median / self.median.0).ln() / self.median.1) * gaussian(2.0 * beyond) * of_step
+    }
+}
+
+fn gaussian(deviations: f64) -> f64 {
+    (-0.5 * deviations * deviations).exp()
+}
+
+/// The coarsest step that all of these are multiples of, to the rounding of a file; 0 where there is none.
+pub fn step_of(values: impl Iterator<Item = f64>) -> f64 {
+    let is_multiple = |value: f64, step: f64| {
+        let count = value / step;
+        (count - count.round()).abs() <= (1e-6 * count.abs().max(1.0)).min(0.02)
+    };
+    let mut all = values.filter(|value| value.is_finite());
+    let mut left = STEPS.to_vec();
+    all.by_ref()
+        .take_while(|&value| {
+            left.retain(|&step| is_multiple(value, step));
+            !left.is_empty()
+        })
+        .for_each(drop);
+    left.first().copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers about a median, as multiples of a step.
+    fn spread(median: f64, step: f64) -> Vec<f64> {
+        let value = |i: i32| median * (0.25 + 0.04 * f64::from(i) + 0.001 * f64::from(i).powf(1.8));
+        (1..=30).map(value).map(|value| if step > 0.0 { (value / step).round() * step } else { value }).collect()
+    }
+
+    #[test]
+    fn the_unit_of_ranges_is_that_of_lasers() {
+        for (median, step, symbol) in [
+            (2.5, 0.0, "m"),
+            (0.6, 0.001, "m"),
+            (12.0, 0.01, "m"),
+            (1300.0, 0.25, "mm"),
+            (900.0, 1.0, "mm"),
+            (6000.0, 1.0, "mm"),
+            (150.0, 1.0, "cm"),
+            (250.0, 0.1, "cm"),
+            (2500.0, 0.0, "mm"),
+        ] {
+            let values = spread(median, step);
+            let judged = judge_unit(values.clone(), step_of(values.iter().copied()), &LASER_RANGES);
+            assert_eq!(judged.unit.symbol, symbol, "{median} in steps of {step}: {judged:?}");
+        }
+    }
+
+    #[test]
+    fn clouds_are_in_metres_unless_their_size_says_otherwise() {
+        for (median, step, symbol, is_open) in [
+            (2.5, 0.0, "m", false),
+            (12.0, 0.0, "m", false),
+            (60.0, 0.001, "m", false),
+            (100.0, 0.0, "m", true),
+            (2500.0, 1.0, "mm", false),
+            (2500.0, 0.0, "mm", false),
+            (300.0, 0.0, "m", true),
+        ] {
+            let values = spread(median, step);
+            let judged = judge_unit(values.clone(), step_of(values.iter().copied()), &CLOUD_SIZES);
+            assert_eq!(
+                (judged.unit.symbol, !judged.alternatives.is_empty()),
+                (symbol, is_open),
+                "{median}: {judged:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn steps_are_those_that_all_numbers_are_multiples_of() {
+        assert_eq!(step_of([1303.5, 1307.25, 1316.5].into_iter()), 0.25);
+        assert_eq!(step_of([100.0, 300.0].into_iter()), 100.0);
+        assert_eq!(step_of([0.12, 3.4, f64::NAN].into_iter()), 0.01);
+        assert_eq!(step_of([0.123_456, 3.4].into_iter()), 0.0);
+    }
+}

@@ -1,0 +1,155 @@
+//! How the clouds of a recording are read, told from the first one: the unit of their coordinates, whether these begin at the
+//! sensor, and what is taken off them where they do not.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::sensor_place::{Extent, is_sensor_at_origin};
+use crate::geometry::PointCloud;
+use crate::geometry::quantile::quantile;
+use crate::io::length_unit::{CENTIMETRE, CLOUD_SIZES, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of};
+use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
+use crate::pipeline::spatial_settings::SpatialSettings;
+
+/// How clouds are read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CloudReading {
+    /// Metres in a unit of the coordinates.
+    pub unit: f64,
+    /// What is taken off all coordinates (m), whole metres: zero where the sensor is at their origin.
+    pub origin: [f64; 3],
+    /// Where the sensor may have been (m), behind the shift; normals point there.
+    pub viewpoint: [f64; 3],
+    /// Whether the sensor is at the origin of the coordinates of each cloud.
+    pub is_sensor_at_origin: bool,
+    /// What was assumed.
+    pub assumptions: Vec<Assumption>,
+    /// What is worth knowing of that, in whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// Bytes of a file in which its header may say the unit.
+const HEADER_BYTES: usize = 2048;
+/// Coordinates that begin so far from their origin (units of the file) are those of a map, which are metres.
+const MAP_DISTANCE: f64 = 1e5;
+
+impl CloudReading {
+    /// From the settings and the first cloud, with the bytes of its file; and half of the size of what it shows (m).
+    pub(super) fn new(settings: &SpatialSettings, cloud: &PointCloud, bytes: &[u8]) -> (Self, f64) {
+        let points: Vec<DVec3> =
+            (0..cloud.len()).map(|index| cloud.absolute_point(index)).filter(|point| point.is_finite()).collect();
+        let extent = Extent::of(&points);
+        let is_sensor_at_origin = is_sensor_at_origin(&points, &extent);
+        let center = if is_sensor_at_origin { DVec3::ZERO } else { extent.center() };
+        let sizes: Vec<f64> = points.iter().map(|point| point.distance(center)).collect();
+        let (unit, assumption) = unit_of(settings, &points, &extent, sizes.clone(), bytes);
+        let origin = (unit * center).round() + DVec3::ZERO;
+        // Off the middle along the shortest side: floors, walls and single surfaces all face one side then.
+        let side = unit * (extent.high - extent.low);
+        let shortest = (0..3).min_by(|&a, &b| side[a].total_cmp(&side[b])).unwrap_or(2);
+        let viewpoint = if is_sensor_at_origin {
+            DVec3::ZERO
+        } else {
+            unit * center - origin + side.length() * DVec3::AXES[shortest]
+        };
+        let notes = (!is_sensor_at_origin).then(|| note_on_place(origin)).into_iter().collect();
+        let assumptions = assumption.into_iter().collect();
+        let (origin, viewpoint) = (origin.to_array(), viewpoint.to_array());
+        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, assumptions, notes };
+        (reading, unit * quantile(&mut sizes.clone(), 0.5).unwrap_or(1.0))
+    }
+
+    /// A cloud as it is read: in metres, behind the shift, single precision.
+    pub(super) fn read(&self, cloud: &PointCloud) -> PointCloud {
+        let origin = DVec3::from(self.origin);
+        let position = |index: usize| (self.unit * cloud.absolute_point(index) - origin).as_vec3();
+        PointCloud {
+            positions: (0..cloud.len()).map(position).collect(),
+            normals: cloud.normals.clone(),
+            colors: cloud.colors.clone(),
+            ..PointCloud::default()
+        }
+    }
+}
+
+fn note_on_place(origin: DVec3) -> String {
+    let taken_off = if origin == DVec3::ZERO {
+        String::new()
+    } else {
+        let [x, y, z] = origin.to_array();
+        format!(
+            " ({x}, {y}, {z}) m is taken off them while the clouds are registered; trajectory.tum, report.json and map \
+             files have the coordinates of the files."
+        )
+    };
+    format!(
+        "The coordinates of the clouds do not begin at the sensor, but are those of a room or of a map: free space is not \
+         tested.{taken_off}"
+    )
+}
+
+/// The unit (m), and what is to be said of it where neither the settings nor the file say it and it is not metres without a doubt.
+fn unit_of(
+    settings: &SpatialSettings,
+    points: &[DVec3],
+    extent: &Extent,
+    sizes: Vec<f64>,
+    bytes: &[u8],
+) -> (f64, Option<Assumption>) {
+    if settings.cloud_unit > 0.0 {
+        return (settings.cloud_unit, None);
+    }
+    if let Some(unit) = unit_in_header(bytes) {
+        return (unit.metres, None);
+    }
+    if extent.low.abs().max(extent.high.abs()).max_element() > MAP_DISTANCE {
+        return (1.0, None);
+    }
+    let step = step_of(points.iter().flat_map(DVec3::to_array));
+    let JudgedUnit { unit, alternatives, median, .. } = judge_unit(sizes, step, &CLOUD_SIZES);
+    if unit == METRE && alternatives.is_empty() {
+        return (1.0, None);
+    }
+    let is_open = !alternatives.is_empty();
+    let likely: Vec<f64> = std::iter::once(unit).chain(alternatives).map(|unit| unit.metres).collect();
+    let whole = if step >= 1.0 { "the coordinates are whole numbers, and " } else { "" };
+    let why = format!("{whole}half of the points lie within {median:.0} units, as {:.2} m", median * unit.metres);
+    let usual = [METRE, CENTIMETRE, MILLIMETRE];
+    let usual = usual.map(|unit| UsualValue { value: unit.metres, about: unit.name.to_owned() }).to_vec();
+    let confirmed_by =
+        (!is_open).then(|| "the size of the scene, which no other unit in use makes plausible".to_owned());
+    let assumption =
+        Assumption { setting: ReadingSetting::CloudUnit, value: unit.metres, why, likely, usual, confirmed_by };
+    (unit.metres, Some(assumption))
+}
+
+/// The unit that a header of a cloud names, in a comment such as `comment unit: mm`.
+fn unit_in_header(bytes: &[u8]) -> Option<LengthUnit> {
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEADER_BYTES)]).to_ascii_lowercase();
+    let comments = head.lines().take_while(|line| *line != "end_header" && !line.starts_with("data "));
+    let units = [METRE, CENTIMETRE, MILLIMETRE];
+    let named = |line: &str| {
+        let words: Vec<&str> = line.split(|c: char| !c.is_ascii_alphabetic()).collect();
+        let is_unit = |unit: &&LengthUnit| {
+            let name = unit.name.trim_end_matches("res");
+            words.iter().any(|word| *word == unit.symbol || word.starts_with(name))
+        };
+        let is_said = words.iter().any(|word| word.starts_with("unit"));
+        is_said.then(|| units.iter().find(is_unit).copied()).flatten()
+    };
+    comments.filter(|line| line.starts_with("comment") || line.starts_with('#')).find_map(named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_may_say_the_unit() {
+        let unit = |text: &str| unit_in_header(text.as_bytes()).map(|unit| unit.symbol);
+        assert_eq!(unit("ply\nformat ascii 1.0\ncomment units: mm\nend_header\n"), Some("mm"));
+        assert_eq!(unit("# .PCD v0.7\n# unit centimeters\nVERSION 0.7\n"), Some("cm"));
+        assert_eq!(unit("ply\ncomment unit m\nend_header\n"), Some("m"));
+        assert_eq!(unit("ply\ncomment made by m\nend_header\n"), None);
+    }
+}

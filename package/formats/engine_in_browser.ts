@@ -1,0 +1,9 @@
+/** The part of the engine that unpacks E57 and LAZ, in a browser. */
+import init from '../../pkg/scanstitch_formats.js';
+
+export { read_e57, unpack_laz } from '../../pkg/scanstitch_formats.js';
+
+/** Makes it ready. */
+export async function start() {
+  await init({ module_or_path: new URL('../../pkg/scanstitch_formats_bg.wasm', import.meta.url) });
+}

@@ -1,0 +1,109 @@
+// @ts-check
+/** What messages say to do: the options and settings that they name exist, and doing it helps. */
+import assert from 'node:assert/strict';
+import { readdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import * as engine from '../../npm/index.js';
+import { DATA, ROOT, scanstitch, skipWithoutData as skip, temporaryFolder, writeFiles } from './support.mjs';
+
+before(() => engine.load());
+
+/** Sources whose texts are seen, without comments. @param {string} folder @param {RegExp} ending */
+function textsOf(folder, ending) {
+  const names = readdirSync(join(ROOT, folder), { recursive: true, encoding: 'utf8' });
+  return names
+    .filter((name) => ending.test(name))
+    .map((name) => readFileSync(join(ROOT, folder, name), 'utf8').replaceAll(/^\s*(\/\/|\*|\/\*).*$/gm, ''))
+    .join('\n');
+}
+
+const SHARED =
+  textsOf('crate/src', /\.rs$/) +
+  ['bag', 'formats', 'recording'].map((room) => textsOf(`npm/${room}`, /\.js$/)).join('\n');
+const COMMANDS = textsOf('npm/cli', /\.js$/);
+
+test('every option and every setting that a message names is there', async () => {
+  const named = new Set([...`${SHARED}\n${COMMANDS}`.matchAll(/--set ([a-z]\w+)=/g)].map(([, name = '']) => name));
+  const settings = [...engine.describe_settings(), ...engine.describe_spatial_settings()].map(({ name }) => name);
+  const registration = [
+    'init',
+    'init_T_target_source',
+    'metric',
+    'robust_kernel',
+    'step',
+    'trim_fraction',
+    'voxel_size',
+  ];
+  const unknown = [...named].filter((name) => ![...settings, ...registration].includes(name));
+  assert.deepEqual(unknown, []);
+  assert.ok(named.size > 5);
+  const options = [...SHARED.matchAll(/(?<![\w-])--([a-z][a-z-]+) (?=[A-Za-z{$])/g)].map(([, name = '']) => name);
+  const { stdout } = await scanstitch(['reconstruct', '--help']);
+  const foreign = /^(export|convert-to|input|out|output|filename|include|full-length|depth|recursive|headless)/;
+  const absent = options.filter((name) => !foreign.test(name) && !stdout.includes(`--${name} `));
+  assert.deepEqual(absent, []);
+});
+
+test('what the page shows as well names no option of the command line but the text of a table', () => {
+  const options = [...SHARED.matchAll(/--(set|intrinsics|odometry|topic|reference|recording|preset)\b/g)];
+  assert.deepEqual(
+    options.map(([option]) => option),
+    [],
+  );
+});
+
+/**
+ * What provokes a message in the shared reports, the message, and what it says to do.
+ * @type {readonly { input: string, said: RegExp, remedy: string[], helps: RegExp }[]}
+ */
+const REMEDIES = [
+  {
+    input: 'reports/laser_upside_down/clockwise_no_tf.bag',
+    said: /set laser_direction=mirrored/,
+    remedy: ['--set', 'laser_direction=mirrored'],
+    helps: /264 good, 0 doubtful/,
+  },
+  {
+    input: 'reports/scan_matrix',
+    said: /Set wheel_track to it \(m\), for example wheel_track=0\.3/,
+    remedy: ['--set', 'wheel_track=0.3'],
+    helps: /odom\.csv gives the first guess/,
+  },
+  {
+    input: 'reports/colour_depth_sizes',
+    said: /Set depth_scale to the right number/,
+    remedy: ['--set', 'depth_scale=5000'],
+    helps: /1 good, 0 doubtful/,
+  },
+  {
+    input: 'reports/ply_millimetres',
+    said: /--set cloud_unit=NUMBER/,
+    remedy: ['--set', 'cloud_unit=0.001'],
+    helps: /Clouds: a unit is 0\.001 m\n/,
+  },
+];
+
+for (const { input, said, remedy, helps } of REMEDIES) {
+  test(`${input}: ${remedy.join(' ')}`, { skip }, async (t) => {
+    const run = async (/** @type {string[]} */ ...options) => {
+      const out = join(temporaryFolder(t), 'out');
+      const { stdout, stderr } = await scanstitch(['reconstruct', join(DATA, input), '--out', out, ...options]);
+      return `${stderr}\n${stdout}`;
+    };
+    assert.match(await run(), said);
+    const after = await run(...remedy);
+    assert.doesNotMatch(after, said);
+    assert.match(after, helps);
+  });
+}
+
+test('a column of ranges becomes a scan by the format that the message gives', async (t) => {
+  const folder = temporaryFolder(t);
+  const ranges = Array.from({ length: 180 }, (_, i) => (2 + Math.sin(i / 9)).toFixed(3));
+  const [path = ''] = writeFiles(folder, { 'r.txt': `${ranges.join('\n')}\n` });
+  const refused = await scanstitch(['reconstruct', path, '--out', join(folder, 'out')]);
+  const [, format = ''] = refused.stderr.match(/--table (range=1,start=-135deg,step=0\.5deg)/) ?? [];
+  const { status, stderr } = await scanstitch(['reconstruct', path, '--table', format, '--out', join(folder, 'out')]);
+  assert.equal(status, 0, stderr);
+});
