@@ -23,6 +23,7 @@ pub mod hypothesis;
 pub mod information;
 mod measured;
 pub mod motion_noise;
+pub mod odometry_model;
 
 use ablation::Ablation;
 use assess::{MIN_POINTS, assess};
@@ -95,6 +96,8 @@ pub struct FrameEstimate {
     pub assessment: Assessment,
     /// How it is connected to the frames before.
     pub link: Link,
+    /// Whether the scans tell its motion and the odometry tells another one.
+    pub refutes_odometry: bool,
     /// What the registration tells of the pose, by a perturbation on the left about the world's origin, rotation first.
     pub information: Matrix3<f64>,
     /// The scans that it was registered to, and where they were placed at that time.
@@ -112,6 +115,8 @@ pub struct Odometry {
     last_motion: Pose2,
     /// How many frames up to the last one were registered without a doubt, one after the other.
     num_registered: usize,
+    /// Of the steps of the odometry that were compared with registrations, how many were wrong and how many there were.
+    wrong_steps: (usize, usize),
 }
 
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
@@ -152,7 +157,14 @@ impl Odometry {
             T_world_last: T_world_first,
             last_motion: Pose2::identity(),
             num_registered: 0,
+            wrong_steps: (0, 0),
         }
+    }
+
+    /// Begins with a share of wrong steps: so many of so many.
+    #[must_use]
+    pub fn with_wrong_steps(self, wrong_steps: (usize, usize)) -> Self {
+        Self { wrong_steps, ..self }
     }
 
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
@@ -200,6 +212,10 @@ impl Odometry {
             }
         }
         self.num_registered = if estimate.link == Link::Registered { self.num_registered + 1 } else { 0 };
+        if is_measured && estimate.link == Link::Registered {
+            self.wrong_steps.0 += usize::from(estimate.refutes_odometry);
+            self.wrong_steps.1 += 1;
+        }
         if estimate.link != Link::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
         }
@@ -363,7 +379,15 @@ fn is_other(best: &Pose2, found: &Pose2) -> bool {
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
     let (information, references) = (Matrix3::zeros(), Vec::new());
-    FrameEstimate { T_world_sensor, registration: None, assessment, link, information, references }
+    FrameEstimate {
+        T_world_sensor,
+        registration: None,
+        assessment,
+        link,
+        refutes_odometry: false,
+        information,
+        references,
+    }
 }
 
 fn registered(

@@ -25,12 +25,15 @@ const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 const CONFIRMED_AGREEMENT: f64 = 0.8;
 /// Share of agreeing returns from which on no other pose is searched for.
 const SURE_AGREEMENT: f64 = 0.9;
+/// Share of the registrations from scans alone that are wrong though nothing speaks against them: with more wrong steps of the
+/// odometry, a registration that contradicts it is the likelier of the two.
+const FALSE_REGISTRATIONS: f64 = 0.01;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;
 
 impl Odometry {
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
-    /// measurement, the scan is placed by the measurement.
+    /// measurement, either that is wrong, or the scan is placed by it.
     pub(super) fn register_measured(
         &self,
         scan: &QueryScan,
@@ -38,15 +41,45 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        if best.assessment.status == Status::Lost {
+        let is_lost = best.assessment.status == Status::Lost;
+        let contradiction = if is_lost { None } else { self.contradiction(scan, &best, prediction, motion) };
+        let fused = if is_lost || contradiction.is_some() { None } else { self.fused(scan, &best, prediction, motion) };
+        if let Some((T_world_sensor, information)) = fused {
+            return self.confirmed(best, T_world_sensor, information, motion);
+        }
+        if let Some(refuting) = self.refutation(scan, prediction) {
+            return refuting;
+        }
+        if is_lost {
             return carried(best, prediction);
         }
-        if let Some(reason) = self.contradiction(scan, &best, prediction, motion) {
-            return carried(doubted_by_motion(best, prediction, &reason), prediction);
+        let reason = contradiction.as_deref().unwrap_or("and a pose between the two fits worse");
+        carried(doubted_by_motion(best, prediction, reason), prediction)
+    }
+
+    /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that, and
+    /// where it does fit it continues the motion before, or so many steps of the odometry are wrong that this one may be, too.
+    fn refutation(&self, scan: &QueryScan, prediction: &Pose2) -> Option<FrameEstimate> {
+        let continued = self.T_world_last * self.last_motion;
+        let alone = self.register_unmeasured(scan, &continued);
+        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.assessment.agreement);
+        if alone.link != Link::Registered || fits_there {
+            return None;
         }
-        let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            return carried(doubted_by_motion(best, prediction, "and a pose between the two fits worse"), prediction);
-        };
+        let (num_wrong, num_compared) = self.wrong_steps;
+        let are_wrong = num_wrong > 0 && num_wrong as f64 > FALSE_REGISTRATIONS * num_compared as f64;
+        let is_continued = self.is_expected(&continued, &alone.T_world_sensor);
+        (are_wrong || is_continued).then_some(FrameEstimate { refutes_odometry: true, ..alone })
+    }
+
+    /// A registration that agrees with the measured motion, at the pose that both make most likely.
+    fn confirmed(
+        &self,
+        best: Hypothesis,
+        T_world_sensor: Pose2,
+        information: Matrix3<f64>,
+        motion: &MeasuredMotion,
+    ) -> FrameEstimate {
         let Hypothesis { registration, mut assessment } = best;
         let mut status = assessment.status;
         if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {

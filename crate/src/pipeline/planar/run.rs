@@ -4,11 +4,10 @@ use std::rc::Rc;
 
 use nalgebra::Vector2;
 
-use super::chosen_odometry::{ChosenOdometry, ScansToCheck};
+use super::chosen_odometry::ChosenOdometry;
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
-use super::{odometry_agreement, sure_motion, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::{LoopTrials, Uncertainty};
@@ -19,10 +18,10 @@ use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::RecordedScan;
+use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
 use crate::pipeline::settings::{Settings, Strategy};
-use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
+use crate::preprocess::clean::{CleaningReport, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
 
@@ -66,25 +65,18 @@ impl Run {
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let options = PlanarOptions { without, ..settings.odometry_options() };
-        let chosen_odometry = ChosenOdometry::new(
-            settings.odometry,
-            odometry,
-            &ScansToCheck {
-                recorded,
-                cleaned: &|frame| Rc::new(prepare(&recorded[frame], detected_limit, settings).0),
-                limit: detected_limit.unwrap_or(f64::INFINITY),
-                options: &options,
-            },
-        );
+        let limit = detected_limit.unwrap_or(f64::INFINITY);
+        let chosen_odometry = ChosenOdometry::new(odometry, &RecordedScans { all: recorded, limit, settings });
         Self {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
+            odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser))
+                .with_wrong_steps(chosen_odometry.model.wrong),
             chosen_odometry,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
-            odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser)),
             without,
             estimates: Vec::new(),
             poses: Vec::new(),
@@ -122,9 +114,9 @@ impl Run {
 
     fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
-        let (scan, report) = prepare(recorded, self.detected_limit, settings);
+        let (scan, report) = recorded.cleaned(self.detected_limit.unwrap_or(f64::INFINITY), settings);
         let scan = Rc::new(scan);
-        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.motions[frame].as_ref());
+        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.model.steps[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();
@@ -148,11 +140,8 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.chosen_odometry.motions = wheel_calibration::calibrated(&self.chosen_odometry.motions, &self.estimates);
-        let mut motions = self.chosen_odometry.motions.clone();
-        wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
-        sure_motion::mark_beyond_sure(&motions, &mut self.estimates);
-        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
+        let of_graph = self.chosen_odometry.model.compare_with_chain(&mut self.estimates);
+        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             self.end_loops();
@@ -202,7 +191,7 @@ impl Run {
         }
         if joint.registration.is_done(&options) {
             joint.end();
-            odometry_agreement::doubt_contradicted(&self.chosen_odometry.motions, &self.poses, &mut self.estimates);
+            self.chosen_odometry.model.doubt_contradicted_stretches(&self.poses, &mut self.estimates);
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
         }
@@ -329,13 +318,4 @@ impl Run {
         }
         map.correspondences(&self.scans[frame], &self.poses[frame], settings.max_correspondence_distance)
     }
-}
-
-/// A scan without what is no measurement, and what that left out.
-fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
-    let limits = settings.range_limits();
-    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
-    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
-    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-    (PlanarScan::new(points), cleaned.report)
 }

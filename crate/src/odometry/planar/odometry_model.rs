@@ -1,0 +1,479 @@
+//! What is known of a robot's odometry: one list of its steps with what the scans make of them. From it follow the size of the
+//! odometry's metre, its noise, the share of its steps that are wrong, and where it and the scans contradict each other, by one
+//! squared Mahalanobis distance.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::information::{chained, seen_from, sigmas, softened_covariance};
+use super::motion_noise::{Counterpart, MotionNoise};
+use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
+use crate::geometry::mahalanobis;
+use crate::geometry::quantile::quantile;
+use crate::geometry::{Pose2, RigidMotion};
+
+/// Fewer registered steps than this do not tell the size of the odometry's metre.
+const MIN_CALIBRATING: usize = 50;
+/// A step counts that is registered to this share of what the odometry is known to; ...
+const CALIBRATING_SHARE: f64 = 0.5;
+/// ... it tells the size where it is this long (m).
+const CALIBRATING_LENGTH: f64 = 0.1;
+/// Registered steps are themselves too long or too short by up to this share: 0.1 to 0.4 % in the median of four logs.
+const REGISTERED_SCALE: f64 = 0.005;
+/// What a registration leaves open of a direction that nothing constrains (rad, m).
+pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
+/// Chain and odometry are compared over up to so many steps: each may be likely, and all of them short together.
+const MAX_STEPS: usize = 5;
+/// The chain contradicts the odometry over these steps beyond this squared Mahalanobis distance.
+const CHAIN_CONTRADICTS: f64 = mahalanobis::ONE_IN_THOUSAND;
+/// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
+/// right again over these.
+const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
+/// The result contradicts the odometry over such a stretch beyond this squared Mahalanobis distance. Of the six logs at hand no
+/// stretch does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
+const RESULT_CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
+/// Odometry of which more than a tenth of the stretches lie beyond this has errors that add up along the path: its distances are
+/// scaled down to it.
+const USUAL: f64 = mahalanobis::ONE_IN_TEN;
+/// Fewer stretches than this do not tell what is usual.
+const MIN_STRETCHES: usize = 50;
+/// Fewer sure steps do not bound the next one: one in this many is longer than all before.
+const MIN_SURE_STEPS: usize = 20;
+
+/// The odometry of a run, step by step.
+#[derive(Debug, Clone, Default)]
+pub struct OdometryModel {
+    /// The motion of the sensor from the frame before to each frame, where the odometry tells it.
+    pub steps: Vec<Option<MeasuredMotion>>,
+    /// Of the steps that were compared with registrations before the run, how many were wrong and how many there were.
+    pub wrong: (usize, usize),
+}
+
+/// A stretch of the path by the odometry and by the scans.
+struct Stretch {
+    first: usize,
+    last: usize,
+    measured: Pose2,
+    registered: Pose2,
+    sq_distance: f64,
+}
+
+impl OdometryModel {
+    /// Odometry of these steps, by the counterparts that some stretches of it have.
+    pub fn new(steps: &[Option<Pose2>], counterparts: &[Counterpart]) -> Self {
+        let (noise, num_wrong) = MotionNoise::fitted(counterparts);
+        let known = |step: &Pose2| MeasuredMotion { T_before_sensor: *step, covariance: noise.covariance(step) };
+        let steps = steps.iter().map(|step| step.as_ref().map(known)).collect();
+        Self { steps, wrong: (num_wrong, counterparts.len()) }
+    }
+
+    /// Whether the odometry tells any step.
+    pub fn is_measured(&self) -> bool {
+        self.steps.iter().any(Option::is_some)
+    }
+
+    /// The motion from one frame to a later one, where the odometry tells all of its steps.
+    pub fn between(&self, first: usize, last: usize) -> Option<MeasuredMotion> {
+        let mut sum = (Pose2::identity(), Matrix3::zeros());
+        for step in &self.steps[first + 1..=last] {
+            let step = step.as_ref()?;
+            sum.1 = chained((&sum.0, &sum.1), &step.covariance);
+            sum.0 *= step.T_before_sensor;
+        }
+        Some(MeasuredMotion { T_before_sensor: sum.0, covariance: sum.1 })
+    }
+
+    /// Takes what a chain of registrations tells of the odometry: its wrong steps, the size of its metre and its noise. Steps of the
+    /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
+    /// the graph, in which contradicted steps are known less well.
+    pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
+        for (step, _) in self.steps.iter_mut().zip(estimates.iter()).filter(|(_, estimate)| estimate.refutes_odometry) {
+            *step = None;
+        }
+        self.calibrate(estimates);
+        let mut of_graph = self.clone();
+        of_graph.doubt_contradicted_steps(estimates);
+        self.doubt_long_steps(estimates);
+        of_graph
+    }
+
+    /// The scale of the metre and the noise by all registered steps. Wheels are off by a few parts in a hundred, which adds up over a
+    /// way that the walls leave open.
+    fn calibrate(&mut self, estimates: &[FrameEstimate]) {
+        let mut counterparts: Vec<Counterpart> =
+            (1..self.steps.len()).filter_map(|frame| self.counterpart(frame, estimates)).collect();
+        let ratio = |counterpart: &Counterpart| {
+            let measured = counterpart.steps[0].translation.vector;
+            let ratio = counterpart.registered.0.translation.vector.dot(&measured) / measured.norm_squared();
+            (measured.norm() > CALIBRATING_LENGTH).then_some(ratio)
+        };
+        let mut ratios: Vec<f64> = counterparts.iter().filter_map(ratio).collect();
+        let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else { return };
+        let off = median - 1.0;
+        let scale = 1.0 + off.signum() * (off.abs() - REGISTERED_SCALE).max(0.0);
+        let scaled = |motion: &Pose2| Pose2 { translation: (motion.translation.vector * scale).into(), ..*motion };
+        for counterpart in &mut counterparts {
+            counterpart.steps[0] = scaled(&counterpart.steps[0]);
+        }
+        let noise = MotionNoise::fitted(&counterparts).0;
+        for step in self.steps.iter_mut().flatten() {
+            step.T_before_sensor = scaled(&step.T_before_sensor);
+            step.covariance = noise.covariance(&step.T_before_sensor);
+        }
+    }
+
+    /// A step with its registration, where that one tells more than the odometry.
+    fn counterpart(&self, frame: usize, estimates: &[FrameEstimate]) -> Option<Counterpart> {
+        let MeasuredMotion { T_before_sensor, covariance } = self.steps[frame].as_ref()?;
+        let estimate = Some(&estimates[frame]).filter(|estimate| estimate.link == Link::Registered)?;
+        let position = |covariance: &Matrix3<f64>| sigmas(T_before_sensor, covariance).1;
+        let of_registration = chain_covariance(frame, estimates);
+        let registered =
+            estimates[frame - 1].T_world_sensor.inverse() * estimate.registration.as_ref()?.T_target_source;
+        (position(&of_registration) < CALIBRATING_SHARE * position(covariance)).then(|| Counterpart {
+            steps: vec![*T_before_sensor],
+            registered: (registered, of_registration),
+        })
+    }
+
+    /// Marks as doubtful the least likely step of every stretch along which chain and odometry contradict each other, and adds their
+    /// difference to its covariance: the ground ahead of a robot may seem to move with it, or wheels may slip, and nothing shows
+    /// which.
+    fn doubt_contradicted_steps(&mut self, estimates: &mut [FrameEstimate]) {
+        let found: Vec<(usize, Stretch)> =
+            (1..self.steps.len()).filter_map(|last| self.contradicted_step(last, estimates)).collect();
+        for (frame, stretch) in found {
+            let off = (stretch.measured * stretch.registered.inverse()).log();
+            let estimate = &mut estimates[frame];
+            estimate.link = Link::Doubted;
+            estimate.assessment.doubt(&format!(
+                "over {} steps the scans and the measured motion differ by {:.2} m and {:.1} degrees, and nothing shows which is \
+                 right",
+                stretch.last - stretch.first,
+                (stretch.measured * stretch.registered.inverse()).translation_norm(),
+                off[0].abs().to_degrees()
+            ));
+            if let Some(step) = &mut self.steps[frame] {
+                step.covariance += off * off.transpose();
+            }
+        }
+    }
+
+    /// The shortest stretch up to this frame along which chain and odometry contradict each other, and its least likely step.
+    fn contradicted_step(&self, last: usize, estimates: &[FrameEstimate]) -> Option<(usize, Stretch)> {
+        let registered = |first: usize, last: usize| {
+            estimates[first].T_world_sensor.inverse() * estimates[last].T_world_sensor
+        };
+        let (mut measured, mut covariance) = (Pose2::identity(), Matrix3::zeros());
+        for frame in (1..=last).rev().take(MAX_STEPS) {
+            let step = self.steps[frame].as_ref().filter(|_| estimates[frame].link == Link::Registered)?;
+            let of_step = step.covariance + chain_covariance(frame, estimates);
+            covariance = chained((&step.T_before_sensor, &of_step), &covariance);
+            measured = step.T_before_sensor * measured;
+            let stretch = Stretch::new(frame - 1, last, measured, registered(frame - 1, last), &covariance);
+            if frame < last && stretch.sq_distance >= CHAIN_CONTRADICTS {
+                let of_step = |frame: usize| {
+                    let step = self.steps[frame].unwrap_or(*step);
+                    let registered = registered(frame - 1, frame);
+                    Stretch::new(frame - 1, frame, step.T_before_sensor, registered, &step.covariance).sq_distance
+                };
+                let least = (frame..=last).max_by(|&a, &b| of_step(a).total_cmp(&of_step(b)))?;
+                return Some((least, stretch));
+            }
+        }
+        None
+    }
+
+    /// Doubts all frames along stretches whose motion by `poses` (`T_world_sensor`) contradicts the odometry: several steps in a row
+    /// may each be too short by as much as its noise explains, and loops confirm what is wrong in both rounds.
+    pub fn doubt_contradicted_stretches(&self, poses: &[Pose2], estimates: &mut [FrameEstimate]) {
+        let path = MeasuredPath::new(&self.steps);
+        for length in STRETCH_LENGTHS {
+            let stretches: Vec<Stretch> =
+                (0..self.steps.len()).filter_map(|first| path.stretch(first, length, poses)).collect();
+            let mut distances: Vec<f64> = stretches.iter().map(|stretch| stretch.sq_distance).collect();
+            let usual = quantile(&mut distances, 0.9).filter(|_| stretches.len() >= MIN_STRETCHES);
+            let scale = usual.map_or(1.0, |distance| (distance / USUAL).max(1.0));
+            for stretch in stretches.iter().filter(|stretch| stretch.sq_distance > scale * RESULT_CONTRADICTS) {
+                let reason = stretch.contradiction();
+                for estimate in &mut estimates[stretch.first..=stretch.last] {
+                    estimate.assessment.doubt(&reason);
+                }
+            }
+        }
+    }
+
+    /// Takes registrations without measured motion for implausible that lie further from the frame before than what would continue
+    /// the longest sure step. Such a place was found by a search over metres and all headings, where one that looks alike is found
+    /// as well; and the right place cannot be compared with it where the scan, after a turn, sees next to nothing of the map. Those
+    /// that were doubtful before count as well: the place tells nothing of where loops are to be looked for.
+    fn doubt_long_steps(&self, estimates: &mut [FrameEstimate]) {
+        let step = |frame: usize, estimates: &[FrameEstimate]| {
+            estimates[frame - 1].T_world_sensor.inverse() * estimates[frame].T_world_sensor
+        };
+        let is_sure = |&frame: &usize| {
+            frame > MIN_FRAMES_KNOWN_MOTION
+                && (frame - MIN_FRAMES_KNOWN_MOTION..=frame).all(|frame| estimates[frame].link == Link::Registered)
+                && continues(&step(frame - 1, estimates), &step(frame, estimates))
+        };
+        let sure = (1..estimates.len()).filter(is_sure);
+        let lengths: Vec<f64> = sure.map(|frame| step(frame, estimates).translation_norm()).collect();
+        if lengths.len() < MIN_SURE_STEPS {
+            return;
+        }
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        for frame in 1..estimates.len() {
+            let moved = step(frame, estimates).translation_norm();
+            let is_registered = matches!(estimates[frame].link, Link::Registered | Link::Doubted);
+            if self.steps[frame].is_none() && is_registered && !may_follow(moved, longest) {
+                let estimate = &mut estimates[frame];
+                estimate.link = Link::Implausible;
+                estimate.assessment.doubt(&format!(
+                    "it lies {moved:.1} m from the scan before, and the longest step that is sure is {longest:.1} m: the place may only look alike"
+                ));
+            }
+        }
+    }
+}
+
+/// Covariance of a frame's registered motion from the frame before.
+fn chain_covariance(frame: usize, estimates: &[FrameEstimate]) -> Matrix3<f64> {
+    let information = seen_from(&estimates[frame].information, &estimates[frame - 1].T_world_sensor);
+    softened_covariance(&information, REGISTRATION_SIGMA, UNREGISTERED)
+}
+
+impl Stretch {
+    fn new(first: usize, last: usize, measured: Pose2, registered: Pose2, covariance: &Matrix3<f64>) -> Self {
+        let off: Vector3<f64> = (measured * registered.inverse()).log();
+        Self { first, last, measured, registered, sq_distance: mahalanobis::squared(&off, covariance) }
+    }
+
+    fn contradiction(&self) -> String {
+        let told = |motion: &Pose2| {
+            let (way, turn) = (motion.translation_norm(), motion.rotation.angle().to_degrees());
+            format!("{way:.2} m and {turn:.1} degrees")
+        };
+        let (registered, measured) = (told(&self.registered), told(&self.measured));
+        format!(
+            "between frames {} and {} the result moves by {registered}, the odometry by {measured}: they contradict each other",
+            self.first, self.last
+        )
+    }
+}
+
+/// The odometry added up, so that the motion between any two frames and its covariance are differences of two sums.
+struct MeasuredPath {
+    poses: Vec<Pose2>,
+    /// Sums of the steps' covariances, by a perturbation on the left of the pose.
+    covariances: Vec<Matrix3<f64>>,
+    /// Lengths of the path up to each frame (m).
+    lengths: Vec<f64>,
+    /// For each frame the first one from which on no motion is missing.
+    unbroken_since: Vec<usize>,
+}
+
+impl MeasuredPath {
+    fn new(steps: &[Option<MeasuredMotion>]) -> Self {
+        let mut path =
+            Self { poses: Vec::new(), covariances: Vec::new(), lengths: Vec::new(), unbroken_since: Vec::new() };
+        let (mut pose, mut covariance, mut length, mut since) = (Pose2::identity(), Matrix3::zeros(), 0.0, 0);
+        for (frame, step) in steps.iter().enumerate() {
+            if let Some(step) = step.as_ref().filter(|_| frame > 0) {
+                let adjoint = pose.adjoint();
+                covariance += adjoint * step.covariance * adjoint.transpose();
+                pose *= step.T_before_sensor;
+                length += step.T_before_sensor.translation_norm();
+            } else {
+                since = frame;
+            }
+            path.poses.push(pose);
+            path.covariances.push(covariance);
+            path.lengths.push(length);
+            path.unbroken_since.push(since);
+        }
+        path
+    }
+
+    /// The stretch of this length (m) from a frame on; `None` where the path ends before, or a motion in it is missing.
+    fn stretch(&self, first: usize, length: f64, poses: &[Pose2]) -> Option<Stretch> {
+        let end = self.lengths[first] + length;
+        let last = first + self.lengths[first..].partition_point(|&reached| reached < end);
+        if last == self.lengths.len() || self.unbroken_since[last] > first {
+            return None;
+        }
+        let measured = self.poses[first].inverse() * self.poses[last];
+        let registered = poses[first].inverse() * poses[last];
+        let adjoint = self.poses[first].inverse().adjoint();
+        let covariance = adjoint * (self.covariances[last] - self.covariances[first]) * adjoint.transpose();
+        Some(Stretch::new(first, last, measured, registered, &covariance))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::odometry::assessment::{Assessment, Status};
+    use nalgebra::Vector2;
+
+    const NOISE: MotionNoise = MotionNoise { translation_scale: 1.0, rotation_scale: 1.0 };
+
+    /// The odometry of these steps.
+    fn measured(steps: &[Pose2]) -> OdometryModel {
+        let known = |step: &Pose2| Some(MeasuredMotion { T_before_sensor: *step, covariance: NOISE.covariance(step) });
+        OdometryModel { steps: steps.iter().map(known).collect(), wrong: (0, 0) }
+    }
+
+    fn unmeasured(count: usize) -> OdometryModel {
+        OdometryModel { steps: vec![None; count], wrong: (0, 0) }
+    }
+
+    /// A chain of these steps, each registered to a centimetre.
+    fn chain(steps: &[Pose2]) -> Vec<FrameEstimate> {
+        let mut T_world_sensor = Pose2::identity();
+        let estimate = |(frame, step): (usize, &Pose2)| {
+            T_world_sensor *= if frame == 0 { Pose2::identity() } else { *step };
+            let adjoint = T_world_sensor.inverse().adjoint();
+            FrameEstimate {
+                T_world_sensor,
+                registration: None,
+                assessment: Assessment::first(),
+                link: Link::Registered,
+                refutes_odometry: false,
+                information: adjoint.tr_mul(&(Matrix3::from_diagonal(&Vector3::repeat(1e4)) * adjoint)),
+                references: Vec::new(),
+            }
+        };
+        steps.iter().enumerate().map(estimate).collect()
+    }
+
+    fn along(lengths: &[f64]) -> Vec<Pose2> {
+        lengths.iter().map(|&length| Pose2::translation(length, 0.0)).collect()
+    }
+
+    #[test]
+    fn steps_that_are_likely_one_by_one_and_short_together_are_doubted() {
+        let mut lengths = vec![1.0; 20];
+        lengths[8..13].copy_from_slice(&[0.905, 0.905, 0.895, 0.905, 0.905]);
+        let (mut model, mut estimates) = (measured(&along(&[1.0; 20])), chain(&along(&lengths)));
+        model.doubt_contradicted_steps(&mut estimates);
+        let doubted: Vec<usize> = (0..20).filter(|&frame| estimates[frame].link == Link::Doubted).collect();
+        assert_eq!(doubted, [10], "the step that is off most");
+        assert_eq!(estimates[10].assessment.status, Status::Doubtful);
+        assert!(estimates[10].assessment.reason.contains("over 5 steps"), "{}", estimates[10].assessment.reason);
+        let along = |frame: usize| model.steps[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
+        assert!(along(10) > 0.4 && along(9) < 0.1, "{} {}", along(10), along(9));
+
+        let lengths: Vec<f64> = (0..40).map(|step| if step % 2 == 0 { 1.08 } else { 0.92 }).collect();
+        let (mut model, mut estimates) = (measured(&along(&[1.0; 40])), chain(&along(&lengths)));
+        model.doubt_contradicted_steps(&mut estimates);
+        assert!(estimates.iter().all(|estimate| estimate.link == Link::Registered), "within the noise");
+    }
+
+    /// The frames that are doubted after a drive in `steps`.
+    fn doubted(steps: &[Pose2], model: &OdometryModel) -> Vec<usize> {
+        let mut estimates = chain(steps);
+        let poses: Vec<Pose2> = estimates.iter().map(|estimate| estimate.T_world_sensor).collect();
+        model.doubt_contradicted_stretches(&poses, &mut estimates);
+        (0..estimates.len()).filter(|&frame| estimates[frame].assessment.status == Status::Doubtful).collect()
+    }
+
+    /// A drive of 100 steps of a metre, with a bend.
+    fn drive() -> Vec<Pose2> {
+        (0..100).map(|step| Pose2::exp(&Vector3::new(if step % 20 < 4 { 0.3 } else { 0.0 }, 1.0, 0.0))).collect()
+    }
+
+    fn scaled(steps: &[Pose2], range: std::ops::Range<usize>, scale: f64) -> Vec<Pose2> {
+        let mut steps = steps.to_vec();
+        for step in &mut steps[range] {
+            step.translation.vector *= scale;
+        }
+        steps
+    }
+
+    #[test]
+    fn a_result_that_falls_behind_the_odometry_step_by_step_is_doubted_along_that_stretch() {
+        let truth = drive();
+        let mut model = measured(&truth);
+        assert_eq!(doubted(&truth, &model), Vec::<usize>::new());
+        // 0.25 m a step are 3.5 standard deviations each, 9 over seven steps.
+        let short = doubted(&scaled(&truth, 50..57, 0.75), &model);
+        assert!((50..57).all(|frame| short.contains(&frame)), "{short:?}");
+        assert!(short.iter().all(|frame| (30..78).contains(frame)), "{short:?}");
+        // Stretches with a gap are not compared.
+        for gap in (2..100).step_by(4) {
+            model.steps[gap] = None;
+        }
+        assert_eq!(doubted(&scaled(&truth, 50..57, 0.5), &model), Vec::<usize>::new());
+    }
+
+    #[test]
+    fn a_momentary_slip_and_errors_that_add_up_all_along_the_path_are_the_odometry_s_own() {
+        let truth = drive();
+        assert_eq!(doubted(&truth, &measured(&scaled(&truth, 50..51, 1.4))), Vec::<usize>::new());
+        let longer = measured(&scaled(&truth, 0..100, 1.5));
+        assert_eq!(doubted(&truth, &longer), Vec::<usize>::new());
+        let few = OdometryModel { steps: longer.steps[..15].to_vec(), ..longer };
+        assert!(!doubted(&truth[..15], &few).is_empty(), "ten stretches do not tell what is usual");
+    }
+
+    #[test]
+    fn the_covariance_of_a_stretch_is_that_of_its_steps_one_after_the_other() {
+        let model = measured(&drive());
+        let stretch = MeasuredPath::new(&model.steps).stretch(3, 23.9, &vec![Pose2::identity(); 100]).unwrap();
+        assert_eq!((stretch.first, stretch.last), (3, 27));
+        let sum = model.between(3, 27).unwrap();
+        assert!((stretch.measured.inverse() * sum.T_before_sensor).log().norm() < 1e-12);
+        let expected = mahalanobis::squared(&stretch.measured.log(), &sum.covariance);
+        assert!((stretch.sq_distance / expected - 1.0).abs() < 1e-9, "{} {expected}", stretch.sq_distance);
+    }
+
+    #[test]
+    fn steps_that_registrations_refute_are_left_out() {
+        let mut estimates = chain(&drive());
+        estimates[7].refutes_odometry = true;
+        let mut model = measured(&drive());
+        let of_graph = model.compare_with_chain(&mut estimates);
+        assert!(of_graph.between(6, 7).is_none() && of_graph.between(7, 8).is_some() && model.between(5, 8).is_none());
+    }
+
+    fn implausible(model: &OdometryModel, estimates: &mut [FrameEstimate]) -> Vec<usize> {
+        model.doubt_long_steps(estimates);
+        (0..estimates.len()).filter(|&frame| estimates[frame].link == Link::Implausible).collect()
+    }
+
+    /// Steps of a metre, a turn on the spot, and two steps elsewhere under another heading (m): the second is 30 scans later.
+    fn detour(num_before: usize, elsewhere: [f64; 2]) -> Vec<Pose2> {
+        let step = |count: usize| vec![Pose2::translation(1.0, 0.0); count];
+        let jump = |distance: f64| vec![Pose2::new(Vector2::new(0.0, distance), 1.7)];
+        let turn = vec![Pose2::new(Vector2::new(0.02, 0.0), -0.5); 3];
+        [step(num_before), turn, jump(elsewhere[0]), step(30), jump(elsewhere[1]), step(2)].concat()
+    }
+
+    #[test]
+    fn a_step_that_would_continue_no_sure_motion_is_implausible() {
+        let mut estimates = chain(&detour(30, [1.75, 2.9]));
+        let model = unmeasured(estimates.len());
+        let found = implausible(&model, &mut estimates);
+        assert_eq!(found, [64], "0.3 m and half of the metre more than a metre may follow one");
+        let Assessment { status, reason, .. } = &estimates[64].assessment;
+        assert_eq!(*status, Status::Doubtful);
+        assert!(reason.contains("2.9 m from the scan before") && reason.contains("sure is 1.0 m"), "{reason}");
+    }
+
+    #[test]
+    fn steps_later_in_the_log_count_and_doubted_ones_do_not() {
+        let mut estimates = chain(&detour(3, [2.9, 2.9]));
+        estimates[37].link = Link::Doubted;
+        estimates[37].assessment.doubt("people stand in the way");
+        let model = unmeasured(estimates.len());
+        assert_eq!(implausible(&model, &mut estimates), [6, 37]);
+        assert_eq!(estimates[37].assessment.reason, "people stand in the way");
+    }
+
+    #[test]
+    fn a_few_sure_steps_bound_nothing_and_measured_motion_is_not_bounded() {
+        let mut few = chain(&[along(&[1.0; 20]), detour(0, [2.9, 0.0])[..4].to_vec()].concat());
+        assert!(implausible(&unmeasured(few.len()), &mut few).is_empty(), "17 sure steps, 2 sure turns");
+        let steps = detour(30, [2.9, 2.9]);
+        assert!(implausible(&measured(&steps), &mut chain(&steps)).is_empty());
+    }
+}
