@@ -231,7 +231,7 @@ impl Input {
     /// Times of the scans (s); a second a scan where the log does not have all of them in order.
     fn times(&self) -> Vec<f64> {
         let told: Option<Vec<f64>> = self.log.scans.iter().map(|scan| scan.time).collect();
-        let told = told.filter(|times| times.windows(2).all(|pair| pair[0] <= pair[1]));
+        let told = told.filter(|times| times.windows(2).all(|pair| pair[0] < pair[1]));
         told.unwrap_or_else(|| (0..self.log.scans.len()).map(|scan| scan as f64).collect())
     }
 

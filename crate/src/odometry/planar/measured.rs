@@ -3,13 +3,14 @@
 
 use nalgebra::Matrix3;
 
+use super::belief::{AwayFromOdometry, ByOdometry, Finding, WhyOdometry};
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::Status;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
@@ -42,19 +43,16 @@ impl Odometry {
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
         let is_lost = best.assessment.status == Status::Lost;
+        if best.assessment.status == Status::Good && self.shows_wrong_step(scan, &best, prediction, motion) {
+            return refuting(best);
+        }
         let contradiction = if is_lost { None } else { self.contradiction(scan, &best, prediction, motion) };
         let fused = if is_lost || contradiction.is_some() { None } else { self.fused(scan, &best, prediction, motion) };
         if let Some((T_world_sensor, information)) = fused {
             return self.confirmed(best, T_world_sensor, information, motion);
         }
-        if let Some(refuting) = self.refutation(scan, prediction) {
-            return refuting;
-        }
-        if is_lost {
-            return carried(best, prediction);
-        }
-        let reason = contradiction.as_deref().unwrap_or("and a pose between the two fits worse");
-        carried(doubted_by_motion(best, prediction, reason), prediction)
+        let why = (!is_lost).then_some(contradiction.unwrap_or(WhyOdometry::NotBetween));
+        self.refutation(scan, prediction).unwrap_or_else(|| placed(best, prediction, why))
     }
 
     /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that, and
@@ -62,14 +60,38 @@ impl Odometry {
     fn refutation(&self, scan: &QueryScan, prediction: &Pose2) -> Option<FrameEstimate> {
         let continued = self.T_world_last * self.last_motion;
         let alone = self.register_unmeasured(scan, &continued);
-        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.assessment.agreement);
+        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.registered.agreement);
         if alone.link != Link::Registered || fits_there {
             return None;
         }
-        let (num_wrong, num_compared) = self.wrong_steps;
-        let are_wrong = num_wrong > 0 && num_wrong as f64 > FALSE_REGISTRATIONS * num_compared as f64;
         let is_continued = self.is_expected(&continued, &alone.T_world_sensor);
-        (are_wrong || is_continued).then_some(FrameEstimate { refutes_odometry: true, ..alone })
+        (self.has_wrong_steps() || is_continued).then_some(FrameEstimate { refutes_odometry: true, ..alone })
+    }
+
+    /// Whether more steps of the odometry are wrong than registrations.
+    fn has_wrong_steps(&self) -> bool {
+        let (num_wrong, num_compared) = self.wrong_steps;
+        num_wrong > 0 && num_wrong as f64 > FALSE_REGISTRATIONS * num_compared as f64
+    }
+
+    /// Whether a good registration near the measured motion, where that is unlikely and does not fit, shows a wrong step of odometry
+    /// that has such: the registration is nearer to the step before than the measured one is. Where the ground ahead seems to move
+    /// with the robot, it is not.
+    fn shows_wrong_step(
+        &self,
+        scan: &QueryScan,
+        best: &Hypothesis,
+        prediction: &Pose2,
+        motion: &MeasuredMotion,
+    ) -> bool {
+        let Some(before) = self.last_measured.filter(|_| self.has_wrong_steps() && !self.is_likely(best, motion))
+        else {
+            return false;
+        };
+        let change = |step: &Pose2| mahalanobis::squared(&(before * step.inverse()).log(), &motion.covariance);
+        let registered = self.T_world_last.inverse() * best.registration.T_target_source;
+        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
+        self.is_near(best, motion) && !fits_there && change(&registered) < change(&motion.T_before_sensor)
     }
 
     /// A registration that agrees with the measured motion, at the pose that both make most likely.
@@ -80,27 +102,19 @@ impl Odometry {
         information: Matrix3<f64>,
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
-        let Hypothesis { registration, mut assessment } = best;
-        let mut status = assessment.status;
-        if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
-            // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
-            assessment = Assessment { status: Status::Good, reason: String::new(), ..assessment };
-            if !registration.observability.is_undetermined() {
-                status = Status::Good;
-            }
-        }
+        let Hypothesis { registration, assessment } = best;
+        let is_confirmed = assessment.status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT;
         let left = self.left_open(&information, motion);
-        if openness(&motion.T_before_sensor, &left) > 1.0 {
-            status = Status::Doubtful;
-            let (heading, position) = sigmas(&motion.T_before_sensor, &left);
-            let heading = heading.to_degrees();
-            assessment.doubt(&format!(
-                "its pose is uncertain by {position:.2} m and {heading:.1} degrees (one standard deviation), even with the \
-                 measured motion"
-            ));
+        let is_open = openness(&motion.T_before_sensor, &left) > 1.0;
+        let (heading, position) = sigmas(&motion.T_before_sensor, &left);
+        let is_registered =
+            assessment.status == Status::Good || (is_confirmed && !registration.observability.is_undetermined());
+        let link = if is_registered && !is_open { Link::Registered } else { Link::Doubted };
+        FrameEstimate {
+            by_odometry: if is_confirmed { ByOdometry::Confirmed } else { ByOdometry::Nothing },
+            findings: is_open.then_some(Finding::LeftOpen(heading, position)).into_iter().collect(),
+            ..registered(T_world_sensor, registration, information, assessment, link)
         }
-        let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
-        registered(T_world_sensor, registration, information, assessment, link)
     }
 
     /// Why a registration cannot be where the measured motion has taken the scan.
@@ -110,14 +124,13 @@ impl Odometry {
         best: &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,
-    ) -> Option<String> {
+    ) -> Option<WhyOdometry> {
         if !self.is_near(best, motion) {
-            let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
-            return Some(format!("whose standard deviation is {known:.2} m"));
+            return Some(WhyOdometry::Known(sigmas(&motion.T_before_sensor, &motion.covariance).1));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
         let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
-        (!self.is_likely(best, motion) && fits()).then(|| "where it fits about as well".to_owned())
+        (!self.is_likely(best, motion) && fits()).then_some(WhyOdometry::FitsThere)
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
@@ -200,19 +213,27 @@ impl Odometry {
     }
 }
 
-/// A frame that is placed by measured motion alone, whatever its registration.
-fn carried(Hypothesis { registration, mut assessment }: Hypothesis, prediction: &Pose2) -> FrameEstimate {
-    assessment.status = Status::Doubtful;
-    FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
+/// A registration that shows the measured motion to be wrong.
+fn refuting(Hypothesis { registration, assessment }: Hypothesis) -> FrameEstimate {
+    let information = information_less_normal_noise(&registration);
+    let T_world_sensor = registration.T_target_source;
+    FrameEstimate {
+        refutes_odometry: true,
+        ..registered(T_world_sensor, registration, information, assessment, Link::Registered)
+    }
 }
 
-/// A registration that measured motion speaks against.
-fn doubted_by_motion(mut hypothesis: Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
-    let off = prediction.inverse() * hypothesis.registration.T_target_source;
-    let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
-    hypothesis.assessment.reason = format!(
-        "its best fit is {position:.2} m and {heading:.0} degrees away from the measured motion, {why}: it is placed by the \
-         measured motion"
-    );
-    hypothesis
+/// A frame that is placed by measured motion alone, whatever its registration, and why that one is not believed.
+fn placed(
+    Hypothesis { registration, assessment }: Hypothesis,
+    prediction: &Pose2,
+    why: Option<WhyOdometry>,
+) -> FrameEstimate {
+    let off = prediction.inverse() * registration.T_target_source;
+    let away = |why| AwayFromOdometry { distance: off.translation_norm(), turn: off.rotation_angle(), why };
+    FrameEstimate {
+        registration: Some(registration),
+        by_odometry: ByOdometry::Placed(why.map(away)),
+        ..unregistered(*prediction, assessment, Link::Carried)
+    }
 }

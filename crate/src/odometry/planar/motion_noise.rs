@@ -37,8 +37,10 @@ const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
 
 /// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
 const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
-/// Most rounds in which noise and wrong steps are told apart: each leaves out a few more.
-const MAX_ROUNDS: usize = 10;
+/// Share of the steps that are wrong, before anything is known.
+const EXPECTED_WRONG: f64 = 0.05;
+/// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
+const TAIL: f64 = 0.1;
 
 /// A measured motion of one or more steps, and the registration of the same motion.
 #[derive(Debug, Clone)]
@@ -56,30 +58,24 @@ impl Default for MotionNoise {
 }
 
 impl MotionNoise {
-    /// The noise of the counterparts that are no wrong steps, and how many are: a step is wrong where that is more likely than its
-    /// noise. The default where there are too few.
+    /// The noise of the counterparts, and how many are wrong steps: those that are likelier as such than by the noise. The default where
+    /// there are too few.
     pub fn fitted(counterparts: &[Counterpart]) -> (Self, usize) {
         if counterparts.len() < MIN_SAMPLES {
             return (Self::default(), 0);
         }
         let count = counterparts.len();
-        let mut right: Vec<&Counterpart> = counterparts.iter().collect();
-        let mut noise = Self::of_right(&right);
-        for _ in 0..MAX_ROUNDS {
-            // By Laplace's rule of succession: none seen so far does not say that there are none.
-            let wrong_share = (count - right.len() + 1) as f64 / (count + 2) as f64;
-            let kept: Vec<&Counterpart> = counterparts.iter().filter(|c| noise.explains(c, wrong_share)).collect();
-            if kept.len() < MIN_SAMPLES || kept.len() == right.len() {
-                break;
-            }
-            right = kept;
-            noise = Self::of_right(&right);
-        }
-        (noise, count - right.len())
+        let all: Vec<&Counterpart> = counterparts.iter().collect();
+        let bulk = Self::of(&all, false);
+        let explained = |noise: &Self| counterparts.iter().filter(|c| noise.explains(c, EXPECTED_WRONG)).collect();
+        let right: Vec<&Counterpart> = explained(&bulk);
+        let has_tail = (right.len() as f64) < (1.0 - TAIL) * count as f64 && right.len() >= MIN_SAMPLES;
+        let noise = Self::of(if has_tail { &right } else { &all }, true);
+        (noise, count - explained(&noise).len())
     }
 
-    /// Fits the scales robustly, by median and tail, whichever is larger.
-    fn of_right(counterparts: &[&Counterpart]) -> Self {
+    /// Fits the scales robustly, by the median and, with the tail, by whichever is larger.
+    fn of(counterparts: &[&Counterpart], with_tail: bool) -> Self {
         let unit = Self { translation_scale: 1.0, rotation_scale: 1.0 };
         let (mut translations, mut rotations) = (Vec::new(), Vec::new());
         for counterpart in counterparts {
@@ -97,7 +93,7 @@ impl MotionNoise {
         }
         let scale = |values: &mut [f64], median: f64, tail: f64| {
             let mut of = |share| quantile(values, share).unwrap_or(0.0);
-            let scale = (of(0.5) / median).max(of(0.9) / tail);
+            let scale = (of(0.5) / median).max(if with_tail { of(1.0 - TAIL) / tail } else { 0.0 });
             scale.clamp(SCALES.0, SCALES.1)
         };
         Self {
@@ -122,7 +118,8 @@ impl MotionNoise {
 
     /// Whether a counterpart is more likely by this noise than as a wrong step, of which there is this share.
     fn explains(&self, counterpart: &Counterpart, wrong_share: f64) -> bool {
-        self.log_likelihood_ratio(&counterpart.steps, &counterpart.registered) > (wrong_share / (1.0 - wrong_share)).ln()
+        self.log_likelihood_ratio(&counterpart.steps, &counterpart.registered)
+            > (wrong_share / (1.0 - wrong_share)).ln()
     }
 
     /// Standard deviations of a step's position in each direction (m) and of its heading (rad).

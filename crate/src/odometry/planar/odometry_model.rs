@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::belief::Finding;
 use super::information::{chained, seen_from, sigmas, softened_covariance};
 use super::motion_noise::{Counterpart, MotionNoise};
 use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
@@ -46,6 +47,7 @@ pub struct OdometryModel {
     pub steps: Vec<Option<MeasuredMotion>>,
     /// Of the steps that were compared with registrations before the run, how many were wrong and how many there were.
     pub wrong: (usize, usize),
+    noise: MotionNoise,
 }
 
 /// A stretch of the path by the odometry and by the scans.
@@ -63,7 +65,7 @@ impl OdometryModel {
         let (noise, num_wrong) = MotionNoise::fitted(counterparts);
         let known = |step: &Pose2| MeasuredMotion { T_before_sensor: *step, covariance: noise.covariance(step) };
         let steps = steps.iter().map(|step| step.as_ref().map(known)).collect();
-        Self { steps, wrong: (num_wrong, counterparts.len()) }
+        Self { steps, wrong: (num_wrong, counterparts.len()), noise }
     }
 
     /// Whether the odometry tells any step.
@@ -86,19 +88,41 @@ impl OdometryModel {
     /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
     /// the graph, in which contradicted steps are known less well.
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
-        for (step, _) in self.steps.iter_mut().zip(estimates.iter()).filter(|(_, estimate)| estimate.refutes_odometry) {
-            *step = None;
-        }
-        self.calibrate(estimates);
+        let num_right = self.calibrate(estimates);
+        let (num_wrong, spread) = self.replace_wrong_steps(estimates);
+        eprintln!(
+            "DEBUG refuted {num_wrong} right {num_right} of {} wrong {:?} {:?}",
+            estimates.len(),
+            self.wrong,
+            (spread / num_wrong.max(1) as f64).diagonal().map(f64::sqrt)
+        );
         let mut of_graph = self.clone();
         of_graph.doubt_contradicted_steps(estimates);
+        // What a step that cannot be compared leaves open where this share of those that can is wrong.
+        let of_wrong_steps = spread / (num_right + num_wrong).max(1) as f64;
+        of_graph.steps.iter_mut().flatten().for_each(|step| step.covariance += of_wrong_steps);
         self.doubt_long_steps(estimates);
         of_graph
     }
 
+    /// Takes the registered motion, as if it were measured, for steps that registrations refute. Returns how many and the sum of their
+    /// squared errors.
+    fn replace_wrong_steps(&mut self, estimates: &[FrameEstimate]) -> (usize, Matrix3<f64>) {
+        let (mut num_wrong, mut spread) = (0, Matrix3::zeros());
+        for frame in (1..estimates.len()).filter(|&frame| estimates[frame].refutes_odometry) {
+            let Some(step) = &mut self.steps[frame] else { continue };
+            let registered = estimates[frame - 1].T_world_sensor.inverse() * estimates[frame].T_world_sensor;
+            let off = (step.T_before_sensor * registered.inverse()).log();
+            (num_wrong, spread) = (num_wrong + 1, spread + off * off.transpose());
+            let covariance = self.noise.covariance(&registered) + chain_covariance(frame, estimates);
+            *step = MeasuredMotion { T_before_sensor: registered, covariance };
+        }
+        (num_wrong, spread)
+    }
+
     /// The scale of the metre and the noise by all registered steps. Wheels are off by a few parts in a hundred, which adds up over a
-    /// way that the walls leave open.
-    fn calibrate(&mut self, estimates: &[FrameEstimate]) {
+    /// way that the walls leave open. Returns how many steps were compared.
+    fn calibrate(&mut self, estimates: &[FrameEstimate]) -> usize {
         let mut counterparts: Vec<Counterpart> =
             (1..self.steps.len()).filter_map(|frame| self.counterpart(frame, estimates)).collect();
         let ratio = |counterpart: &Counterpart| {
@@ -107,32 +131,34 @@ impl OdometryModel {
             (measured.norm() > CALIBRATING_LENGTH).then_some(ratio)
         };
         let mut ratios: Vec<f64> = counterparts.iter().filter_map(ratio).collect();
-        let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else { return };
+        let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else {
+            return counterparts.len();
+        };
         let off = median - 1.0;
         let scale = 1.0 + off.signum() * (off.abs() - REGISTERED_SCALE).max(0.0);
         let scaled = |motion: &Pose2| Pose2 { translation: (motion.translation.vector * scale).into(), ..*motion };
         for counterpart in &mut counterparts {
             counterpart.steps[0] = scaled(&counterpart.steps[0]);
         }
-        let noise = MotionNoise::fitted(&counterparts).0;
+        self.noise = MotionNoise::fitted(&counterparts).0;
         for step in self.steps.iter_mut().flatten() {
             step.T_before_sensor = scaled(&step.T_before_sensor);
-            step.covariance = noise.covariance(&step.T_before_sensor);
+            step.covariance = self.noise.covariance(&step.T_before_sensor);
         }
+        counterparts.len()
     }
 
     /// A step with its registration, where that one tells more than the odometry.
     fn counterpart(&self, frame: usize, estimates: &[FrameEstimate]) -> Option<Counterpart> {
         let MeasuredMotion { T_before_sensor, covariance } = self.steps[frame].as_ref()?;
-        let estimate = Some(&estimates[frame]).filter(|estimate| estimate.link == Link::Registered)?;
+        let is_compared = |estimate: &&FrameEstimate| estimate.link == Link::Registered && !estimate.refutes_odometry;
+        let estimate = Some(&estimates[frame]).filter(is_compared)?;
         let position = |covariance: &Matrix3<f64>| sigmas(T_before_sensor, covariance).1;
         let of_registration = chain_covariance(frame, estimates);
         let registered =
             estimates[frame - 1].T_world_sensor.inverse() * estimate.registration.as_ref()?.T_target_source;
-        (position(&of_registration) < CALIBRATING_SHARE * position(covariance)).then(|| Counterpart {
-            steps: vec![*T_before_sensor],
-            registered: (registered, of_registration),
-        })
+        (position(&of_registration) < CALIBRATING_SHARE * position(covariance))
+            .then(|| Counterpart { steps: vec![*T_before_sensor], registered: (registered, of_registration) })
     }
 
     /// Marks as doubtful the least likely step of every stretch along which chain and odometry contradict each other, and adds their
@@ -142,16 +168,12 @@ impl OdometryModel {
         let found: Vec<(usize, Stretch)> =
             (1..self.steps.len()).filter_map(|last| self.contradicted_step(last, estimates)).collect();
         for (frame, stretch) in found {
-            let off = (stretch.measured * stretch.registered.inverse()).log();
-            let estimate = &mut estimates[frame];
-            estimate.link = Link::Doubted;
-            estimate.assessment.doubt(&format!(
-                "over {} steps the scans and the measured motion differ by {:.2} m and {:.1} degrees, and nothing shows which is \
-                 right",
-                stretch.last - stretch.first,
-                (stretch.measured * stretch.registered.inverse()).translation_norm(),
-                off[0].abs().to_degrees()
-            ));
+            let apart = stretch.measured * stretch.registered.inverse();
+            let (off, num_steps) = (apart.log(), stretch.last - stretch.first);
+            let finding =
+                Finding::ChainContradictsOdometry(num_steps, apart.translation_norm(), apart.rotation_angle());
+            estimates[frame].link = Link::Doubted;
+            estimates[frame].findings.push(finding);
             if let Some(step) = &mut self.steps[frame] {
                 step.covariance += off * off.transpose();
             }
@@ -160,9 +182,8 @@ impl OdometryModel {
 
     /// The shortest stretch up to this frame along which chain and odometry contradict each other, and its least likely step.
     fn contradicted_step(&self, last: usize, estimates: &[FrameEstimate]) -> Option<(usize, Stretch)> {
-        let registered = |first: usize, last: usize| {
-            estimates[first].T_world_sensor.inverse() * estimates[last].T_world_sensor
-        };
+        let registered =
+            |first: usize, last: usize| estimates[first].T_world_sensor.inverse() * estimates[last].T_world_sensor;
         let (mut measured, mut covariance) = (Pose2::identity(), Matrix3::zeros());
         for frame in (1..=last).rev().take(MAX_STEPS) {
             let step = self.steps[frame].as_ref().filter(|_| estimates[frame].link == Link::Registered)?;
@@ -194,9 +215,10 @@ impl OdometryModel {
             let usual = quantile(&mut distances, 0.9).filter(|_| stretches.len() >= MIN_STRETCHES);
             let scale = usual.map_or(1.0, |distance| (distance / USUAL).max(1.0));
             for stretch in stretches.iter().filter(|stretch| stretch.sq_distance > scale * RESULT_CONTRADICTS) {
-                let reason = stretch.contradiction();
-                for estimate in &mut estimates[stretch.first..=stretch.last] {
-                    estimate.assessment.doubt(&reason);
+                // One reason is enough.
+                let unsuspected = |estimate: &&mut FrameEstimate| estimate.findings.is_empty();
+                for estimate in estimates[stretch.first..=stretch.last].iter_mut().filter(unsuspected) {
+                    estimate.findings.push(stretch.finding());
                 }
             }
         }
@@ -227,9 +249,7 @@ impl OdometryModel {
             if self.steps[frame].is_none() && is_registered && !may_follow(moved, longest) {
                 let estimate = &mut estimates[frame];
                 estimate.link = Link::Implausible;
-                estimate.assessment.doubt(&format!(
-                    "it lies {moved:.1} m from the scan before, and the longest step that is sure is {longest:.1} m: the place may only look alike"
-                ));
+                estimate.findings.push(Finding::LongStep(moved, longest));
             }
         }
     }
@@ -247,16 +267,10 @@ impl Stretch {
         Self { first, last, measured, registered, sq_distance: mahalanobis::squared(&off, covariance) }
     }
 
-    fn contradiction(&self) -> String {
-        let told = |motion: &Pose2| {
-            let (way, turn) = (motion.translation_norm(), motion.rotation.angle().to_degrees());
-            format!("{way:.2} m and {turn:.1} degrees")
-        };
-        let (registered, measured) = (told(&self.registered), told(&self.measured));
-        format!(
-            "between frames {} and {} the result moves by {registered}, the odometry by {measured}: they contradict each other",
-            self.first, self.last
-        )
+    fn finding(&self) -> Finding {
+        let told = |motion: &Pose2| (motion.translation_norm(), motion.rotation.angle());
+        let (result, odometry) = (told(&self.registered), told(&self.measured));
+        Finding::ResultContradictsOdometry { frames: (self.first, self.last), result, odometry }
     }
 }
 
@@ -312,6 +326,7 @@ impl MeasuredPath {
 mod tests {
     use super::*;
     use crate::odometry::assessment::{Assessment, Status};
+    use crate::odometry::planar::belief::ByOdometry;
     use nalgebra::Vector2;
 
     const NOISE: MotionNoise = MotionNoise { translation_scale: 1.0, rotation_scale: 1.0 };
@@ -319,11 +334,11 @@ mod tests {
     /// The odometry of these steps.
     fn measured(steps: &[Pose2]) -> OdometryModel {
         let known = |step: &Pose2| Some(MeasuredMotion { T_before_sensor: *step, covariance: NOISE.covariance(step) });
-        OdometryModel { steps: steps.iter().map(known).collect(), wrong: (0, 0) }
+        OdometryModel { steps: steps.iter().map(known).collect(), wrong: (0, 0), noise: NOISE }
     }
 
     fn unmeasured(count: usize) -> OdometryModel {
-        OdometryModel { steps: vec![None; count], wrong: (0, 0) }
+        OdometryModel { steps: vec![None; count], wrong: (0, 0), noise: NOISE }
     }
 
     /// A chain of these steps, each registered to a centimetre.
@@ -335,7 +350,9 @@ mod tests {
             FrameEstimate {
                 T_world_sensor,
                 registration: None,
-                assessment: Assessment::first(),
+                registered: Assessment::first(),
+                by_odometry: ByOdometry::Nothing,
+                findings: Vec::new(),
                 link: Link::Registered,
                 refutes_odometry: false,
                 information: adjoint.tr_mul(&(Matrix3::from_diagonal(&Vector3::repeat(1e4)) * adjoint)),
@@ -357,8 +374,9 @@ mod tests {
         model.doubt_contradicted_steps(&mut estimates);
         let doubted: Vec<usize> = (0..20).filter(|&frame| estimates[frame].link == Link::Doubted).collect();
         assert_eq!(doubted, [10], "the step that is off most");
-        assert_eq!(estimates[10].assessment.status, Status::Doubtful);
-        assert!(estimates[10].assessment.reason.contains("over 5 steps"), "{}", estimates[10].assessment.reason);
+        assert_eq!(estimates[10].assessment().status, Status::Doubtful);
+        let reason = estimates[10].assessment().reason;
+        assert!(reason.contains("over 5 steps"), "{reason}");
         let along = |frame: usize| model.steps[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
         assert!(along(10) > 0.4 && along(9) < 0.1, "{} {}", along(10), along(9));
 
@@ -373,7 +391,7 @@ mod tests {
         let mut estimates = chain(steps);
         let poses: Vec<Pose2> = estimates.iter().map(|estimate| estimate.T_world_sensor).collect();
         model.doubt_contradicted_stretches(&poses, &mut estimates);
-        (0..estimates.len()).filter(|&frame| estimates[frame].assessment.status == Status::Doubtful).collect()
+        (0..estimates.len()).filter(|&frame| estimates[frame].assessment().status == Status::Doubtful).collect()
     }
 
     /// A drive of 100 steps of a metre, with a bend.
@@ -427,12 +445,14 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_registrations_refute_are_left_out() {
+    fn for_steps_that_registrations_refute_these_are_taken() {
         let mut estimates = chain(&drive());
         estimates[7].refutes_odometry = true;
-        let mut model = measured(&drive());
+        let mut model = measured(&scaled(&drive(), 7..8, 3.0));
         let of_graph = model.compare_with_chain(&mut estimates);
-        assert!(of_graph.between(6, 7).is_none() && of_graph.between(7, 8).is_some() && model.between(5, 8).is_none());
+        let length = |frame: usize| of_graph.between(frame - 1, frame).unwrap().T_before_sensor.translation_norm();
+        assert!((length(7) - length(8)).abs() < 1e-9, "{} {}", length(7), length(8));
+        assert!(estimates.iter().all(|estimate| estimate.findings.is_empty()));
     }
 
     fn implausible(model: &OdometryModel, estimates: &mut [FrameEstimate]) -> Vec<usize> {
@@ -454,8 +474,8 @@ mod tests {
         let model = unmeasured(estimates.len());
         let found = implausible(&model, &mut estimates);
         assert_eq!(found, [64], "0.3 m and half of the metre more than a metre may follow one");
-        let Assessment { status, reason, .. } = &estimates[64].assessment;
-        assert_eq!(*status, Status::Doubtful);
+        let Assessment { status, reason, .. } = estimates[64].assessment();
+        assert_eq!(status, Status::Doubtful);
         assert!(reason.contains("2.9 m from the scan before") && reason.contains("sure is 1.0 m"), "{reason}");
     }
 
@@ -463,10 +483,11 @@ mod tests {
     fn steps_later_in_the_log_count_and_doubted_ones_do_not() {
         let mut estimates = chain(&detour(3, [2.9, 2.9]));
         estimates[37].link = Link::Doubted;
-        estimates[37].assessment.doubt("people stand in the way");
+        estimates[37].findings.push(Finding::StrayBefore);
         let model = unmeasured(estimates.len());
         assert_eq!(implausible(&model, &mut estimates), [6, 37]);
-        assert_eq!(estimates[37].assessment.reason, "people stand in the way");
+        let reason = estimates[37].assessment().reason;
+        assert!(reason.starts_with("the previous scan"), "what was found first: {reason}");
     }
 
     #[test]

@@ -32,7 +32,8 @@ impl ChosenOdometry {
     pub fn new(file: Option<&(String, Trajectory)>, scans: &RecordedScans) -> Self {
         let wanted = scans.settings.odometry;
         let file = file.filter(|_| wanted != OdometrySource::None);
-        let is_told = file.is_some() || (wanted != OdometrySource::None && scans.all.iter().any(|scan| scan.odometry.is_some()));
+        let is_told =
+            file.is_some() || (wanted != OdometrySource::None && scans.all.iter().any(|scan| scan.odometry.is_some()));
         let pairs = if is_told { registered_pairs(scans) } else { Vec::new() };
         let checked = file.map(|(name, given)| check_odometry(name, scans, &pairs, given));
         let (mirrored_in_log, contradiction) = if checked.is_none() { check_log(scans, &pairs) } else { (None, None) };

@@ -9,7 +9,7 @@ use crate::odometry::planar::assess::MIN_POINTS;
 use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
 use crate::odometry::planar::motion_noise::Counterpart;
 use crate::odometry::planar::{PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
-use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans, is_one_log};
+use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
 
 /// So many stretches of the way are compared.
 const COMPARED: usize = 48;

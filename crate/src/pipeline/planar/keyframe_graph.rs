@@ -252,7 +252,7 @@ impl Relations {
         let T_before_frame = poses[before].inverse() * poses[frame];
         let registered = estimate.registration.as_ref().filter(|_| {
             estimate.link == Link::Registered
-                || (estimate.link == Link::Doubted && estimate.assessment.agreement > MIN_PLAUSIBLE_AGREEMENT)
+                || (estimate.link == Link::Doubted && estimate.registered.agreement > MIN_PLAUSIBLE_AGREEMENT)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());

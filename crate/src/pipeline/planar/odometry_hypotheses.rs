@@ -5,8 +5,8 @@
 use super::pairs::ScanPair;
 use nalgebra::Matrix3;
 
+use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
-use crate::geometry::{Pose2, RigidMotion};
 use crate::io::trajectory::Trajectory;
 use crate::odometry::planar::motion_noise::MotionNoise;
 use crate::pipeline::recorded_scan::{Matching, RecordedScan, RecordedScans, TimedPoses, match_odometry, planar_poses};
@@ -15,9 +15,14 @@ use crate::pipeline::recorded_scan::{Matching, RecordedScan, RecordedScans, Time
 const MIN_PAIRS: usize = 5;
 /// Share of the steps that are wrong, whatever the reading.
 const WRONG_SHARE: f64 = 0.1;
-/// A reading is likely when it makes the motion of a pair ten times as likely, in the geometric mean, as a wrong step does; another
-/// one is likelier when it makes it ten times as likely as the reading at hand.
+/// A reading is likely when it makes the motions of pairs ten times as likely, in the geometric mean, as wrong steps do. Another one is
+/// likelier than the one at hand when that is so of the fewest pairs that decide, ...
 const TEN_TIMES: f64 = std::f64::consts::LN_10;
+/// ... and as many times more pairs likelier than less likely.
+const BETTER_TO_WORSE: usize = 3;
+/// Odometry whose likelihood (mean of the logarithm) is not above chance by more is another log's where it is wrong unusually often: twice the
+/// standard error of some fifty pairs.
+const BEYOND_CHANCE: f64 = 1.0;
 /// Readings whose likelihood differs by less (mean of the logarithm) are as good: the plainest is taken.
 const AS_GOOD: f64 = 0.1;
 /// What other positions are tried: metres to one of their units, and what to call them.
@@ -176,10 +181,16 @@ fn no_scan(scans: &[RecordedScan], given: &Trajectory) -> (String, String) {
 
 /// How likely the scans are by one reading.
 struct Support {
-    /// Mean logarithm of the likelihood of a pair's motion, by that of a wrong step.
-    mean: f64,
+    /// For each pair the logarithm of the likelihood of its motion, by that of a wrong step.
+    log_likelihoods: Vec<f64>,
     /// Pairs whose motion is likelier by this reading than as a wrong step.
     num_agreeing: usize,
+}
+
+impl Support {
+    fn mean(&self) -> f64 {
+        self.log_likelihoods.iter().sum::<f64>() / self.log_likelihoods.len().max(1) as f64
+    }
 }
 
 /// Another reading of the odometry.
@@ -193,7 +204,24 @@ struct Reading {
 struct Registered {
     first: usize,
     second: usize,
+    /// The motion by the odometry as it is given.
+    given: Pose2,
     motions: Vec<(Pose2, Matrix3<f64>)>,
+}
+
+impl Registered {
+    /// The logarithm of the likelihood of the motion where this is measured, by that of a wrong step.
+    fn log_ratio(&self, measured: Option<Pose2>) -> f64 {
+        let noise = MotionNoise::default();
+        let Some(measured) = measured else { return f64::NEG_INFINITY };
+        let ratios = self.motions.iter().map(|known| noise.log_likelihood_ratio(&[measured], known));
+        ratios.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The same for a step that may be wrong.
+pub(super) fn log_likelihood(log_ratio: f64) -> f64 {
+    (WRONG_SHARE + (1.0 - WRONG_SHARE) * log_ratio.exp()).ln()
 }
 
 /// What pairs of scans tell of their motions.
@@ -207,27 +235,32 @@ impl<'a> Evidence<'a> {
         let options = scans.settings.odometry_options();
         let registered = |pair: &ScanPair| {
             let (first, second) = (pair.first, pair.second);
-            let given = motion(scans.all, first, second, |scan| poses[scan]);
-            Registered { first, second, motions: pair.registrations(given, &options) }
+            let given = motion(scans.all, first, second, |scan| poses[scan])?;
+            let motions = pair.registrations(given, &options);
+            (!motions.is_empty()).then_some(Registered { first, second, given, motions })
         };
-        let pairs = pairs.iter().map(registered).filter(|pair| !pair.motions.is_empty()).collect();
+        let pairs = pairs.iter().filter_map(registered).collect();
         Self { scans: scans.all, pairs }
     }
 
     /// How likely the motions of all pairs are by what a reading gives for them.
     fn support(&self, reading: impl Fn(&Registered) -> Option<Pose2>) -> Support {
-        let noise = MotionNoise::default();
-        let log_ratio = |pair: &Registered| {
-            let Some(measured) = reading(pair) else { return f64::NEG_INFINITY };
-            let registered = pair.motions.iter();
-            registered.map(|known| noise.log_likelihood_ratio(&[measured], known)).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let ratios: Vec<f64> = self.pairs.iter().map(log_ratio).collect();
-        let log_likelihood = |ratio: &f64| (WRONG_SHARE + (1.0 - WRONG_SHARE) * ratio.exp()).ln();
+        let ratios: Vec<f64> = self.pairs.iter().map(|pair| pair.log_ratio(reading(pair))).collect();
         Support {
-            mean: ratios.iter().map(log_likelihood).sum::<f64>() / ratios.len().max(1) as f64,
+            log_likelihoods: ratios.iter().copied().map(log_likelihood).collect(),
             num_agreeing: ratios.iter().filter(|&&ratio| ratio > 0.0).count(),
         }
+    }
+
+    /// The mean logarithm of the likelihood of the pairs' motions by those that the odometry gives for other pairs: what another
+    /// log's odometry has.
+    fn by_chance(&self) -> f64 {
+        let count = self.pairs.len();
+        let others = |pair: usize| (1..count).map(move |apart| (pair, (pair + apart) % count));
+        let all = (0..count).flat_map(others);
+        let of =
+            |(pair, other): (usize, usize)| log_likelihood(self.pairs[pair].log_ratio(Some(self.pairs[other].given)));
+        all.map(of).sum::<f64>() / (count * count.saturating_sub(1)).max(1) as f64
     }
 
     /// The same of poses of the robot.
@@ -239,14 +272,24 @@ impl<'a> Evidence<'a> {
         self.by(|scan| poses[scan])
     }
 
-    /// Whether another reading is likely, and likelier than the one at hand.
+    /// Whether another reading is likely, and likelier than the one at hand: in all, and in most pairs that tell the two apart.
     fn prefers(&self, other: &Support, given: &Support) -> bool {
-        self.pairs.len() >= MIN_PAIRS && other.mean > given.mean.max(0.0) + TEN_TIMES
+        let gains = other.log_likelihoods.iter().zip(&given.log_likelihoods).map(|(other, given)| other - given);
+        let (mut in_all, mut num_better, mut num_worse) = (0.0, 0, 0);
+        for gain in gains {
+            in_all += gain;
+            num_better += usize::from(gain > TEN_TIMES);
+            num_worse += usize::from(gain < -TEN_TIMES);
+        }
+        let is_likely = self.pairs.len() >= MIN_PAIRS && other.mean() > TEN_TIMES;
+        is_likely && in_all > MIN_PAIRS as f64 * TEN_TIMES && num_better >= BETTER_TO_WORSE * num_worse
     }
 
-    /// Whether the scans tell another motion.
+    /// Whether the scans tell another motion: it is unlikely, or hardly likelier than by chance while more is wrong than is usual.
     fn refutes(&self, given: &Support) -> bool {
-        self.pairs.len() >= MIN_PAIRS && given.mean < TEN_TIMES
+        let is_usual = given.num_agreeing as f64 >= (1.0 - 2.0 * WRONG_SHARE) * self.pairs.len() as f64;
+        let is_unlikely = || given.mean() < TEN_TIMES || (!is_usual && given.mean() < self.by_chance() + BEYOND_CHANCE);
+        self.pairs.len() >= MIN_PAIRS && is_unlikely()
     }
 
     /// Whether the scans tell the motion that these poses give.
@@ -268,9 +311,8 @@ impl<'a> Evidence<'a> {
             Some(Pose2::new([motion.translation.x, -motion.translation.y].into(), -motion.rotation.angle()))
         });
         let given = self.of_poses(poses);
-        self.prefers(&mirrored, &given).then(|| {
-            format!("the mirror image of what the scans saw: mirrored, {}", self.figures(&mirrored, &given))
-        })
+        self.prefers(&mirrored, &given)
+            .then(|| format!("the mirror image of what the scans saw: mirrored, {}", self.figures(&mirrored, &given)))
     }
 
     /// What speaks against the odometry as it is, and what would mend it.
@@ -287,7 +329,7 @@ impl<'a> Evidence<'a> {
         }
         // Of readings that are as good, the plainest, which comes first.
         let better = |best: Reading, next: Reading| {
-            if next.support.mean > best.support.mean + AS_GOOD { next } else { best }
+            if next.support.mean() > best.support.mean() + AS_GOOD { next } else { best }
         };
         let best = readings.into_iter().reduce(better).filter(|best| self.prefers(&best.support, &as_given));
         if let Some(Reading { support, problem, remedy }) = best {
@@ -332,7 +374,7 @@ impl<'a> Evidence<'a> {
             (self.by(|scan| timed.at(self.scans[scan].time? - offset)), offset)
         });
         let (support, offset) =
-            tried.max_by(|a, b| a.0.mean.total_cmp(&b.0.mean).then(b.1.abs().total_cmp(&a.1.abs())))?;
+            tried.max_by(|a, b| a.0.mean().total_cmp(&b.0.mean()).then(b.1.abs().total_cmp(&a.1.abs())))?;
         (offset.abs() >= MIN_CLOCK_OFFSET).then(|| Reading {
             support,
             problem: format!("Its clock is {} s {}", offset.abs(), if offset > 0.0 { "behind" } else { "ahead" }),
@@ -342,12 +384,7 @@ impl<'a> Evidence<'a> {
 }
 
 /// Motion of the laser between two scans, by the poses of the robot.
-fn motion(
-    scans: &[RecordedScan],
-    first: usize,
-    second: usize,
-    pose: impl Fn(usize) -> Option<Pose2>,
-) -> Option<Pose2> {
+fn motion(scans: &[RecordedScan], first: usize, second: usize, pose: impl Fn(usize) -> Option<Pose2>) -> Option<Pose2> {
     let T_world_first = pose(first)? * scans[first].T_robot_laser;
     Some(T_world_first.inverse() * pose(second)? * scans[second].T_robot_laser)
 }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use nalgebra::Matrix3;
 
-use crate::geometry::{Pose2, RigidMotion};
+use crate::geometry::Pose2;
 use crate::map::local::{LocalMap, QueryScan};
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::assess::assess;
@@ -59,8 +59,8 @@ pub fn registered_pairs(scans: &RecordedScans) -> Vec<ScanPair> {
 impl ScanPair {
     /// The motions between the two by the scans alone, with their covariances: the best one, and the one next to what is `given`
     /// where the scans fit about as well there. A place that repeats itself contradicts nothing.
-    pub(super) fn registrations(&self, given: Option<Pose2>, options: &PlanarOptions) -> Vec<(Pose2, Matrix3<f64>)> {
-        let at_given = given.map(|given| register_pair(&self.target, &self.source, given, options).0).filter(is_good);
+    pub(super) fn registrations(&self, given: Pose2, options: &PlanarOptions) -> Vec<(Pose2, Matrix3<f64>)> {
+        let at_given = Some(register_pair(&self.target, &self.source, given, options).0).filter(is_good);
         let is_as_good = |given: &Hypothesis| {
             self.best.as_ref().is_none_or(|best| fits_as_well(given, best, RIVAL_SHARE_UNKNOWN_MOTION))
         };

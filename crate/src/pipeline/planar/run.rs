@@ -16,6 +16,7 @@ use crate::map::local::LocalMap;
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
+use crate::odometry::planar::belief::Finding;
 use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
@@ -162,7 +163,7 @@ impl Run {
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
         self.pieces = graph.pieces();
         for frame in graph.in_small_pieces(&self.pieces) {
-            self.estimates[frame].assessment.mark_dependent_on_doubtful_link();
+            self.estimates[frame].findings.push(Finding::SmallPiece);
         }
         self.stage = Stage::Joint;
     }
@@ -170,7 +171,7 @@ impl Run {
     /// Doubts every frame of a map that may be a mirror image.
     fn doubt_mirrored(&mut self) {
         if let Some(reason) = self.chosen_odometry.mirror_doubt {
-            self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
+            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::Mirrored(reason)));
         }
     }
 
@@ -213,7 +214,7 @@ impl Run {
 
     /// Whether a frame is registered and not lost.
     pub fn is_placed(&self, frame: usize) -> bool {
-        self.estimates[frame].assessment.status != Status::Lost
+        self.estimates[frame].assessment().status != Status::Lost
     }
 
     /// Indices of the frames that are.
