@@ -10,10 +10,9 @@
 import { existsSync, readdirSync } from 'node:fs';
 import { cpus, totalmem } from 'node:os';
 import { join } from 'node:path';
-import { compareNaturally } from '../npm/natural_order.js';
 import { hasSmallGicp, timeSmallGicp } from './bench_peers.mjs';
 import { listRuns, timeRuns } from './bench_runs.mjs';
-import { buildBench, buildEngine, buildPage } from './engine.mjs';
+import { buildBench, buildEngine, buildPackage, buildPage } from './engine.mjs';
 import { tellOn } from './progress.mjs';
 import { engineParts, fileSizes } from './sizes.mjs';
 import {
@@ -111,7 +110,7 @@ function depthImages(folder) {
 /** @param {string} folder @param {string} suffix */
 function filesOf(folder, suffix) {
   const names = readdirSync(folder).filter((name) => name.endsWith(suffix));
-  return names.sort(compareNaturally).map((name) => join(folder, name));
+  return names.sort(new Intl.Collator('en', { numeric: true }).compare).map((name) => join(folder, name));
 }
 
 /**
@@ -212,6 +211,7 @@ async function main() {
   const withViews = isWanted('views') && browser;
   if (recordings.length > 0 || withSizes || withViews) {
     await buildEngine('release');
+    await buildPackage();
     await buildPage('warn'); // what it tells else goes to stdout
   }
   const sizes = withSizes ? { files: fileSizes(), engine_code: engineParts() } : null;

@@ -1,6 +1,6 @@
 // @ts-check
-/** Compiles the engine to WebAssembly and builds the page from it. */
-import { copyFileSync, existsSync, mkdirSync, renameSync, writeFileSync } from 'node:fs';
+/** Compiles the engine to WebAssembly, and builds package and page from it. */
+import { copyFileSync, existsSync, mkdirSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { capture, ROOT, run, step, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
@@ -94,6 +94,21 @@ export function buildPart(part, profile, tools) {
 export async function buildEngine(profile) {
   const tools = buildTools();
   await Promise.all([tools, buildPart('planar', profile, tools).then(() => buildPart('full', profile, tools))]);
+}
+
+/** Emits the package into npm/, with its types, from the sources in package/; what has no source any more goes. */
+export function buildPackage() {
+  return step('Emitting the package into npm/', async () => {
+    const [from, to] = [join(ROOT, 'package'), join(ROOT, 'npm')];
+    const filesOf = (/** @type {string} */ folder) => readdirSync(folder, { recursive: true, encoding: 'utf8' });
+    const sources = filesOf(from).filter((path) => path.endsWith('.ts'));
+    const emitted = new Set(sources.flatMap((path) => ['.js', '.d.ts'].map((end) => path.replace(/\.ts$/, end))));
+    // tsc leaves out what it has emitted before, even where it is gone.
+    if ([...emitted].some((path) => !existsSync(join(to, path)))) rmSync(to, { recursive: true, force: true });
+    await run(process.execPath, [join('node_modules', 'typescript', 'bin', 'tsc'), '--project', 'package']);
+    const others = filesOf(to).filter((path) => /\.(js|d\.ts)$/.test(path) && !emitted.has(path));
+    for (const path of others) rmSync(join(to, path));
+  });
 }
 
 /**

@@ -9,8 +9,8 @@ import { basename, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gather } from '../npm/cli/inputs.js';
 import * as engine from '../npm/index.js';
-import { understand } from '../npm/recording.js';
-import { HEAD_BYTES } from '../npm/recording/heads.js';
+import { understand } from '../npm/recording/understand.js';
+import { HEAD_BYTES } from '../npm/files/heads.js';
 import { ROOT } from './steps.mjs';
 
 const DATA = join(ROOT, '..', 'shared', 'data');

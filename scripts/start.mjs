@@ -5,7 +5,7 @@
  * compiled; the full engine follows, and terminal and page say when it is there.
  */
 import { join } from 'node:path';
-import { buildPart, buildTools } from './engine.mjs';
+import { buildPackage, buildPart, buildTools } from './engine.mjs';
 import { fullEngineLater } from './full_engine.mjs';
 import { describe, say } from './progress.mjs';
 import {
@@ -63,6 +63,7 @@ await runMain(async () => {
   say(`\nReady after ${sinceStart()}. Open this address in a browser:\n\n    ${address}\n`);
   say('Planar PLY scans work at once; the full engine, for everything else, is being compiled.');
   await full;
+  await buildPackage(); // for the command line
   say(`\nThe full engine is there after ${sinceStart()}: everything works.`);
   say('Ctrl+C stops the server. Changes under www/src show at once; after a change under crate/, start again.');
 });

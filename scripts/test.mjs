@@ -10,7 +10,7 @@ import { existsSync, mkdirSync, readdirSync, readFileSync, rmSync } from 'node:f
 import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { believe, countCargo, countNode, countPlaywright, noWarnings } from './counts.mjs';
-import { buildPart, buildTools } from './engine.mjs';
+import { buildPackage, buildPart, buildTools } from './engine.mjs';
 import { say } from './progress.mjs';
 import { runStages, sumOf, tableOf } from './stages.mjs';
 import {
@@ -105,6 +105,13 @@ const engine = {
   run: () => buildPart('full', 'quick', tools()),
 };
 /** @type {Task} */
+const packageFiles = {
+  name: 'package',
+  about: 'what is emitted into npm/',
+  needs: [nodeModules, engine],
+  run: buildPackage,
+};
+/** @type {Task} */
 const chromium = { name: 'Chromium', about: 'Chromium and its driver', light: true, run: installChromium };
 /** @type {Task} */
 const otherBrowsers = {
@@ -121,7 +128,7 @@ const wasmPack = { name: 'wasm-pack itself', about: 'cargo install wasm-pack', n
 const build = {
   name: 'build',
   about: 'npm run build',
-  needs: [nodeModules, engine],
+  needs: [packageFiles],
   folder: 'quick',
   // Without a page there is nothing to test: what needs it is not run.
   run: async () => {
@@ -224,12 +231,11 @@ const STAGES = [
   lint(
     'promises',
     'no promise is left without anybody waiting for it',
-    ['npx', 'oxlint', '--type-aware', 'www/src', 'npm', 'scripts', 'tests/cli', 'tests/e2e'],
-    { needs: [nodeModules, engine] },
+    ['npx', 'oxlint', '--type-aware', 'www/src', 'package', 'scripts', 'tests/cli', 'tests/e2e'],
+    { needs: [packageFiles] },
   ),
-  lint('types', 'types of the package, scripts and tests', ['npx', 'tsc', '--project', '.'], {
-    needs: [nodeModules, engine],
-  }),
+  // Those of the package are checked where it is emitted.
+  lint('types', 'types of the package, scripts and tests', ['npx', 'tsc', '--project', '.'], { needs: [packageFiles] }),
   lint('types-page', 'types of the page', ['npx', 'tsc', '--project', 'www'], { needs: [nodeModules, engine] }),
   {
     name: 'advisories',

@@ -4,7 +4,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 import { ROOT } from '../steps.mjs';
 import { mustBeTold } from './random.mjs';
 

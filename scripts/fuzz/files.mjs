@@ -1,9 +1,9 @@
 // @ts-check
 /** Damaged archives, and files of any name and content: what they are is understood, or told, in little time. */
 import { zipSync } from 'fflate';
-import { openArchive } from '../../npm/archive.js';
-import { printable } from '../../npm/printable.js';
-import { joinPoses, understand } from '../../npm/recording.js';
+import { openArchive } from '../../npm/archive/archive.js';
+import { printable } from '../../npm/base/printable.js';
+import { joinPoses, understand } from '../../npm/recording/understand.js';
 import { asciiPly, ROOM_FILES } from '../../tests/cli/support.mjs';
 import { greyPng } from '../../tests/cli/depth_room.mjs';
 import { mustBeTold } from './random.mjs';

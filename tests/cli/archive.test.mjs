@@ -6,9 +6,9 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { deflateSync, zipSync } from 'fflate';
-import { bytesOfBlob, openArchive } from '../../npm/archive.js';
-import { LIMITS } from '../../npm/archive_directory.js';
-import { isArchiveName } from '../../npm/recording/kinds.js';
+import { bytesOfBlob, openArchive } from '../../npm/archive/archive.js';
+import { LIMITS } from '../../npm/archive/directory.js';
+import { isArchiveName } from '../../npm/files/kinds.js';
 import { temporaryFolder } from './support.mjs';
 
 const NOISE = Uint8Array.from({ length: 300_000 }, (_, i) => (i * 2654435761) >>> 13);

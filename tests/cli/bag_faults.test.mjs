@@ -8,7 +8,7 @@ import { gzipSync } from 'node:zlib';
 import { recordingsOf } from '../../npm/bag/bag_recordings.js';
 import { decodePoses } from '../../npm/bag/messages.js';
 import { openBags } from '../../npm/bag/open.js';
-import { understand } from '../../npm/recording.js';
+import { understand } from '../../npm/recording/understand.js';
 import { bagFile, db3Bytes, listOne, mcapBytes, openOne } from './bag_files.mjs';
 import { cameraInfo, image, odometry, stampAt } from './bag_messages.mjs';
 import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';

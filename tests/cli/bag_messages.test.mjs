@@ -11,7 +11,7 @@ import { decodeCloud, decodeCompressed, decodeImage, decodeScan } from '../../np
 import { packedFile } from '../../npm/bag/packed_images.js';
 import { pathText } from '../../npm/bag/path.js';
 import { chooseTopics } from '../../npm/bag/topics.js';
-import { crc32 } from '../../npm/crc32.js';
+import { crc32 } from '../../npm/base/crc32.js';
 import { listOne, mcapBytes } from './bag_files.mjs';
 import {
   cameraInfo,

@@ -4,7 +4,7 @@
  * the memory.
  */
 import { closeSync, openSync, writeSync } from 'node:fs';
-import { crc32 } from '../../npm/crc32.js';
+import { crc32 } from '../../npm/base/crc32.js';
 
 /** @typedef {{ name: string, type: string, format?: string }} TopicToWrite */
 /** @typedef {{ topic: string, time: bigint, data: Uint8Array }} MessageToWrite */

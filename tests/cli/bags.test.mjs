@@ -7,7 +7,7 @@ import { test } from 'node:test';
 import { zipSync } from 'fflate';
 import { decodeCamera, decodeCloud, decodeHeader, decodeImage, decodePoses } from '../../npm/bag/messages.js';
 import { nanoseconds } from '../../npm/bag/stamps.js';
-import { crc32 } from '../../npm/crc32.js';
+import { crc32 } from '../../npm/base/crc32.js';
 import { bagFile, openOne } from './bag_files.mjs';
 import { openBags } from '../../npm/bag/open.js';
 import {

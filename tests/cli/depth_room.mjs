@@ -1,7 +1,7 @@
 // @ts-check
 /** A made-up room that a depth camera walks through, as PNG files, with the true path. */
 import { deflateSync } from 'node:zlib';
-import { crc32 } from '../../npm/crc32.js';
+import { crc32 } from '../../npm/base/crc32.js';
 
 export const SIZE = 192;
 /** Walls seen from inside, and furniture seen from outside: lower and upper corners (m; x right, y down, z forward). */

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import * as full from '../../pkg/scanstitch.js';
 import * as first from '../../pkg/scanstitch_planar.js';
-import { compareNaturally } from '../../npm/natural_order.js';
+import { compareNaturally } from '../../npm/base/natural_order.js';
 import { ROOM_FILES, ROOT } from './support.mjs';
 
 const pkg = (/** @type {string} */ name) => readFileSync(join(ROOT, 'pkg', name));

@@ -4,14 +4,14 @@ import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { crc32 } from '../../npm/crc32.js';
+import { crc32 } from '../../npm/base/crc32.js';
 import { tableOf } from '../../npm/formats/array_table.js';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/kitti.js';
 import { lasCloud } from '../../npm/formats/las.js';
 import { readMat } from '../../npm/formats/mat.js';
 import { isLaserTable, looksLikePoints, pointColumns, textClouds } from '../../npm/formats/text_cloud.js';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
 import { ROOT, readReport, scanstitch, temporaryFolder } from './support.mjs';
 
@@ -251,7 +251,7 @@ test('LAS is read in its versions, and moved near to the origin; LAZ is told', a
   assert.throws(() => lasCloud('a.las', encode('LASF')), /not a LAS cloud, or it is cut off/);
   // To be listed, its header is enough.
   const bytes = las({ east: 691_000 });
-  /** @type {import('../../npm/recording/contents.js').Content} */
+  /** @type {import('../../npm/files/content.js').Content} */
   const file = {
     ...{ path: 'a.las', size: bytes.length, readHead: async (length) => bytes.slice(0, length) },
     read: () => Promise.reject(new Error('read as a whole')),

@@ -5,7 +5,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { bestRotation, difference, multiplied, moved, poseOf, sumsOf } from '../../npm/lab/matrices.js';
+import { bestRotation, difference, multiplied, moved, poseOf, sumsOf } from '../../npm/base/matrices.js';
 import { DATA, SAMPLES, scanstitch, skipWithoutData, temporaryFolder, writeFiles } from './support.mjs';
 
 await engine.load();

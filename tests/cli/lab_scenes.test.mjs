@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
-import { difference } from '../../npm/lab/matrices.js';
+import { difference } from '../../npm/base/matrices.js';
 
 await engine.load();
 

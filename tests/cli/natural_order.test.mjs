@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { compareNaturally } from '../../npm/natural_order.js';
+import { compareNaturally } from '../../npm/base/natural_order.js';
 
 test('names are ordered as people number them, folder by folder', () => {
   const ordered = [

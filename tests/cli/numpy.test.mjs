@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { polarTable } from '../../npm/formats/polar.js';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 import { ROOT } from './support.mjs';
 
 const ARRAYS = join(ROOT, 'tests', 'data', 'npy');

@@ -26,7 +26,7 @@ test('packed, installed elsewhere and run alone', (t) => {
 
   const paths = files.map((/** @type {{ path: string }} */ { path }) => path);
   const foreign = paths.filter((/** @type {string} */ path) => {
-    return !/^(npm\/((cli|recording|bag|evaluation|lab|formats|report)\/)?\w+(\.d)?\.[jt]s|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|npm\/custom-elements\.json|www\/dist\/(standalone\/scanstitch-app|module\/[\w-]+)\.js|package\.json|README\.md|LICEN[CS]E.*)$/.test(
+    return !/^(npm\/(\w+\/)?\w+(\.d\.ts|\.js)|pkg\/scanstitch(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|package\/custom-elements\.json|www\/dist\/(standalone\/scanstitch-app|module\/[\w-]+)\.js|package\.json|README\.md|LICEN[CS]E.*)$/.test(
       path,
     );
   });
@@ -71,14 +71,14 @@ function examples() {
 }
 
 test('the types declare what the module exports', () => {
-  const types = readFileSync(join(ROOT, 'npm', 'index.d.ts'), 'utf8');
+  const types = ['index.d.ts', 'api/api.d.ts'].map((name) => readFileSync(join(ROOT, 'npm', name), 'utf8')).join('\n');
   const listed = [...types.matchAll(/^export \{([^}]*)\} from/gm)].flatMap(([, names = '']) =>
     names
       .split(',')
       .map((name) => name.trim())
       .filter((name) => name !== ''),
   );
-  const functions = [...types.matchAll(/^export function (\w+)/gm)].map(([, name]) => name);
+  const functions = [...types.matchAll(/^export declare function (\w+)/gm)].map(([, name]) => name);
   assert.deepEqual([...listed, ...functions].toSorted(), Object.keys(api).toSorted());
 });
 

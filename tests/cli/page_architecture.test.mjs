@@ -1,19 +1,39 @@
 // @ts-check
-/** The shape of the page: imports point one way, no file imports itself by a detour, and one module knows the engine. */
+/** The shape of page and package: imports point one way, no file imports itself by a detour, and one module of the page knows the
+ * engine. */
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { dirname, join, normalize } from 'node:path';
 import { test } from 'node:test';
 import { ROOT } from './support.mjs';
 
-/** The rooms of www/src from the ground up. A room may import from those before its own line, and from itself. */
-const LAYERS = [
-  ['engine'],
-  ['datasets', 'export', 'views'],
-  ['components'],
-  ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
-  ['scanstitch-app'],
-];
+/**
+ * The rooms of each folder of sources from the ground up. A room may import from those before its own line, and from itself; the
+ * page from those of the package.
+ */
+const LAYERS = {
+  package: [
+    ['base'],
+    ['files'],
+    ['archive'],
+    ['bag'],
+    ['formats'],
+    ['recording'],
+    ['run', 'lab', 'evaluation', 'report'],
+    ['api'],
+    ['index', 'browser', 'element', 'recording_reader'],
+    ['cli'],
+  ],
+  'www/src': [
+    ['engine'],
+    ['datasets', 'export', 'views'],
+    ['components'],
+    ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
+    ['scanstitch-app'],
+  ],
+};
+/** What the page does not import: what Node alone runs, and what is emitted. */
+const NOT_FOR_PAGES = /^(package\/(cli|index|api)\b|npm\/)/;
 const FILES = ['files', 'in-modules', 'in-one-file'].map((name) => `www/src/engine/engine-${name}.ts`);
 /** The modules that import the engine's two packages: their JavaScript, and their WebAssembly. */
 const KNOW_THE_PACKAGE = new Map([
@@ -40,25 +60,27 @@ function importsOf({ path, text }) {
   }));
 }
 
-/** The room of a file of www/src; null for one outside. @param {string} path */
-function roomOf(path) {
-  const [, room] = /^www\/src\/([^/]+?)(?:\/|\.ts$|\.js$)/.exec(path) ?? [];
-  return room ?? null;
+/** The folder of sources and the room of a file; null for one outside. @param {string} path */
+function placeOf(path) {
+  const [, folder, room = ''] = /^(www\/src|package)\/([^/]+?)(?:\/|\.ts$|\.js$)/.exec(path) ?? [];
+  if (folder !== 'package' && folder !== 'www/src') return null;
+  return { folder, room, rank: LAYERS[folder].findIndex((layer) => layer.includes(room)) };
 }
-
-/** @param {string} room */
-const rankOf = (room) => LAYERS.findIndex((layer) => layer.includes(room));
 
 /** Imports that point up or sideways. @param {Source[]} sources */
 function wrongDirections(sources) {
   return sources.flatMap((source) => {
-    const room = roomOf(source.path) ?? '';
-    if (rankOf(room) < 0) return [`${source.path}: ${room} has no place in LAYERS`];
+    const { folder, room, rank } = placeOf(source.path) ?? { folder: null, room: '', rank: -1 };
+    if (rank < 0) return [`${source.path}: ${room} has no place in LAYERS`];
     return importsOf(source).flatMap(({ line, from }) => {
-      const imported = roomOf(from);
-      const isAllowed =
-        imported === null || imported === room || (rankOf(imported) >= 0 && rankOf(imported) < rankOf(room));
-      return isAllowed ? [] : [`${source.path}:${line}: ${room} must not import from ${imported}`];
+      const imported = placeOf(from);
+      const isForbidden =
+        imported?.folder === folder
+          ? imported.room !== room && (imported.rank < 0 || imported.rank >= rank)
+          : folder === 'package'
+            ? !/^pkg\/scanstitch(_bg\.wasm|\.js)$/.test(from)
+            : NOT_FOR_PAGES.test(from);
+      return isForbidden ? [`${source.path}:${line}: ${room} must not import from ${imported?.room ?? from}`] : [];
     });
   });
 }
@@ -108,21 +130,22 @@ function cycleAmong(sources) {
   return null;
 }
 
-/** @returns {Source[]} */
-function readSources() {
-  const names = readdirSync(join(ROOT, 'www', 'src'), { recursive: true, encoding: 'utf8' });
+/** @param {string} folder @returns {Source[]} */
+function readSources(folder) {
+  const names = readdirSync(join(ROOT, folder), { recursive: true, encoding: 'utf8' });
   return names
     .filter((name) => name.endsWith('.ts'))
-    .map((name) => `www/src/${name.replaceAll('\\', '/')}`)
+    .map((name) => `${folder}/${name.replaceAll('\\', '/')}`)
     .map((path) => ({ path, text: readFileSync(join(ROOT, path), 'utf8') }));
 }
 
-const sources = readSources();
+const page = readSources('www/src');
+const sources = [...readSources('package'), ...page];
 
 test('imports point one way', () => {
-  assert.ok(sources.length > 100, `only ${sources.length} sources were found`);
+  assert.ok(sources.length > 300, `only ${sources.length} sources were found`);
   const count = sources.reduce((sum, source) => sum + importsOf(source).length, 0);
-  assert.ok(count > 500, `only ${count} imports were found: are they read rightly?`);
+  assert.ok(count > 1000, `only ${count} imports were found: are they read rightly?`);
   assert.deepEqual(wrongDirections(sources), []);
 });
 
@@ -131,7 +154,7 @@ test('no file imports itself by way of others', () => {
 });
 
 test('one module imports the package of the engine, and only workers call it', () => {
-  assert.deepEqual(packageUses(sources), []);
+  assert.deepEqual(packageUses(page), []);
 });
 
 test('a forbidden import is found', () => {
@@ -144,6 +167,14 @@ test('a forbidden import is found', () => {
   assert.deepEqual(wrongDirections([url]), [`${path}:1: engine must not import from bev`]);
   const homeless = { path: 'www/src/attic/made-up.ts', text: '' };
   assert.deepEqual(wrongDirections([homeless]), ['www/src/attic/made-up.ts: attic has no place in LAYERS']);
+  const lower = { path: 'package/files/made-up.ts', text: "import { understand } from '../recording/understand.js';" };
+  assert.deepEqual(wrongDirections([lower]), ['package/files/made-up.ts:1: files must not import from recording']);
+  const ofPage = { path: 'package/run/made-up.ts', text: "import type { Row } from '../../www/src/views/rows.js';" };
+  assert.deepEqual(wrongDirections([ofPage]), ['package/run/made-up.ts:1: run must not import from views']);
+  const ofNode = { path, text: "import { print } from '../../../package/cli/terminal.js';" };
+  assert.deepEqual(wrongDirections([ofNode]), [`${path}:1: engine must not import from cli`]);
+  const emitted = { path, text: "import { append } from '../../../npm/base/append.js';" };
+  assert.deepEqual(wrongDirections([emitted]), [`${path}:1: engine must not import from npm/base/append.js`]);
   const words = { path, text: "// import '../views/rows.js'\n/** from '../views/rows.js' */\nconst a = 'views';\n" };
   assert.deepEqual(wrongDirections([words]), []);
 });

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { join, relative } from 'node:path';
 import { test } from 'node:test';
-import { understand } from '../../npm/recording.js';
+import { understand } from '../../npm/recording/understand.js';
 import { count, DEPTH16, DEPTH8, encode, many, MATRIX, RGB, SPACE, tum, understandAll } from './recording_files.mjs';
 import { DATA, ROOM_FILES, skipWithoutData } from './support.mjs';
 

@@ -1,6 +1,6 @@
 // @ts-check
 /** Made-up files of recordings: the beginnings of images, trajectories, clouds, and what is understood of them. */
-import { understand } from '../../npm/recording.js';
+import { understand } from '../../npm/recording/understand.js';
 import { asciiPly } from './support.mjs';
 
 /** @typedef {Record<string, string | Uint8Array>} Contents */
@@ -44,7 +44,7 @@ export function count(from, to) {
   return Array.from({ length: to - from + 1 }, (_, i) => from + i);
 }
 
-/** @param {import('../../npm/recording.js').Recording} recording */
+/** @param {import('../../npm/files/recording.js').Recording} recording */
 export function pairsOf({ depth_frames }) {
   return depth_frames.map(({ depth, color }) => [depth, color]);
 }

@@ -2,9 +2,9 @@
 /** What a single file is, by its name and its first bytes. */
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { understand } from '../../npm/recording.js';
+import { understand } from '../../npm/recording/understand.js';
 import { classify, isColumn } from '../../npm/recording/classify.js';
-import { readImage, readNpyShape, readPlyExtent } from '../../npm/recording/heads.js';
+import { readImage, readNpyShape, readPlyExtent } from '../../npm/files/heads.js';
 import { DEPTH16, encode, npy, PALETTE, PGM, SPACE } from './recording_files.mjs';
 import { asciiPly } from './support.mjs';
 

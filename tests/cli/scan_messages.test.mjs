@@ -5,7 +5,7 @@ import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { scanReader } from '../../npm/formats/scan_messages.js';
-import { fileInMemory } from '../../npm/recording/contents.js';
+import { fileInMemory } from '../../npm/files/content.js';
 
 const BEAMS = 61;
 const STEP = Math.PI / 180;

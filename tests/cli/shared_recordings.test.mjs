@@ -7,7 +7,7 @@ import * as engine from '../../npm/index.js';
 import { readAs } from '../../scripts/recordings.mjs';
 import { DATA, skipWithoutData as skip } from './support.mjs';
 
-/** Path, what it is read as, frames. @type {readonly (readonly [string, import('../../npm/recording.js').Recording['kind'], number])[]} */
+/** Path, what it is read as, frames. @type {readonly (readonly [string, import('../../npm/files/recording.js').Recording['kind'], number])[]} */
 const RECORDINGS = [
   ['laser/zju10', 'planar_scans', 10],
   ['laser/fr079', 'planar_scans', 1464],

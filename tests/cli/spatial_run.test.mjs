@@ -7,14 +7,14 @@ import { test } from 'node:test';
 import { setTimeout as sleep } from 'node:timers/promises';
 import { startPreparers } from '../../npm/cli/preparers.js';
 import { registrarOf } from '../../npm/cli/reconstruct_spatial.js';
-import { fileError } from '../../npm/errors.js';
-import { Frame } from '../../npm/frame_queue.js';
+import { fileError } from '../../npm/base/errors.js';
+import { Frame } from '../../npm/run/frame_queue.js';
 import * as engine from '../../npm/index.js';
-import { SpatialRun, WorkerDied } from '../../npm/spatial_run.js';
+import { SpatialRun, WorkerDied } from '../../npm/run/spatial_run.js';
 import { SIZE, VIEWS, walkFiles } from './depth_room.mjs';
 
-/** @typedef {import('../../npm/spatial_run.js').Job} Job */
-/** @typedef {import('../../npm/spatial_run.js').RunEvent} RunEvent */
+/** @typedef {import('../../npm/run/frame_queue.js').Job} Job */
+/** @typedef {import('../../npm/run/spatial_run.js').RunEvent} RunEvent */
 
 /** @param {number} count */
 function jobs(count, from = 0) {
@@ -44,7 +44,7 @@ class Recorder {
   /** Pieces of work that are left after the last frame. */
   numLeft = 0;
 
-  /** @param {Uint8Array} bytes @returns {Promise<import('../../npm/spatial_run.js').Progress>} */
+  /** @param {Uint8Array} bytes @returns {Promise<import('../../npm/run/spatial_run.js').Progress>} */
   async place([index = -1]) {
     assert.ok(!this.isBusy, 'one frame at a time');
     this.isBusy = true;
@@ -296,7 +296,7 @@ test('a stop answers at once and keeps what is done; the run goes on later', asy
   const { preparers } = fakes(2, { milliseconds: (index) => (index < 3 ? 1 : index === 3 ? 5000 : 2) });
   const registrar = new Recorder();
   const controller = new AbortController();
-  const onEvent = (/** @type {import('../../npm/spatial_run.js').RunEvent} */ event) => {
+  const onEvent = (/** @type {import('../../npm/run/spatial_run.js').RunEvent} */ event) => {
     if (event.type === 'registered' && event.index === 2) controller.abort();
   };
   const run = new SpatialRun({ registrar, preparers, onEvent });
@@ -325,7 +325,7 @@ test('a stop while nobody obeys it answers before anybody does, and nothing is p
   const registrar = new Recorder();
   registrar.milliseconds = 150;
   const controller = new AbortController();
-  const onEvent = (/** @type {import('../../npm/spatial_run.js').RunEvent} */ event) => {
+  const onEvent = (/** @type {import('../../npm/run/spatial_run.js').RunEvent} */ event) => {
     if (event.type === 'prepared' && event.index === 1) controller.abort();
   };
   const run = new SpatialRun({ registrar, preparers, onEvent });
@@ -425,7 +425,7 @@ test('a frame that waited in a thread that died is not to blame', async () => {
   const [sick] = fakes(1).preparers;
   assert.ok(sick);
   let [numReplaced, mostAtHand] = [0, 0];
-  /** @type {{ index: number, resolve: (prepared: import('../../npm/spatial_run.js').Prepared) => void, reject: (error: Error) => void }[]} */
+  /** @type {{ index: number, resolve: (prepared: import('../../npm/run/frame_queue.js').Prepared) => void, reject: (error: Error) => void }[]} */
   let atHand = [];
   const work = async () => {
     await sleep(2);

@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { invoke } from '../../npm/cli/invocation.js';
 import { main } from '../../npm/cli/main.js';
-import { compareNaturally } from '../../npm/natural_order.js';
+import { compareNaturally } from '../../npm/base/natural_order.js';
 
 export const ROOT = fileURLToPath(new URL('../..', import.meta.url));
 export const SAMPLES = join(ROOT, 'www', 'samples', 'corridor');

@@ -6,10 +6,10 @@ import { mkdirSync, readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { gunzipSync, gzipSync } from 'node:zlib';
-import { bytesInMemory, openAnyArchive } from '../../npm/open_archive.js';
-import { unpackedName, unpackWhole } from '../../npm/packed.js';
-import { isArchiveName } from '../../npm/recording/kinds.js';
-import { openTar } from '../../npm/tar.js';
+import { bytesInMemory, openAnyArchive } from '../../npm/archive/open.js';
+import { unpackedName, unpackWhole } from '../../npm/archive/packed.js';
+import { isArchiveName } from '../../npm/files/kinds.js';
+import { openTar } from '../../npm/archive/tar.js';
 import { readReport, ROOM_FILES, scanstitch, temporaryFolder } from './support.mjs';
 
 const LONG = `${'a folder of a hundred characters '.repeat(3)}/${'b'.repeat(120)}/scan.txt`;

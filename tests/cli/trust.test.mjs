@@ -5,13 +5,13 @@ import { execFileSync, spawnSync } from 'node:child_process';
 import { chmodSync, existsSync, mkdirSync, symlinkSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { append } from '../../npm/append.js';
+import { append } from '../../npm/base/append.js';
 import { table } from '../../npm/cli/command.js';
 import { gather } from '../../npm/cli/inputs.js';
 import { zipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
-import { lookUp } from '../../npm/look_up.js';
-import { NAME_LENGTH, printable } from '../../npm/printable.js';
+import { lookUp } from '../../npm/base/look_up.js';
+import { NAME_LENGTH, printable } from '../../npm/base/printable.js';
 import { asciiPly, readReport, ROOM_FILES, ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 test('foreign text can neither begin a line, nor move the cursor, nor turn the writing', () => {
@@ -240,7 +240,7 @@ test('a file that is gone when it is read costs the others nothing', async () =>
     throw Object.assign(new Error('no such file'), { code: 'ENOENT' });
   };
   const there = async () => new Uint8Array([1, 2, 3]);
-  /** @type {import('../../npm/recording/contents.js').Content[]} */
+  /** @type {import('../../npm/files/content.js').Content[]} */
   const all = [
     { path: 'a.bin', size: 64, read: gone, readHead: gone },
     { path: 'b.png', size: 3, read: there, readHead: there },

@@ -157,7 +157,7 @@ test('the manifest, the types and the docs name what the element has', async ({ 
     return [element.observedAttributes, Object.getOwnPropertyNames(element.prototype)];
   });
   const read = (path: string): string => readFileSync(join(ROOT, path), 'utf8');
-  const { modules } = JSON.parse(read('npm/custom-elements.json')) as {
+  const { modules } = JSON.parse(read('package/custom-elements.json')) as {
     modules: { path: string; declarations: Record<string, { name: string; fieldName: string; kind: string }[]>[] }[];
   };
   const { path = '', declarations: [told = {}] = [] } = modules[0] ?? {};
@@ -167,7 +167,7 @@ test('the manifest, the types and the docs name what the element has', async ({ 
   expect(names('attributes')).toEqual(class_attributes.toSorted());
   expect(members).toEqual(expect.arrayContaining(names('members')));
 
-  const types = read('npm/element.d.ts');
+  const types = read('package/element.ts');
   const declared = (name: string): string => new RegExp(`interface ${name} [^]*?\n}`).exec(types)?.[0] ?? '';
   const fields = (told['attributes'] ?? []).map(({ fieldName }) => fieldName);
   const keys = (text: string): string[] =>
@@ -201,7 +201,7 @@ test.describe('bundled', () => {
     const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('npm_')));
     const install = ['install', '--no-audit', '--no-fund', '--loglevel=error', ...FRAMEWORKS];
     if (is_whole) execFileSync('npm', install, { cwd: folder, env });
-    for (const part of ['package.json', 'npm', 'pkg', 'www/dist/module'])
+    for (const part of ['package.json', 'npm', 'package/custom-elements.json', 'pkg', 'www/dist/module'])
       cpSync(join(ROOT, part), join(folder, 'node_modules/scanstitch', part), { recursive: true });
   });
   test.afterAll(() => rmSync(folder, { recursive: true, force: true }));

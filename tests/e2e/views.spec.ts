@@ -2,7 +2,7 @@
 import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
 import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
-import { compareNaturally } from '../../npm/natural_order.js';
+import { compareNaturally } from '../../npm/base/natural_order.js';
 import {
   formatAngle,
   formatCount,

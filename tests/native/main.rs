@@ -30,6 +30,7 @@ mod odometry_check;
 mod pair_registration;
 mod pcd;
 mod ply;
+mod pose_graphs;
 mod radish_logs;
 mod reconstruction;
 mod registration;

@@ -34,7 +34,7 @@ import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
 import { ViewHistory } from './components/view-history.js';
 import { ownerOf } from './views/settings-link.js';
-import type { ScanstitchElement } from '../../npm/element.js';
+import type { ScanstitchElement } from '../../package/element.js';
 
 const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
 
@@ -58,7 +58,7 @@ let address_owner: ScanstitchApp | null = null;
 /**
  * Scanstitch as one element: `<scanstitch-app></scanstitch-app>`. Drop laser scans or depth images on it; it shows the
  * path of the sensor and the stitched map, computed in the tab. Attributes, events, slots, parts and CSS variables are listed in
- * docs/embedding.md, methods in npm/element.d.ts. An attribute that changes acts at once.
+ * docs/embedding.md, methods in package/element.ts. An attribute that changes acts at once.
  *
  * The height is the page's choice; without one it is 760 pixels or nine tenths of the window.
  */
@@ -221,7 +221,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (changed.get('view') !== undefined) this.openView();
   }
 
-  // For the host page; documented in npm/element.d.ts.
+  // For the host page; documented in package/element.ts.
 
   open(source: string | readonly string[] | Iterable<File>): Promise<void> {
     return this.api.open(source);

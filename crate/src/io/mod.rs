@@ -27,6 +27,7 @@ pub mod pcd;
 pub mod ply;
 mod png;
 pub mod point_cloud;
+pub mod pose_graph;
 pub mod relations;
 mod text;
 pub mod trajectory;

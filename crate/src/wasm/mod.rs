@@ -37,6 +37,8 @@ mod planar_files;
 #[cfg(feature = "full")]
 mod point_cloud;
 #[cfg(feature = "full")]
+mod pose_graph;
+#[cfg(feature = "full")]
 mod spatial;
 #[cfg(feature = "full")]
 mod strategies;

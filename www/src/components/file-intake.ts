@@ -6,7 +6,7 @@ import type { ReactiveControllerHost } from 'lit';
 import type { Note } from '../datasets/note.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
-import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
+import type { ListedBag } from '../../../package/bag/bag_recordings.js';
 import type { BagListener, OpenedFiles, tellApart } from '../datasets/spatial-files.js';
 import type { BagState, Wishes } from './topics-panel.js';
 

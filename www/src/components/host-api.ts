@@ -1,4 +1,4 @@
-/** What a host page can do with the element: open files, run, cancel. Documented in npm/element.d.ts. */
+/** What a host page can do with the element: open files, run, cancel. Documented in package/element.ts. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';

@@ -1,5 +1,5 @@
 /** The events that the element fires for the page that contains it. */
-import type { ScanstitchEvents } from '../../../npm/element.js';
+import type { ScanstitchEvents } from '../../../package/element.js';
 import type { Message } from './messages.js';
 
 export type {
@@ -7,7 +7,7 @@ export type {
   ScanstitchMapPoints,
   ScanstitchProgress,
   ScanstitchResult,
-} from '../../../npm/element.js';
+} from '../../../package/element.js';
 
 export function tellHost<K extends keyof ScanstitchEvents>(
   from: EventTarget,

@@ -3,7 +3,7 @@
  * markup; it asks its host to draw again when something has changed.
  */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import { printable } from '../../../npm/printable.js';
+import { printable } from '../../../package/base/printable.js';
 import type { Problem } from '../engine/protocol.js';
 import { fetchAgain } from '../engine/start.js';
 import { START_PATIENCE_MS } from '../engine/worker-host.js';

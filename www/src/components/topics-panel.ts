@@ -1,8 +1,9 @@
 /** The topics of a bag, and what each is used as. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
-import { type Choice, type Role, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../npm/bag/topics.js';
+import type { ListedBag } from '../../../package/bag/bag_recordings.js';
+import type { Role } from '../../../package/bag/roles.js';
+import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../package/bag/topics.js';
 import { shared } from './theme.js';
 import { plural } from '../views/format.js';
 

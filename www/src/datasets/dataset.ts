@@ -1,7 +1,7 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
 import type { InputFile, Inputs } from '../engine/protocol.js';
 import type { Note } from './note.js';
-import { compareNaturally } from '../../../npm/natural_order.js';
+import { compareNaturally } from '../../../package/base/natural_order.js';
 
 /** Where a data set comes from. A sample, or what the host page names, is never extended by the user's files. */
 export type Origin = 'sample' | 'host' | 'user';

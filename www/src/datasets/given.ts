@@ -3,8 +3,8 @@
  * as a drop has them.
  */
 import type { InputFile } from '../engine/protocol.js';
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { classify } from '../../../npm/recording/classify.js';
+import { HEAD_BYTES } from '../../../package/files/heads.js';
+import { classify } from '../../../package/recording/classify.js';
 import type { Dataset } from './dataset.js';
 import { okOnly } from './fetch-ok.js';
 import type { Note } from './note.js';

@@ -2,15 +2,16 @@
  * Files of a recording in space: where each one's bytes are, read when they are needed. They may lie on the disk, in a
  * zip, or on the server.
  */
-import type { ListedBag } from '../../../npm/bag/bag_recordings.js';
-import { append } from '../../../npm/append.js';
-import { isBagName, isOfBag } from '../../../npm/bag/names.js';
-import { needsConversion } from '../../../npm/formats/names.js';
-import { type Content, filesInArchive, filesInBags } from '../../../npm/recording/contents.js';
-import { isArchiveName, isImageName } from '../../../npm/recording/kinds.js';
-import type { ByteSource } from '../../../npm/archive.js';
-import type { Choice, Wishes } from '../../../npm/bag/topics.js';
-import type { Recording } from '../../../npm/recording.js';
+import type { ListedBag } from '../../../package/bag/bag_recordings.js';
+import { append } from '../../../package/base/append.js';
+import { isBagName, isOfBag } from '../../../package/bag/names.js';
+import { needsConversion } from '../../../package/formats/names.js';
+import type { Content } from '../../../package/files/content.js';
+import { filesInArchive, filesInBags } from '../../../package/recording/contents.js';
+import { isArchiveName, isImageName } from '../../../package/files/kinds.js';
+import type { ByteSource } from '../../../package/archive/window.js';
+import type { Choice, Wishes } from '../../../package/bag/topics.js';
+import type { Recording, Understood } from '../../../package/files/recording.js';
 import type { Readable } from '../engine/preparer.js';
 import { bitmapOf } from './bitmap.js';
 import type { Origin } from './dataset.js';
@@ -56,12 +57,12 @@ export interface SpatialFiles {
   files: readonly StoredFile[];
   notes: readonly Note[];
   /** What the files are made out to be, where it is known already. */
-  recording?: Recording;
+  recording?: Understood;
 }
 
 /** How a recording is understood is loaded with the first one that may be in space. */
-export async function understandFiles(files: readonly StoredFile[]): Promise<Recording> {
-  const { understand } = await import('../../../npm/recording.js');
+export async function understandFiles(files: readonly StoredFile[]): Promise<Understood> {
+  const { understand } = await import('../../../package/recording/understand.js');
   const byPath = new Map(files.map((file) => [file.path, file]));
   return understand(files, async (path, length) => (await byPath.get(path)?.readHead(length)) ?? new Uint8Array());
 }
@@ -133,7 +134,7 @@ export async function openFiles(
     notes,
   );
   if (!of_bags.some(({ path }) => isBagName(path))) return { given, files: [...rest, ...of_bags], notes, bags: [] };
-  const { listBags } = await import('../../../npm/bag/bag_recordings.js');
+  const { listBags } = await import('../../../package/bag/bag_recordings.js');
   const sources = of_bags.map((file) => ({ path: file.path, source: () => sourceOf(file, given) }));
   const listed = await listBags(sources, (done, total) => listener.walking(done, total));
   await listener.listed(listed.bags);
@@ -144,7 +145,7 @@ export async function openFiles(
 /** What is packed or of a format that the engine does not read is made into what it reads. */
 async function convert(files: StoredFile[], notes: Note[]): Promise<StoredFile[]> {
   if (!needsConversion(files)) return files;
-  const { convertFiles } = await import('../../../npm/formats/convert.js');
+  const { convertFiles } = await import('../../../package/formats/convert.js');
   const converted = await convertFiles(files, packed);
   append(notes, converted.notes);
   return converted.files;
@@ -173,7 +174,7 @@ async function openBags(
   wishes: Wishes,
   listener: BagListener,
 ): Promise<{ bags: OpenedBag[]; files: StoredFile[] }> {
-  const { recordingsOf } = await import('../../../npm/bag/bag_recordings.js');
+  const { recordingsOf } = await import('../../../package/bag/bag_recordings.js');
   const recordings = await recordingsOf(bags, wishes, (done, total) => listener.looking(done, total));
   const files = filesInBags(recordings).map(packed);
   return { files, bags: bags.map((listed, i) => ({ listed, choice: recordings[i]?.choice ?? {} })) };
@@ -187,7 +188,7 @@ function packed(content: Content): StoredFile {
 /** On the disk a bag is read piece by piece; one in a zip has to be unpacked as a whole. */
 async function sourceOf(file: StoredFile, given: readonly NamedFile[]): Promise<ByteSource> {
   const on_disk = given.find(({ name }) => name === file.path);
-  const { bytesOfBlob } = await import('../../../npm/archive.js');
+  const { bytesOfBlob } = await import('../../../package/archive/archive.js');
   return bytesOfBlob(on_disk?.file ?? (await file.blob()));
 }
 
@@ -200,8 +201,8 @@ async function openArchives(files: readonly NamedFile[]): Promise<{ files: Store
       continue;
     }
     const [{ bytesOfBlob }, { openAnyArchive }] = await Promise.all([
-      import('../../../npm/archive.js'),
-      import('../../../npm/open_archive.js'),
+      import('../../../package/archive/archive.js'),
+      import('../../../package/archive/open.js'),
     ]);
     try {
       const archive = await openAnyArchive(name, bytesOfBlob(file));

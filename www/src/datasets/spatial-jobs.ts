@@ -1,5 +1,5 @@
 /** The frames of a recording as the engine is given them. */
-import type { Recording } from '../../../npm/recording.js';
+import type { Recording } from '../../../package/files/recording.js';
 import type { SpatialJob } from '../engine/preparer.js';
 import type { StoredFile } from './spatial-files.js';
 

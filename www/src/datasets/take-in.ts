@@ -1,9 +1,9 @@
 /** Reads and classifies files that were dropped, picked or fetched. This module is loaded with the first of them. */
-import { compareNaturally } from '../../../npm/natural_order.js';
-import { classify, type Role } from '../../../npm/recording/classify.js';
-import { HEAD_BYTES } from '../../../npm/recording/heads.js';
-import { isTable } from '../../../npm/recording/laser_logs.js';
-import { assignRoles } from '../../../npm/recording/planar.js';
+import { compareNaturally } from '../../../package/base/natural_order.js';
+import { classify, type Role } from '../../../package/recording/classify.js';
+import { HEAD_BYTES } from '../../../package/files/heads.js';
+import { isTable } from '../../../package/files/laser_logs.js';
+import { assignRoles } from '../../../package/recording/planar.js';
 import type { InputFile } from '../engine/protocol.js';
 import type { Intake } from './dataset.js';
 import type { NamedFile } from './gather.js';

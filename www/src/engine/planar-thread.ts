@@ -2,7 +2,7 @@
  * The thread of planar scans, with whichever file of the engine its worker has. It works in slices of a few milliseconds and reads its messages between them, so a stop is
  * obeyed and a question answered while a long input is computed.
  */
-import { gridFiles } from '../../../npm/grid_files.js';
+import { gridFiles } from '../../../package/report/grid_files.js';
 import type * as full from './package.js';
 import type {
   Answers,

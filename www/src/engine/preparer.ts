@@ -1,5 +1,5 @@
 /** One frame of a recording in space, and the threads that decode and prepare such frames. */
-import { giveBack, owned } from '../../../npm/buffers.js';
+import { giveBack, owned } from '../../../package/base/buffers.js';
 import preparer_url from './preparer-worker.ts?worker&url';
 import type { Problem } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
@@ -51,7 +51,7 @@ export function dropSpare(): void {
 /** One thread that prepares frames; where it dies, another takes its place. */
 export class ThreadPreparer {
   #host = new WorkerHost<PreparerApi>(preparer_url, {
-    // The frame is to blame: it is left out when it has done so twice (npm/spatial_run.js).
+    // The frame is to blame: it is left out when it has done so twice (package/run/spatial_run.ts).
     crashed: (message) => {
       this.#host.succeeded();
       this.#died_idle = this.#num_waiting > 0 ? null : message;

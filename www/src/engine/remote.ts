@@ -1,6 +1,6 @@
 /** Calls across threads, the page's side: one worker and the calls that wait for it. What becomes of it after a crash is
  * for `WorkerHost` to say. */
-import { WorkerDied } from '../../../npm/worker_died.js';
+import { WorkerDied } from '../../../package/base/worker_died.js';
 import type { Problem } from './protocol.js';
 import type { Call, Message } from './serve.js';
 

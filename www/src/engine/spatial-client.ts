@@ -1,8 +1,8 @@
 /**
  * The page's side of a run in space: one registrar, a few preparing workers, and the order of what they do, which the
- * command line shares (npm/spatial_run.js).
+ * command line shares (package/run/spatial_run.ts).
  */
-import { SpatialRun } from '../../../npm/spatial_run.js';
+import { SpatialRun } from '../../../package/run/spatial_run.js';
 import type { Problem } from './protocol.js';
 import registrar_url from './registrar-worker.ts?worker&url';
 import {

@@ -1,6 +1,6 @@
 /** The thread of comparisons: reads trajectories, keeps them, compares them. */
 import { evaluate, init, relation_errors, Trajectory } from '../engine/package.js';
-import { comparePair, relate, type Remedies } from '../../../npm/evaluation/compare.js';
+import { comparePair, relate, type Remedies } from '../../../package/evaluation/compare.js';
 import type { Command, Comparison, Query, QueryApi, Result, TimesFile, TrajectoryFile } from './protocol.js';
 import { attempt, serve, transferred } from '../engine/serve.js';
 import { readTrajectory } from './read-trajectory.js';

@@ -2,7 +2,7 @@
  * What each of the files dropped together is: a trajectory, one pose of many, times, relations, or a cloud. It is
  * told by their names and beginnings, before they are read as a whole.
  */
-import { compareNaturally } from '../../../npm/natural_order.js';
+import { compareNaturally } from '../../../package/base/natural_order.js';
 import type { Part } from './protocol.js';
 
 /** Trajectories that were found: one file each, or the files of a folder with one pose each. */

@@ -1,5 +1,5 @@
 /** From dropped files, folders and archives to bytes. */
-import { isPoseDocument, posesOfDocument, trajectoryBytes } from '../../../npm/recording/pose_file.js';
+import { isPoseDocument, posesOfDocument, trajectoryBytes } from '../../../package/recording/pose_file.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { openFiles } from '../datasets/spatial-files.js';
 import { messageOf } from '../engine/message-of.js';

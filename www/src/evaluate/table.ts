@@ -1,5 +1,5 @@
 /** The ranked table: its columns, its order, and its text for a report. */
-import { columnsOf as figureColumns, csvOf, formatValue, markdownOf } from '../../../npm/evaluation/table.js';
+import { columnsOf as figureColumns, csvOf, formatValue, markdownOf } from '../../../package/evaluation/table.js';
 import type { Comparison, EvaluationOptions, Refusal } from './protocol.js';
 
 export { formatValue };

@@ -1,5 +1,5 @@
 /** An animated PNG from single ones (the APNG specification of Mozilla, part of PNG since its third edition). */
-import { crc32 } from '../../../npm/crc32.js';
+import { crc32 } from '../../../package/base/crc32.js';
 
 const SIGNATURE = 8;
 /** Chunks of the first picture that hold for all. */

@@ -2,7 +2,7 @@
 import type { Answers } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
-import type { reportHtml } from '../../../npm/report/report.js';
+import type { reportHtml } from '../../../package/report/report.js';
 import type { ZipApi } from './zip-worker.js';
 import type { Download, ExportItem } from './download.js';
 import zip_url from './zip-worker.ts?worker&url';
@@ -56,7 +56,7 @@ async function allFiles(sources: Sources): Promise<Files> {
 
 /** The report to be read and printed, with the map as it is on the screen. */
 export async function reportOf({ report, picture }: Pick<Sources, 'report' | 'picture'>): Promise<Blob> {
-  const { reportHtml } = await import('../../../npm/report/report.js');
+  const { reportHtml } = await import('../../../package/report/report.js');
   const html = reportHtml(report.result, { ...report.context, picture: await dataAddress(await picture()) });
   return new Blob([html], { type: 'text/html' });
 }

@@ -5,11 +5,11 @@ import type { NamedFile } from '../datasets/gather.js';
 import { addressesOf, fetchGiven } from '../datasets/given.js';
 import { fetchSample } from '../datasets/remote.js';
 
-import { lab_scene, lab_scenes } from '../../../npm/lab/scenes.js';
+import { lab_scene, lab_scenes } from '../../../package/lab/scenes.js';
 import { baseName } from '../views/format.js';
 import type { LabLink } from './link.js';
 import type { Options } from './protocol.js';
-import { compareNaturally } from '../../../npm/natural_order.js';
+import { compareNaturally } from '../../../package/base/natural_order.js';
 
 /** Name of the sample in a link. */
 export const SAMPLE = 'sample';

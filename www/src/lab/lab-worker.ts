@@ -1,6 +1,6 @@
 /** A thread of the lab: it holds two clouds, and answers what is asked of the methods that register them. */
 import { decode_depth, IcpLab, init, local_minima, PointCloud, version } from '../engine/package.js';
-import { compareOwnIcp } from '../../../npm/lab/own_icp.js';
+import { compareOwnIcp } from '../../../package/lab/own_icp.js';
 import { nothingLoaded, serve } from '../engine/serve.js';
 import type { CloudData } from '../components/given-clouds.js';
 import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, OwnComparison, Pose } from './protocol.js';

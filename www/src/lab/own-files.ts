@@ -19,7 +19,7 @@ export async function takeOwn(session: LabSession, { name, file }: NamedFile): P
     session.report('There are no clouds yet to follow your poses on', 'Drop two clouds first');
     return false;
   }
-  const { read_own_poses } = await import('../../../npm/lab/own_poses.js');
+  const { read_own_poses } = await import('../../../package/lab/own_poses.js');
   try {
     await session.addOwn(short, read_own_poses(new Uint8Array(await file.arrayBuffer()), short));
     return true;

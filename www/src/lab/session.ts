@@ -12,7 +12,7 @@ import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
-import { MOST_POINTS, voxelFor } from '../../../npm/lab/thinning.js';
+import { MOST_POINTS, voxelFor } from '../../../package/lab/thinning.js';
 import { numLargest, tooLarge } from './thinning.js';
 import { numPoses, poseAt } from './trace.js';
 import { stateWords } from './words.js';

@@ -1,5 +1,5 @@
 /** The figures at the top of a run in space. */
-import { assumedMark, condition } from '../../../npm/assumed.js';
+import { assumedMark, condition } from '../../../package/report/assumed.js';
 import type { SpatialResult } from '../engine/spatial-protocol.js';
 import { DEGREES, formatCount, formatDuration, formatFixed, formatLength } from '../views/format.js';
 import { comparisonFigure, type Figure } from '../views/headline.js';

@@ -1,6 +1,7 @@
-import { joinPoses, type Recording } from '../../../npm/recording.js';
-import { cameraFor, engineCamera } from '../../../npm/recording/camera_file.js';
-import { trajectoryBytes } from '../../../npm/recording/pose_file.js';
+import type { Recording, Understood } from '../../../package/files/recording.js';
+import { joinPoses } from '../../../package/recording/understand.js';
+import { cameraFor, engineCamera } from '../../../package/recording/camera_file.js';
+import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Origin } from '../datasets/dataset.js';
 import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
@@ -23,7 +24,7 @@ export interface SpatialDataset {
   title: string;
   origin: Origin;
   files: ReadonlyMap<string, StoredFile>;
-  recording: Recording;
+  recording: Understood;
   jobs: readonly SpatialJob[];
   /** Name of the reference; empty without. */
   reference_name: string;
@@ -400,7 +401,7 @@ function makeDataset(
   title: string,
   origin: Origin,
   files: readonly StoredFile[],
-  recording: Recording,
+  recording: Understood,
 ): SpatialDataset {
   const byPath = new Map(files.map((file) => [file.path, file]));
   const [first = ''] = recording.reference;

@@ -1,6 +1,6 @@
 /** The page's side of a comparison: the worker that places frames, those that prepare them, and what is known so far. */
-import { SpatialRun } from '../../../npm/spatial_run.js';
-import { StrategyRace } from '../../../npm/strategy_race.js';
+import { SpatialRun } from '../../../package/run/spatial_run.js';
+import { StrategyRace } from '../../../package/run/strategy_race.js';
 import {
   addPreparers,
   AHEAD,

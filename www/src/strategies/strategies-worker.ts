@@ -1,6 +1,6 @@
 /** The thread that places every frame by each strategy in turn: one after the other, so that the clock is fair. */
 import { init, strategy_presets, StrategyComparison } from '../engine/package.js';
-import { timed } from '../../../npm/strategy_race.js';
+import { timed } from '../../../package/run/strategy_race.js';
 import { nothingLoaded, serve, type Served } from '../engine/serve.js';
 import type { ComparerApi, StrategyPreset } from './protocol.js';
 

@@ -1,0 +1,54 @@
+/**
+ * Laser scans of ROS as a text log: a JSON object a line, as CSM (A. Censi, "An ICP variant using a point-to-line
+ * metric", ICRA 2008) writes them.
+ */
+import { MOST_ANGLE } from '../files/laser_logs.js';
+import { MessageError } from './cdr.js';
+import type { ScanMessage } from './messages.js';
+
+/**
+ * One line of the log. A reading is null where the message's own rules call it invalid: not a number, infinite, nearer
+ * than `range_min` or farther than `range_max` (sensor_msgs/LaserScan, REP 117).
+ */
+export function scanLine(scan: ScanMessage) {
+  const { angleMin, angleIncrement, rangeMin, rangeMax, ranges, stamp } = scan;
+  const nrays = ranges.length;
+  if (nrays < 2) throw new MessageError(`The scan has ${nrays} readings`, 'Leave it out');
+  const last = angleMin + (nrays - 1) * angleIncrement;
+  if (!Number.isFinite(last) || angleIncrement === 0) {
+    throw new MessageError(`The scan's readings lie ${angleIncrement} rad apart, from ${angleMin} rad on`);
+  }
+  if (Math.abs(last - angleMin) > MOST_ANGLE) {
+    const degrees = Math.round((Math.abs(last - angleMin) * 180) / Math.PI);
+    throw new MessageError(`The scan's readings cover ${degrees} degrees: its angles are not in radians`);
+  }
+  if (!(rangeMax > rangeMin)) {
+    throw new MessageError(
+      `No reading can lie between the scan's range_min, ${rangeMin}, and its range_max, ${rangeMax}`,
+    );
+  }
+  const isValid = (range: number) => range >= rangeMin && range <= rangeMax && Number.isFinite(range);
+  // The shortest decimal that is the same 32-bit number: half the text.
+  const readings = Array.from(ranges, (range) => (isValid(range) ? shortest(range) : null));
+  // A scanner that hangs upside down turns the other way.
+  if (angleIncrement < 0) readings.reverse();
+  const [min_theta, max_theta] = angleIncrement < 0 ? [last, angleMin] : [angleMin, last];
+  return JSON.stringify({
+    nrays,
+    min_theta,
+    max_theta,
+    readings,
+    timestamp: [stamp.sec, Math.floor(stamp.nsec / 1000)],
+    odometry: null,
+    estimate: null,
+    true_pose: null,
+  });
+}
+
+function shortest(value: number) {
+  for (let digits = 4; digits < 9; digits += 1) {
+    const rounded = Number(value.toPrecision(digits));
+    if (Math.fround(rounded) === value) return rounded;
+  }
+  return value;
+}

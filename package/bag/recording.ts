@@ -1,0 +1,307 @@
+/**
+ * A bag as a recording: what its chosen topics hold, as files of standard formats that are made when they are read, and
+ * how they belong together.
+ */
+import { append } from '../base/append.js';
+import { fileError, lost, type Note } from '../base/errors.js';
+import { groupBy } from '../files/names.js';
+import { pairUp } from '../files/pairs.js';
+import { empty, type Recording } from '../files/recording.js';
+import { MessageError } from './cdr.js';
+import { cloudFile } from './clouds.js';
+import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
+import { scanLine } from './laser_scans.js';
+import {
+  type CameraMessage,
+  decodeCamera,
+  decodeCloud,
+  decodeCompressed,
+  decodeImage,
+  decodeLivoxCloud,
+  decodeScan,
+  type ImageMessage,
+} from './messages.js';
+import type { Bag, Topic } from './open.js';
+import { packedEnding, packedFile } from './packed_images.js';
+import { pathText } from './path.js';
+import type { Role } from './roles.js';
+import { plural, stampedMessages, timeText } from './stamps.js';
+import type { Choice, TopicFacts } from './topics.js';
+
+/** A file that is made of messages when it is read. */
+export interface BagContent {
+  path: string;
+  /** Of the messages, about; 1 where it is unknown. */
+  size: number;
+  /** Rejects with a ScanstitchError. */
+  read: () => Promise<Uint8Array>;
+  /** What could not be read of it, once it has been read. */
+  losses?: Note[];
+}
+export type BagRecording = { files: BagContent[]; recording: Recording };
+type TimedContent = BagContent & { time: bigint };
+
+/** Why there are no colours, where two clocks were at work. */
+const NO_PAIRS = 'none of its times lies within 0.02 s of a depth image: the map is made without colours';
+
+/** @param onProgress messages looked into */
+export async function recordingOfBag(
+  bag: Bag,
+  topics: readonly TopicFacts[],
+  choice: Choice,
+  onProgress: (done: number, total: number) => void = () => {},
+): Promise<BagRecording> {
+  const made = new Maker(bag, topics, onProgress);
+  const chosen = (role: Role) => topics.find(({ topic }) => topic.name === choice[role]) ?? null;
+  const [depth, clouds, scans] = [chosen('depth'), chosen('clouds'), chosen('scans')];
+  const source = depth ?? clouds ?? scans;
+  if (depth) await made.takeDepth(depth, chosen('color'), chosen('camera'));
+  else if (clouds) await made.takeClouds(clouds);
+  else if (scans) await made.takeScans(scans);
+  else made.tellOfPictures();
+  const [odometry, reference] = [chosen('odometry'), chosen('reference')];
+  if (scans && odometry) await made.takeOdometry(odometry, scans);
+  if (source && reference) await made.takeReference(reference, source);
+  return made.finish(choice);
+}
+
+class Maker {
+  #files: BagContent[] = [];
+  #recording: Recording;
+  #bag;
+  #topics;
+  #onProgress;
+  #total = 0;
+
+  constructor(bag: Bag, topics: readonly TopicFacts[], onProgress: (done: number, total: number) => void) {
+    this.#bag = bag;
+    this.#topics = topics;
+    this.#onProgress = onProgress;
+    this.#recording = { ...empty(), root: bag.path, notes: [...bag.notes] };
+  }
+
+  /** What a bag lacks that has nothing but pictures. */
+  tellOfPictures() {
+    const pictures = this.#topics.find(({ topic, uses }) => uses.includes('color') && topic.count > 0);
+    if (!pictures) return;
+    const { name } = pictures.topic;
+    const remedy = `record its depth as well: ros2 bag record ${name} /camera/depth/image_rect_raw /camera/depth/camera_info`;
+    this.#note(name, `not used: pictures without depth images, of which no map can be made; ${remedy}`);
+  }
+
+  async takeDepth(depth: TopicFacts, color: TopicFacts | null, camera: TopicFacts | null) {
+    this.#total = depth.topic.count + (color?.topic.count ?? 0);
+    const ending = await this.#endingOf(depth, depthEnding);
+    const depths = await this.#contents(depth.topic, 'depth', ending, (bytes) => imageFile(depth, bytes, depthFile));
+    const colors = color
+      ? await this.#contents(color.topic, 'color', await this.#endingOf(color, colorEnding), (bytes) =>
+          imageFile(color, bytes, colorFile),
+        )
+      : [];
+    const member = ({ path, size, time }: TimedContent) => ({
+      path,
+      size,
+      key: path,
+      time: Number(time) / 1e9,
+    });
+    const { pairs, unused } = pairUp(depths.map(member), colors.map(member), false);
+    const bare = pairs.filter(({ color }) => !color).length;
+    if (color && bare === pairs.length) this.#note(color.topic.name, NO_PAIRS);
+    else if (color) {
+      if (bare > 0)
+        this.#note(
+          depth.topic.name,
+          `${plural(bare, 'depth image')} without a colour image within 0.02 s, used without colours`,
+        );
+      if (unused.length > 0)
+        this.#note(color.topic.name, `${plural(unused.length, 'colour image')} not used: no depth image within 0.02 s`);
+    }
+    this.#recording.depth_frames = pairs.map(({ depth: { path, time }, color }) => {
+      return { name: path.slice(this.#bag.path.length + 1), depth: path, color: color?.path ?? null, time };
+    });
+    if (depths.length > 0) this.#recording.kind = 'depth_images';
+    if (camera) await this.#takeCamera(camera, depth);
+  }
+
+  async takeClouds({ topic }: TopicFacts) {
+    this.#total = topic.count;
+    const decode = topic.type.endsWith('/CustomMsg') ? decodeLivoxCloud : decodeCloud;
+    const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decode(bytes)));
+    this.#recording.clouds = contents.map(({ path }) => path);
+    this.#recording.cloud_times = contents.map(({ time }) => Number(time) / 1e9);
+    if (contents.length > 0) this.#recording.kind = 'clouds';
+  }
+
+  /** One log of all scans. */
+  async takeScans({ topic }: TopicFacts) {
+    this.#total = topic.count;
+    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) => this.#onProgress(done, this.#total));
+    append(this.#recording.notes, notes);
+    if (messages.length === 0) return;
+    const hasEchoes = topic.type.endsWith('/MultiEchoLaserScan');
+    const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.log`;
+    const losses: Note[] = [];
+    const read = async () => {
+      const lines: string[] = [];
+      const faults: string[] = [];
+      for (const { index } of messages) {
+        try {
+          lines.push(await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes))));
+        } catch (error) {
+          faults.push(wordsOf(error));
+        }
+      }
+      if (lines.length === 0) throw fileError(path, `None of its scans can be read. ${faults[0] ?? ''}`);
+      const some = `${plural(faults.length, 'scan')} of ${messages.length} left out: ${faults[0] ?? ''}`;
+      losses.splice(0, Infinity, ...(faults.length > 0 ? [lost(topic.name, some)] : []));
+      return new TextEncoder().encode(`${lines.join('\n')}\n`);
+    };
+    this.#files.push({ path, size: 1, read, losses });
+    this.#recording.scans = [path];
+    this.#recording.kind = 'planar_scans';
+  }
+
+  async takeReference(reference: TopicFacts, source: TopicFacts) {
+    this.#recording.reference = await this.#pathFile(reference, source, true);
+  }
+
+  async takeOdometry(odometry: TopicFacts, scans: TopicFacts) {
+    const [path = null] = await this.#pathFile(odometry, scans, false);
+    this.#recording.odometry = path;
+  }
+
+  /**
+   * The path of the source's frame that a topic tells, as one file; none where it tells none.
+   * @param isCompared whether nothing is computed from it
+   */
+  async #pathFile({ topic }: TopicFacts, source: TopicFacts, isCompared: boolean) {
+    const onProgress = (done: number) => this.#onProgress(done, topic.count);
+    const options = { isCompared, onProgress };
+    const { text, notes } = await pathText(this.#bag, this.#topics, topic, source.frame, options);
+    append(this.#recording.notes, notes);
+    if (text === null) return [];
+    const path = `${this.#bag.path}/${topic.name.replace(/^\//, '').replaceAll('/', '_')}.tum`;
+    const bytes = new TextEncoder().encode(text);
+    this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
+    return [path];
+  }
+
+  finish(choice: Choice): BagRecording {
+    const used = new Set(Object.values(choice));
+    const faulty = this.#topics.filter(
+      ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
+    );
+    for (const [problem, topics] of groupBy(faulty, ({ problem }) => problem)) {
+      const names = topics.map(({ topic }) => `${topic.name} (${topic.type})`);
+      const shown =
+        names.length > 4 ? `${names.slice(0, 3).join(', ')} and ${names.length - 3} more` : names.join(', ');
+      this.#note(this.#bag.path, `not used: ${shown}: ${problem}`);
+    }
+    return { files: this.#files, recording: this.#recording };
+  }
+
+  async #takeCamera({ topic }: TopicFacts, { topic: depthTopic, size }: TopicFacts) {
+    for (let index = 0; index < Math.min(topic.count, 10); index += 1) {
+      try {
+        const message = decodeCamera(await this.#bag.read(topic, index));
+        const camera = pinholeOf(message, topic.name, depthTopic.name);
+        if (!camera) continue;
+        if (size && (camera.width !== size[0] || camera.height !== size[1])) {
+          const reason = `describes images of ${camera.width} x ${camera.height} pixels, and the depth has ${size[0]} x ${size[1]}; not used`;
+          this.#note(topic.name, reason);
+          return;
+        }
+        if (message.d.some((value) => value !== 0) && !/rect/.test(depthTopic.name)) {
+          this.#note(
+            topic.name,
+            `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a more accurate map`,
+          );
+        }
+        const bytes = new TextEncoder().encode(`${JSON.stringify(camera)}\n`);
+        const path = `${this.#bag.path}/depth-camera.json`;
+        this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
+        this.#recording.intrinsics = path;
+        return;
+      } catch (error) {
+        if (index === 0) this.#note(topic.name, `its first message cannot be used: ${wordsOf(error)}`);
+      }
+    }
+  }
+
+  async #endingOf({ topic, encoding }: TopicFacts, rawEnding: (encoding: string) => string) {
+    if (topic.type !== 'sensor_msgs/msg/CompressedImage') return rawEnding(encoding);
+    try {
+      const { format, data } = decodeCompressed(await this.#bag.read(topic, 0));
+      return packedEnding(format, data);
+    } catch {
+      return /jpe?g/i.test(encoding) ? 'jpg' : 'png';
+    }
+  }
+
+  /** A file for each message, named by its time. */
+  async #contents(
+    topic: Topic,
+    folder: string,
+    ending: string,
+    convert: (bytes: Uint8Array) => Uint8Array,
+  ): Promise<TimedContent[]> {
+    const before = folder === 'color' ? this.#total - topic.count : 0;
+    const { messages, notes } = await stampedMessages(this.#bag, topic, (done) =>
+      this.#onProgress(before + done, this.#total),
+    );
+    append(this.#recording.notes, notes);
+    const contents = messages.map(({ index, time }) => {
+      const path = `${this.#bag.path}/${folder}/${timeText(time)}.${ending}`;
+      return { path, size: 1, time, read: () => this.#convert(topic, index, path, convert) };
+    });
+    append(this.#files, contents);
+    return contents;
+  }
+
+  async #convert<T>(topic: Topic, index: number, path: string, convert: (bytes: Uint8Array) => T): Promise<T> {
+    try {
+      return convert(await this.#bag.read(topic, index));
+    } catch (error) {
+      if (error instanceof MessageError) {
+        throw fileError(path, `Message ${index + 1} of ${topic.name}: ${error.problem}`, error.remedy);
+      }
+      const { problem, remedy } = error as { problem?: string; remedy?: string };
+      throw problem === undefined ? error : fileError(path, problem, remedy);
+    }
+  }
+
+  #note(file: string, reason: string) {
+    this.#recording.notes.push({ file, reason });
+  }
+}
+
+function imageFile({ topic }: TopicFacts, bytes: Uint8Array, rawFile: (image: ImageMessage) => Uint8Array) {
+  return topic.type === 'sensor_msgs/msg/CompressedImage'
+    ? packedFile(decodeCompressed(bytes))
+    : rawFile(decodeImage(bytes));
+}
+
+/**
+ * The camera of the images as they are sent: binned, and cut to a region; of rectified ones their own (CameraInfo's P).
+ */
+function pinholeOf({ width, height, k, p, binning, region }: CameraMessage, topic: string, depthTopic: string) {
+  const isRectified = /rect/.test(`${topic} ${depthTopic}`) && (p[0] ?? 0) > 0;
+  const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified
+    ? [p[0], 0, p[2], 0, 0, p[5], p[6]]
+    : [k[0], 0, k[2], 0, 0, k[4], k[5]];
+  if (!(fx > 0 && fy > 0)) return null; // not calibrated
+  const [binX, binY] = [Math.max(1, binning[0]), Math.max(1, binning[1])];
+  return {
+    width: Math.floor((region.width || width) / binX),
+    height: Math.floor((region.height || height) / binY),
+    fx: fx / binX,
+    fy: fy / binY,
+    cx: (cx - region.x) / binX,
+    cy: (cy - region.y) / binY,
+  };
+}
+
+function wordsOf(error: unknown) {
+  const { problem, message } = error as Error & { problem?: string };
+  return problem ?? message;
+}

@@ -1,0 +1,115 @@
+/** When the messages of a topic were made, in order, and what is wrong with their times. */
+import { lost, type Note } from '../base/errors.js';
+import { decodeStamp, type Stamp, STAMP_BYTES } from './messages.js';
+import type { Bag, Topic } from './open.js';
+
+/** time: ns */
+type Stamped = { index: number; time: bigint };
+
+/** So many messages are looked into at a time. */
+const READ_AT_ONCE = 64;
+/** A time that lies further back than this is a new beginning; what lies nearer came out of order (ns). */
+const NEW_BEGINNING = 1_000_000_000n;
+
+/**
+ * The messages of a topic by the times in their headers, or, where these are not set, by when they were recorded. Those
+ * that cannot be read are left out, and told.
+ * @param onProgress messages looked into
+ */
+export async function stampedMessages(
+  bag: Bag,
+  topic: Topic,
+  onProgress: (done: number) => void = () => {},
+): Promise<{ messages: Stamped[]; notes: Note[] }> {
+  const faults: Map<string, number> = new Map();
+  const found: Stamped[] = [];
+  let numUnset = 0;
+  for (let first = 0; first < topic.count; first += READ_AT_ONCE) {
+    const indexes = Array.from({ length: Math.min(READ_AT_ONCE, topic.count - first) }, (_, i) => first + i);
+    const heads = await Promise.allSettled(
+      indexes.map(async (index) => nanoseconds(decodeStamp(await bag.readHead(topic, index, STAMP_BYTES)))),
+    );
+    for (const [i, head] of heads.entries()) {
+      if (head.status === 'fulfilled') {
+        if (head.value === 0n) numUnset += 1;
+        found.push({ index: first + i, time: head.value });
+      } else {
+        const { problem, message } = head.reason;
+        const reason = problem ?? message;
+        faults.set(reason, (faults.get(reason) ?? 0) + 1);
+      }
+    }
+    onProgress(first + indexes.length);
+  }
+  const isSet = 2 * numUnset < found.length;
+  const timed = isSet
+    ? found.filter(({ time }) => time !== 0n)
+    : found.map(({ index }) => ({ index, time: bag.time(topic, index) }));
+  const { messages, notes } = inOrder(topic.name, timed);
+  for (const [reason, count] of faults) {
+    notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
+  }
+  if (isSet && numUnset > 0) {
+    notes.push(lost(topic.name, `${plural(numUnset, 'message')} left out: the time in the header is not set`));
+  }
+  return { messages, notes };
+}
+
+/**
+ * Messages in the order of their times, each time once. Where time begins anew, as when a recording was played twice,
+ * the longest stretch is kept.
+ * @param name of the topic
+ * @param messages in the order in which they were recorded
+ */
+export function inOrder(name: string, messages: readonly Stamped[]): { messages: Stamped[]; notes: Note[] } {
+  const notes: Note[] = [];
+  const stretches: Stamped[][] = [[]];
+  let latest = null;
+  let numEarly = 0;
+  for (const message of messages) {
+    if (latest !== null && message.time < latest - NEW_BEGINNING) {
+      stretches.push([]);
+      latest = null;
+    } else if (latest !== null && message.time < latest) numEarly += 1;
+    stretches.at(-1)?.push(message);
+    if (latest === null || message.time > latest) latest = message.time;
+  }
+  const longest = stretches.toSorted((a, b) => b.length - a.length)[0] ?? [];
+  if (stretches.length > 1) {
+    const reason = `time jumps back ${stretches.length === 2 ? 'once' : `${stretches.length - 1} times`}; the longest stretch is used, ${longest.length} of ${plural(messages.length, 'message')}`;
+    notes.push(lost(name, reason));
+  }
+  if (numEarly > 0) {
+    const reason = `time runs backwards at ${plural(numEarly, 'message')}; all are taken in the order of their times`;
+    notes.push({ file: name, reason });
+  }
+  const ordered = longest.toSorted((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : a.index - b.index));
+  const distinct = ordered.filter(({ time }, index) => index === 0 || time !== ordered[index - 1]?.time);
+  if (distinct.length < ordered.length) {
+    const reason = `${plural(ordered.length - distinct.length, 'message')} left out: another one has the same time`;
+    notes.push(lost(name, reason));
+  }
+  return { messages: distinct, notes };
+}
+
+export function nanoseconds({ sec, nsec }: Stamp) {
+  return BigInt(sec) * 1_000_000_000n + BigInt(nsec);
+}
+
+/** @param time ns */
+function stampOf(time: bigint): Stamp {
+  return { sec: Number(time / 1_000_000_000n), nsec: Number(time % 1_000_000_000n) };
+}
+
+/**
+ * Seconds, with all nine digits.
+ * @param time ns
+ */
+export function timeText(time: bigint) {
+  const { sec, nsec } = stampOf(time);
+  return `${sec}.${String(nsec).padStart(9, '0')}`;
+}
+
+export function plural(count: number, what: string) {
+  return `${count} ${what}${count === 1 ? '' : 's'}`;
+}

@@ -1,0 +1,197 @@
+/** `scanstitch reconstruct`: planar scans, depth images or clouds to a trajectory, a map and a report. */
+import { availableParallelism } from 'node:os';
+import { printable } from '../base/printable.js';
+import { contains, folderOf } from '../files/names.js';
+import type { Recording } from '../files/recording.js';
+import { isListName } from '../recording/lists.js';
+import { understand } from '../recording/understand.js';
+import { type Command, CommandError, type Engine, readArguments } from './command.js';
+import { gather, type Inputs, type Source } from './inputs.js';
+import { type Options, readMapFormat } from './results.js';
+import { settingsHelp } from './settings.js';
+import { Complaints, tellNotes } from './terminal.js';
+import { readWishes } from './wishes.js';
+
+const OPTIONS = {
+  reference: { type: 'string' },
+  odometry: { type: 'string' },
+  intrinsics: { type: 'string' },
+  recording: { type: 'string' },
+  topic: { type: 'string', multiple: true },
+  table: { type: 'string' },
+  preset: { type: 'string' },
+  set: { type: 'string', multiple: true },
+  workers: { type: 'string' },
+  'map-format': { type: 'string' },
+  out: { type: 'string', default: 'scanstitch-out' },
+} as const;
+
+export const reconstruct: Command = {
+  name: 'reconstruct',
+  about: 'scans, depth images or clouds to a trajectory and a stitched map',
+  help: (engine) => `scanstitch reconstruct FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
+
+Registers the frames of a recording and maps them in the frame of the first one. Its kind is recognized from its files:
+  planar scans   PLY files, z = 0, in metres; or a laser log with many scans: CARMEN (FLASER, ROBOTLASER1), CSM's JSON,
+                 rostopic echo -p, CMU 16-831, BreezySLAM, tables of ranges, MATLAB's .mat
+  depth images   PNG (8 or 16 bits) or PGM, with colour pictures (PNG, JPEG) of the same numbers or times, or without:
+                 rgb/ and depth/ folders, names such as frame-000001.depth.png, the layout of TUM RGB-D
+  clouds         PLY, PCD, KITTI's .bin, LAS or text (.xyz, .pts, .ptx) in space, in metres
+  ROS bags       .bag, .db3 or .mcap with Image, CompressedImage, CameraInfo, PointCloud2, LaserScan, Odometry,
+                 PoseStamped, Path and TFMessage; for the topics that are used see: scanstitch topics BAG
+Files are taken in natural order of their names: 2.ply comes before 10.ply. The reference (GT_pose.npy, *.tum, *.log,
+groundtruth.txt, a pose file for each frame, ...) and the camera (camera-intrinsics.txt, camera.yaml, ...) of depth
+images are found beside them; of planar scans a *.tum file, and odometry named so.
+
+Options:
+  --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
+  --reference FILE   trajectory to compare with, or a folder with a file for each frame; never used for the estimate
+  --odometry FILE    odometry of the robot, an initial guess for planar scans: rows of id x y theta, or TUM;
+                     what contradicts the scans (other units, clock or log) is reported and not used
+  --table FORMAT     what the columns of a table of ranges are, counted from 1; what it does not say is guessed:
+                     ranges=2:541,unit=mm,start=-135deg,step=0.5deg,time=1:us,odometry=542:543:544 (x y heading);
+                     range=2,angle=1:deg where each line has one reading; poses and reference as odometry;
+                     wheels=LEFT:RIGHT:METRES_A_TICK:TRACK; ahead=0.2 (m)
+  --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info),
+                     Open3D, RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write
+  --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
+  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
+                     none: do without
+  --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
+  --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
+  --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
+  --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
+
+Written into DIR:
+  trajectory.tum     a line a frame: time, or index without, x y z qx qy qz qw, the pose of the sensor in the world
+  map.ply or .pcd    the points of all frames in the world; of depth images with their colours
+  map.pgm, map.yaml  of planar scans: what is free and what is occupied, as ROS's map_server reads it; of a map in
+                     pieces that are not connected the main one, and map_piece_N.pgm and .yaml for each other
+  report.json        settings, version, results of every frame, comparison, in metres and radians
+  report.html        the same to be read and printed, with the map and the path drawn
+
+Printed: a line a frame (of more than 200 planar scans, those that are not good), and the figures of the whole.
+Of planar scans, sharpness is the mean distance of returns within 29 m to the surface that the other scans saw there. A
+file that cannot be used is named on stderr and left out, as are files and options that were given and are not used.
+Only regular files are read, no pipes. Files are written whole or not at all. Ctrl-C and SIGTERM stop; what has been
+computed is written.
+
+Examples:
+  scanstitch reconstruct scans/ --reference reference.tum --set max_range=30 --out result
+  scanstitch reconstruct drive.log --odometry wheels.txt --out result
+  scanstitch reconstruct first_floor.zip --preset course --workers 4
+  scanstitch reconstruct walk.mcap --topic depth=/camera/depth/image_raw --topic reference=none
+
+${settingsHelp(engine)}`,
+  run,
+};
+
+async function run(engine: Engine, args: string[]) {
+  const { values, positionals } = readArguments('reconstruct', { args, options: OPTIONS, allowPositionals: true });
+  if (positionals.length === 0) {
+    throw new CommandError(
+      'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
+    );
+  }
+  const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
+  const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
+  const complaints = new Complaints();
+  const { complain, problems } = complaints;
+  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  try {
+    const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
+    const task = { engine, inputs, recording, options, complain, problems };
+    if (recording.kind !== 'nothing') {
+      tellNotes(withoutNamed(inputs, recording, complain), complain);
+      complainOfOptions(recording, options, complain);
+    }
+    if (recording.kind === 'planar_scans') await (await import('./reconstruct_planar.js')).reconstructPlanar(task);
+    else if (recording.kind !== 'nothing') await (await import('./reconstruct_spatial.js')).reconstructSpatial(task);
+    else {
+      for (const { file, reason } of recording.notes) complain(`${file}: ${reason}.`);
+      throw new CommandError('Neither scans nor depth images nor clouds were found, so nothing was computed.');
+    }
+  } finally {
+    await inputs.close();
+  }
+  return complaints.exitCode;
+}
+
+export function readWorkers(text: string | undefined) {
+  if (text === undefined) return availableParallelism();
+  if (!/^\d{1,3}$/.test(text)) throw new CommandError(`--workers ${text}: this is a number of threads, such as 4`);
+  return Number(text);
+}
+
+/** @param isTable whether tables of numbers are said to be laser scans */
+export async function understandInputs(
+  { sources, notes }: Inputs,
+  chosen: string | undefined,
+  complain: (problem: string) => void,
+  isTable = false,
+) {
+  tellNotes(notes, complain);
+  const files = [...sources.values()];
+  const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
+  const readHead = async (path: string, length: number) => {
+    const source = sources.get(path);
+    if (!source) throw new Error(`${path} is not listed`);
+    return source.readHead(length);
+  };
+  return understand(taken, readHead, isTable);
+}
+
+/** So many files are named in full. */
+const MOST_NAMED = 5;
+
+/** The notes without those about files that were named one by one and are not used: these are complained of. */
+export function withoutNamed(
+  { sources }: Inputs,
+  { notes, ...recording }: Recording,
+  complain: (problem: string) => void,
+) {
+  const { depth_frames, clouds, scans, reference, odometry, intrinsics } = recording;
+  const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
+  const used = new Set([...images, ...clouds, ...scans, ...reference, odometry, intrinsics]);
+  const unused = [...sources.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
+  const reasons = new Map(notes.map(({ file, reason }) => [file, reason]));
+  const [told, untold] = [
+    unused.filter(({ path }) => reasons.has(path)),
+    unused.filter(({ path }) => !reasons.has(path)),
+  ];
+  for (const { path } of told) complain(`${printable(path)}: ${reasons.get(path)}.`);
+  for (const { path } of untold.slice(0, MOST_NAMED)) complain(`${printable(path)}: This file is not used.`);
+  if (untold.length > MOST_NAMED) complain(`${untold.length - MOST_NAMED} more files that were named are not used.`);
+  const toldPaths = new Set(told.map(({ path }) => path));
+  return notes.filter(({ file }) => !toldPaths.has(file));
+}
+
+/** Options that say nothing to recordings of this kind. */
+function complainOfOptions(
+  { kind }: Recording,
+  { intrinsics, odometry }: Options,
+  complain: (problem: string) => void,
+) {
+  const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
+  if (intrinsics !== undefined && kind !== 'depth_images') {
+    complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
+  }
+  if (odometry !== undefined && kind !== 'planar_scans') {
+    complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);
+  }
+}
+
+/** What lies in this folder, or beside it on the way down to it. */
+function filesOfRecording(files: Source[], chosen: string) {
+  const parts = chosen.split('/').length;
+  const folders = files.map(({ path }) => {
+    const names = folderOf(path).split('/');
+    const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
+    return end < 0 ? null : names.slice(0, end + parts).join('/');
+  });
+  const folder = folders.find((folder) => folder !== null);
+  if (folder === undefined || folder === null)
+    throw new CommandError(`--recording ${chosen}: there is no such folder in the input`);
+  return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
+}

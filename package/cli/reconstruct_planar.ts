@@ -1,0 +1,211 @@
+/** Planar scans to a trajectory, a map and a report. */
+import { basename } from 'node:path';
+import type { CleaningReport, Reconstruction, ReconstructionResult } from '../../pkg/scanstitch.js';
+import { printable } from '../base/printable.js';
+import { HEAD_BYTES } from '../files/heads.js';
+import type { Recording } from '../files/recording.js';
+import { gridFiles } from '../report/grid_files.js';
+import { nextTurn } from '../run/spatial_run.js';
+import { CommandError, type Engine, table, untilInterrupt } from './command.js';
+import { writeResults } from './disk.js';
+import { type Inputs, readInput, readSource, type Source } from './inputs.js';
+import { accepted, create, errorFigures, mapFile, millimetres, reportFile, type Task } from './results.js';
+import { planarCatalogue, readSettings } from './settings.js';
+import { note, print, progressLine, tellNotes } from './terminal.js';
+
+/** Of more scans than this, only those that are not good have a line. */
+const MOST_ROWS = 200;
+
+export async function reconstructPlanar(task: Task) {
+  const { engine, inputs, recording, options, complain } = task;
+  const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
+  const reconstruction = create(() => new engine.Reconstruction(settings));
+  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
+  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
+  const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
+  await addReference(reconstruction, inputs, options.reference, recording.reference[0], complain);
+
+  const { milliseconds, total, isStopped } = await untilInterrupt((signal) => runToTheEnd(reconstruction, signal));
+  const result = reconstruction.result();
+  if (isStopped) tellStop(result, complain);
+  for (const { name, status, reason } of result.frames) {
+    if (status === 'lost') complain(`${name}: This scan could not be placed: ${reason}.`);
+  }
+  if (result.frames.every(({ status }) => status === 'lost')) {
+    throw new CommandError('No scan could be placed, so nothing was written.');
+  }
+  const map = mapFile(reconstruction, options);
+  await writeResults(options.out, {
+    'trajectory.tum': reconstruction.trajectory_tum(),
+    [map.name]: map.bytes,
+    ...gridFiles(reconstruction),
+    'report.json': reconstruction.report_json(),
+    ...reportFile(result, reconstruction.map_points(), task),
+  });
+  for (const { name, status, reason, cleaning } of result.frames) {
+    if (cleaning.non_finite > 0) {
+      const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
+      note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
+    }
+    if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
+  }
+  if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
+    note(`${odometry} gives the first guess of every scan.`);
+  }
+  result.notes.forEach((text) => (text === result.odometry_refusal ? complain(text) : note(text)));
+  print(`${frameTable(result, milliseconds)}\n${headline(result, total)}Written to ${printable(options.out)}\n`);
+}
+
+/** The scans, under short names where those are distinct. */
+function scansOf({ sources }: Inputs, { scans }: Recording) {
+  const found = scans.flatMap((path) => sources.get(path) ?? []);
+  const names = found.map(({ path }) => basename(path));
+  const distinct = new Set(names).size === names.length;
+  return found.map((source) => ({ source, name: distinct ? basename(source.path) : (source.disk ?? source.path) }));
+}
+
+/**
+ * @param files each one scan, or a log of many
+ * @param table what the columns of tables are
+ * @returns how many files could be used
+ */
+async function addScans(
+  engine: Engine,
+  reconstruction: Reconstruction,
+  files: ReturnType<typeof scansOf>,
+  table: string | undefined,
+  complain: (problem: string) => void,
+): Promise<number> {
+  let added = 0;
+  for (const { source, name } of files) {
+    const bytes = await readSource(source, name, complain);
+    if (!bytes) continue;
+    const isLog = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES)) || (table !== undefined && !/\.ply$/i.test(name));
+    const add = isLog
+      ? () => {
+          const { losses, notes } = reconstruction.add_log(name, bytes, table);
+          losses.forEach((text) => complain(`${name}: ${text}`));
+          notes.forEach((text) => note(`${name}: ${text}`));
+        }
+      : () => reconstruction.add_scan(name, bytes);
+    if (accepted(add, complain)) added += 1;
+    tellNotes(source.losses ?? [], complain);
+  }
+  return added;
+}
+
+/** Odometry that was named, or that lies beside the scans; its name, where it is taken. */
+async function addOdometry(
+  reconstruction: Reconstruction,
+  { sources }: Inputs,
+  named: string | undefined,
+  found: string | null,
+  complain: (problem: string) => void,
+) {
+  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+  const name = basename(named ?? found ?? '');
+  return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
+}
+
+/** A reference that was named, or that lies beside the scans. */
+async function addReference(
+  reconstruction: Reconstruction,
+  { sources }: Inputs,
+  named: string | undefined,
+  found: string | undefined,
+  complain: (problem: string) => void,
+) {
+  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+  const name = basename(named ?? found ?? '');
+  if (bytes) accepted(() => reconstruction.set_reference(name, bytes), complain);
+}
+
+/** A file that was named, or otherwise the one that was found. */
+async function readGiven(source: Source | undefined, named: string | undefined, complain: (problem: string) => void) {
+  if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
+  return source ? readSource(source, basename(source.path), complain) : null;
+}
+
+function tellStop({ frames }: ReconstructionResult, complain: (problem: string) => void) {
+  if (frames.length === 0) throw new CommandError('Stopped before the first scan was placed, so nothing was computed.');
+  complain(`Stopped after ${frames.length} scans; these are written, as far as they had been placed.`);
+}
+
+/**
+ * Runs it until it is done or the signal aborts, with the time that each frame's registration took, and all together
+ * (ms).
+ */
+async function runToTheEnd(reconstruction: Reconstruction, signal: AbortSignal) {
+  const milliseconds: Map<number, number> = new Map();
+  const started = performance.now();
+  let [progress, isDone] = [null as ReturnType<typeof progressLine> | null, false];
+  for (; !isDone && !signal.aborted; await nextTurn()) {
+    const start = performance.now();
+    const { stage, frame, total } = reconstruction.step();
+    if (frame !== null) milliseconds.set(frame, (milliseconds.get(frame) ?? 0) + performance.now() - start);
+    progress ??= progressLine(total, 'scans');
+    progress.show(milliseconds.size);
+    isDone = stage === 'done';
+  }
+  progress?.clear();
+  return { milliseconds, total: performance.now() - started, isStopped: !isDone };
+}
+
+function frameTable({ frames }: ReconstructionResult, milliseconds: Map<number, number>) {
+  const heads = ['scan', 'x (m)', 'y (m)', 'heading (deg)', 'inliers', 'rmse (mm)', 'iterations', 'ms', 'status'];
+  const numbered = frames.map((frame, index) => ({ frame, index }));
+  const shown = frames.length > MOST_ROWS ? numbered.filter(({ frame }) => frame.status !== 'good') : numbered;
+  if (shown.length === 0) return '';
+  const rows = shown.map(({ frame, index }) => [
+    frame.name,
+    frame.T_world_sensor.x.toFixed(3),
+    frame.T_world_sensor.y.toFixed(3),
+    ((frame.T_world_sensor.theta * 180) / Math.PI).toFixed(2),
+    String(frame.num_inliers),
+    millimetres(frame.inlier_rmse),
+    String(frame.iterations),
+    (milliseconds.get(index) ?? 0).toFixed(1),
+    frame.status,
+  ]);
+  return table(heads, rows, new Set([0, 8]));
+}
+
+/** @param total (ms) */
+function headline({ frames, sharpness, comparison, unconnected }: ReconstructionResult, total: number) {
+  const lines = [`${frames.length} ${frames.length === 1 ? 'scan' : 'scans'} in ${total.toFixed(0)} ms`];
+  const count = (wanted: string) => frames.filter(({ status }) => status === wanted).length;
+  if (frames.length > MOST_ROWS) {
+    lines.push(`${count('good')} good, ${count('doubtful')} doubtful, ${count('lost')} lost`);
+  }
+  if (unconnected !== null) {
+    const pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece])));
+    lines.push(`Map in ${pieces.size} pieces that are not connected`);
+  }
+  lines.push(cleaningLine(frames));
+  if (sharpness) {
+    lines.push(`Sharpness ${millimetres(sharpness.mean_residual)} mm, mean over ${sharpness.num_pairs} pairs`);
+  }
+  if (comparison) {
+    const { name, num_matched, aligned } = comparison;
+    const inMillimetres = (metres: number) => `${millimetres(metres)} mm`;
+    const matched = `over ${num_matched} of ${frames.length} scans`;
+    lines.push(`Distance to ${printable(name)}: ${errorFigures(comparison, inMillimetres)} ${matched}`);
+    if (aligned) lines.push(`  with all poses aligned: ${errorFigures(aligned, inMillimetres)}`);
+  }
+  return lines.map((line) => `${line}\n`).join('');
+}
+
+/** What cleaning dropped from all scans. */
+function cleaningLine(frames: ReconstructionResult['frames']) {
+  const sum = (field: keyof CleaningReport) => frames.reduce((total, { cleaning }) => total + cleaning[field], 0);
+  const reasons = (
+    [
+      ['not finite', 'non_finite'],
+      ['too near', 'too_near'],
+      ['at the range limit', 'at_range_limit'],
+      ['duplicate', 'duplicates'],
+    ] as const
+  ).flatMap(([words, field]) => (sum(field) > 0 ? [`${sum(field)} ${words}`] : []));
+  const dropped = reasons.length > 0 ? `; dropped: ${reasons.join(', ')}` : '';
+  return `${sum('num_kept')} of ${sum('num_read')} points used${dropped}`;
+}

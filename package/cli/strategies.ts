@@ -1,0 +1,186 @@
+/** `scanstitch strategies`: what a map costs and gains, strategies side by side. */
+import { availableParallelism } from 'node:os';
+import { basename } from 'node:path';
+import type { StrategyComparison } from '../../pkg/scanstitch.js';
+import { cell, columnsOf, csvOf, framesCsvOf, type Row } from '../report/strategy_table.js';
+import type { Registrar } from '../run/spatial_run.js';
+import { StrategyRace, timed } from '../run/strategy_race.js';
+import { type Command, CommandError, type Engine, readArguments, table, untilInterrupt } from './command.js';
+import { writeWhole } from './disk.js';
+import { gather } from './inputs.js';
+import type { FrameJob } from './preparers.js';
+import { readWorkers, understandInputs, withoutNamed } from './reconstruct.js';
+import { jobsOf, nothingComputed, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
+import { accepted, create, type Task } from './results.js';
+import { runFrames } from './run_frames.js';
+import { type Catalogue, describeAll, readSettings, spatialCatalogue } from './settings.js';
+import { Complaints, note, print, tellNotes } from './terminal.js';
+import { readWishes } from './wishes.js';
+
+const OPTIONS = {
+  strategies: { type: 'string' },
+  strategy: { type: 'string', multiple: true },
+  reference: { type: 'string' },
+  intrinsics: { type: 'string' },
+  recording: { type: 'string' },
+  topic: { type: 'string', multiple: true },
+  set: { type: 'string', multiple: true },
+  workers: { type: 'string' },
+  out: { type: 'string' },
+  frames: { type: 'string' },
+  json: { type: 'boolean', default: false },
+} as const;
+
+type Chosen = { name: string; label: string; settings: Record<string, unknown> };
+
+function strategyCatalogue(engine: Engine): Catalogue {
+  return {
+    about: 'strategies',
+    descriptions: engine.describe_strategy_settings(),
+    presets: engine.strategy_presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
+  };
+}
+
+export const strategies: Command = {
+  name: 'strategies',
+  about: 'accuracy, time and map size of strategies of odometry, side by side',
+  help: (engine) => `scanstitch strategies FILES-OR-FOLDER-OR-ZIP-OR-BAG... [OPTION]...
+
+Runs several strategies on one recording of depth images or clouds: each frame is registered by ICP to the map of the
+frames before it, and the strategies differ in the map and in the registration. The reference, where one is found or
+given, is used for the errors only.
+
+Output, one line per strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its
+growth from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from
+frame to frame (RPE); sharpness of the map (mean map entropy, mean plane variance). Ctrl-C stops; what has been computed
+is printed.
+
+Options:
+  --strategies A,B   which of those below, in this order (default: all of them)
+  --strategy "NAME, SETTING=VALUE, ..."
+                     one of those below with other settings; may be repeated. They come after those of --strategies
+  --out FILE.csv     the table in full precision, in SI units, with the settings of each strategy
+  --frames FILE.csv  a line for each frame of each strategy: ms, points of the map, error, pose
+  --json             print everything as JSON
+  --reference FILE   a trajectory to compare with, or a folder with a file for each frame
+  --intrinsics FILE  the depth camera, see scanstitch reconstruct --help
+  --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
+  --topic ROLE=NAME  a topic of a bag to use, see scanstitch reconstruct --help
+  --set NAME=VALUE   how frames are read, for all strategies alike: see the settings for depth images and clouds of
+                     scanstitch settings. voxel_size thins every frame before all else (depth images: 0.05 m)
+  --workers N        threads that prepare frames in advance (default: one less than there are cores)
+
+Examples:
+  scanstitch strategies second_floor/ --out table.csv
+  scanstitch strategies bag.zip --strategies plain,voxels_0.1 --strategy "voxels_0.1, kept=mean, crop_distance=8"
+
+${describeAll(strategyCatalogue(engine))}`,
+  run,
+};
+
+async function run(engine: Engine, args: string[]) {
+  const { values, positionals } = readArguments('strategies', { args, options: OPTIONS, allowPositionals: true });
+  if (positionals.length === 0) {
+    throw new CommandError(
+      'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch strategies --help',
+    );
+  }
+  const chosen = choose(strategyCatalogue(engine), values.strategies, values.strategy ?? []);
+  const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
+  const complaints = new Complaints();
+  const { complain } = complaints;
+  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  const { reference, intrinsics } = values;
+  const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
+  const options = { out: '', reference, odometry: undefined, intrinsics, preset: undefined, set: [], workers };
+  try {
+    const recording = await understandInputs(inputs, values.recording, complain);
+    tellNotes(withoutNamed(inputs, recording, complain), complain);
+    if (recording.kind !== 'depth_images' && recording.kind !== 'clouds') {
+      throw new CommandError('Neither depth images nor clouds in space were found: strategies are compared on those.');
+    }
+    const compared = await compareAll({ engine, inputs, recording, options, complain }, chosen, settings);
+    if (values.out !== undefined) await writeWhole(values.out, csvOf(compared.rows));
+    if (values.frames !== undefined) {
+      await writeWhole(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
+    }
+    print(values.json ? jsonOf(compared) : printed(compared.rows));
+    for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
+  } finally {
+    await inputs.close();
+  }
+  return complaints.exitCode;
+}
+
+function choose(catalogue: Catalogue, names: string | undefined, others: string[]): Chosen[] {
+  const known = catalogue.presets.map(({ name }) => name);
+  const listed = names === undefined ? (others.length > 0 ? [] : known) : names.split(',').map((name) => name.trim());
+  return [...listed, ...others]
+    .filter((text) => text !== '')
+    .map((text) => {
+      const [name = '', ...assignments] = text.split(',').map((part) => part.trim());
+      const label = assignments.length > 0 ? `${name}, ${assignments.join(', ')}` : name;
+      return { name: label, label, settings: readSettings(catalogue, name, assignments) };
+    });
+}
+
+async function compareAll(task: Task, chosen: Chosen[], settings: Record<string, unknown>) {
+  const { engine, complain } = task;
+  const comparison = create(
+    () =>
+      new engine.StrategyComparison(
+        chosen.map(({ settings }) => settings),
+        settings,
+      ),
+  );
+  await setIntrinsics(comparison, task);
+  const jobs = jobsOf(task);
+  const reference = await readReference(task);
+  if (reference) accepted(() => comparison.set_reference(reference.name, reference.bytes, jobs.length), complain);
+  const { race, numPlaced, isStopped } = await untilInterrupt((signal) =>
+    runRace(task, jobs, comparison, chosen.length, signal),
+  );
+  if (numPlaced === 0) throw nothingComputed({ isStopped });
+  const rows = chosen.map(({ name, label }, strategy) => {
+    const result = comparison.result(strategy, Float64Array.from(race.milliseconds[strategy] ?? []));
+    return { name, label, result };
+  });
+  for (const text of new Set(rows.flatMap(({ result }) => result.notes))) {
+    if (reference && text.startsWith(basename(reference.name))) complain(text);
+    else note(text);
+  }
+  comparison.free();
+  return { rows, milliseconds: race.milliseconds };
+}
+
+async function runRace(
+  task: Task,
+  jobs: FrameJob[],
+  comparison: StrategyComparison,
+  numStrategies: number,
+  signal: AbortSignal,
+) {
+  // After an interrupt the current strategy still finishes its frame: a call of the engine cannot be interrupted.
+  const race = new StrategyRace(timed(comparison), numStrategies, { isOver: () => signal.aborted });
+  const registrar: Registrar<FrameJob> = {
+    begin: async ({ name, file }) => comparison.begin(name, await readFirst(name, file)),
+    place: (bytes) => race.place(bytes),
+    finish: () => race.finish(),
+  };
+  // The comparison does not use the colours of the map, and reading them takes time.
+  const withoutColors = jobs.map((job) => ({ ...job, color: null }));
+  const { numPlaced, isStopped } = await runFrames(task, withoutColors, registrar, signal);
+  return { race, numPlaced, isStopped };
+}
+
+function printed(rows: Row[]) {
+  const columns = columnsOf(rows);
+  const heads = ['strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
+  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
+  return table(heads, lines, new Set([0]));
+}
+
+function jsonOf({ rows, milliseconds }: { rows: Row[]; milliseconds: number[][] }) {
+  const all = rows.map(({ name, result }, strategy) => ({ name, ...result, milliseconds: milliseconds[strategy] }));
+  return `${JSON.stringify(all, null, 2)}\n`;
+}

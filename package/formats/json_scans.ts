@@ -1,0 +1,137 @@
+/**
+ * Scans as JSON: a message, a list of them, one a line, within others (rosbridge); objects with an angle and a distance each; lists
+ * of numbers alone, as Python writes them, too.
+ */
+import { fileError } from '../base/errors.js';
+import { lookUp } from '../base/look_up.js';
+import { inRadians, mayBeMirrored } from './angles.js';
+import { isPointJson, pointsOfList, scanOfPoints } from './point_scans.js';
+import { numberOf, type Scan, scanOf } from './scan.js';
+import type { Tell } from './scan_checks.js';
+
+/** Nesting of JSON that is looked into. */
+const MAX_DEPTH = 8;
+/** Readings of a scan, at least, where nothing names them. */
+const MIN_BEAMS = 24;
+/** Lists of so many numbers, as JSON or as Python prints them. */
+const LISTS = /\[(\s*(-?[\d.]+([eE][-+]?\d+)?|nan|inf|NaN|Infinity|null)\s*,){23}/;
+
+/** Whether it begins with lists of numbers that nothing names. */
+export function isNumberLists(head: string) {
+  return /^\s*[[{]/.test(head) && LISTS.test(head);
+}
+
+export function isJson(head: string) {
+  if (!/^\s*[[{]/.test(head) || /"readings"|"nrays"/.test(head)) return false;
+  const has = (names: string) => new RegExp(`["'](${names})["']\\s*:\\s*-?[\\d.[]`, 'i').test(head);
+  return (
+    isPointJson(head) ||
+    has('ranges') ||
+    has('angle_min') ||
+    (has('angle|theta|bearing') && has('range|dist|distance|r'))
+  );
+}
+
+export function readJson(text: string, name: string, tell: Tell) {
+  const scans: Scan[] = [];
+  // Python's words for what is no number are none of JSON's.
+  const documents = documentsOf(inJson(text), name, tell);
+  for (const document of documents) collect(document, {}, 0, scans);
+  if (scans.length === 0) for (const document of documents) collectLists(document, {}, 0, scans);
+  return scans;
+}
+
+/** Python's quotes and words, and what is no number, as JSON has them. */
+function inJson(text: string) {
+  const numbers = text.replaceAll(/([[,]\s*)-?(?:nan|inf|NaN|Infinity)(?=\s*[,\]])/g, '$1null');
+  if (numbers.includes('"')) return numbers;
+  const words = { True: 'true', False: 'false', None: 'null' };
+  return numbers.replaceAll("'", '"').replaceAll(/\b(True|False|None)\b/g, (word) => lookUp(words, word) ?? word);
+}
+
+/** One document, or one a line. */
+function documentsOf(text: string, name: string, tell: Tell): unknown[] {
+  try {
+    return [JSON.parse(text)];
+  } catch {
+    const lines = text.split(/\r?\n/).filter((line) => line.trim() !== '');
+    const known = lines.flatMap((line) => {
+      try {
+        return [JSON.parse(line.replace(/,\s*$/, ''))];
+      } catch {
+        return [];
+      }
+    });
+    // A recorder that was stopped leaves half a line behind.
+    if (known.length === 0 || known.length < lines.length - 1) {
+      throw fileError(name, 'This is neither one JSON document nor one a line', 'Correct the JSON: one scan a line');
+    }
+    if (known.length < lines.length) tell('one of its lines is not JSON, and is left out', true);
+    return known;
+  }
+}
+
+/** The scans within a document; fields of what holds them (a time, for one) belong to them. */
+function collect(value: unknown, around: Readonly<Record<string, unknown>>, depth: number, scans: Scan[]) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  if (Array.isArray(value)) {
+    const points = pointsOfList(value);
+    const readings = points ? scanOfPoints(points) : readingsOf(value);
+    if (readings) scans.push({ ...scanOf((key) => around[key], []), ...readings });
+    else value.forEach((item) => collect(item, around, depth + 1, scans));
+    return;
+  }
+  const own = value as Record<string, unknown>;
+  const known = { ...around, ...flat(own) };
+  const ranges = Object.entries(own).find(([key]) => /^ranges$/i.test(key))?.[1];
+  if (Array.isArray(ranges) && ranges.every((range) => typeof range !== 'object' || range === null)) {
+    const angles = own['angles'];
+    const listed =
+      Array.isArray(angles) && angles.length === ranges.length ? { angles: inRadians(angles.map(Number)) } : {};
+    scans.push({ ...scanOf((key) => known[key], ranges), ...listed });
+    return;
+  }
+  Object.values(own).forEach((item) => collect(item, known, depth + 1, scans));
+}
+
+/** The lists of numbers within a document, where nothing in it is called ranges. */
+function collectLists(value: unknown, around: Readonly<Record<string, unknown>>, depth: number, scans: Scan[]) {
+  if (typeof value !== 'object' || value === null || depth > MAX_DEPTH) return;
+  const isNumber = (item: unknown) => typeof item === 'number' || item === null;
+  if (Array.isArray(value) && value.length >= MIN_BEAMS && value.every(isNumber)) {
+    scans.push(scanOf((key) => around[key], value));
+    return;
+  }
+  const known = Array.isArray(value) ? around : { ...around, ...flat(value as Record<string, unknown>) };
+  for (const item of Object.values(value)) collectLists(item, known, depth + 1, scans);
+}
+
+/** Numbers and texts of an object, and those of its header and stamp. */
+function flat(object: Record<string, unknown>): Record<string, unknown> {
+  const nested = ['header', 'stamp'].map((key) => object[key]);
+  const below = nested.flatMap((item) =>
+    typeof item === 'object' && item !== null && !Array.isArray(item) ? [flat(item as Record<string, unknown>)] : [],
+  );
+  const plain = Object.entries(object).filter(([, value]) => typeof value !== 'object');
+  return Object.assign(Object.fromEntries(plain), ...below);
+}
+
+/** A list of objects with an angle and a distance each. */
+function readingsOf(list: readonly unknown[]): Pick<Scan, 'ranges' | 'angles' | 'mayBeMirrored'> | null {
+  const [first] = list;
+  if (list.length < 2 || typeof first !== 'object' || first === null || Array.isArray(first)) return null;
+  const keys = Object.keys(first);
+  const angle = keys.find((key) => /^(angle|theta|bearing|azimuth)(_?(deg|rad|degrees|radians))?$/i.test(key));
+  const distance = keys.find((key) => /^(range|dist|distance|r)(_?(m|cm|mm))?$/i.test(key));
+  if (angle === undefined || distance === undefined) return null;
+  const values = (key: string) => list.map((item) => numberOf(((item ?? {}) as Record<string, unknown>)[key]));
+  const angles = inRadians(values(angle));
+  return { angles, ranges: metres(values(distance)), ...(mayBeMirrored(angles) && { mayBeMirrored: true }) };
+}
+
+/** Distances whose median is beyond 60 are millimetres: no laser for the plane sees that far. */
+function metres(distances: readonly number[]) {
+  const sorted = distances.filter((distance) => distance > 0).sort((a, b) => a - b);
+  const unit = (sorted[Math.floor(sorted.length / 2)] ?? 0) > 60 ? 1e-3 : 1;
+  return distances.map((distance) => (distance > 0 ? unit * distance : null));
+}

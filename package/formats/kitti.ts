@@ -1,0 +1,173 @@
+/**
+ * Clouds of KITTI and its like: 32-bit floats without a header, x y z and reflectance a point. nuScenes adds the ring of the
+ * laser. Their ground truth is the left camera's.
+ *
+ * Source of the layout: A. Geiger et al., "Vision meets Robotics: The KITTI Dataset", IJRR 2013, and the devkit of its odometry
+ * benchmark (poses.txt: 3 x 4 matrices T_world_camera, a row each; calib.txt: Tr is T_camera_velodyne).
+ */
+import { baseOf, commonFolder, depthOf, folderOf } from '../files/names.js';
+import { plyFile } from './ply.js';
+
+/** Properties of a point, most common first. */
+const LAYOUTS: readonly (readonly string[])[] = [
+  ['x', 'y', 'z', 'intensity'],
+  ['x', 'y', 'z', 'intensity', 'ring'],
+];
+/** A laser sees no further (m), and no point lies higher. */
+const MAX_RANGE = 1000;
+/** Reflectance is 0 to 1, or 0 to 255. */
+const MAX_INTENSITY = 255;
+/** A list of a million times is shorter than that (bytes). */
+const MAX_TIMES_BYTES = 64 * 2 ** 20;
+/** A cloud of fewer points is none. */
+const MIN_POINTS = 16;
+
+/**
+ * The layout of a cloud, by its first points; null where it is none.
+ * @param size of the file (bytes)
+ */
+function layoutOf(head: Uint8Array, size: number) {
+  const values = new Float32Array(head.slice(0, head.length - (head.length % 4)).buffer);
+  return LAYOUTS.find((names) => isLayout(values, names.length, size)) ?? null;
+}
+
+function isLayout(values: Float32Array, columns: number, size: number) {
+  const rows = Math.floor(values.length / columns);
+  if (size % (4 * columns) !== 0 || rows < MIN_POINTS) return false;
+  let inSight = 0;
+  for (let row = 0; row < rows; row += 1) {
+    const [x = 0, y = 0, z = 0, intensity = 0, ring = 0] = values.subarray(row * columns, (row + 1) * columns);
+    const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_RANGE;
+    if (!isPoint || !(intensity >= 0 && intensity <= MAX_INTENSITY) || !Number.isInteger(ring)) return false;
+    // Bytes that are no floats mostly make numbers next to zero.
+    if (Math.hypot(x, y, z) > 0.01) inSight += 1;
+  }
+  return 2 * inSight > rows;
+}
+
+/**
+ * A cloud as PLY; null where the file is none.
+ * @param bytes or its beginning
+ * @param size of the file (bytes)
+ */
+export function kittiCloud(bytes: Uint8Array, size: number) {
+  const names = layoutOf(bytes.subarray(0, 8192), size);
+  return names && plyFile(bytes, size / (4 * names.length), names);
+}
+
+/** Of 3 x 4 numbers, row by row: a motion. */
+type Matrix = readonly number[];
+
+/** The matrix `Tr` of a calib.txt; null where there is none. */
+export function cameraFromVelodyne(text: string): Matrix | null {
+  const [, list = ''] = text.match(/^\s*Tr(?:_velo_(?:to_)?cam)?:\s*(.*)$/m) ?? [];
+  return matrixOf(list);
+}
+
+function matrixOf(line: string): Matrix | null {
+  const numbers = line
+    .trim()
+    .split(/[\s,]+/)
+    .map(Number);
+  return numbers.length === 12 && numbers.every(Number.isFinite) ? numbers : null;
+}
+
+/** Poses, a line each; null where a line is none. */
+export function posesOf(text: string): Matrix[] | null {
+  const poses = text
+    .split('\n')
+    .filter((line) => line.trim() !== '')
+    .map(matrixOf);
+  return poses.length > 0 && poses.every((pose) => pose !== null) ? poses : null;
+}
+
+/**
+ * The laser's poses, in the frame of the first cloud's world: T_velodyne_camera * T_world_camera * T_camera_velodyne.
+ * @param cameras T_world_camera of the frames
+ * @param Tr T_camera_velodyne
+ */
+export function velodynePoses(cameras: readonly Matrix[], Tr: Matrix) {
+  const back = inverse(Tr);
+  const poses = cameras.map((camera) => product(product(back, camera), Tr));
+  return poses.map((pose) => `${pose.join(' ')}\n`).join('');
+}
+
+function product(a: Matrix, b: Matrix): Matrix {
+  const at = (matrix: Matrix, row: number, column: number) => matrix[4 * row + column] ?? 0;
+  return Array.from({ length: 12 }, (_, index) => {
+    const [row, column] = [Math.floor(index / 4), index % 4];
+    const sum = [0, 1, 2].reduce((total, k) => total + at(a, row, k) * at(b, k, column), 0);
+    return column === 3 ? sum + at(a, row, 3) : sum;
+  });
+}
+
+/** Of a rotation and a translation. */
+function inverse([a = 0, b = 0, c = 0, x = 0, d = 0, e = 0, f = 0, y = 0, g = 0, h = 0, i = 0, z = 0]: Matrix): Matrix {
+  const minus = (p: number, q: number, r: number) => -(p * x + q * y + r * z);
+  return [a, d, g, minus(a, d, g), b, e, h, minus(b, e, h), c, f, i, minus(c, f, i)];
+}
+
+/**
+ * Which file is the calibration of clouds in a folder, and which their poses: the nearest of those so called.
+ * @param folder of the clouds
+ */
+export function besideClouds<T extends { path: string }>(files: readonly T[], folder: string) {
+  const nearest = (name: RegExp) => {
+    const closeness = ({ path }: T) => depthOf(commonFolder(folderOf(path), folder));
+    return files.filter(({ path }) => name.test(baseOf(path))).sort((a, b) => closeness(b) - closeness(a))[0];
+  };
+  // The benchmark names the poses after the sequence, poses/00.txt, whose clouds are in sequences/00/velodyne.
+  const sequence = folder.split('/').findLast((part) => /^\d\d$/.test(part));
+  const ofSequence = sequence === undefined ? undefined : nearest(new RegExp(`^${sequence}\\.txt$`));
+  return { calibration: nearest(/^calib\w*\.txt$/i), poses: ofSequence ?? nearest(/^(gt_?)?poses?\w*\.txt$/i) };
+}
+
+/** The frame that a cloud's name counts. */
+export function frameOf(path: string) {
+  const number = baseOf(path).match(/(\d+)\D*$/)?.[1];
+  return number === undefined ? null : Number(number);
+}
+
+/**
+ * Times of frames as KITTI lists them, a line each: seconds (times.txt), or dates (timestamps.txt). Null where a line
+ * is neither,
+ * or where they do not ascend.
+ */
+function timesOf(text: string) {
+  const times = text
+    .split('\n')
+    .map((line) => line.trim())
+    .filter((line) => line !== '')
+    .map((line) => (Number.isFinite(Number(line)) ? Number(line) : secondsOf(line)));
+  const ascend = times.every((time, index) => index === 0 || time > (times[index - 1] ?? time));
+  return times.length > 0 && ascend && times.every(Number.isFinite) ? times : null;
+}
+
+/** `2011-09-26 13:02:25.964389445` as seconds since 1970. */
+function secondsOf(line: string) {
+  const [, minute = '', seconds = ''] = line.match(/^(\d{4}-\d\d-\d\d[ T]\d\d:\d\d):(\d\d(?:\.\d*)?)Z?$/) ?? [];
+  return Date.parse(`${minute.replace(' ', 'T')}:00Z`) / 1000 + Number(seconds);
+}
+
+/**
+ * The times of clouds, by the numbers in their names, and the file that they stand in: the nearest of those called so. Null
+ * where there is none, or where it has no time for one of them.
+ * @param clouds of one folder
+ */
+export async function timesOfClouds(
+  clouds: readonly { path: string }[],
+  files: readonly { path: string; size: number }[],
+  read: (path: string, length: number) => Promise<Uint8Array | null>,
+) {
+  const folder = folderOf(clouds[0]?.path ?? '');
+  const lies = (path: string) => folderOf(path) === folder || folderOf(path) === folderOf(folder);
+  const [file] = files
+    .filter(({ path, size }) => /^times(tamps)?\.txt$/i.test(baseOf(path)) && lies(path) && size < MAX_TIMES_BYTES)
+    .sort((a, b) => depthOf(folderOf(b.path)) - depthOf(folderOf(a.path)));
+  const bytes = file && (await read(file.path, file.size));
+  const listed = bytes && timesOf(new TextDecoder().decode(bytes));
+  if (!file || !listed) return null;
+  const isWhole = listed.length === clouds.length;
+  const times = clouds.map(({ path }, index) => listed[isWhole ? index : (frameOf(path) ?? -1)]);
+  return times.every((time) => time !== undefined) ? { path: file.path, times } : null;
+}

@@ -1,0 +1,153 @@
+/**
+ * What a file of NumPy arrays is: depth images and colours (one, or a stack of them), points, bearings and ranges, a scan, a table of
+ * scans. Shapes tell, and names where a shape may be two things.
+ */
+import { colorFile, depthFile } from '../bag/images.js';
+import { baseOf, folderOf, hintOf } from '../files/names.js';
+import type { Numbers } from './mat.js';
+import { cutOff, type Header, npyHeader, readNpy } from './npy.js';
+import { bytesOf, plyFile } from './ply.js';
+import { polarTable } from './polar.js';
+
+/** suffix: what its name ends with, in place of `.npy`; make: of the bytes of the array */
+type Part = { suffix: string; isCloud?: true; make: (bytes: Uint8Array, name: string) => Uint8Array };
+
+/** Images are no smaller, and no laser has fewer readings. */
+const MIN_SIDE = 24;
+/** So many arrays of one shape are images, whatever their names say. */
+const MIN_IMAGES = 3;
+/** Of one array of three columns alone, fewer rows may be a path. */
+const MIN_POINTS = 1000;
+const PATHS = /traj|pose|odom|path|truth|gt|ref|calib|time|extrin|intrin/i;
+/** Depth in metres has a median below this; beyond it, it is in millimetres. */
+const MAX_METRES = 60;
+/** So many values of an image tell its unit. */
+const LOOKED_INTO = 2000;
+/** Encodings of ROS of the values that depth has. */
+const ENCODINGS: Readonly<Record<string, string>> = { u1: '8UC1', u2: '16UC1', i2: '16SC1', f4: '32FC1', f8: '64FC1' };
+
+/**
+ * The files that an array becomes; none where it is no image, no points and no single scan.
+ * @param size of the file (bytes)
+ * @param numAlike arrays of this shape in its folder
+ * @param bytes of the array; of images its beginning is enough
+ */
+export function partsOf(path: string, header: Header, size: number, numAlike: number, bytes: Uint8Array): Part[] {
+  const { dims, code } = header;
+  const images = imagesOf(path, header, size, numAlike);
+  const [first = 0, second = 0] = dims;
+  if (images.length > 0 || first < MIN_SIDE || PATHS.test(baseOf(path)) || !/^[fiu]/.test(code)) return images;
+  if (dims.length === 1) return [{ suffix: '.txt', make: oneScan }];
+  if (dims.length !== 2) return [];
+  if (second === 2) return [planar(readNpy(path, bytes))];
+  const isCloud = second >= 3 && second <= 6 && (numAlike > 1 || first >= MIN_POINTS);
+  return isCloud ? [{ suffix: '.npy', isCloud: true, make: (bytes, name) => points(readNpy(name, bytes), 3) }] : [];
+}
+
+function imagesOf(path: string, { dims, code, isByColumn, start }: Header, size: number, numAlike: number): Part[] {
+  const isDepth = [baseOf(path), ...folderOf(path).split('/').slice(-2)].some((name) => hintOf(name) === 'depth');
+  const isColor = code === 'u1' && (dims.at(-1) === 3 || dims.at(-1) === 4);
+  // A single channel may be an axis of its own.
+  const sides = isColor || dims.at(-1) === 1 ? dims.slice(0, -1) : dims;
+  const [count, height = 0, width = 0] = sides.length === 3 ? sides : [1, ...sides];
+  const isKnown = isColor || ENCODINGS[code] !== undefined;
+  if (isByColumn || !isKnown || sides.length > 3 || Math.min(height, width) < MIN_SIDE) return [];
+  if (sides.length === 2 && !isColor && !isDepth && numAlike < MIN_IMAGES) return [];
+  const valueBytes = Number(code.slice(1));
+  if (start + valueBytes * dims.reduce((product, dim) => product * dim, 1) > size) throw cutOff(path, dims);
+  const ending = isColor ? 'ppm' : code.startsWith('f') ? 'pfm' : 'pgm';
+  return Array.from({ length: count ?? 1 }, (_, at) => ({
+    suffix: `${sides.length === 3 ? `_${String(at).padStart(6, '0')}` : ''}.${ending}`,
+    make: (bytes, name) => imageFile(bytes, name, at, { height, width, isColor }),
+  }));
+}
+
+/**
+ * @param bytes of the array
+ * @param at of the image in the stack
+ */
+function imageFile(
+  bytes: Uint8Array,
+  name: string,
+  at: number,
+  { height, width, isColor }: { height: number; width: number; isColor: boolean },
+) {
+  const header = npyHeader(bytes);
+  const valueBytes = Number(header?.code.slice(1));
+  const channels = isColor ? (header?.dims.at(-1) ?? 3) : 1;
+  const step = width * channels * valueBytes;
+  const start = (header?.start ?? 0) + at * height * step;
+  const data = bytes.subarray(start, start + height * step);
+  if (!header || data.length < height * step) {
+    throw cutOff(name, header?.dims ?? []);
+  }
+  const image = { stamp: { sec: 0, nsec: 0 }, frame: '', width, height, bigEndian: header.isBigEndian, step, data };
+  if (isColor) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });
+  if (header.code.startsWith('f')) {
+    const millimetres = inMillimetres(data, valueBytes, header.isBigEndian);
+    if (millimetres) return depthFile({ ...image, ...millimetres, encoding: '16UC1', step: 2 * width });
+  }
+  return depthFile({ ...image, encoding: ENCODINGS[header.code] ?? '' });
+}
+
+/** A depth image of numbers in metres or millimetres, row by row. */
+export function depthOfNumbers(values: Float32Array, width: number) {
+  const data = new Uint8Array(values.buffer);
+  const bigEndian = new Uint8Array(Uint16Array.of(1).buffer)[0] === 0;
+  const image = {
+    stamp: { sec: 0, nsec: 0 },
+    frame: '',
+    width,
+    height: values.length / width,
+    bigEndian,
+    step: 0,
+    data,
+  };
+  const millimetres = inMillimetres(data, 4, bigEndian);
+  return depthFile(
+    millimetres ? { ...image, ...millimetres, encoding: '16UC1' } : { ...image, encoding: '32FC1', step: 4 * width },
+  );
+}
+
+/** Fractions that are millimetres, as whole numbers; null where they are metres. */
+function inMillimetres(data: Uint8Array, valueBytes: number, isBigEndian: boolean) {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const count = data.length / valueBytes;
+  const valueAt = (at: number) =>
+    valueBytes === 8 ? view.getFloat64(8 * at, !isBigEndian) : view.getFloat32(4 * at, !isBigEndian);
+  const stride = Math.ceil(count / LOOKED_INTO);
+  const some = Array.from({ length: Math.floor(count / stride) }, (_, at) => valueAt(at * stride));
+  const known = some.filter((value) => value > 0 && Number.isFinite(value)).sort((a, b) => a - b);
+  if (!((known[known.length >> 1] ?? 0) > MAX_METRES)) return null;
+  const whole = new DataView(new ArrayBuffer(2 * count));
+  for (let at = 0; at < count; at += 1) {
+    const value = valueAt(at);
+    whole.setUint16(2 * at, value > 0 && value < 65535.5 ? Math.round(value) : 0, true);
+  }
+  return { data: new Uint8Array(whole.buffer), bigEndian: false };
+}
+
+/** One scan's ranges, as a table of one line. */
+function oneScan(bytes: Uint8Array, name: string) {
+  return new TextEncoder().encode(`${readNpy(name, bytes).values.join(',')}\n`);
+}
+
+/** Points of the plane, or bearings and ranges. */
+function planar(numbers: Numbers): Part {
+  const count = numbers.values.length / 2;
+  const rows = Array.from({ length: count }, (_, row) => [numbers.values[row] ?? 0, numbers.values[count + row] ?? 0]);
+  const table = polarTable(rows);
+  return table ? { suffix: '.txt', make: () => table } : { suffix: '.ply', make: () => points(numbers, 2) };
+}
+
+/**
+ * The first columns as points: of two, z = 0.
+ * @param numbers a point a row
+ */
+export function points({ dims: [count = 0], values }: Numbers, columns: 2 | 3) {
+  const list = new Float32Array(3 * count);
+  for (let row = 0; row < count; row += 1) {
+    for (let column = 0; column < columns; column += 1) list[3 * row + column] = values[column * count + row] ?? 0;
+  }
+  return plyFile(bytesOf(list), count, ['x', 'y', 'z']);
+}

@@ -1,0 +1,394 @@
+/**
+ * The camera of depth images in a file of another program: OpenCV (YAML, XML), ROS's camera_info, Open3D, RealSense, Kalibr,
+ * ORB-SLAM, ScanNet, BOP, nerfstudio, Azure Kinect, plain numbers. Fields are known by their names, matrices by their form:
+ * `fx 0 cx, 0 fy cy, 0 0 1`, row by row or column by column.
+ */
+import { fileError } from '../base/errors.js';
+import type { Size } from '../files/heads.js';
+import { readDocument, readLabels } from './documents.js';
+import { EXIF_BYTES, focalShare } from './exif.js';
+
+interface Camera {
+  /** Where in the file it stands. */
+  label: string;
+  /** Pixels. */
+  fx: number;
+  fy: number;
+  cx: number;
+  cy: number;
+  /** Of the images that it is for, where the file says it. */
+  size: Size | null;
+  /** Coefficients, as many as there are. */
+  distortion: number[];
+  /** Raw values per metre. */
+  depth_scale: number | null;
+}
+
+const REMEDY = 'Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels';
+/** Longer files are no cameras; a thousand frames with a matrix each fit. */
+export const MAX_CAMERA_BYTES = 16 * 2 ** 20;
+
+/** Names of the two focal lengths and the principal point, without case and signs. */
+const PARAMETERS = [
+  ['fx', 'fy', 'cx', 'cy'],
+  ['fx', 'fy', 'ppx', 'ppy'],
+  ['fx', 'fy', 'mx', 'my'],
+  ['fx', 'fy', 'u0', 'v0'],
+  ['flx', 'fly', 'cx', 'cy'],
+  ['fu', 'fv', 'cu', 'cv'],
+  ['focalx', 'focaly', 'principalx', 'principaly'],
+  ['focallengthx', 'focallengthy', 'principalpointx', 'principalpointy'],
+];
+const WIDTHS = ['width', 'w', 'imagewidth', 'imgwidth', 'resx'];
+const HEIGHTS = ['height', 'h', 'imageheight', 'imgheight', 'resy'];
+const DEPTH_SCALE = /(depthscale|depthmapfactor|depthfactor|depthshift|depthunit(s|scalefactor)?)$/;
+/** Models that are no pinhole with a little distortion: their focal lengths mean something else. */
+const OTHER_MODELS = /omni|eucm|double_?sphere|\bds\b|fisheye|equidistant|kannala|mei\b/i;
+
+function plain(name: string) {
+  return name.toLowerCase().replaceAll(/[^a-z0-9]/g, '');
+}
+
+/**
+ * The cameras that a file describes, in its order.
+ * @returns empty: it describes none
+ */
+export function readCameras(bytes: Uint8Array): Camera[] {
+  const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, '');
+  const numbers = plainNumbers(text);
+  if (numbers) return ofNumbers(numbers);
+  const cameras = ofTree(readDocument(text));
+  return cameras.length > 0 ? cameras : ofTree(readLabels(text));
+}
+
+/** All of a text's numbers; null where there is anything else but comments and brackets. */
+function plainNumbers(text: string) {
+  const words = text
+    .replaceAll(/(#|\/\/).*/g, ' ')
+    .split(/[\s,;[\]]+/)
+    .filter((word) => word !== '');
+  const numbers = words.map(Number);
+  return words.length > 0 && words.length <= 32 && numbers.every(Number.isFinite) ? numbers : null;
+}
+
+function ofNumbers(numbers: number[]): Camera[] {
+  const matrix = ofMatrix(numbers);
+  if (matrix) return [camera('', matrix)];
+  const isSize = (pair: number[]) => pair.every((side) => Number.isInteger(side) && side > 1);
+  const [a = 0, b = 0, ...rest] = numbers;
+  // Of six, two are the image's size, in front or behind: the principal point lies about its middle.
+  if (numbers.length === 6 && isSize([a, b]) && isCentre(rest.slice(2), [a, b])) {
+    return [{ ...camera('', rest), size: { width: a, height: b } }];
+  }
+  const size = numbers.slice(4);
+  if (numbers.length === 6 && isSize(size) && isCentre(numbers.slice(2, 4), size)) {
+    return [{ ...camera('', numbers), size: { width: size[0] ?? 0, height: size[1] ?? 0 } }];
+  }
+  // TUM's tools: the parameters, then five coefficients of the distortion.
+  if (numbers.length === 4 || numbers.length === 9) {
+    return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
+  }
+  return [];
+}
+
+function isCentre([x = 0, y = 0]: number[], [width = 0, height = 0]: number[]) {
+  return Math.abs(x / width - 0.5) < 0.25 && Math.abs(y / height - 0.5) < 0.25;
+}
+
+/** @param value pixels */
+function isFocal(value: number) {
+  return value > 10 && value < 1e5;
+}
+
+/**
+ * fx fy cx cy of four numbers that stand as fx cx fy cy, as OpenLORIS has them: focal lengths agree within a few
+ * percent, and the
+ * principal point is none of them.
+ */
+function inOrder(numbers: number[]) {
+  const [a = 0, b = 0, c = 0, d = 0] = numbers;
+  const areAlike = (one: number, other: number) => Math.abs(one - other) < 0.02 * one;
+  return areAlike(a, c) && !areAlike(a, b) ? [a, c, b, d] : numbers;
+}
+
+function camera(label: string, [fx = 0, fy = fx, cx = 0, cy = 0]: number[]): Camera {
+  return { label, fx, fy, cx, cy, size: null, distortion: [], depth_scale: null };
+}
+
+/** fx, fy, cx, cy of a camera's matrix of 3 x 3, 3 x 4 or 4 x 4 numbers, in rows or in columns; null: it is none. */
+function ofMatrix(numbers: number[]) {
+  const columns = { 9: 3, 12: 4, 16: 4 }[numbers.length];
+  if (columns === undefined) return null;
+  const rows = numbers.length / columns;
+  const at = (row: number, column: number) => numbers[row * columns + column] ?? 0;
+  const turned = (row: number, column: number) => numbers[column * rows + row] ?? 0;
+  for (const entry of [at, turned]) {
+    const [fx, skew, fy] = [entry(0, 0), entry(0, 1), entry(1, 1)];
+    const isCamera = isFocal(fx) && isFocal(fy) && Math.abs(skew) < 0.01 * fx && entry(1, 0) === 0;
+    const lastRow = [entry(2, 0), entry(2, 1), entry(2, 2)];
+    if (isCamera && lastRow.join() === '0,0,1') return [fx, fy, entry(0, 2), entry(1, 2)];
+  }
+  return null;
+}
+
+/** key: the name without case and signs */
+type Field = { name: string; key: string; value: unknown };
+
+function ofTree(tree: unknown): Camera[] {
+  const found: Camera[] = [];
+  const waiting: { value: unknown; label: string; size: Size | null; distortion: number[] }[] = [
+    { value: tree, label: '', size: null, distortion: [] },
+  ];
+  const scale = { value: null as number | null };
+  for (let next = waiting.shift(); next; next = waiting.shift()) {
+    const { value, label } = next;
+    if (typeof value !== 'object' || value === null) continue;
+    const all: Field[] = Object.entries(value).map(([name, inner]) => ({ name, key: plain(name), value: inner }));
+    const here = {
+      size: Array.isArray(value) ? next.size : (sizeOf(all) ?? next.size),
+      distortion: Array.isArray(value) ? next.distortion : (distortionOf(all) ?? next.distortion),
+    };
+    scale.value ??= depthScaleOf(all);
+    for (const { beside, ...one } of Array.isArray(value) ? [] : ofFields(all, label)) {
+      const size = sizeBeside(all, beside, one.label) ?? here.size;
+      found.push({ size, distortion: here.distortion, ...one });
+    }
+    const place = all.find(({ key }) => key === 'location')?.value ?? '';
+    for (const { name, value: inner } of all)
+      waiting.push({ value: inner, label: `${label} ${name} ${place}`, ...here });
+  }
+  return found.map((one) => ({ ...one, depth_scale: scale.value }));
+}
+
+/** beside: what stands before and after the names of its parameters */
+type FoundCamera = Pick<Camera, 'label' | 'fx' | 'fy' | 'cx' | 'cy' | 'depth_scale'> & {
+  beside: string[];
+  size?: Size;
+  distortion?: number[];
+};
+
+/** The cameras whose parameters are fields of one object. */
+function ofFields(all: Field[], label: string): FoundCamera[] {
+  if (all.some(({ key, value }) => /model$/.test(key) && OTHER_MODELS.test(String(value)) && !/distortion/.test(key)))
+    return [];
+  const ofKey = new Map(all.map(({ key, value }) => [key, value]));
+  const found: FoundCamera[] = [];
+  const add = (name: string, numbers: number[], beside: string[]) => {
+    const { fx, fy, cx, cy } = camera('', numbers);
+    found.push({ label: `${label} ${name}`, fx, fy, cx, cy, depth_scale: null, beside });
+  };
+  for (const names of PARAMETERS) {
+    if (found.length > 0) break;
+    for (const { name, key } of all) {
+      const place = key.indexOf(names[0] ?? '');
+      if (place < 0) continue;
+      const [before, after] = [key.slice(0, place), key.slice(place + (names[0] ?? '').length)];
+      const values = names.map((parameter) => ofKey.get(before + parameter + after));
+      const numbers = values.filter((value) => typeof value === 'number');
+      if (numbers.length === 4 && isFocal(numbers[0] ?? 0)) add(name, numbers, [before, after]);
+    }
+  }
+  for (const { name, key, value } of found.length > 0 ? [] : all) {
+    const numbers = numbersOf(value);
+    const parameters =
+      numbers &&
+      (ofMatrix(numbers) ?? (/intrinsic|projection/.test(key) && numbers.length === 4 ? inOrder(numbers) : null));
+    if (parameters && isFocal(parameters[0] ?? 0)) add(name, parameters, ['', '']);
+    if (key === 'modelparameters' && numbers && !label.includes('PV0')) found.push(...ofAzureKinect(numbers, label));
+  }
+  return found;
+}
+
+/** The size of the images where several cameras' stand side by side: `depthWidth`, `colorWidth`. */
+function sizeBeside(all: Field[], [before = '', after = '']: string[], label: string): Size | null {
+  const role = /depth/i.test(label) ? 'depth' : /colou?r|rgb/i.test(label) ? 'color' : '';
+  const named = (names: string[]) =>
+    all.find(({ key }) => names.some((name) => [before + name + after, role + name, `m${role}${name}`].includes(key)));
+  const [width, height] = [named(WIDTHS)?.value, named(HEIGHTS)?.value];
+  return typeof width === 'number' && typeof height === 'number' ? { width, height } : null;
+}
+
+function sizeOf(all: Field[]): Size | null {
+  const named = (names: string[]) => all.find(({ key }) => names.includes(key.replace(/^camera1?/, '')))?.value;
+  const [width, height] = [named(WIDTHS), named(HEIGHTS)];
+  if (typeof width === 'number' && typeof height === 'number') return { width, height };
+  const pair = numbersOf(all.find(({ key }) => /^(resolution|imagesize|size)$/.test(key))?.value);
+  return pair?.length === 2 ? { width: pair[0] ?? 0, height: pair[1] ?? 0 } : sizeInTitle(all);
+}
+
+/** As rs-enumerate-devices writes it. */
+function sizeInTitle(all: Field[]): Size | null {
+  const title = all.find(({ name }) => /^Intrinsic of /.test(name))?.name ?? '';
+  const [, width, height] = title.match(/(\d+)x(\d+)/) ?? [];
+  return width === undefined ? null : { width: Number(width), height: Number(height) };
+}
+
+function distortionOf(all: Field[]): number[] | null {
+  const listed = all.find(
+    ({ key, value }) => /^(d\d?|(.*)(coeffs|coefficients|distortion|distcoeffs|dist))$/.test(key) && numbersOf(value),
+  );
+  if (listed) return numbersOf(listed.value);
+  const single = all.filter(({ key, value }) => /^(camera1?)?[kp][1-6]$/.test(key) && typeof value === 'number');
+  return single.length > 0 ? single.map(({ value }) => Number(value)) : null;
+}
+
+/**
+ * Raw values per metre. Programs mean three things by the same name: RealSense metres a raw value (0.001), BOP millimetres a
+ * raw value (0.1, 1), Open3D and TUM raw values per metre (1000, 5000).
+ */
+function depthScaleOf(all: Field[]) {
+  const isScale = ({ key, value }: Field) =>
+    typeof value === 'number' && (DEPTH_SCALE.test(key) || (key === 'scale' && value >= 100));
+  const value = all.find(isScale)?.value;
+  if (typeof value !== 'number' || !(value > 0) || !(value < 1e6)) return null;
+  const scale = value < 0.01 ? 1 / value : value < 5 ? 1000 / value : value;
+  return Number(scale.toPrecision(7));
+}
+
+/** All numbers of a list, of a list of lists, or of OpenCV's and ROS's `data`; null where there is anything else. */
+function numbersOf(value: unknown): number[] | null {
+  const list = typeof value === 'object' && value !== null && 'data' in value ? value.data : value;
+  if (!Array.isArray(list) || list.length > 16) return null;
+  const flat = list.flat();
+  return flat.length > 0 && flat.length <= 16 && flat.every((number) => typeof number === 'number') ? flat : null;
+}
+
+/**
+ * What the modes of an Azure Kinect's depth camera leave of its sensor's 1024 x 1024 pixels (Azure Kinect Sensor SDK):
+ * pixels of the sensor a pixel, where the image begins, and its size.
+ */
+const AZURE_MODES = [
+  { binning: 1, left: 192, top: 180, width: 640, height: 576 },
+  { binning: 2, left: 96, top: 90, width: 320, height: 288 },
+  { binning: 2, left: 0, top: 0, width: 512, height: 512 },
+  { binning: 1, left: 0, top: 0, width: 1024, height: 1024 },
+];
+
+/** Parameters in shares of the sensor: cx, cy, fx, fy, then the distortion. */
+function ofAzureKinect([cx = 0, cy = 0, fx = 0, fy = 0, ...distortion]: number[], label: string): FoundCamera[] {
+  return AZURE_MODES.map(({ binning, left, top, width, height }) => {
+    const side = 1024 / binning;
+    return {
+      label: `${label} depth`,
+      ...{ fx: fx * side, fy: fy * side, cx: cx * side - left - 0.5, cy: cy * side - top - 0.5 },
+      ...{ depth_scale: null, beside: ['', ''], size: { width, height }, distortion },
+    };
+  });
+}
+
+/** notes: what is worth knowing, each completes "FILE: ..." */
+type Chosen = { camera: Camera; notes: string[] };
+
+/** Sides in this ratio, up to this, are the same image in another size. */
+const SAME_ASPECT = 0.01;
+
+/**
+ * The camera of depth images of this size.
+ * @param name of the file
+ * @param size of the images; null: not known
+ */
+export function cameraFor(name: string, bytes: Uint8Array, size: Size | null): Chosen {
+  const photographed = size && ofPicture(bytes, size);
+  if (photographed) return photographed;
+  const cameras = readCameras(bytes);
+  const ranked = cameras
+    .map((one) => ({ one, rank: rankOf(one, size) }))
+    .sort((a, b) => b.rank - a.rank)
+    .map(({ one }) => one);
+  const [best] = ranked;
+  if (!best) throw fileError(name, 'No camera was found in this file', REMEDY);
+  const { camera, notes } = size ? scaled(name, best, size) : { camera: best, notes: [] };
+  const strong = camera.distortion.filter((coefficient) => Math.abs(coefficient) > 1e-6);
+  if (strong.length > 0) {
+    const figures = strong.slice(0, 3).map((coefficient) => Number(coefficient.toPrecision(3)));
+    notes.push(`its lens distortion (${figures.join(', ')}) is not applied: depth images are taken as rectified`);
+  }
+  return { camera, notes };
+}
+
+/**
+ * The camera of a colour picture by its EXIF data, taken for that of depth images that belong to it pixel by pixel.
+ * @returns null: it is no picture, or does not say
+ */
+function ofPicture(bytes: Uint8Array, size: Size): Chosen | null {
+  const share = focalShare(bytes.subarray(0, EXIF_BYTES));
+  if (share === null) return null;
+  const focal = share * Math.hypot(size.width, size.height);
+  const found = camera('EXIF', [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2]);
+  const note = `its EXIF data give the focal length, ${round(focal)} pixels; it is taken for that of the depth images, too`;
+  return { camera: { ...found, size }, notes: [note] };
+}
+
+function rankOf(one: Camera, size: Size | null) {
+  const role = /depth|\bir\b|infra/i.test(one.label) ? 2 : /colou?r|rgb/i.test(one.label) ? -1 : 0;
+  if (!size) return role;
+  // Several modes without their sizes: the one whose principal point lies in the middle.
+  if (!one.size) return role - 10 * Math.hypot(one.cx / size.width - 0.5, one.cy / size.height - 0.5);
+  if (one.size.width === size.width && one.size.height === size.height) return role + 8;
+  return isSameAspect(one.size, size) ? role + 4 : role - 8;
+}
+
+function isSameAspect(a: Size, b: Size) {
+  return Math.abs((a.width * b.height) / (a.height * b.width) - 1) < SAME_ASPECT;
+}
+
+/** The camera for images of this size, if it can be theirs. */
+function scaled(name: string, camera: Camera, size: Size): Chosen {
+  const [images, remedy] = [`${size.width} x ${size.height}`, 'Give the camera of the depth images'];
+  const own = camera.size ?? sizeByCentre(camera, size);
+  if (own && !isSameAspect(own, size)) {
+    throw fileError(
+      name,
+      `This camera is for ${own.width} x ${own.height} pixels, the depth images have ${images}`,
+      remedy,
+    );
+  }
+  const factor = own ? size.width / own.width : 1;
+  const move = (centre: number) => (centre + 0.5) * factor - 0.5;
+  const moved =
+    factor === 1
+      ? camera
+      : {
+          ...camera,
+          ...{ fx: camera.fx * factor, fy: camera.fy * factor, cx: move(camera.cx), cy: move(camera.cy), size },
+        };
+  const { fx, cx, cy } = moved;
+  const isInside = cx > 0 && cy > 0 && cx < size.width && cy < size.height;
+  const figures = `fx ${round(fx)}, principal point (${round(cx)}, ${round(cy)})`;
+  // 6 to 160 degrees from side to side.
+  if (!isInside || fx < 0.09 * size.width || fx > 10 * size.width) {
+    throw fileError(name, `This camera (${figures}) cannot have taken depth images of ${images} pixels`, remedy);
+  }
+  const notes: string[] = [];
+  if (factor !== 1 && own) {
+    const by = camera.size ? '' : 'by its principal point, ';
+    notes.push(`${by}the camera of ${own.width} x ${own.height} pixels is scaled to the depth images' ${images}`);
+  }
+  const offset = Math.max(Math.abs(cx / size.width - 0.5), Math.abs(cy / size.height - 0.5));
+  if (offset > 0.2)
+    notes.push(`${figures} lies far from the middle of images of ${images} pixels; is it another camera's?`);
+  return { camera: moved, notes };
+}
+
+/**
+ * The size of the images that a camera is for, by its principal point, which lies about their middle: where that is
+ * another size of
+ * the same aspect. Phones describe the camera of their colours, whose images are larger than the depth.
+ * @param size of the depth images
+ */
+function sizeByCentre({ cx, cy }: Camera, size: Size): Size | null {
+  const [across, down] = [(2 * cx) / size.width, (2 * cy) / size.height];
+  const isAnother = Math.abs(Math.log2(across)) > 0.8 && Math.abs(across / down - 1) < 0.05;
+  const factor = (across + down) / 2;
+  return isAnother ? { width: Math.round(factor * size.width), height: Math.round(factor * size.height) } : null;
+}
+
+function round(value: number) {
+  return Number(value.toFixed(1));
+}
+
+/** A camera as the engine reads it. */
+export function engineCamera({ fx, fy, cx, cy, depth_scale }: Camera) {
+  const scale = depth_scale === null ? {} : { depth_scale };
+  return new TextEncoder().encode(JSON.stringify({ fx, fy, cx, cy, ...scale }));
+}

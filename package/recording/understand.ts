@@ -1,0 +1,377 @@
+/**
+ * What a folder, an archive or a drop of files is: planar scans, depth images or clouds in space, in which order, and
+ * which files give the ground truth and the camera. One understanding for the page and the command line. Names, sizes
+ * and the beginnings of files are looked at, lists, trajectories and cameras as a whole; nothing is kept.
+ */
+import { append } from '../base/append.js';
+import { lost, type Note } from '../base/errors.js';
+import { compareNaturally } from '../base/natural_order.js';
+import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from '../files/heads.js';
+import { isCloudName, isForeignDepthName, isImageName } from '../files/kinds.js';
+import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from '../files/names.js';
+import { empty, type ListedFile, type ReadHead, type Recording, type Understood } from '../files/recording.js';
+import type { Frames } from './cameras.js';
+import { classify, isColumn, isSystemFile, looksLikeNumbers, type Role } from './classify.js';
+import type { DepthImages, Peek } from './depth_images.js';
+import { adviceByContents, adviceFor, isGraph } from './other_formats.js';
+import { assignRoles } from './planar.js';
+
+const inSpace = () => import('./in_space.js');
+
+/** What is found of a recording. */
+type Found = Partial<Understood> & { notes: Note[] };
+
+/** So many clouds are looked into to tell planar ones from those in space. */
+const LOOKED_INTO = 8;
+/** Of files that are no recording, so many are looked into to tell numbers from others. */
+const LOOKED_FOR_NUMBERS = 100;
+/** What `scanstitch reconstruct` writes: its own results are no input. */
+const RESULTS = ['trajectory.tum', 'report.json'];
+const MAPS = ['map.ply', 'map.pcd'];
+/** These may lie beside them. */
+const OTHER_RESULTS = ['map.pgm', 'map.yaml', 'report.html'];
+/** So may the grids of a map in pieces. */
+const PIECES = /^map_piece_\d+\.(pgm|yaml)$/;
+
+/**
+ * Understands the files of a drop, a folder or an archive. Where they hold several recordings, the one with the most
+ * frames is taken and the others are named in the notes.
+ * @param isTable whether tables of numbers are said to be laser scans
+ */
+export async function understand(
+  files: readonly ListedFile[],
+  readHead: ReadHead,
+  isTable = false,
+): Promise<Understood> {
+  const known = withoutResults(files.filter(({ path }) => !isSystemFile(path))).toSorted(byName);
+  const unreadable: Note[] = [];
+  const read = async (path: string, length: number) => {
+    try {
+      return await readHead(path, length);
+    } catch (error) {
+      if (unreadable.every(({ file }) => file !== path)) {
+        const { problem } = error as { problem?: string };
+        const reason = problem === undefined ? 'could not be read; was it moved or deleted?' : `not used: ${problem}`;
+        unreadable.push(lost(path, reason));
+      }
+      return null;
+    }
+  };
+  const given = known.flatMap((file) => file.given ?? []);
+  if (given.length > 0) {
+    const recording = await givenRecording(new Set(given), known, read);
+    return { ...recording, image_size: null, notes: [...unreadable, ...recording.notes] };
+  }
+  const depth = await findDepth(known, (path) => read(path, IMAGE_HEAD_BYTES));
+  const numFrames = depth.recordings[0]?.depth.members.length ?? 0;
+  const clouds = await findClouds(known, numFrames, read, isTable);
+  const recording =
+    numFrames > 0 && numFrames >= clouds.files.length
+      ? await depthImages(depth, known, read)
+      : clouds.extent === 'space'
+        ? await spatialClouds(clouds.files, known, read)
+        : clouds.files.length > 0
+          ? await planarScans(known, read, isTable)
+          : await nothing(depth.notes, known, read);
+  const notes = [...unreadable, ...recording.notes];
+  return { ...empty(), image_size: null, ...recording, notes };
+}
+
+/** The depth images; their module is not loaded for names among which there can be none. */
+async function findDepth(files: ListedFile[], peek: Peek): Promise<DepthImages> {
+  if (!files.some(({ path }) => isImageName(path) || isForeignDepthName(path)))
+    return { recordings: [], notes: [], pictures: [] };
+  const { findDepthRecordings } = await inSpace();
+  return findDepthRecordings(files, peek);
+}
+
+/** The longest of the recordings that are known, with a reference or a camera that lies beside it. */
+async function givenRecording(given: ReadonlySet<Recording>, files: ListedFile[], read: Read): Promise<Recording> {
+  const [chosen = empty(), ...others] = [...given].sort((a, b) => numFramesOf(b) - numFramesOf(a));
+  const { kind, root } = chosen;
+  const loose = files.filter((file) => !file.given);
+  const isOther = (file: ListedFile) => !isImageName(file.path) && !isCloud(file);
+  const beside = await referenceAndCamera(
+    loose.filter(isOther),
+    {
+      root,
+      keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
+      times: chosen.depth_frames.flatMap(({ time }) => time ?? []),
+      size: null,
+      isElsewhere: () => false,
+    },
+    read,
+  );
+  const reference = beside.reference.length === 0 ? chosen.reference : beside.reference;
+  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
+  const images = loose.filter((file) => !isOther(file));
+  const notes = [
+    ...chosen.notes,
+    ...notesOfGiven(chosen, others, { reference, intrinsics }),
+    ...beside.notes,
+    ...unused(images, 'it lies beside a bag, which is used'),
+  ];
+  return { ...chosen, reference, intrinsics, notes };
+}
+
+/**
+ * What is not used of recordings that are known, and what the chosen one lacks.
+ * @param used in its place or of its own
+ */
+function notesOfGiven(
+  { kind, root, reference: [own] }: Recording,
+  others: Recording[],
+  { reference: [used], intrinsics }: Pick<Recording, 'reference' | 'intrinsics'>,
+): Note[] {
+  const notes: Note[] = [];
+  if (own !== undefined && used !== own) {
+    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${used}` });
+  }
+  for (const recording of others.filter((recording) => numFramesOf(recording) > 0)) {
+    const reason = `not used: another recording; one is used at a time, the longest: ${root}`;
+    notes.push({ file: recording.root, reason });
+  }
+  if (kind === 'depth_images' && intrinsics === null) {
+    const remedy = 'give fx fy cx cy in a file beside the bag (or with --intrinsics), or set field_of_view';
+    const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
+    notes.push({ file: root, reason });
+  }
+  if (kind === 'nothing') {
+    for (const recording of others) append(notes, recording.notes);
+    notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
+  }
+  return notes;
+}
+
+function numFramesOf({ depth_frames, clouds, scans }: Recording) {
+  return depth_frames.length + clouds.length + scans.length;
+}
+
+/** A reference that is one file for each frame, as one text: what the engine takes. */
+export function joinPoses(files: readonly Uint8Array[]) {
+  const texts = files.map((bytes) => new TextDecoder().decode(bytes).trim());
+  return new TextEncoder().encode(`${texts.join('\n')}\n`);
+}
+
+function isCloud({ path, isCloud }: ListedFile) {
+  return isCloud === true || isCloudName(path);
+}
+
+function byName(a: ListedFile, b: ListedFile) {
+  return compareNaturally(a.path, b.path);
+}
+
+function withoutResults(files: ListedFile[]) {
+  const paths = new Set(files.map(({ path }) => path));
+  const isResult = ({ path }: ListedFile) => {
+    const folder = folderOf(path);
+    const inFolder = (name: string) => (folder === '' ? name : `${folder}/${name}`);
+    const [results, maps] = [RESULTS.map(inFolder), MAPS.map(inFolder)];
+    const isComplete = results.every((name) => paths.has(name)) && maps.some((name) => paths.has(name));
+    if (!isComplete) return false;
+    return [...results, ...maps, ...OTHER_RESULTS.map(inFolder)].includes(path) || PIECES.test(baseOf(path));
+  };
+  return files.filter((file) => !isResult(file));
+}
+
+/** null: it cannot be read, which is noted */
+type Read = (path: string, length: number) => Promise<Uint8Array | null>;
+
+/**
+ * All clouds, and whether they lie in the plane or in space: as most of those looked into do.
+ * @param numFrames depth images there are
+ */
+async function findClouds(files: ListedFile[], numFrames: number, read: Read, isTable: boolean) {
+  const clouds = files.filter(isCloud);
+  // A PLY file may have lost its ending; it is searched for where there is nothing else.
+  for (const file of numFrames === 0 && clouds.length === 0 ? files : []) {
+    if (isImageName(file.path)) continue;
+    const head = await read(file.path, HEAD_BYTES);
+    if (head && classify(file.path, head, isTable).role === 'scan') clouds.push(file);
+  }
+  const step = Math.max(1, clouds.length / LOOKED_INTO);
+  const looked = clouds.filter((_, index) => index % step < 1);
+  let inSpace = 0;
+  let inPlane = 0;
+  for (const { path } of looked) {
+    // Of a PCD that is read as PLY, the points lie in the plane.
+    const head = await read(path, HEAD_BYTES);
+    const isPcd = /\.pcd$/i.test(path) && !(head && isPly(head));
+    const extent = head === null || isPcd ? 'space' : readPlyExtent(head);
+    if (extent === 'space') inSpace += 1;
+    if (extent === 'plane') inPlane += 1;
+  }
+  return { files: clouds, extent: (inSpace > inPlane ? 'space' : 'plane') as 'space' | 'plane' };
+}
+
+async function depthImages(
+  { recordings: [chosen, ...others], notes, pictures }: DepthImages,
+  files: ListedFile[],
+  read: Read,
+): Promise<Found> {
+  if (!chosen) return { notes };
+  const { findExif, framesOf, isApart, leftAside } = await inSpace();
+  const { frames, notes: pairNotes } = await framesOf(chosen, files, read);
+  const { root } = chosen;
+  const keyOf = new Map(chosen.depth.members.map(({ path, key }) => [path, key]));
+  const elsewhere = others.map(({ root }) => root).filter((other) => isApart(other, root));
+  const isElsewhere = (folder: string) => elsewhere.some((other) => contains(other, folder));
+  const head = frames[0] && (await read(frames[0].depth, IMAGE_HEAD_BYTES));
+  const size = head ? imageSize(head) : null;
+  const rest = await referenceAndCamera(
+    files.filter((file) => !isImageName(file.path) && !isCloud(file)),
+    {
+      root,
+      keys: frames.map(({ depth }) => keyOf.get(depth) ?? ''),
+      times: frames.flatMap(({ time }) => time ?? []),
+      size,
+      isElsewhere,
+    },
+    read,
+  );
+  const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
+  const clouds = files.filter(isCloud);
+  return {
+    ...rest,
+    intrinsics: rest.intrinsics ?? picture?.file ?? null,
+    kind: 'depth_images',
+    root,
+    depth_frames: frames,
+    image_size: size,
+    notes: [
+      ...notes,
+      ...pairNotes,
+      ...leftAside(chosen, others, pictures),
+      ...rest.notes,
+      ...(picture ? [picture] : []),
+      ...unused(clouds, 'a cloud beside depth images'),
+    ],
+  };
+}
+
+async function spatialClouds(clouds: ListedFile[], files: ListedFile[], read: Read): Promise<Found> {
+  const { chosen, others } = chooseClouds(clouds);
+  const root = chosen.map(({ path }) => folderOf(path)).reduce(commonFolder);
+  const elsewhere = new Set(others.map(({ path }) => folderOf(path)));
+  const members = seriesOf(chosen).flatMap(({ members }) => members);
+  const { timesOfClouds } = await inSpace();
+  const timed = await timesOfClouds(chosen, files, read);
+  const rest = await referenceAndCamera(
+    files.filter((file) => !isImageName(file.path) && !isCloud(file) && file.path !== timed?.path),
+    {
+      root,
+      keys: members.map(({ key }) => key),
+      times: members.flatMap(({ time }) => time ?? []),
+      size: null,
+      isElsewhere: (folder) => folder !== root && elsewhere.has(folder),
+    },
+    read,
+  );
+  const images = files.filter(({ path }) => isImageName(path));
+  const used = `those of one folder are used, the one with most, here ${nameOf({ folder: '', pattern: '', members })}`;
+  return {
+    ...rest,
+    kind: 'clouds',
+    root,
+    clouds: chosen.map(({ path }) => path),
+    ...(timed ? { cloud_times: timed.times } : {}),
+    intrinsics: null,
+    notes: [...otherClouds(others, used), ...rest.notes, ...unused(images, 'an image beside clouds')],
+  };
+}
+
+/** A note about each folder of clouds. */
+function otherClouds(clouds: ListedFile[], used: string): Note[] {
+  const folders = groupBy(clouds, ({ path }) => folderOf(path));
+  return [...folders.values()].map((files) => {
+    const [first] = files;
+    const what = files.length === 1 ? 'another cloud' : `the first of ${files.length} other clouds`;
+    return { file: first?.path ?? '', reason: `not used: ${what}; ${used}` };
+  });
+}
+
+/** The folder with the most clouds, without a map that lies beside them. */
+function chooseClouds(clouds: ListedFile[]) {
+  const folders = groupBy(clouds, ({ path }) => folderOf(path));
+  const largest = [...folders.values()].toSorted((a, b) => b.length - a.length)[0] ?? [];
+  // One cloud in each folder: the folders are numbered, not the clouds.
+  const candidates = largest.length > 1 ? largest : clouds;
+  const numbered = candidates.filter(({ path }) => /\d/.test(baseOf(path)));
+  const chosen = largest.length > 1 && numbered.length >= 3 ? numbered : candidates;
+  return { chosen, others: clouds.filter((cloud) => !chosen.includes(cloud)) };
+}
+
+/** The reference, the camera, and a word about every other file. */
+async function referenceAndCamera(files: ListedFile[], frames: Frames, read: Read) {
+  const { findIntrinsics, findReference, isListName } = await inSpace();
+  const reference = await findReference(files, frames, read);
+  const camera = await findIntrinsics(files, frames, read);
+  const rest = files.filter(
+    ({ path }) =>
+      !frames.isElsewhere(folderOf(path)) && !reference.taken.has(path) && !camera.taken.has(path) && !isListName(path),
+  );
+  const notes = [
+    ...reference.notes,
+    ...camera.notes,
+    ...unused(rest, 'neither an image nor a trajectory of this recording'),
+  ];
+  return { reference: reference.reference, intrinsics: camera.intrinsics, notes };
+}
+
+/** A note about each file, or about each series of files. */
+function unused(files: ListedFile[], what: string): Note[] {
+  return seriesOf(files).map((series) => {
+    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
+  });
+}
+
+async function planarScans(files: ListedFile[], read: Read, isTable: boolean): Promise<Found> {
+  const known: { name: string; role: Role; file: string }[] = [];
+  for (const { path } of files) {
+    const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
+    const head = nameSaysAll ? null : await read(path, HEAD_BYTES);
+    if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
+  }
+  const { scans, reference, odometry, notes } = assignRoles(known);
+  const root = scans.map(folderOf).reduce(commonFolder);
+  return { kind: 'planar_scans', root, scans, reference: reference === null ? [] : [reference], odometry, notes };
+}
+
+/** @param notes about images */
+async function nothing(notes: Note[], files: ListedFile[], read: Read): Promise<Found> {
+  const told = new Set(notes.map(({ file }) => file));
+  const others = files.filter(({ path }) => !isImageName(path));
+  const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
+  const headOf = (at: number) => heads[at] ?? new Uint8Array();
+  const advised: Map<string, ListedFile[]> = groupBy(
+    others.filter((_, at) => adviceByContents(headOf(at)) !== null),
+    (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
+  );
+  const advisedFiles = new Set([...advised.values()].flat());
+  const graphs = others.filter((_, at) => isGraph(headOf(at)));
+  const columns = others.filter((_, at) => isColumn(headOf(at)));
+  const isNumbers = (file: ListedFile, at: number) =>
+    !advisedFiles.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
+  const numbers = new Set(others.filter(isNumbers));
+  const rest = [
+    ...[...advised].flatMap(([advice, files]) =>
+      files.map(({ path }) => ({ file: path, reason: `not used: ${advice}` })),
+    ),
+    ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
+    ...unused(
+      columns,
+      'a number a line; where these are the ranges of a scan, say where it begins and its step: --table range=1,start=-135deg,step=0.5deg',
+    ),
+    ...unused(
+      [...numbers],
+      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
+    ),
+    ...unused(
+      others.filter(
+        (file) => !advisedFiles.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
+      ),
+      'neither a scan, nor a cloud, nor a depth image',
+    ),
+  ];
+  return { notes: [...notes, ...rest.filter(({ file }) => !told.has(file))] };
+}

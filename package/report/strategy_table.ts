@@ -1,0 +1,222 @@
+/** Results of strategies as rows: for CSV, Markdown and tables on a screen. One list of columns serves them all. */
+import type { StrategyResult } from '../../pkg/scanstitch.js';
+
+export type Row = { name: string; label: string; result: StrategyResult };
+
+export interface Column {
+  /** In CSV; SI units, but for milliseconds, which are named so. */
+  name: string;
+  /** On a screen. */
+  label: string;
+  /** Of `shown`. */
+  unit: string;
+  /** In plain words. */
+  about: string;
+  /** In full precision. */
+  value: (result: StrategyResult) => number | null;
+  /** For people. */
+  shown: (value: number, result: StrategyResult) => string;
+}
+
+export const COLUMNS: readonly Column[] = [
+  {
+    name: 'frames',
+    label: 'Frames',
+    unit: '',
+    about: 'Frames that the strategy has processed',
+    value: ({ frames }) => frames.length,
+    shown: String,
+  },
+  {
+    name: 'lost',
+    label: 'Lost',
+    unit: '',
+    about: 'Frames that could not be registered; their pose is the prediction',
+    value: ({ num_lost }) => num_lost,
+    shown: String,
+  },
+  {
+    name: 'map_points',
+    label: 'Map points',
+    unit: '',
+    about: 'Points of the map after the last frame',
+    value: ({ map_points }) => map_points,
+    shown: (value) => value.toLocaleString('en-US'),
+  },
+  {
+    name: 'map_bytes',
+    label: 'Map size',
+    unit: 'MB',
+    about: '24 bytes a point: three coordinates in double precision; normals and the search index are not counted',
+    value: ({ map_bytes }) => map_bytes,
+    shown: (value) => (value / 1e6).toFixed(value < 1e7 ? 2 : 1),
+  },
+  {
+    name: 'ms_median',
+    label: 'Median time',
+    unit: 'ms',
+    about: 'Median time per frame, from the second frame on',
+    value: ({ timing }) => timing?.median ?? null,
+    shown: (value) => value.toFixed(1),
+  },
+  {
+    name: 'ms_last',
+    label: 'Last frame',
+    unit: 'ms',
+    about: 'Time that the last frame took',
+    value: ({ timing }) => timing?.last ?? null,
+    shown: (value) => value.toFixed(1),
+  },
+  {
+    name: 'ms_slope',
+    label: 'Time growth',
+    unit: 'ms/frame',
+    about: 'Slope of the time per frame over the frames: least squares, with the standard error',
+    value: ({ timing }) => timing?.trend?.slope ?? null,
+    shown: (value, { timing }) => `${value.toFixed(2)} ±${(timing?.trend?.standard_error ?? 0).toFixed(2)}`,
+  },
+  {
+    name: 'map_growth',
+    label: 'Map growth',
+    unit: 'points/frame',
+    about: 'Mean number of points that a frame adds to the map, over the second half of the frames',
+    value: ({ growth }) => growth?.slope ?? null,
+    shown: (value) => value.toFixed(0),
+  },
+  {
+    name: 'ape_mean',
+    label: 'APE mean',
+    unit: 'm',
+    about: 'Mean distance to the ground truth, first poses aligned',
+    value: ({ comparison }) => comparison?.ape_mean ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'ape_rmse',
+    label: 'APE rmse',
+    unit: 'm',
+    about: 'Root mean square distance to the ground truth',
+    value: ({ comparison }) => comparison?.ape_rmse ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'ape_max',
+    label: 'APE max',
+    unit: 'm',
+    about: 'Largest distance to the ground truth',
+    value: ({ comparison }) => comparison?.ape_max ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'rpe_mean',
+    label: 'RPE mean',
+    unit: 'mm',
+    about: 'Mean translation error from each frame to the next',
+    value: ({ comparison }) => comparison?.rpe_mean ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_rmse',
+    label: 'RPE rmse',
+    unit: 'mm',
+    about: 'Root mean square of the error from each frame to the next',
+    value: ({ comparison }) => comparison?.rpe_rmse ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_max',
+    label: 'RPE max',
+    unit: 'mm',
+    about: 'Largest error from a frame to the next',
+    value: ({ comparison }) => comparison?.rpe_max ?? null,
+    shown: (value) => (1e3 * value).toFixed(1),
+  },
+  {
+    name: 'rpe_rotation_mean',
+    label: 'RPE rotation',
+    unit: 'deg',
+    about: 'Mean rotation error from each frame to the next',
+    value: ({ comparison }) => comparison?.rpe_rotation_mean ?? null,
+    shown: (value) => ((value * 180) / Math.PI).toFixed(3),
+  },
+  {
+    name: 'mean_map_entropy',
+    label: 'Entropy',
+    unit: 'nats',
+    about: 'Mean map entropy of the same points of all frames at the estimated poses: lower is sharper',
+    value: ({ sharpness }) => sharpness?.mean_map_entropy ?? null,
+    shown: (value) => value.toFixed(3),
+  },
+  {
+    name: 'mean_plane_variance',
+    label: 'Plane variance',
+    unit: 'mm²',
+    about: 'Mean plane variance of the same points: lower is sharper',
+    value: ({ sharpness }) => sharpness?.mean_plane_variance ?? null,
+    shown: (value) => (1e6 * value).toFixed(0),
+  },
+];
+
+/** Columns of errors, which need a reference. */
+const OF_TRUTH = /^(ape|rpe)_/;
+
+/** All columns; those of errors only where a result is compared with a reference. */
+export function columnsOf(rows: readonly Row[]): readonly Column[] {
+  const hasTruth = rows.some(({ result }) => result.comparison !== null);
+  return COLUMNS.filter(({ name }) => hasTruth || !OF_TRUTH.test(name));
+}
+
+export function cell(column: Column, result: StrategyResult) {
+  const value = column.value(result);
+  return value === null ? '–' : column.shown(value, result);
+}
+
+/** In full precision and SI units, a line a strategy, its settings at the end. */
+export function csvOf(rows: readonly Row[]) {
+  const settings = Object.keys(rows[0]?.result.settings ?? {});
+  const heads = [
+    'strategy',
+    ...COLUMNS.flatMap(({ name }) => (name === 'ms_slope' ? [name, 'ms_slope_error'] : name)),
+    ...settings,
+  ];
+  const lines = rows.map(({ name, result }) => [
+    name,
+    ...COLUMNS.flatMap((column) => {
+      const value = column.value(result);
+      return column.name === 'ms_slope' ? [value, result.timing?.trend?.standard_error ?? null] : value;
+    }),
+    ...Object.values(result.settings),
+  ]);
+  return [heads, ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+}
+
+/** One line a frame and strategy. */
+export function framesCsvOf(rows: readonly Row[], milliseconds: readonly (readonly number[])[]) {
+  const heads = ['strategy', 'index', 'name', 'status', 'ms', 'map_points', 'map_bytes', 'num_added', 'num_source'];
+  const more = ['threshold', 'fitness', 'inlier_rmse', 'iterations', 'error', 'x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'];
+  const lines = rows.flatMap(({ name, result }, strategy) =>
+    result.frames.map((frame, place) => {
+      const { x, y, z, qx, qy, qz, qw } = frame.T_world_sensor;
+      return [
+        ...[name, frame.index, frame.name, frame.status, milliseconds[strategy]?.[place] ?? null],
+        ...[frame.map_points, frame.map_bytes, frame.num_added, frame.num_source, frame.threshold, frame.fitness],
+        ...[frame.inlier_rmse, frame.iterations, result.comparison?.errors[place] ?? null, x, y, z, qx, qy, qz, qw],
+      ];
+    }),
+  );
+  return [[...heads, ...more], ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+}
+
+/** As it is shown, for a report. */
+export function markdownOf(rows: readonly Row[]) {
+  const columns = columnsOf(rows);
+  const heads = ['Strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
+  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
+  const line = (cells: string[]) => `| ${cells.join(' | ')} |\n`;
+  return line(heads) + line(heads.map((_, index) => (index === 0 ? '---' : '---:'))) + lines.map(line).join('');
+}
+
+function quoted(value: unknown) {
+  const text = value === null || value === undefined ? '' : String(value);
+  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
