@@ -26,22 +26,28 @@ fn notes(log: &LaserLog) -> String {
 #[test]
 fn fans_in_another_unit_or_of_another_laser_are_read_as_the_scans_tell() {
     let Some(folder) = shared_data("laser") else { return };
-    let unit = 180.0 / std::f64::consts::PI;
-    const LOGS: [&str; 6] = [
-        "fr079/fr079.log",
-        "radish/freiburg-101.log",
-        "radish/belgioioso.log",
-        "radish/edmonton.log",
-        "radish/infinite-corridor.log",
-        "radish/aces.clf",
+    // Of the other fans, the corridor's scans and those of a robot that mostly turns do not tell all apart.
+    const LOGS: [(&str, bool); 6] = [
+        ("fr079/fr079.log", true),
+        ("radish/freiburg-101.log", true),
+        ("radish/belgioioso.log", true),
+        ("radish/edmonton.log", true),
+        ("radish/infinite-corridor.log", false),
+        ("radish/aces.clf", false),
     ];
-    for name in LOGS {
+    let unit = 180.0 / std::f64::consts::PI;
+    let mut missed = Vec::new();
+    for (name, tells_other_fans) in LOGS {
         let log = laser_log::read(&fs::read(folder.join(name)).unwrap()).unwrap();
         let found = notes(&log);
         assert!(!found.contains("fan"), "{name}: {found}");
-        for factor in [1.0 / unit, unit, 2.0, 0.5, 4.0 / 3.0, 1.5] {
+        let others = [2.0, 0.5, 4.0 / 3.0, 1.5].into_iter().filter(|_| tells_other_fans);
+        for factor in [1.0 / unit, unit].into_iter().chain(others) {
             let found = notes(&widened(&log, factor));
-            println!("{name} {factor}: {}", found.split("The file gives").last().unwrap());
+            if !found.contains("It was read as 180.0 degrees") {
+                missed.push((name, factor, found));
+            }
         }
     }
+    assert!(missed.is_empty(), "{missed:#?}");
 }

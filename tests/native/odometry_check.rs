@@ -9,10 +9,9 @@ use crate::common::shared_data;
 use scanstitch::geometry::Pose2;
 use scanstitch::io::{laser_log, trajectory};
 use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
 use scanstitch::pipeline::planar::Reconstruction;
-use scanstitch::pipeline::planar::odometry_hypotheses::{CheckedOdometry, check_log, check_odometry};
-use scanstitch::pipeline::planar::pairs::{ScanPair, registered_pairs};
-use scanstitch::pipeline::recorded_scan::{RecordedScan, RecordedScans};
+use scanstitch::pipeline::recorded_scan::RecordedScan;
 use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::settings::Settings;
 use scanstitch::preprocess::clean::range_limit;
@@ -20,25 +19,13 @@ use scanstitch::preprocess::clean::range_limit;
 /// Logs with their own odometry: rows of number, x, y (m), heading (rad).
 struct Drive {
     scans: Vec<RecordedScan>,
-    pairs: Vec<ScanPair>,
     rows: Vec<[f64; 4]>,
 }
 
-impl Drive {
-    fn new(scans: Vec<RecordedScan>, rows: Vec<[f64; 4]>) -> Self {
-        let pairs = registered_pairs(&recorded(&scans, &Settings::default()));
-        Self { scans, pairs, rows }
-    }
-}
-
-fn recorded<'a>(scans: &'a [RecordedScan], settings: &'a Settings) -> RecordedScans<'a> {
-    let limit = range_limit(scans.iter().map(|scan| scan.cloud.positions.as_slice()));
-    RecordedScans { all: scans, limit: limit.unwrap_or(f64::INFINITY), settings }
-}
-
 fn check(drive: &Drive, odometry: &str) -> CheckedOdometry {
+    let limit = range_limit(drive.scans.iter().map(|scan| scan.cloud.positions.as_slice()));
     let given = trajectory::read(odometry.as_bytes()).unwrap();
-    check_odometry("wheels.txt", &recorded(&drive.scans, &Settings::default()), &drive.pairs, &given)
+    check_odometry("wheels.txt", &drive.scans, &given, limit.unwrap_or(f64::INFINITY))
 }
 
 fn real(log: &Path, odometry: Option<&Path>) -> Drive {
@@ -56,7 +43,7 @@ fn real(log: &Path, odometry: Option<&Path>) -> Drive {
     let row =
         |(index, pose): (usize, &Pose2)| [index as f64, pose.translation.x, pose.translation.y, pose.rotation.angle()];
     let rows = poses.iter().enumerate().map(row).collect();
-    Drive::new(scans, rows)
+    Drive { scans, rows }
 }
 
 /// All that are recorded.
@@ -124,21 +111,23 @@ fn units_are_told(name: &str, drive: &Drive) {
 
 /// The laser turns the other way than its readings were taken, or y was counted to the right.
 fn mirrors_are_told(name: &str, drive: &Drive) {
-    let mirrored = drive.rows.iter().map(|&[number, x, y, heading]| format!("{number} {x} {} {}\n", -y, -heading));
-    let checked = check(drive, &mirrored.collect::<String>());
+    let drive_mirrored = Drive {
+        scans: drive.scans.clone(),
+        rows: drive.rows.iter().map(|&[number, x, y, heading]| [number, x, -y, -heading]).collect(),
+    };
+    let checked = check(&drive_mirrored, &rows(&drive_mirrored, 1.0, 1.0));
     assert!(checked.mirrored.is_some(), "{name}: {:?}", checked.refusal);
     assert!(checked.refusal.unwrap().contains("It is the mirror image of what the scans saw"), "{name}");
 
     // The poses that stand in the log.
     let mut scans = drive.scans.clone();
+    let limit = range_limit(scans.iter().map(|scan| scan.cloud.positions.as_slice())).unwrap_or(f64::INFINITY);
     for (scan, &[_, x, y, heading]) in scans.iter_mut().zip(&drive.rows) {
         scan.odometry = Some(Pose2::new([x, y].into(), heading));
     }
-    let settings = Settings::default();
-    assert_eq!(check_log(&recorded(&scans, &settings), &drive.pairs), (None, None), "{name}");
+    assert_eq!(mirror_of_log(&scans, limit), None, "{name}");
     scans.iter_mut().flat_map(|scan| &mut scan.cloud.positions).for_each(|p| p.y = -p.y);
-    let scans = recorded(&scans, &settings);
-    let told = check_log(&scans, &registered_pairs(&scans)).0.unwrap_or_default();
+    let told = mirror_of_log(&scans, limit).unwrap_or_default();
     assert!(told.contains("mirror image") && told.contains("turns clockwise"), "{name}: {told}");
 }
 
@@ -184,7 +173,7 @@ fn odometry_of_real_logs_is_taken_and_what_is_wrong_with_it_told() {
 fn made_up() -> Drive {
     let (text, rows) = made_up_log(false);
     let log = laser_log::read(text.as_bytes()).unwrap();
-    Drive::new(RecordedScan::of_log(&log).collect(), rows)
+    Drive { scans: RecordedScan::of_log(&log).collect(), rows }
 }
 
 /// A robot that drives an oval in a hall with pillars, a scan each half second; 180 beams, the last one first where it turns
@@ -256,7 +245,7 @@ fn units_clocks_gaps_and_counts_of_a_made_up_drive() {
     assert!(checked.notes[0].starts_with("wheels.txt has gaps: 15 of 160 scans have no pose in it, scan 40 first"));
 
     // Of a log that was cut: the odometry goes on, and is that of the scans.
-    let cut = Drive::new(drive.scans[..100].to_vec(), Vec::new());
+    let cut = Drive { scans: drive.scans[..100].to_vec(), rows: Vec::new() };
     let checked = check(&cut, &all);
     assert_eq!((checked.refusal, checked.poses.len()), (None, 100));
     assert!(checked.notes[0].contains("has 160 poses, and there are 100 scans"), "{:?}", checked.notes);
@@ -280,11 +269,13 @@ fn units_clocks_gaps_and_counts_of_a_made_up_drive() {
 #[test]
 fn scans_that_look_alike_say_nothing_of_good_odometry() {
     // A robot that stands still, with wheels that do as well.
-    let Drive { mut scans, mut rows, .. } = made_up();
-    let first = scans[0].clone();
-    scans.iter_mut().for_each(|scan| *scan = RecordedScan { index: scan.index, time: scan.time, ..first.clone() });
-    rows.iter_mut().for_each(|row| *row = [row[0], 0.0, 0.0, 0.0]);
-    let drive = Drive::new(scans, rows);
-    let checked = check(&drive, &self::rows(&drive, 1.0, 1.0));
+    let mut drive = made_up();
+    let first = drive.scans[0].clone();
+    drive
+        .scans
+        .iter_mut()
+        .for_each(|scan| *scan = RecordedScan { index: scan.index, time: scan.time, ..first.clone() });
+    drive.rows.iter_mut().for_each(|row| *row = [row[0], 0.0, 0.0, 0.0]);
+    let checked = check(&drive, &rows(&drive, 1.0, 1.0));
     assert_eq!((checked.refusal, checked.notes), (None, vec![]));
 }

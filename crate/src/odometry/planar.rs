@@ -119,8 +119,6 @@ pub struct Odometry {
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
     last_motion: Pose2,
-    /// The motion from the frame before to the last one by the odometry, where it tells it.
-    last_measured: Option<Pose2>,
     /// How many frames up to the last one were registered without a doubt, one after the other.
     num_registered: usize,
     /// Of the steps of the odometry that were compared with registrations, how many were wrong and how many there were.
@@ -164,7 +162,6 @@ impl Odometry {
             stray: None,
             T_world_last: T_world_first,
             last_motion: Pose2::identity(),
-            last_measured: None,
             num_registered: 0,
             wrong_steps: (0, 0),
         }
@@ -193,7 +190,6 @@ impl Odometry {
             self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };
         estimate.references = self.map.placed().collect();
-        self.last_measured = motion.map(|motion| motion.T_before_sensor);
         self.take(scan, estimate, motion.is_some())
     }
 

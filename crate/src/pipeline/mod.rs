@@ -47,6 +47,7 @@
 
 pub mod assumptions;
 pub mod depth_consistency;
+pub mod odometry_check;
 pub mod planar;
 pub mod prepared_frame;
 pub mod recorded_scan;

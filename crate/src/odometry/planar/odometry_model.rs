@@ -89,35 +89,27 @@ impl OdometryModel {
     /// the graph, in which contradicted steps are known less well.
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
         let num_right = self.calibrate(estimates);
-        let (num_wrong, spread) = self.replace_wrong_steps(estimates);
-        eprintln!(
-            "DEBUG refuted {num_wrong} right {num_right} of {} wrong {:?} {:?}",
-            estimates.len(),
-            self.wrong,
-            (spread / num_wrong.max(1) as f64).diagonal().map(f64::sqrt)
-        );
+        self.replace_wrong_steps(num_right, estimates);
         let mut of_graph = self.clone();
         of_graph.doubt_contradicted_steps(estimates);
-        // What a step that cannot be compared leaves open where this share of those that can is wrong.
-        let of_wrong_steps = spread / (num_right + num_wrong).max(1) as f64;
-        of_graph.steps.iter_mut().flatten().for_each(|step| step.covariance += of_wrong_steps);
         self.doubt_long_steps(estimates);
         of_graph
     }
 
-    /// Takes the registered motion, as if it were measured, for steps that registrations refute. Returns how many and the sum of their
-    /// squared errors.
-    fn replace_wrong_steps(&mut self, estimates: &[FrameEstimate]) -> (usize, Matrix3<f64>) {
-        let (mut num_wrong, mut spread) = (0, Matrix3::zeros());
+    /// Takes the registered motion, as if it were measured, for steps that registrations refute. Where nothing shows it every other one may
+    /// be wrong, too, as often as among these and the `num_right` that registrations confirm, and by as much.
+    fn replace_wrong_steps(&mut self, num_right: usize, estimates: &[FrameEstimate]) {
+        let (mut count, mut spread) = (num_right, Matrix3::zeros());
         for frame in (1..estimates.len()).filter(|&frame| estimates[frame].refutes_odometry) {
             let Some(step) = &mut self.steps[frame] else { continue };
             let registered = estimates[frame - 1].T_world_sensor.inverse() * estimates[frame].T_world_sensor;
             let off = (step.T_before_sensor * registered.inverse()).log();
-            (num_wrong, spread) = (num_wrong + 1, spread + off * off.transpose());
+            (count, spread) = (count + 1, spread + off * off.transpose());
             let covariance = self.noise.covariance(&registered) + chain_covariance(frame, estimates);
             *step = MeasuredMotion { T_before_sensor: registered, covariance };
         }
-        (num_wrong, spread)
+        let unseen = spread / count.max(1) as f64;
+        self.steps.iter_mut().flatten().for_each(|step| step.covariance += unseen);
     }
 
     /// The scale of the metre and the noise by all registered steps. Wheels are off by a few parts in a hundred, which adds up over a
@@ -377,8 +369,8 @@ mod tests {
         assert_eq!(estimates[10].assessment().status, Status::Doubtful);
         let reason = estimates[10].assessment().reason;
         assert!(reason.contains("over 5 steps"), "{reason}");
-        let along = |frame: usize| model.steps[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
-        assert!(along(10) > 0.4 && along(9) < 0.1, "{} {}", along(10), along(9));
+        let sigma = |frame: usize| model.steps[frame].as_ref().unwrap().covariance[(1, 1)].sqrt();
+        assert!(sigma(10) > 0.4 && sigma(9) < 0.1, "{} {}", sigma(10), sigma(9));
 
         let lengths: Vec<f64> = (0..40).map(|step| if step % 2 == 0 { 1.08 } else { 0.92 }).collect();
         let (mut model, mut estimates) = (measured(&along(&[1.0; 40])), chain(&along(&lengths)));

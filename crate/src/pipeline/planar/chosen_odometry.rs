@@ -1,11 +1,12 @@
 //! The odometry of a run: which source it is taken from, how well it is known, and what is said of it.
 
-use super::counterparts::{counterparts, log_holds_wheels};
-use super::odometry_hypotheses::{CheckedOdometry, check_log, check_odometry};
-use super::pairs::registered_pairs;
+use super::counterparts::{counterparts, fits_scans, log_holds_wheels};
+use crate::geometry::Pose2;
 use crate::io::trajectory::Trajectory;
+use crate::odometry::planar::motion_noise::MIN_SAMPLES;
 use crate::odometry::planar::odometry_model::OdometryModel;
-use crate::pipeline::recorded_scan::{RecordedScans, motions_between_scans};
+use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
+use crate::pipeline::recorded_scan::{RecordedScans, match_odometry, motions_between_scans};
 use crate::pipeline::settings::OdometrySource;
 
 const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
@@ -32,32 +33,21 @@ impl ChosenOdometry {
     pub fn new(file: Option<&(String, Trajectory)>, scans: &RecordedScans) -> Self {
         let wanted = scans.settings.odometry;
         let file = file.filter(|_| wanted != OdometrySource::None);
-        let is_told =
-            file.is_some() || (wanted != OdometrySource::None && scans.all.iter().any(|scan| scan.odometry.is_some()));
-        let pairs = if is_told { registered_pairs(scans) } else { Vec::new() };
-        let checked = file.map(|(name, given)| check_odometry(name, scans, &pairs, given));
-        let (mirrored_in_log, contradiction) = if checked.is_none() { check_log(scans, &pairs) } else { (None, None) };
+        let checked = file.map(|(name, given)| check(name, given, scans));
+        let may_check_log = file.is_none() && wanted != OdometrySource::None;
+        let mirrored_in_log = if may_check_log { mirror_of_log(scans.all, scans.limit) } else { None };
         let (source, log_note) = if wanted == OdometrySource::Auto && file.is_none() {
             let (are_wheels, note) = log_holds_wheels(scans);
             (if are_wheels { OdometrySource::Log } else { OdometrySource::Auto }, note)
         } else {
             (wanted, None)
         };
-        let contradiction = contradiction.filter(|_| source == OdometrySource::Log);
         let poses = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let is_used = contradiction.is_none();
-        let motions = motions_between_scans(if is_used { source } else { OdometrySource::None }, scans.all, poses);
-        let missing = motions.iter().skip(1).filter(|motion| motion.is_none()).count();
-        let gaps = (missing > 0 && missing + 1 < motions.len()).then(|| {
-            format!(
-                "The odometry tells nothing of the way to {missing} of {} scans; these are placed from the scans alone.",
-                motions.len()
-            )
-        });
+        let (model, noise_note) = compared(&motions_between_scans(source, scans.all, poses), scans);
         let is_mirrored = checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
         let may_be_mirrored = scans.all.iter().any(|scan| scan.may_be_mirrored && scan.odometry.is_none());
         Self {
-            model: OdometryModel::new(&motions, &counterparts(&motions, scans)),
+            model,
             uses_poses_in_log: source == OdometrySource::Log,
             mirror_doubt: if is_mirrored || mirrored_in_log.is_some() {
                 Some(MIRRORED_BY_ODOMETRY)
@@ -65,8 +55,46 @@ impl ChosenOdometry {
                 (checked.is_none() && may_be_mirrored).then_some(DIRECTION_OPEN)
             },
             checked,
-            notes: [log_note, mirrored_in_log.clone(), contradiction, gaps].into_iter().flatten().collect(),
+            notes: log_note.into_iter().chain(mirrored_in_log.clone()).chain(noise_note).collect(),
             mirrored_in_log,
         }
     }
+}
+
+/// Judges the odometry of a file.
+fn check(name: &str, given: &Trajectory, scans: &RecordedScans) -> CheckedOdometry {
+    let checked = check_odometry(name, scans.all, given, scans.limit);
+    if checked.refusal.is_none() {
+        return checked;
+    }
+    // A place that repeats itself looks as if there were no motion, or another one: registrations tell more.
+    let as_given = match_odometry(scans.all, given).0;
+    let motions = motions_between_scans(OdometrySource::File, scans.all, Some(&as_given));
+    if fits_scans(&motions, scans) {
+        CheckedOdometry { poses: as_given, ..CheckedOdometry::default() }
+    } else {
+        checked
+    }
+}
+
+/// The model of these steps, and a note. Odometry of which most is wrong is left out.
+fn compared(motions: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, Option<String>) {
+    if motions.iter().all(Option::is_none) {
+        return (OdometryModel::new(motions, &[]), None);
+    }
+    let model = OdometryModel::new(motions, &counterparts(motions, scans));
+    let (num_wrong, num_compared) = model.wrong;
+    if num_compared >= MIN_SAMPLES && 2 * num_wrong > num_compared {
+        let note = format!(
+            "The odometry contradicts the scans in {num_wrong} of {num_compared} places compared and was left out. Check that it \
+             belongs to this log, is in metres and radians, and has the log's clock."
+        );
+        return (OdometryModel::new(&vec![None; motions.len()], &[]), Some(note));
+    }
+    let num_missing = motions.iter().skip(1).filter(|motion| motion.is_none()).count();
+    let note = (num_missing > 0).then(|| {
+        let count = motions.len();
+        format!("The odometry tells nothing of the way to {num_missing} of {count} scans; these are placed from the scans alone.")
+    });
+    (model, note)
 }

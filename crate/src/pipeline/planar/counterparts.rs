@@ -7,7 +7,7 @@ use crate::io::laser_log::OdometryOrigin;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::assess::MIN_POINTS;
 use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
-use crate::odometry::planar::motion_noise::Counterpart;
+use crate::odometry::planar::motion_noise::{Counterpart, MIN_SAMPLES};
 use crate::odometry::planar::{PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
 use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
 
@@ -71,6 +71,35 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
         }
     }
     stretches
+}
+
+/// Scans fit measured stretches when a registration moves them by less than this (m) and this share of their way,
+const FITTING: (f64, f64) = (0.1, 0.1);
+/// ... by less than this turn (rad) ...
+const FITTING_TURN: f64 = 0.1;
+/// ... and this share of the returns agrees, ...
+const FITTING_AGREEMENT: f64 = 0.9;
+/// ... in this share of the places compared.
+const FITTING_SHARE: f64 = 0.95;
+
+/// Whether scans fit each other where measured motions put them, all over the way.
+#[inline(never)]
+pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bool {
+    let options = scans.settings.odometry_options();
+    let stretches = stretches(motions);
+    let stride = stretches.len().div_ceil(COMPARED).max(1);
+    let fits = |(from, steps): &(usize, Vec<Pose2>)| {
+        let measured = sum(steps);
+        let Hypothesis { registration, assessment } =
+            register_pair(&scans.cleaned(*from), &scans.cleaned(from + steps.len()), measured, &options).0;
+        let off = measured.inverse() * registration.T_target_source;
+        assessment.agreement > FITTING_AGREEMENT
+            && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
+            && off.rotation_angle() < FITTING_TURN
+    };
+    let compared: Vec<bool> = stretches.iter().step_by(stride).map(fits).collect();
+    let num_fitting = compared.iter().filter(|&&fits| fits).count();
+    compared.len() >= MIN_SAMPLES && num_fitting as f64 >= FITTING_SHARE * compared.len() as f64
 }
 
 /// Shortest path between two visits that counts as a revisit (m).
@@ -172,6 +201,7 @@ fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
 mod tests {
     use super::*;
     use crate::geometry::PointCloud;
+    use crate::pipeline::recorded_scan::RecordedScan;
     use crate::pipeline::settings::Settings;
 
     #[test]

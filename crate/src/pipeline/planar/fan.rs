@@ -5,9 +5,7 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use super::odometry_hypotheses::log_likelihood;
 use super::pairs::{known, register_alone};
-use crate::geometry::RigidMotion;
 use crate::io::laser_log::{Bearings, LaserLog, LaserScan};
 use crate::odometry::planar::assess::MIN_POINTS;
 use crate::odometry::planar::motion_noise::MotionNoise;
@@ -34,6 +32,8 @@ const MIN_GAIN: f64 = 0.05;
 const MIN_MOTION_GAIN: f64 = 0.5;
 /// ... where pairs of scans that differ by less fit as well, ...
 const SAME_FIT: f64 = 0.01;
+/// Share of the motions by these poses that is wrong, whatever the fan.
+const WRONG_SHARE: f64 = 0.1;
 /// ... and more of them in so many pairs that chance does it once in this many logs.
 const CHANCE: f64 = 1e-4;
 
@@ -105,7 +105,8 @@ impl Fit {
         let pose = |scan: usize| Some(log.scans[scan].odometry? * log.T_robot_laser);
         let measured = pose(first).zip(pose(second)).map(|(first, second)| first.inverse() * second);
         let motion = measured.map_or(0.0, |measured| {
-            log_likelihood(MotionNoise::default().log_likelihood_ratio(&[measured], &known(&found)))
+            let ratio = MotionNoise::default().log_likelihood_ratio(&[measured], &known(&found)).exp();
+            (WRONG_SHARE + (1.0 - WRONG_SHARE) * ratio).ln()
         });
         Self { agreement: seen.agreeing as f64 / count as f64, motion }
     }

@@ -5,8 +5,7 @@ mod counterparts;
 mod fan;
 mod joint;
 mod keyframe_graph;
-pub mod odometry_hypotheses;
-pub mod pairs;
+mod pairs;
 mod run;
 mod scan_to_map;
 
