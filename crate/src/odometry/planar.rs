@@ -119,6 +119,8 @@ pub struct Odometry {
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
     last_motion: Pose2,
+    /// The last step of the odometry that no registration refuted.
+    last_measured: Option<Pose2>,
     /// How many frames up to the last one were registered without a doubt, one after the other.
     num_registered: usize,
     /// Of the steps of the odometry that were compared with registrations, how many were wrong and how many there were.
@@ -162,6 +164,7 @@ impl Odometry {
             stray: None,
             T_world_last: T_world_first,
             last_motion: Pose2::identity(),
+            last_measured: None,
             num_registered: 0,
             wrong_steps: (0, 0),
         }
@@ -190,6 +193,9 @@ impl Odometry {
             self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };
         estimate.references = self.map.placed().collect();
+        if let Some(motion) = motion.filter(|_| !estimate.refutes_odometry) {
+            self.last_measured = Some(motion.T_before_sensor);
+        }
         self.take(scan, estimate, motion.is_some())
     }
 

@@ -50,16 +50,22 @@ impl Odometry {
             return self.confirmed(best, T_world_sensor, information, motion);
         }
         let why = (!is_lost).then_some(contradiction.unwrap_or(WhyOdometry::NotBetween));
-        self.refutation(scan, prediction).unwrap_or_else(|| placed(best, prediction, why))
+        self.refutation(scan, prediction, motion).unwrap_or_else(|| placed(best, prediction, why))
     }
 
-    /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that, and
-    /// where it does fit it continues the motion before, or so many steps of the odometry are wrong that this one may be, too.
-    fn refutation(&self, scan: &QueryScan, prediction: &Pose2) -> Option<FrameEstimate> {
+    /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that; where it
+    /// does fit is nearer to the odometry's step before than the measured one is; and it continues the motion before, or so many steps
+    /// of the odometry are wrong that this one may be, too. Where the ground ahead seems to move with the robot, the odometry is the
+    /// steadier of the two.
+    fn refutation(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Option<FrameEstimate> {
+        let before = self.last_measured?;
         let continued = self.T_world_last * self.last_motion;
         let alone = self.register_unmeasured(scan, &continued);
         let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.registered.agreement);
-        if alone.link != Link::Registered || fits_there {
+        let change = |step: &Pose2| mahalanobis::squared(&(before * step.inverse()).log(), &motion.covariance);
+        let is_steadier =
+            change(&(self.T_world_last.inverse() * alone.T_world_sensor)) < change(&motion.T_before_sensor);
+        if alone.link != Link::Registered || fits_there || !is_steadier {
             return None;
         }
         let is_continued = self.is_expected(&continued, &alone.T_world_sensor);
