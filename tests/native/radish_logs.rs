@@ -110,27 +110,6 @@ fn is_missing(scan: u64, block: u64) -> bool {
 }
 
 #[test]
-fn the_scans_tell_which_steps_of_odometry_that_stops_and_jumps_are_wrong() {
-    let Some(folder) = shared_data(LOGS) else { return };
-    let mut odometry = trajectory::read(&fs::read(folder.join("freiburg-101.odometry.txt")).unwrap()).unwrap();
-    // Every tenth pose is that of the scan before, and the next one makes up for it.
-    for scan in (5..odometry.len()).step_by(10) {
-        odometry.positions[scan] = odometry.positions[scan - 1];
-        let orientations = odometry.orientations.as_mut().unwrap();
-        orientations[scan] = orientations[scan - 1];
-    }
-    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
-    reconstruction.add_log("drive.log", &read_log(&folder, "freiburg-101.log"));
-    reconstruction.set_odometry("wheels.txt", odometry).unwrap();
-    while reconstruction.step().stage != Stage::Done {}
-    for relations in ["places", "stretches"] {
-        let errors = errors(&reconstruction, &folder.join(format!("freiburg-101.{relations}.txt")), None);
-        assert!(share_wrong(&errors) == 0.0, "{relations}: {}", share_wrong(&errors));
-    }
-    assert!(share_good(&reconstruction) > 0.95, "{}", share_good(&reconstruction));
-}
-
-#[test]
 fn odometry_of_another_log_is_left_out_and_said_so() {
     let Some(folder) = shared_data(LOGS) else { return };
     let reconstruction = run(&folder, "freiburg-101.log", Some("belgioioso.odometry.txt"));
