@@ -68,6 +68,10 @@ export interface ScanstitchAttributes {
   preset: string;
   view: 'map' | 'icp' | 'bev' | 'evaluate' | 'strategies';
   theme: 'auto' | 'light' | 'dark';
+  /** What stands around the map: nothing; its buttons, the slider and the figures in a line; or header and panels as well. */
+  controls: 'none' | 'minimal' | 'full';
+  /** With the view `icp` and without `src`: a scene of its gallery, such as `corridor`. */
+  scene: string;
   /** Whether the page is kept for use without a network; or the address of the service worker that does so. */
   offline: boolean | string;
   /** Whether changed settings are kept in the address of the page. The attribute is `remember-settings`. */
@@ -77,7 +81,8 @@ export interface ScanstitchAttributes {
 export interface ScanstitchElement extends HTMLElement, ScanstitchAttributes {
   /**
    * Opens other files in place of what is open: what `src` may hold, addresses, or files of this machine, as a drop would.
-   * Fulfilled when the computation has begun; rejected where nothing could be opened.
+   * Fulfilled when the computation has begun; rejected where nothing could be opened, with an AbortError where something else was
+   * asked for meanwhile.
    */
   open(source: string | readonly string[] | Iterable<File>): Promise<void>;
   /** Computes what is open, or goes on after `cancel`, and waits for the end; what is done already is not computed again. */

@@ -53,7 +53,7 @@ try {
   if (!existsSync(path)) writeLargeBag(path, Number(values.gigabytes), values.format);
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
   await page.goto(`http://localhost:${PORT}/`);
-  await page.getByRole('table').first().waitFor();
+  await page.getByRole('group', { name: 'Map' }).waitFor();
   await page.evaluate(() => {
     const times = /** @type {any} */ (window);
     times.stitched = [];

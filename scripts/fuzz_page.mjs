@@ -227,6 +227,10 @@ async function round(browser, address, seed, seconds) {
     page.on('pageerror', (error) => faults.push(error.stack ?? error.message));
     page.on('filechooser', () => undefined); // nothing is chosen
     page.on('dialog', (dialog) => void dialog.dismiss().catch(() => undefined));
+    // With every panel unfolded there is more to press.
+    await page.addInitScript(() => {
+      localStorage['scanstitch-panels'] ??= 'figures table details settings tabs';
+    });
     await page.goto(address);
     const cdp = await context.newCDPSession(page);
     await rest(page);

@@ -7,10 +7,8 @@
 import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { gather } from '../npm/cli/inputs.js';
+import { openInputs } from '../npm/cli/inputs.js';
 import * as engine from '../npm/index.js';
-import { understand } from '../npm/recording/understand.js';
-import { HEAD_BYTES } from '../npm/files/heads.js';
 import { ROOT } from './steps.mjs';
 
 const DATA = join(ROOT, '..', 'shared', 'data');
@@ -24,32 +22,29 @@ const MIN_SERIES = 20;
 export async function readAs(path) {
   /** @type {string[]} */
   const complaints = [];
-  const inputs = await gather([path], (problem) => complaints.push(problem));
-  const read = async (/** @type {string} */ file) => (await inputs.sources.get(file)?.read()) ?? new Uint8Array();
+  const { recording, close } = await openInputs([path], (problem) => complaints.push(problem));
+  const { kind, depth_frames, clouds, scans, logs, notes } = recording;
   try {
-    const head = async (/** @type {string} */ file, /** @type {number} */ length) =>
-      inputs.sources.get(file)?.readHead(length) ?? new Uint8Array();
-    const { kind, depth_frames, clouds, scans, notes } = await understand([...inputs.sources.values()], head);
     let frames = depth_frames.length + clouds.length;
     for (const file of scans) {
-      const bytes = await read(file);
+      const bytes = await recording.read(file);
       try {
-        frames += scansIn(basename(file), bytes);
+        frames += scansIn(basename(file), bytes, logs.includes(file));
       } catch (error) {
         complaints.push(String(/** @type {Error} */ (error).message));
       }
     }
-    return { kind, frames, notes: [...inputs.notes, ...notes], complaints };
+    return { kind, frames, notes, complaints };
   } finally {
-    await inputs.close();
+    await close();
   }
 }
 
-/** @param {string} name @param {Uint8Array} bytes */
-function scansIn(name, bytes) {
+/** @param {string} name @param {Uint8Array} bytes @param {boolean} isLog */
+function scansIn(name, bytes, isLog) {
   const reconstruction = new engine.Reconstruction();
   try {
-    if (engine.is_laser_log(bytes.subarray(0, HEAD_BYTES))) return reconstruction.add_log(name, bytes).num_scans;
+    if (isLog) return reconstruction.add_log(name, bytes).num_scans;
     reconstruction.add_scan(name, bytes);
     return 1;
   } finally {

@@ -53,6 +53,7 @@ export {
   SpatialReconstruction,
   strategy_presets,
   StrategyComparison,
+  Surface,
   Trajectory,
   version,
 } from '../../pkg/scanstitch.js';

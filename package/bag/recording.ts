@@ -158,6 +158,7 @@ class Maker {
     };
     this.#files.push({ path, size: 1, read, losses });
     this.#recording.scans = [path];
+    this.#recording.logs = [path];
     this.#recording.kind = 'planar_scans';
   }
 

@@ -2,15 +2,14 @@
 import { basename } from 'node:path';
 import type { ConsistencyReport, DepthConsistency, StepConsistency, Trajectory } from '../../pkg/scanstitch.js';
 import { type Command, CommandError, type Engine, EXIT, isScanstitchError, readArguments, table } from './command.js';
-import { gather, readSource } from './inputs.js';
+import { openInputs, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
-import { understandInputs } from './reconstruct.js';
+import { wishesOf } from './reconstruct.js';
 import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
 import { create, type Task } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
-import { Complaints, note, print, progressLine } from './terminal.js';
+import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
-import { readWishes } from './wishes.js';
 
 const OPTIONS = {
   intrinsics: { type: 'string' },
@@ -61,9 +60,9 @@ async function run(engine: Engine, args: string[]) {
   create(() => new engine.SpatialReconstruction(settings)).free();
   const complaints = new Complaints();
   const { complain } = complaints;
-  const inputs = await gather(positionals.slice(0, -1), complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals.slice(0, -1), complain, wishesOf(values));
   try {
-    const recording = await understandInputs(inputs, values.recording, complain);
+    tellNotes(recording.notes, complain);
     if (recording.kind !== 'depth_images') {
       throw new CommandError('There are no depth images in the input: only those can be compared pixel by pixel.');
     }
@@ -77,7 +76,7 @@ async function run(engine: Engine, args: string[]) {
       set: [],
       workers: 0,
     };
-    const task = { engine, inputs, recording, options, complain };
+    const task = { engine, recording, options, complain };
     const trajectory = readTrajectory(engine, path, { format, times }, fail);
     if (!trajectory) return EXIT.nothing;
     const jobs = jobsOf(task);
@@ -91,7 +90,7 @@ async function run(engine: Engine, args: string[]) {
       error.message.startsWith(basename(path)) ? error.message : `${basename(path)}: ${error.message}`,
     );
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
 }

@@ -3,18 +3,12 @@ import { readdirSync, realpathSync, statSync } from 'node:fs';
 import type { FileHandle } from 'node:fs/promises';
 import { basename, join, normalize, resolve } from 'node:path';
 import { LIMITS } from '../archive/directory.js';
-import { bytesInMemory, openAnyArchive } from '../archive/open.js';
 import type { ByteSource } from '../archive/window.js';
-import { isBagName, isOfBag } from '../bag/names.js';
-import type { BagFile } from '../bag/open.js';
-import type { Wishes } from '../bag/topics.js';
-import { append } from '../base/append.js';
-import type { Note } from '../base/errors.js';
-import type { Content } from '../files/content.js';
-import { isArchiveName } from '../files/kinds.js';
-import { convertFiles } from '../formats/convert.js';
+import { isBagName } from '../bag/names.js';
+import { fileError, type Note } from '../base/errors.js';
+import type { Content as Source } from '../files/content.js';
 import { isSystemFile } from '../recording/classify.js';
-import { filesInArchive, filesInBags } from '../recording/contents.js';
+import { bagsAmong, type OpenedRecording, type OpenOptions, openRecording } from '../recording_reader.js';
 import { CommandError, isScanstitchError } from './command.js';
 import { fileProblem, openFile, readWhole, readWholeLater, sizeOfFile } from './disk.js';
 
@@ -25,111 +19,41 @@ class TooManyFiles extends Error {}
 export type Input = { name: string; path: string };
 
 /**
- * A file that was named, or that lies in a folder, an archive or a bag that was; its path counts from there. `disk`: where
- * it lies; null in an archive or a bag.
- * isNamed: it was named itself
- */
-export type Source = Content & { disk: string | null; isNamed?: true };
-
-export type Inputs = { sources: Map<string, Source>; notes: Note[]; close: () => Promise<void> };
-
-/**
- * All files that these arguments name: files as they are, what lies in folders, to any depth, in archives and in the
- * ROS bags. Of most files nothing is read but a beginning, the directories of archives and the indexes of bags; what
- * `convertFiles` lists by its contents is read whole. What cannot be found is reported and left out.
- * @param wishes topics of bags
+ * The recording that these arguments name: files as they are, what lies in folders, to any depth, in archives and in
+ * the ROS bags.
+ * What cannot be found is reported and left out.
  * @param most files of folders, beyond which they are none of a recording
  */
-export async function gather(
+export async function openInputs(
   paths: string[],
   complain: (problem: string) => void,
-  wishes: Wishes = {},
+  options: Pick<OpenOptions, 'topics' | 'folder' | 'isTable'> = {},
   most: number = LIMITS.entries,
-): Promise<Inputs> {
-  const { found, notes, handles } = await findFiles(paths, complain, most);
-  const close = async () => {
-    for (const handle of handles) await handle.close();
-  };
+): Promise<{ recording: OpenedRecording; close: () => Promise<void> }> {
+  const { found, notes, close } = findFiles(paths, complain, most);
   try {
-    const opened = await openBagsAmong(found, handles, wishes);
-    const converted = await convertFiles(opened.sources, (content, { isNamed }) => ({
-      ...packed(content),
-      ...(isNamed && { isNamed }),
-    }));
-    const named = withDistinctPaths(converted.files);
-    return {
-      sources: new Map(named.map((source) => [source.path, source])),
-      notes: [...notes, ...opened.notes, ...converted.notes],
-      close,
-    };
+    const recording = await openRecording(found, { ...options, notes });
+    const isWithoutBag = recording.bags.length === 0 && !recording.notes.some(({ file }) => isBagName(file));
+    if (Object.keys(options.topics ?? {}).length > 0 && isWithoutBag) {
+      throw new CommandError('--topic: there is no bag among the input');
+    }
+    return { recording, close };
   } catch (error) {
     await close();
-    throw error;
+    // A topic or a folder that is not there.
+    if (!isScanstitchError(error)) throw error;
+    throw new CommandError(`${error.file === options.folder ? '--recording ' : ''}${error.message}`);
   }
 }
 
 /** The bags that these arguments name, and their topics. */
-export async function gatherBags(paths: string[], complain: (problem: string) => void) {
-  const { found, handles } = await findFiles(paths, complain);
-  const { listBags } = await import('../bag/bag_recordings.js');
-  const listed = await listBags(bagFiles(withDistinctPaths(found), handles));
-  return {
-    ...listed,
-    close: async () => {
-      for (const handle of handles) await handle.close();
-    },
-  };
+export async function openBags(paths: string[], complain: (problem: string) => void) {
+  const { found, notes, close } = findFiles(paths, complain);
+  const listed = await bagsAmong(found);
+  return { bags: listed.bags, notes: [...notes, ...listed.notes], close };
 }
 
-/** To be closed in the end. */
-type Handles = FileHandle[];
-
-/** What lies in bags takes the place of their files. */
-async function openBagsAmong(
-  sources: Source[],
-  handles: Handles,
-  wishes: Wishes,
-): Promise<{ sources: Source[]; notes: Note[] }> {
-  const files = bagFiles(withDistinctPaths(sources), handles);
-  if (!sources.some(({ path }) => isBagName(path))) {
-    if (Object.keys(wishes).length > 0) throw new CommandError('--topic: there is no bag among the input');
-    return { sources, notes: [] };
-  }
-  const { listBags, recordingsOf } = await import('../bag/bag_recordings.js');
-  const { bags, notes } = await listBags(files);
-  const rest = sources.filter(({ path }) => !isOfBag(path));
-  const recordings = await recordingsOf(bags, wishes).catch((error) => {
-    // A wish that cannot be granted.
-    throw isScanstitchError(error) ? new CommandError(error.message) : error;
-  });
-  return { sources: [...rest, ...filesInBags(recordings).map(packed)], notes };
-}
-
-function bagFiles(sources: Source[], handles: Handles): BagFile[] {
-  const files = sources.filter(({ path }) => isOfBag(path));
-  return files.map(({ path, disk, read }) => ({
-    path,
-    source: async () => {
-      if (disk === null) {
-        return bytesInMemory(await read());
-      }
-      const handle = await openFile(disk);
-      handles.push(handle);
-      return bytesOfFile(handle, (await handle.stat()).size);
-    },
-  }));
-}
-
-function packed(content: Content): Source {
-  return { ...content, disk: null };
-}
-
-function withDistinctPaths(sources: Source[]) {
-  const distinct = new Set(sources.map(({ path }) => path)).size === sources.length;
-  return distinct ? sources : sources.map((source) => ({ ...source, path: source.disk ?? source.path }));
-}
-
-async function findFiles(paths: string[], complain: (problem: string) => void, most = LIMITS.entries) {
+function findFiles(paths: string[], complain: (problem: string) => void, most = LIMITS.entries) {
   const found: Source[] = [];
   const notes: Note[] = [];
   const handles: FileHandle[] = [];
@@ -137,17 +61,9 @@ async function findFiles(paths: string[], complain: (problem: string) => void, m
     try {
       if (statSync(path).isDirectory()) {
         const before = found.length;
-        takeFolder(path, basename(resolve(path)), { found, notes, complain, most, seen: new Set() });
+        takeFolder(path, basename(resolve(path)), { found, notes, handles, complain, most, seen: new Set() });
         if (found.length === before) complain(`${path}: There is no file in this folder.`);
-      } else if (isArchiveName(path)) {
-        const handle = await openFile(path);
-        handles.push(handle);
-        const archive = await openAnyArchive(basename(path), bytesOfFile(handle, (await handle.stat()).size));
-        append(notes, archive.notes);
-        append(found, filesInArchive(archive).map(packed));
-      } else {
-        found.push({ ...sourceOnDisk(path, basename(path)), isNamed: true });
-      }
+      } else found.push({ ...sourceOnDisk(path, basename(path), handles), isNamed: true });
     } catch (error) {
       if (error instanceof TooManyFiles) {
         const remedy = 'Name the folder of one recording';
@@ -156,13 +72,24 @@ async function findFiles(paths: string[], complain: (problem: string) => void, m
       complain(isScanstitchError(error) ? error.message : `${path}: ${fileProblem(error)}`);
     }
   }
-  return { found, notes, handles };
+  const close = async () => {
+    for (const handle of handles) await handle.close();
+  };
+  return { found: withDistinctPaths(found), notes, close };
 }
 
-/** What comes of looking through folders. `seen`: folders, by where they really lie. */
+function withDistinctPaths(sources: Source[]) {
+  const distinct = new Set(sources.map(({ path }) => path)).size === sources.length;
+  return distinct ? sources : sources.map((source) => ({ ...source, path: source.disk ?? source.path }));
+}
+
+/**
+ * What comes of looking through folders. `handles`: to be closed in the end; `seen`: folders, by where they really lie.
+ */
 type Findings = {
   found: Source[];
   notes: Note[];
+  handles: FileHandle[];
   complain: (problem: string) => void;
   most: number;
   seen: Set<string>;
@@ -174,7 +101,7 @@ type Findings = {
  * @param title its path for messages and results
  */
 function takeFolder(folder: string, title: string, findings: Findings) {
-  const { found, notes, complain, seen } = findings;
+  const { found, notes, handles, complain, seen } = findings;
   const place = realpathSync(folder);
   if (seen.has(place)) {
     notes.push({ file: title, reason: 'not used: a link to a folder that has been looked through' });
@@ -188,7 +115,7 @@ function takeFolder(folder: string, title: string, findings: Findings) {
     try {
       const stats = statSync(disk);
       if (stats.isDirectory()) takeFolder(disk, path, findings);
-      else if (stats.isFile()) found.push(sourceOnDisk(disk, path));
+      else if (stats.isFile()) found.push({ ...sourceOnDisk(disk, path, handles), isNamed: false });
       else notes.push({ file: path, reason: 'not used: a pipe or a device, not a file' });
     } catch (error) {
       if (error instanceof TooManyFiles) throw error;
@@ -197,12 +124,19 @@ function takeFolder(folder: string, title: string, findings: Findings) {
   }
 }
 
-function sourceOnDisk(disk: string, path: string): Source {
+function sourceOnDisk(disk: string, path: string, handles: FileHandle[]): Source {
   return {
     path,
     disk,
     size: sizeOfFile(disk),
     read: () => readWholeLater(disk),
+    open: async () => {
+      const handle = await openFile(disk).catch((error) => {
+        throw fileError(path, fileProblem(error).replace(/\.$/, ''));
+      });
+      handles.push(handle);
+      return bytesOfFile(handle, (await handle.stat()).size);
+    },
     readHead: async (length) => {
       const handle = await openFile(disk);
       try {
@@ -253,4 +187,12 @@ export async function readSource(source: Source, name: string, complain: (proble
     complain(isScanstitchError(error) ? error.message : `${name}: ${fileProblem(error)}`);
     return null;
   }
+}
+
+/** The bytes of a file without which nothing is done. */
+export async function readFirst(name: string, file: Source) {
+  const problems: string[] = [];
+  const bytes = await readSource(file, name, (problem) => problems.push(problem));
+  if (!bytes) throw new Error(problems[0]);
+  return bytes;
 }

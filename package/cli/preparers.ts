@@ -1,10 +1,10 @@
 /** Threads of Node that prepare frames. */
 import { readFile } from 'node:fs/promises';
 import { Worker } from 'node:worker_threads';
+import type { Content as Source } from '../files/content.js';
 import type { Prepared } from '../run/frame_queue.js';
 import { type Preparer, WorkerDied } from '../run/spatial_run.js';
 import type { Engine } from './command.js';
-import type { Source } from './inputs.js';
 import { type Order, prepare, readColors, readContents } from './prepare.js';
 import type { Done, Refused } from './prepare_worker.js';
 
@@ -29,8 +29,8 @@ export async function startPreparers(engine: Engine, count: number): Promise<Clo
 /** Files on the disk are read by the thread; those of an archive come unpacked. */
 async function orderOf({ index, name, time, kind, file, color }: FrameJob, decodeConfig: string): Promise<Order> {
   const contents = file.disk ?? (await file.read());
-  const isUnpacked = color !== null && color.disk === null;
-  const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color && color.disk };
+  const isUnpacked = color !== null && color.disk === undefined;
+  const colors = isUnpacked ? await readColors(() => color.read(), color.path) : { color: color?.disk ?? null };
   return {
     decodeConfig,
     kind,

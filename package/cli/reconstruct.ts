@@ -1,12 +1,12 @@
 /** `scanstitch reconstruct`: planar scans, depth images or clouds to a trajectory, a map and a report. */
 import { availableParallelism } from 'node:os';
 import { printable } from '../base/printable.js';
-import { contains, folderOf } from '../files/names.js';
 import type { Recording } from '../files/recording.js';
 import { isListName } from '../recording/lists.js';
-import { understand } from '../recording/understand.js';
+import type { OpenedRecording } from '../recording_reader.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
-import { gather, type Inputs, type Source } from './inputs.js';
+import { openInputs } from './inputs.js';
+import { readMeshOptions } from './mesh_options.js';
 import { type Options, readMapFormat } from './results.js';
 import { settingsHelp } from './settings.js';
 import { Complaints, tellNotes } from './terminal.js';
@@ -23,6 +23,8 @@ const OPTIONS = {
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
   'map-format': { type: 'string' },
+  mesh: { type: 'string' },
+  'mesh-voxel': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 
@@ -58,6 +60,9 @@ Options:
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
+  --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
+                     standard deviation of each vertex (m) as deviation
+  --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -95,15 +100,18 @@ async function run(engine: Engine, args: string[]) {
   }
   const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat };
+  const mesh = readMeshOptions(values.mesh, values['mesh-voxel']);
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
-  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals, complain, {
+    ...wishesOf(values),
+    isTable: table !== undefined,
+  });
   try {
-    const recording = await understandInputs(inputs, values.recording, complain, table !== undefined);
-    const task = { engine, inputs, recording, options, complain, problems };
+    const task = { engine, recording, options, complain, problems };
     if (recording.kind !== 'nothing') {
-      tellNotes(withoutNamed(inputs, recording, complain), complain);
+      tellNotes(withoutNamed(recording, complain), complain);
       complainOfOptions(recording, options, complain);
     }
     if (recording.kind === 'planar_scans') await (await import('./reconstruct_planar.js')).reconstructPlanar(task);
@@ -113,9 +121,14 @@ async function run(engine: Engine, args: string[]) {
       throw new CommandError('Neither scans nor depth images nor clouds were found, so nothing was computed.');
     }
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
+}
+
+/** Which of several recordings, and which topics of a bag. */
+export function wishesOf({ recording, topic }: { recording?: string | undefined; topic?: string[] | undefined }) {
+  return { topics: readWishes(topic), ...(recording !== undefined && { folder: recording }) };
 }
 
 export function readWorkers(text: string | undefined) {
@@ -124,37 +137,15 @@ export function readWorkers(text: string | undefined) {
   return Number(text);
 }
 
-/** @param isTable whether tables of numbers are said to be laser scans */
-export async function understandInputs(
-  { sources, notes }: Inputs,
-  chosen: string | undefined,
-  complain: (problem: string) => void,
-  isTable = false,
-) {
-  tellNotes(notes, complain);
-  const files = [...sources.values()];
-  const taken = chosen === undefined ? files : filesOfRecording(files, chosen.replace(/\/+$/, ''));
-  const readHead = async (path: string, length: number) => {
-    const source = sources.get(path);
-    if (!source) throw new Error(`${path} is not listed`);
-    return source.readHead(length);
-  };
-  return understand(taken, readHead, isTable);
-}
-
 /** So many files are named in full. */
 const MOST_NAMED = 5;
 
 /** The notes without those about files that were named one by one and are not used: these are complained of. */
-export function withoutNamed(
-  { sources }: Inputs,
-  { notes, ...recording }: Recording,
-  complain: (problem: string) => void,
-) {
+export function withoutNamed({ notes, files, ...recording }: OpenedRecording, complain: (problem: string) => void) {
   const { depth_frames, clouds, scans, reference, odometry, intrinsics } = recording;
   const images = depth_frames.flatMap(({ depth, color }) => [depth, color]);
   const used = new Set([...images, ...clouds, ...scans, ...reference, odometry, intrinsics]);
-  const unused = [...sources.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
+  const unused = [...files.values()].filter(({ path, isNamed }) => isNamed && !used.has(path) && !isListName(path));
   const reasons = new Map(notes.map(({ file, reason }) => [file, reason]));
   const [told, untold] = [
     unused.filter(({ path }) => reasons.has(path)),
@@ -170,28 +161,17 @@ export function withoutNamed(
 /** Options that say nothing to recordings of this kind. */
 function complainOfOptions(
   { kind }: Recording,
-  { intrinsics, odometry }: Options,
+  { intrinsics, odometry, mesh }: Options,
   complain: (problem: string) => void,
 ) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
   if (intrinsics !== undefined && kind !== 'depth_images') {
     complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
   }
+  if (mesh !== undefined && kind === 'planar_scans') {
+    complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
+  }
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);
   }
-}
-
-/** What lies in this folder, or beside it on the way down to it. */
-function filesOfRecording(files: Source[], chosen: string) {
-  const parts = chosen.split('/').length;
-  const folders = files.map(({ path }) => {
-    const names = folderOf(path).split('/');
-    const end = names.findIndex((_, index) => names.slice(index, index + parts).join('/') === chosen);
-    return end < 0 ? null : names.slice(0, end + parts).join('/');
-  });
-  const folder = folders.find((folder) => folder !== null);
-  if (folder === undefined || folder === null)
-    throw new CommandError(`--recording ${chosen}: there is no such folder in the input`);
-  return files.filter(({ path }) => contains(folder, folderOf(path)) || contains(folderOf(path), folder));
 }

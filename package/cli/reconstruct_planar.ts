@@ -2,13 +2,13 @@
 import { basename } from 'node:path';
 import type { CleaningReport, Reconstruction, ReconstructionResult } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
-import { HEAD_BYTES } from '../files/heads.js';
-import type { Recording } from '../files/recording.js';
+import type { Content } from '../files/content.js';
+import type { OpenedRecording } from '../recording_reader.js';
 import { gridFiles } from '../report/grid_files.js';
 import { nextTurn } from '../run/spatial_run.js';
-import { CommandError, type Engine, table, untilInterrupt } from './command.js';
+import { CommandError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
-import { type Inputs, readInput, readSource, type Source } from './inputs.js';
+import { readInput, readSource } from './inputs.js';
 import { accepted, create, errorFigures, mapFile, millimetres, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { note, print, progressLine, tellNotes } from './terminal.js';
@@ -17,13 +17,13 @@ import { note, print, progressLine, tellNotes } from './terminal.js';
 const MOST_ROWS = 200;
 
 export async function reconstructPlanar(task: Task) {
-  const { engine, inputs, recording, options, complain } = task;
+  const { engine, recording, options, complain } = task;
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
   const reconstruction = create(() => new engine.Reconstruction(settings));
-  const added = await addScans(engine, reconstruction, scansOf(inputs, recording), options.table, complain);
+  const added = await addScans(reconstruction, recording, options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-  const odometry = await addOdometry(reconstruction, inputs, options.odometry, recording.odometry, complain);
-  await addReference(reconstruction, inputs, options.reference, recording.reference[0], complain);
+  const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
+  await addReference(reconstruction, recording, options.reference, complain);
 
   const { milliseconds, total, isStopped } = await untilInterrupt((signal) => runToTheEnd(reconstruction, signal));
   const result = reconstruction.result();
@@ -57,31 +57,28 @@ export async function reconstructPlanar(task: Task) {
 }
 
 /** The scans, under short names where those are distinct. */
-function scansOf({ sources }: Inputs, { scans }: Recording) {
-  const found = scans.flatMap((path) => sources.get(path) ?? []);
+function scansOf({ files, scans }: OpenedRecording) {
+  const found = scans.flatMap((path) => files.get(path) ?? []);
   const names = found.map(({ path }) => basename(path));
   const distinct = new Set(names).size === names.length;
   return found.map((source) => ({ source, name: distinct ? basename(source.path) : (source.disk ?? source.path) }));
 }
 
 /**
- * @param files each one scan, or a log of many
  * @param table what the columns of tables are
  * @returns how many files could be used
  */
 async function addScans(
-  engine: Engine,
   reconstruction: Reconstruction,
-  files: ReturnType<typeof scansOf>,
+  recording: OpenedRecording,
   table: string | undefined,
   complain: (problem: string) => void,
 ): Promise<number> {
   let added = 0;
-  for (const { source, name } of files) {
+  for (const { source, name } of scansOf(recording)) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
-    const isLog = engine.is_laser_log(bytes.subarray(0, HEAD_BYTES)) || (table !== undefined && !/\.ply$/i.test(name));
-    const add = isLog
+    const add = recording.logs.includes(source.path)
       ? () => {
           const { losses, notes } = reconstruction.add_log(name, bytes, table);
           losses.forEach((text) => complain(`${name}: ${text}`));
@@ -97,12 +94,11 @@ async function addScans(
 /** Odometry that was named, or that lies beside the scans; its name, where it is taken. */
 async function addOdometry(
   reconstruction: Reconstruction,
-  { sources }: Inputs,
+  { files, odometry: found }: OpenedRecording,
   named: string | undefined,
-  found: string | null,
   complain: (problem: string) => void,
 ) {
-  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+  const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
   return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
 }
@@ -110,18 +106,17 @@ async function addOdometry(
 /** A reference that was named, or that lies beside the scans. */
 async function addReference(
   reconstruction: Reconstruction,
-  { sources }: Inputs,
+  { files, reference: [found] }: OpenedRecording,
   named: string | undefined,
-  found: string | undefined,
   complain: (problem: string) => void,
 ) {
-  const bytes = await readGiven(sources.get(found ?? ''), named, complain);
+  const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
   if (bytes) accepted(() => reconstruction.set_reference(name, bytes), complain);
 }
 
 /** A file that was named, or otherwise the one that was found. */
-async function readGiven(source: Source | undefined, named: string | undefined, complain: (problem: string) => void) {
+async function readGiven(source: Content | undefined, named: string | undefined, complain: (problem: string) => void) {
   if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
   return source ? readSource(source, basename(source.path), complain) : null;
 }

@@ -8,7 +8,7 @@ import { joinPoses } from '../recording/understand.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
-import { readInput, readRequired, readSource, type Source } from './inputs.js';
+import { readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
@@ -60,6 +60,10 @@ export async function reconstructSpatial(task: Task) {
   const summary = headline(result, { ...timing, map: milliseconds }, sizes, jobs.length);
   print(`${frameTable(result, timing)}\n${summary}`);
   print(`Written to ${printable(options.out)}\n`);
+  if (options.mesh) {
+    const { writeSurface } = await import('./surface.js');
+    await writeSurface(engine, reconstruction, jobs, options.mesh, complain);
+  }
 }
 
 /**
@@ -84,12 +88,9 @@ async function writeMap(reconstruction: SpatialReconstruction, options: Options,
   }
 }
 
-export function jobsOf({
-  inputs: { sources },
-  recording: { kind, root, depth_frames, clouds, cloud_times },
-}: Task): FrameJob[] {
+export function jobsOf({ recording: { files, kind, root, depth_frames, clouds, cloud_times } }: Task): FrameJob[] {
   const source = (path: string) => {
-    const found = sources.get(path);
+    const found = files.get(path);
     if (!found) throw new Error(`${path} is not listed`);
     return found;
   };
@@ -113,7 +114,7 @@ export function jobsOf({
 
 export async function setIntrinsics(
   reconstruction: Pick<SpatialReconstruction, 'set_intrinsics'>,
-  { inputs, recording, options, complain }: Task,
+  { recording, options, complain }: Task,
 ) {
   const give = (name: string, bytes: Uint8Array) => {
     const { camera, notes } = cameraFor(name, bytes, recording.image_size);
@@ -130,7 +131,7 @@ export async function setIntrinsics(
     accepted(() => give(name, bytes).forEach(tell), fail);
     return;
   }
-  const found = recording.intrinsics === null ? undefined : inputs.sources.get(recording.intrinsics);
+  const found = recording.intrinsics === null ? undefined : recording.files.get(recording.intrinsics);
   if (!found) return;
   const bytes = await readSource(found, found.path, complain);
   // What is worth knowing of it has been said when the recording was looked into.
@@ -138,7 +139,7 @@ export async function setIntrinsics(
 }
 
 /** The trajectory to compare with: the one that was named, or the one that was found. */
-export async function readReference({ inputs, recording, options, complain }: Task): Promise<NamedBytes | null> {
+export async function readReference({ recording, options, complain }: Task): Promise<NamedBytes | null> {
   if (options.reference !== undefined) {
     const { reference: path } = options;
     const isMany = isFolder(path);
@@ -149,7 +150,7 @@ export async function readReference({ inputs, recording, options, complain }: Ta
     const [first] = whole as [Uint8Array];
     return { name: basename(path), bytes: isMany ? joinPoses(whole) : trajectoryBytes(path, first) };
   }
-  const sources = recording.reference.flatMap((path) => inputs.sources.get(path) ?? []);
+  const sources = recording.reference.flatMap((path) => recording.files.get(path) ?? []);
   const [first] = sources;
   const last = sources.at(-1);
   if (!first || !last) return null;
@@ -197,11 +198,4 @@ export function registrarOf(reconstruction: SpatialReconstruction): Registrar<Fr
 export function nothingComputed({ isStopped }: { isStopped: boolean }) {
   const reason = isStopped ? 'Stopped before the first frame was placed' : 'No frame could be used';
   return new CommandError(`${reason}, so nothing was computed.`);
-}
-
-export async function readFirst(name: string, file: Source) {
-  const problems: string[] = [];
-  const bytes = await readSource(file, name, (problem) => problems.push(problem));
-  if (!bytes) throw new Error(problems[0]);
-  return bytes;
 }

@@ -2,16 +2,15 @@
 import { basename } from 'node:path';
 import type { ReconstructionResult, SpatialReconstruction, SpatialResult } from '../../pkg/scanstitch.js';
 import { lookUp } from '../base/look_up.js';
-import type { Understood } from '../files/recording.js';
+import type { OpenedRecording } from '../recording_reader.js';
 import { reportHtml } from '../report/report.js';
 import { CommandError, type Engine, isScanstitchError } from './command.js';
-import type { Inputs } from './inputs.js';
+import type { MeshOptions } from './mesh_options.js';
 
 /** What a reconstruction is given. */
 export interface Task {
   engine: Engine;
-  inputs: Inputs;
-  recording: Understood;
+  recording: OpenedRecording;
   options: Options;
   /** Reports what is left out, which makes the exit code 2. */
   complain: (problem: string) => void;
@@ -32,6 +31,8 @@ export interface Options {
   workers: number;
   /** Of the map; binary PLY without. */
   mapFormat?: MapFormat | undefined;
+  /** Of depth images. */
+  mesh?: MeshOptions | undefined;
 }
 
 type MapFormat = Parameters<SpatialReconstruction['map_file']>[0];

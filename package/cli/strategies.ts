@@ -7,15 +7,14 @@ import type { Registrar } from '../run/spatial_run.js';
 import { StrategyRace, timed } from '../run/strategy_race.js';
 import { type Command, CommandError, type Engine, readArguments, table, untilInterrupt } from './command.js';
 import { writeWhole } from './disk.js';
-import { gather } from './inputs.js';
+import { openInputs, readFirst } from './inputs.js';
 import type { FrameJob } from './preparers.js';
-import { readWorkers, understandInputs, withoutNamed } from './reconstruct.js';
-import { jobsOf, nothingComputed, readFirst, readReference, setIntrinsics } from './reconstruct_spatial.js';
+import { readWorkers, wishesOf, withoutNamed } from './reconstruct.js';
+import { jobsOf, nothingComputed, readReference, setIntrinsics } from './reconstruct_spatial.js';
 import { accepted, create, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
 import { type Catalogue, describeAll, readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, tellNotes } from './terminal.js';
-import { readWishes } from './wishes.js';
 
 const OPTIONS = {
   strategies: { type: 'string' },
@@ -89,17 +88,16 @@ async function run(engine: Engine, args: string[]) {
   const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
   const complaints = new Complaints();
   const { complain } = complaints;
-  const inputs = await gather(positionals, complain, readWishes(values.topic));
+  const { recording, close } = await openInputs(positionals, complain, wishesOf(values));
   const { reference, intrinsics } = values;
   const workers = values.workers === undefined ? Math.max(1, availableParallelism() - 1) : readWorkers(values.workers);
   const options = { out: '', reference, odometry: undefined, intrinsics, preset: undefined, set: [], workers };
   try {
-    const recording = await understandInputs(inputs, values.recording, complain);
-    tellNotes(withoutNamed(inputs, recording, complain), complain);
+    tellNotes(withoutNamed(recording, complain), complain);
     if (recording.kind !== 'depth_images' && recording.kind !== 'clouds') {
       throw new CommandError('Neither depth images nor clouds in space were found: strategies are compared on those.');
     }
-    const compared = await compareAll({ engine, inputs, recording, options, complain }, chosen, settings);
+    const compared = await compareAll({ engine, recording, options, complain }, chosen, settings);
     if (values.out !== undefined) await writeWhole(values.out, csvOf(compared.rows));
     if (values.frames !== undefined) {
       await writeWhole(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
@@ -107,7 +105,7 @@ async function run(engine: Engine, args: string[]) {
     print(values.json ? jsonOf(compared) : printed(compared.rows));
     for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
   } finally {
-    await inputs.close();
+    await close();
   }
   return complaints.exitCode;
 }

@@ -2,7 +2,7 @@
 import { chooseAsWished, ROLES, type TopicFacts, type Wishes } from '../bag/topics.js';
 import { printable } from '../base/printable.js';
 import { type Command, CommandError, type Engine, isScanstitchError, readArguments, table } from './command.js';
-import { gatherBags } from './inputs.js';
+import { openBags } from './inputs.js';
 import { Complaints, print, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
@@ -34,7 +34,7 @@ async function run(_engine: Engine, args: string[]) {
   const wishes = readWishes(values.topic);
   const complaints = new Complaints();
   const { complain } = complaints;
-  const { bags, notes, close } = await gatherBags(positionals, complain);
+  const { bags, notes, close } = await openBags(positionals, complain);
   try {
     tellNotes([...notes, ...bags.flatMap(({ bag }) => bag.notes)], complain);
     if (bags.length === 0) throw new CommandError('No bag could be opened.');

@@ -17,6 +17,14 @@ export interface Content {
   given?: Recording;
   /** What could not be read of it, once it has been read. */
   losses?: readonly Note[];
+  /** Its bytes piece by piece, where an archive or a bag need not be read as a whole. */
+  open?(): Promise<{ size: number; read(start: number, end: number): Promise<Uint8Array> }>;
+  /** As the browser has it. */
+  blob?: Blob;
+  /** Where it lies on the disk. */
+  disk?: string;
+  /** Whether it was named itself; false: the folder that it lies in was, in which no archive is opened. */
+  isNamed?: boolean;
 }
 
 /** A file whose bytes are in memory; each reader has a copy of its own. */

@@ -25,6 +25,10 @@ export interface Recording {
   cloud_times?: number[];
   /** Paths, in order. */
   scans: string[];
+  /** Those of the scans that hold many each. */
+  logs: string[];
+  /** Those of the logs whose columns somebody may want to name. */
+  tables: string[];
   /** The ground truth: one file, or a file with one pose for each frame; empty without. */
   reference: string[];
   /** What the wheels of a robot with planar scans told: one file. */
@@ -39,7 +43,18 @@ export interface Recording {
 export interface Understood extends Recording {
   /** Of the first depth image, where its head tells it. */
   image_size: Size | null;
+  /** Of files without a scan, a cloud or a depth image: what they are to planar scans that are open. */
+  beside?: Beside;
 }
+
+export interface Beside {
+  reference: string | null;
+  odometry: string | null;
+  notes: Note[];
+}
+
+/** What is found of a recording. */
+export type Found = Partial<Understood> & { notes: Note[] };
 
 /** A file of a recording that is looked for: its name and size are known. */
 export interface ListedFile {
@@ -64,6 +79,8 @@ export function empty(): Recording {
     depth_frames: [],
     clouds: [],
     scans: [],
+    logs: [],
+    tables: [],
     reference: [],
     odometry: null,
     intrinsics: null,

@@ -3,17 +3,17 @@
  * ending of what was packed, and are converted when they are read. To list them, packed files, files of MATLAB, text scans and text
  * clouds are read and converted once as a whole; of the others a beginning is enough.
  */
-import type { ScanstitchError } from '../../pkg/scanstitch.js';
 import { unpackedName } from '../archive/packed.js';
 import { isBagName } from '../bag/names.js';
-import { fileError, lost, type Note } from '../base/errors.js';
+import { fileError, lost, type Note, notUsed } from '../base/errors.js';
+import { lookUp } from '../base/look_up.js';
 import type { Content } from '../files/content.js';
 import { HEAD_BYTES } from '../files/heads.js';
 import { isCloudName, isImageName } from '../files/kinds.js';
 import { isLaserLog, isTable } from '../files/laser_logs.js';
 import { baseOf, folderOf, groupBy, hintOf } from '../files/names.js';
 import { knownCamera } from './known_cameras.js';
-import { DEPTH_TABLES, FOREIGN, POINT_TABLES, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
+import { DEPTH_TABLES, FOREIGN, POINT_TABLES, READERS, SCAN_TABLES, SCAN_TEXTS, TEXTS } from './names.js';
 import type { CountAlike } from './numpy.js';
 import type { Tell } from './scan_checks.js';
 
@@ -64,19 +64,10 @@ export async function convertFiles<T extends Content>(
         converted.push(content === file ? file : wrap(content, file));
       }
     } catch (error) {
-      notes.push(notConverted(file, error));
+      notes.push(notUsed(file.path, error));
     }
   }
   return { files: withKnownCamera(await withVelodynePoses(converted, wrap, notes), wrap, notes), notes };
-}
-
-/** A note about a file that cannot be converted; throws the error where it is not about the file. */
-function notConverted({ path }: Content, error: unknown) {
-  const { name, problem, remedy, message } = error as ScanstitchError;
-  // Errors of the system have a code: a file that was there when it was listed may have been moved or deleted.
-  if (name !== 'ScanstitchError' && (error as NodeJS.ErrnoException).code === undefined) throw error;
-  const reason = [problem || message, remedy].filter(Boolean).join('. ');
-  return lost(path, `not used: ${reason.charAt(0).toLowerCase()}${reason.slice(1)}`);
 }
 
 function withKnownCamera<T extends Content>(files: T[], wrap: (content: Content, of: T) => T, notes: Note[]): T[] {
@@ -124,8 +115,8 @@ async function convert(file: Content, notes: Note[], alike: CountAlike = () => 1
   if (ending === 'npy') return (await import('./numpy.js')).npyContents(file, alike);
   if (ending === 'npz') return (await import('./numpy.js')).npzContents(file);
   if (ending === 'pcd') return pcdFile(file);
-  if (ending === 'las' || ending === 'laz') return lasFile(file, notes);
-  return file;
+  const load = lookUp(READERS, ending);
+  return load ? (await load()).convert(file, { madeOf, notes }) : file;
 }
 
 /** Whether a file is a cloud as text: of a small `.xyz` alone, the positions of a trajectory are as likely. */
@@ -214,14 +205,6 @@ async function pcdFile(file: Content): Promise<Content> {
   const { isPlanarPcd, plyOfPcd } = await import('./planar_pcd.js');
   const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
   return isPlanarPcd(head) ? madeOf(file, async () => plyOfPcd(await file.read())) : file;
-}
-
-async function lasFile(file: Content, notes: Note[]): Promise<Content> {
-  const { HEADER_BYTES, lasCloud, lasHeader } = await import('./las.js');
-  const header = lasHeader(file.path, await file.readHead(HEADER_BYTES), file.size);
-  notes.push(...header.notes.map((reason) => ({ file: file.path, reason })));
-  if (header.loss !== null) notes.push(lost(file.path, header.loss));
-  return madeOf(file, async () => lasCloud(file.path, await file.read()).ply, { isCloud: true });
 }
 
 /** @returns a PTX may hold several */

@@ -4,8 +4,9 @@
  *
  * Source of the layout: ASPRS, "LAS Specification 1.4 - R15", tables 3 and 7 to 17.
  */
-import { fileError } from '../base/errors.js';
+import { fileError, lost } from '../base/errors.js';
 import { bytesOf, plyFile } from './ply.js';
+import type { Convert } from './reader.js';
 
 /** Coordinates up to here (m) are kept: 32-bit floats hold them to a millimetre. */
 const MAX_KEPT = 10_000;
@@ -31,6 +32,14 @@ interface LasHeader {
   /** What is missing of it. */
   loss: string | null;
 }
+
+export const convert: Convert = async (file, { madeOf, notes }) => {
+  const { path } = file;
+  const header = lasHeader(path, await file.readHead(HEADER_BYTES), file.size);
+  notes.push(...header.notes.map((reason) => ({ file: path, reason })));
+  if (header.loss !== null) notes.push(lost(path, header.loss));
+  return madeOf(file, async () => lasCloud(path, await file.read()).ply, { isCloud: true });
+};
 
 /**
  * @param name for messages

@@ -1,15 +1,15 @@
 /** Planar scans: which files are scans, which one is the reference trajectory, and why the rest is not used. */
 import { brokenImage, isPly, isPointer } from '../files/heads.js';
 import { isImageName } from '../files/kinds.js';
-import { isLaserLog, isOdometryName } from '../files/laser_logs.js';
+import { isLaserLog, isOdometryName, isTable as isTableOfRanges } from '../files/laser_logs.js';
 import { adviceFor, isGraph } from './other_formats.js';
 
 /**
  * What a file is for. `reason` completes "notes.pdf: not used: ..."; null: not worth a word (a file the system put
- * there).
+ * there). `is_log`: many scans in one file; `isTable`: a log whose columns somebody may want to name.
  */
 export type Role =
-  | { role: 'scan'; isLog: boolean }
+  | { role: 'scan'; isLog: boolean; isTable: boolean }
   | { role: 'reference' }
   | { role: 'odometry' }
   | { role: 'ignored'; reason: string | null };
@@ -41,13 +41,13 @@ export function classify(path: string, beginning: Uint8Array | null, isTable = f
   if (isPointer(head))
     return { role: 'ignored', reason: 'a Git LFS pointer, not the file itself; fetch it with git lfs pull' };
   const base = path.split('/').at(-1) ?? path;
-  if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', isLog: false };
+  if (/\.ply$/i.test(base) || isPly(head)) return { role: 'scan', isLog: false, isTable: false };
   if (isGraph(head)) return { role: 'ignored', reason: adviceFor(base, head) };
   if (
     (!NO_LOGS.test(base) && isLaserLog(head)) ||
     (isTable && !isOdometryName(base) && (looksLikeNumbers(head) || isColumn(head)))
   )
-    return { role: 'scan', isLog: true };
+    return { role: 'scan', isLog: true, isTable: isTableOfRanges(head) };
   if (TRAJECTORY_NAMES.test(base)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };
   if (TEXT_NAMES.test(base) || !base.includes('.')) {
     if (looksLikeNumbers(head)) return { role: isOdometryName(base) ? 'odometry' : 'reference' };

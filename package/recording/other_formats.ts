@@ -1,4 +1,7 @@
 /** Formats that are not read, and the one line that helps: which program converts them, with the command. */
+import type { Note } from '../base/errors.js';
+import { nameOf, seriesOf } from '../files/names.js';
+import type { ListedFile } from '../files/recording.js';
 
 /** By how a name ends. */
 const ADVICE: readonly [RegExp, string][] = [
@@ -165,4 +168,11 @@ export function isGraph(head: Uint8Array) {
   const lines = new TextDecoder('latin1').decode(head).split('\n').slice(0, -1);
   const told = lines.filter((line) => line.trim() !== '' && !line.startsWith('#'));
   return told.length > 0 && told.every((line) => RELATIONS.test(line));
+}
+
+/** A note about each file, or about each series of files. */
+export function unused(files: readonly ListedFile[], what: string): Note[] {
+  return seriesOf(files).map((series) => {
+    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
+  });
 }

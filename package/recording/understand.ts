@@ -9,22 +9,25 @@ import { compareNaturally } from '../base/natural_order.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from '../files/heads.js';
 import { isCloudName, isForeignDepthName, isImageName } from '../files/kinds.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from '../files/names.js';
-import { empty, type ListedFile, type ReadHead, type Recording, type Understood } from '../files/recording.js';
-import type { Frames } from './cameras.js';
-import { classify, isColumn, isSystemFile, looksLikeNumbers, type Role } from './classify.js';
+import {
+  empty,
+  type Found,
+  type ListedFile,
+  type ReadHead,
+  type Recording,
+  type Understood,
+} from '../files/recording.js';
+import type { Frames, Read } from './cameras.js';
+import { classify, isSystemFile } from './classify.js';
 import type { DepthImages, Peek } from './depth_images.js';
-import { adviceByContents, adviceFor, isGraph } from './other_formats.js';
-import { assignRoles } from './planar.js';
+import { nothing } from './nothing.js';
+import { unused } from './other_formats.js';
+import { assignRoles, classifyAll } from './planar.js';
 
 const inSpace = () => import('./in_space.js');
 
-/** What is found of a recording. */
-type Found = Partial<Understood> & { notes: Note[] };
-
 /** So many clouds are looked into to tell planar ones from those in space. */
 const LOOKED_INTO = 8;
-/** Of files that are no recording, so many are looked into to tell numbers from others. */
-const LOOKED_FOR_NUMBERS = 100;
 /** What `scanstitch reconstruct` writes: its own results are no input. */
 const RESULTS = ['trajectory.tum', 'report.json'];
 const MAPS = ['map.ply', 'map.pcd'];
@@ -74,7 +77,8 @@ export async function understand(
           ? await planarScans(known, read, isTable)
           : await nothing(depth.notes, known, read);
   const notes = [...unreadable, ...recording.notes];
-  return { ...empty(), image_size: null, ...recording, notes };
+  const beside = recording.beside && { ...recording.beside, notes: [...unreadable, ...recording.beside.notes] };
+  return { ...empty(), image_size: null, ...recording, notes, ...(beside && { beside }) };
 }
 
 /** The depth images; their module is not loaded for names among which there can be none. */
@@ -173,9 +177,6 @@ function withoutResults(files: ListedFile[]) {
   };
   return files.filter((file) => !isResult(file));
 }
-
-/** null: it cannot be read, which is noted */
-type Read = (path: string, length: number) => Promise<Uint8Array | null>;
 
 /**
  * All clouds, and whether they lie in the plane or in space: as most of those looked into do.
@@ -318,60 +319,8 @@ async function referenceAndCamera(files: ListedFile[], frames: Frames, read: Rea
   return { reference: reference.reference, intrinsics: camera.intrinsics, notes };
 }
 
-/** A note about each file, or about each series of files. */
-function unused(files: ListedFile[], what: string): Note[] {
-  return seriesOf(files).map((series) => {
-    return { file: nameOf(series), reason: `not used: ${adviceFor(series.members[0]?.path ?? '') ?? what}` };
-  });
-}
-
 async function planarScans(files: ListedFile[], read: Read, isTable: boolean): Promise<Found> {
-  const known: { name: string; role: Role; file: string }[] = [];
-  for (const { path } of files) {
-    const nameSaysAll = /\.ply$/i.test(path) || isImageName(path);
-    const head = nameSaysAll ? null : await read(path, HEAD_BYTES);
-    if (nameSaysAll || head) known.push({ name: path, role: classify(path, head, isTable), file: path });
-  }
-  const { scans, reference, odometry, notes } = assignRoles(known);
-  const root = scans.map(folderOf).reduce(commonFolder);
-  return { kind: 'planar_scans', root, scans, reference: reference === null ? [] : [reference], odometry, notes };
-}
-
-/** @param notes about images */
-async function nothing(notes: Note[], files: ListedFile[], read: Read): Promise<Found> {
-  const told = new Set(notes.map(({ file }) => file));
-  const others = files.filter(({ path }) => !isImageName(path));
-  const heads = await Promise.all(others.slice(0, LOOKED_FOR_NUMBERS).map(({ path }) => read(path, HEAD_BYTES)));
-  const headOf = (at: number) => heads[at] ?? new Uint8Array();
-  const advised: Map<string, ListedFile[]> = groupBy(
-    others.filter((_, at) => adviceByContents(headOf(at)) !== null),
-    (file) => adviceByContents(headOf(others.indexOf(file))) ?? '',
-  );
-  const advisedFiles = new Set([...advised.values()].flat());
-  const graphs = others.filter((_, at) => isGraph(headOf(at)));
-  const columns = others.filter((_, at) => isColumn(headOf(at)));
-  const isNumbers = (file: ListedFile, at: number) =>
-    !advisedFiles.has(file) && !graphs.includes(file) && looksLikeNumbers(headOf(at));
-  const numbers = new Set(others.filter(isNumbers));
-  const rest = [
-    ...[...advised].flatMap(([advice, files]) =>
-      files.map(({ path }) => ({ file: path, reason: `not used: ${advice}` })),
-    ),
-    ...unused(graphs, 'relations between poses, without scans; give the log or bag of the laser'),
-    ...unused(
-      columns,
-      'a number a line; where these are the ranges of a scan, say where it begins and its step: --table range=1,start=-135deg,step=0.5deg',
-    ),
-    ...unused(
-      [...numbers],
-      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
-    ),
-    ...unused(
-      others.filter(
-        (file) => !advisedFiles.has(file) && !numbers.has(file) && !graphs.includes(file) && !columns.includes(file),
-      ),
-      'neither a scan, nor a cloud, nor a depth image',
-    ),
-  ];
-  return { notes: [...notes, ...rest.filter(({ file }) => !told.has(file))] };
+  const { reference, ...found } = assignRoles(await classifyAll(files, read, isTable));
+  const root = found.scans.map(folderOf).reduce(commonFolder);
+  return { ...found, kind: 'planar_scans', root, reference: reference === null ? [] : [reference] };
 }

@@ -41,7 +41,7 @@ export function drawing(scene: Scene) {
   const start = scene.path.find((point) => point !== null);
   const hasReference = scene.reference.some((point) => point !== null);
   return `<svg viewBox="0 0 ${WIDTH} ${view.height}" role="img" aria-label="Map and path from above" fill="none" stroke-linecap="round" stroke-linejoin="round">
-<path d="${dots.join('')}" stroke="#8391a3" stroke-width="1.6"/>
+<path d="${dots.join('')}" stroke="#3d4a5c" stroke-width="2.2"/>
 ${hasReference ? `<path d="${line(scene.reference)}" stroke="#b4530a" stroke-width="2" stroke-dasharray="7 5"/>` : ''}
 <path d="${line(scene.path)}" stroke="#2356c7" stroke-width="2.4"/>
 ${start ? `<circle cx="${view.place(start).x.toFixed(1)}" cy="${view.place(start).y.toFixed(1)}" r="5" fill="#2356c7"/>` : ''}

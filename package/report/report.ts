@@ -5,6 +5,7 @@ import { assumedMark, statusWords } from './assumed.js';
 import { drawing, type Scene } from './drawing.js';
 
 type Frame = PlanarResult['frames'][number] | SpatialResult['frames'][number];
+type Turns = 0 | 1 | 2 | 3;
 interface Context {
   /** Of the recording. */
   title: string;
@@ -16,6 +17,8 @@ interface Context {
   points: Float32Array;
   /** The map as it was on the screen, as a data: address. */
   picture?: string;
+  /** Quarter turns, counter-clockwise, by which a planar map was turned there. */
+  turns?: Turns;
   /** Frames of the recording, registered or not. */
   num_frames?: number;
 }
@@ -42,7 +45,7 @@ export function reportHtml(result: PlanarResult | SpatialResult, context: Contex
     .join('')}</dl></section>
 <section><h2>Map and path</h2>
 ${picture ? `<img src="${text(picture, Infinity)}" alt="The map as it was on the screen">` : ''}
-${drawing(sceneOf(result, context.points))}</section>
+${drawing(sceneOf(result, context))}</section>
 <section><h2>Notes and losses</h2>${notes.length === 0 ? '<p>None.</p>' : list(notes)}</section>
 <section><h2>Files</h2>${list([...opened.slice(0, MOST_NAMES), ...(opened.length > MOST_NAMES ? [`and ${opened.length - MOST_NAMES} more`] : [])])}</section>
 <section><h2>Frames</h2>${frameTable(result)}</section>
@@ -141,30 +144,76 @@ function poseCells({ T_world_sensor: pose }: Frame) {
   return [fixed(x, 3), fixed(y, 3), fixed(z, 3), degrees(turn)];
 }
 
+/** Settings that are angles: radians in the engine, degrees for a reader. */
+const ANGLES = ['search_rotation', 'max_normal_angle', 'rotation_eps', 'field_of_view'];
+
 function settingsTable(settings: object) {
   const rows = Object.entries(settings).map(
-    ([name, value]) =>
-      `<tr><th scope="row">${text(name)}</th><td>${text(value === null ? '–' : String(value))}</td></tr>`,
+    ([name, value]) => `<tr><th scope="row">${text(name)}</th><td>${text(settingWords(name, value))}</td></tr>`,
   );
   return `<table class="settings"><tbody>${rows.join('')}</tbody></table>`;
 }
 
-/** The run from above. In space, along the axis in which the path extends least: a path mostly lies on a floor. */
-function sceneOf({ frames, comparison }: PlanarResult | SpatialResult, points: Float32Array): Scene {
+/** With the digits that count, and angles in degrees. */
+function settingWords(name: string, value: unknown): string {
+  if (typeof value !== 'number') return value === null ? '–' : String(value);
+  const isAngle = ANGLES.includes(name);
+  return `${Number((isAngle ? (value * 180) / Math.PI : value).toPrecision(6))}${isAngle ? '°' : ''}`;
+}
+
+/**
+ * The run from above: a planar one the same way up as on the screen. In space, along the axis in which the path extends
+ * least: a path mostly lies on a floor.
+ */
+function sceneOf({ frames, comparison }: PlanarResult | SpatialResult, { points, turns = 0 }: Context): Scene {
   const places = frames.map((frame) => (frame.status === 'lost' ? null : positionOf(frame)));
   const references = (comparison?.reference ?? []).map(
     (pose: { x: number; y: number } | null) => pose && placeOf(pose),
   );
   const is_planar = !frames.some(({ T_world_sensor }) => 'qw' in T_world_sensor);
-  const [right, up] = is_planar ? [0, 1] : widestAxes(places);
+  if (is_planar) {
+    const turned = turnedBy(turns);
+    const place = (at: readonly number[] | null) => at && turned(at[0] ?? 0, at[1] ?? 0);
+    return {
+      points: turnedPoints(points, turned),
+      path: places.map(place),
+      reference: references.map(place),
+      axes: AXES[turns] ?? ['x', 'y'],
+    };
+  }
+  const [right, up] = widestAxes(places);
   const axes = [`${'xyz'[right]}`, `${'xyz'[up]}`] as [string, string];
   const flat = (place: readonly number[] | null) => place && ([place[right] ?? 0, place[up] ?? 0] as const);
   return {
-    points: is_planar ? points : flattened(points, right, up),
+    points: flattened(points, right, up),
     path: places.map(flat),
     reference: references.map(flat),
     axes,
   };
+}
+
+/** What is to the right and what is up after so many quarter turns. */
+const AXES: readonly (readonly [right: string, up: string])[] = [
+  ['x', 'y'],
+  ['−y', 'x'],
+  ['−x', '−y'],
+  ['y', '−x'],
+];
+
+type Turned = (x: number, y: number) => readonly [number, number];
+
+function turnedBy(turns: Turns): Turned {
+  const [cos, sin] = [[1, 0, -1, 0] as const, [0, 1, 0, -1] as const].map((values) => values[turns]) as [
+    number,
+    number,
+  ];
+  return (x, y) => [x * cos - y * sin, x * sin + y * cos];
+}
+
+function turnedPoints(points: Float32Array, turned: Turned): Float32Array {
+  const all = new Float32Array(points.length);
+  for (let i = 0; i + 1 < points.length; i += 2) all.set(turned(points[i] ?? 0, points[i + 1] ?? 0), i);
+  return all;
 }
 
 function widestAxes(places: readonly (readonly number[] | null)[]): [right: number, up: number] {

@@ -43,6 +43,7 @@ test('the depth scale of a camera file is used, and nothing but what it leaves o
   assert.equal(told.status, 0, told.stderr);
   assert.equal(told.result?.depth_scale, 5000);
   assert.deepEqual(told.result?.assumptions, []);
+  assert.match(told.html, /<th scope="row">field_of_view<\/th><td>[\d.]{1,9}°<\/td>/);
   assert.ok((told.result?.comparison?.max ?? 9) < 0.01);
   const { result } = await reconstruct(
     t,
@@ -121,7 +122,7 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
     stderr,
     /1000 raw values per metre is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/,
   );
-  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed, confirmed\)/m);
+  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed; the recording agrees\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
   const open = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
   assert.match(

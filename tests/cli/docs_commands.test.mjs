@@ -77,6 +77,7 @@ async function makeWorld(folder) {
     'wheels.txt': Array.from({ length: 9 }, (_, i) => `${i} ${0.05 * i} 0 0\n`).join(''),
     'drive.relations': relations,
     'aces.relations': relations,
+    'intel.g2o': 'EDGE_SE2 0 1 1 0 0 10 0 0 10 0 100\nEDGE_SE2 1 2 1 0 1 10 0 0 10 0 100\n',
   };
   for (const [path, content] of Object.entries(files)) {
     mkdirSync(dirname(join(folder, path)), { recursive: true });

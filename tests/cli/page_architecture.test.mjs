@@ -19,7 +19,7 @@ const LAYERS = {
     ['bag'],
     ['formats'],
     ['recording'],
-    ['run', 'lab', 'evaluation', 'report'],
+    ['run', 'lab', 'evaluation', 'report', 'mesh'],
     ['api'],
     ['index', 'browser', 'element', 'recording_reader'],
     ['cli'],
@@ -29,6 +29,7 @@ const LAYERS = {
     ['datasets', 'export', 'views'],
     ['components'],
     ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
+    ['app'],
     ['scanstitch-app'],
   ],
 };

@@ -13,7 +13,7 @@ test('a run that is stopped while a file is read starts no thread afterwards', a
   let letGo = () => undefined;
   const bytes = new Promise((/** @type {(bytes: Uint8Array) => void} */ resolve) => (letGo = resolve));
   const read = () => bytes;
-  const file = { path: '1.png', disk: null, size: 4, read, readHead: read };
+  const file = { path: '1.png', size: 4, read, readHead: read };
   const stopping = new AbortController();
   const job = { index: 0, name: '1.png', time: null, kind: /** @type {const} */ ('depth_images'), file, color: null };
   const prepared = preparer.prepare(job, '{}', stopping.signal);

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { describe_settings, load } from '../../npm/index.js';
 import {
   DATA,
   plyFiles,
@@ -162,6 +163,12 @@ test('a report to be read is whole, runs no script and takes names as text', asy
   assert.match(html, /<li>broken\.ply, line 3: /);
   assert.equal([...html.matchAll(/class="good"/g)].length, 3);
   assert.match(html, /<th scope="row">strategy<\/th><td>joint<\/td>/);
+  // Angles in degrees, and no number with more digits than count.
+  await load();
+  const angles = describe_settings().flatMap(({ name, unit }) => (unit === 'rad' ? [name] : []));
+  assert.ok(angles.length > 2);
+  for (const name of angles) assert.match(html, new RegExp(`<th scope="row">${name}</th><td>[\\d.]{1,14}°</td>`));
+  assert.doesNotMatch(html, /<td>\d*\.0*[1-9]\d{6,}/);
   // The path: three places, and the points of the map.
   const paths = [...html.matchAll(/<path d="([^"]*)"/g)].map(([, d = '']) => d.match(/[ML]/g)?.length ?? 0);
   assert.ok((paths[0] ?? 0) > 300 && paths[1] === 3 && paths[2] === 3, String(paths));

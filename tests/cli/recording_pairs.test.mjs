@@ -34,6 +34,8 @@ test('rgb/N.png and depth/N.png with GT_pose.npy, inside a folder', async () => 
     }),
     clouds: [],
     scans: [],
+    logs: [],
+    tables: [],
     reference: ['floor/GT_pose.npy'],
     odometry: null,
     intrinsics: null,

@@ -563,7 +563,7 @@ function walk(numbers, files) {
   const source = (/** @type {string} */ path) => {
     // A copy: what is given to a thread is gone here.
     const read = async () => Uint8Array.from(Buffer.from(files[path] ?? ''));
-    return { path, size: 0, disk: null, read, readHead: read };
+    return { path, size: 0, read, readHead: read };
   };
   return numbers.map((number, index) => ({
     index,

@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { append } from '../../npm/base/append.js';
 import { table } from '../../npm/cli/command.js';
-import { gather } from '../../npm/cli/inputs.js';
+import { openInputs } from '../../npm/cli/inputs.js';
 import { zipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { lookUp } from '../../npm/base/look_up.js';
@@ -268,9 +268,9 @@ test('lists of any length are put together, and tables of any length laid out', 
 test('a folder with more files than a recording has, as the root of a disk, is refused at once', async (t) => {
   const folder = temporaryFolder(t);
   writeFiles(folder, Object.fromEntries(Array.from({ length: 6 }, (_, at) => [`${at}.txt`, ''])));
-  const refused = gather([folder], () => undefined, {}, 5);
+  const refused = openInputs([folder], () => undefined, {}, 5);
   await assert.rejects(refused, /There are more than 5 files in this folder\. Name the folder of one recording\./);
-  const { sources, close } = await gather([folder], () => undefined, {}, 6);
-  assert.equal(sources.size, 6);
+  const { recording, close } = await openInputs([folder], () => undefined, {}, 6);
+  assert.equal(recording.files.size, 6);
   await close();
 });

@@ -18,11 +18,11 @@ const NAMES = ['0.ply', '1.ply', '2.ply'];
 /** A page that uses all that the package exports; `engine` is what `load` is given. */
 const source = (engine = '', imports = ''): string => `
 import { load, Reconstruction } from 'scanstitch';
-import { readRecording } from 'scanstitch/recording';
+import { openRecording } from 'scanstitch/recording';
 import 'scanstitch/element';
 ${imports}
 const files = ${JSON.stringify(NAMES)}.map(async (path) => ({ path, blob: await (await fetch(path)).blob() }));
-const recording = await readRecording(await Promise.all(files));
+const recording = await openRecording(await Promise.all(files));
 await load(${engine});
 const reconstruction = new Reconstruction();
 for (const path of recording.scans) reconstruction.add_scan(path, await recording.read(path));

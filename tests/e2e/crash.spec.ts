@@ -60,7 +60,7 @@ test('a page whose engine cannot be fetched says so, and fetches it when it is t
     await page.getByText('Reading 10 scans').waitFor(); // scans that come after the failure try it again
     await route.fulfill({ status: 404 });
   });
-  await page.goto('./');
+  await app.goto('./');
   await expect(app.messages).toContainText('The engine could not be started');
   await page.unroute('**/*.wasm');
   await app.messages.getByRole('button', { name: 'Try again' }).click();
@@ -71,7 +71,7 @@ test('a page whose engine cannot be fetched says so, and fetches it when it is t
 test('without an engine files are not lost: it is fetched for them', async ({ page }) => {
   const app = new ScanstitchPage(page);
   await page.route('**/*.wasm', (route) => route.abort());
-  await page.goto('./');
+  await app.goto('./');
   await expect(app.messages).toContainText('The engine could not be started');
   await app.drop([{ name: 'walk.tum', content: 'no trajectory' }]);
   await expect(app.messages).toContainText('walk.tum');

@@ -12,7 +12,7 @@ const LONG = 6000;
 test('scans on their way are no longer wanted', async ({ page }) => {
   const app = new ScanstitchPage(page);
   const release = await hold(page, '**/corridor*.js');
-  await page.goto('./');
+  await app.goto('./');
   await expect(page.getByText('Fetching the scans')).toBeVisible();
   await page.getByRole('button', { name: 'Stop' }).click();
   await expect(app.messages).toContainText('Opening the scans was stopped');
@@ -48,7 +48,7 @@ test('scans that wait for the engine are no longer wanted when it is there', asy
   await page.clock.install();
   await noteAnswers(page);
   const release = await hold(page, '**/*.wasm');
-  await page.goto('./');
+  await app.goto('./');
   await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.getByRole('button', { name: 'Stop' }).click();
   await expect(app.messages).toContainText('Opening the scans was stopped');

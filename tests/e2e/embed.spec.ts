@@ -1,7 +1,7 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from '@playwright/test';
-import { expect, SAMPLE_FOLDER, ScanstitchPage, test as base } from './scanstitch_page.js';
+import { dropOn, expect, SAMPLE_FOLDER, ScanstitchPage, test as base } from './scanstitch_page.js';
 
 const COURSE_HOST = 'http://course.example';
 
@@ -81,6 +81,37 @@ test('scans are named one by one, with settings and colours of the course', asyn
   expect(page.url()).not.toContain('#');
 });
 
+test('in little room, and with fewer controls, the map keeps most of it', async ({ course, page }) => {
+  const app = await course(
+    '<scanstitch-app src="scans/set.json" style="display: block; width: 520px; height: 360px"></scanstitch-app>',
+  );
+  const element = page.locator('scanstitch-app');
+  const share = async (): Promise<number> => {
+    const { width = 0, height = 0 } = (await app.stage.boundingBox()) ?? {};
+    return (width * height) / (520 * 360);
+  };
+  expect(await share()).toBeGreaterThan(0.5);
+  const tools = page.getByRole('navigation', { name: 'Tools' });
+  for (const name of ['Map', 'Strategies']) await expect(tools.getByRole('button', { name })).toBeInViewport();
+  await page.getByRole('tab', { name: 'Scans' }).click();
+  await expect(app.table).toBeVisible();
+  await page.getByRole('button', { name: 'Panel', exact: true }).click();
+  await expect(app.table).toBeHidden();
+
+  await element.evaluate((element) => element.setAttribute('controls', 'minimal'));
+  await expect(page.getByRole('navigation')).toHaveCount(0);
+  await expect(page.getByRole('tab')).toHaveCount(0);
+  await expect(page.getByRole('slider', { name: 'Scans shown' })).toBeVisible();
+  await page.getByRole('button', { name: 'Full screen' }).click();
+  await expect.poll(() => page.evaluate(() => document.fullscreenElement?.localName)).toBe('scanstitch-app');
+  await page.getByRole('button', { name: 'Leave full screen' }).click();
+  await element.evaluate((element) => element.setAttribute('controls', 'none'));
+  await expect(page.getByRole('button')).toHaveCount(0);
+  expect(await share()).toBeGreaterThan(0.99);
+  await element.evaluate((element) => element.setAttribute('controls', 'few'));
+  await expect(app.messages).toContainText('“few” is not a value of controls: none, minimal, full');
+});
+
 test('in a page that scrolls, the wheel belongs to the page until the map is clicked', async ({ course, page }) => {
   const app = await course('<scanstitch-app src="scans/set.json"></scanstitch-app><div style="height: 3000px"></div>');
   await app.stitched();
@@ -106,6 +137,24 @@ test('scans that cannot be fetched are told', async ({ page, baseURL }) => {
   await page.goto(`${COURSE_HOST}/`);
   await expect(page.getByRole('region', { name: 'Messages' })).toContainText(/missing\.json answered 404/);
   await expect(page.getByRole('button', { name: 'Show the sample' })).toBeVisible();
+});
+
+test('a course page opens a scene of the ICP lab, and comes back to it from other clouds', async ({
+  page,
+  baseURL,
+}) => {
+  const body = '<scanstitch-app view="icp" scene="corridor" style="height: 700px"></scanstitch-app>';
+  await page.goto(await serveCourse(page, baseURL ?? '', body));
+  const question = page.getByRole('region', { name: 'Question' });
+  await expect(question).toContainText('corridor', { ignoreCase: true });
+  const scans = [0, 1].map((i) => ({ name: `${i}.ply`, content: readFileSync(join(SAMPLE_FOLDER, `${i}.ply`)) }));
+  await dropOn(page.locator('scanstitch-lab .lab'), scans);
+  await expect(page.locator('scanstitch-lab').getByLabel('Source', { exact: false }).first()).toHaveValue(/\.ply$/);
+  await expect(question).toBeHidden();
+  await page.getByRole('button', { name: 'This page’s clouds' }).click();
+  await expect(question).toBeVisible();
+  await page.locator('scanstitch-app').evaluate((element) => element.setAttribute('scene', 'nowhere'));
+  await expect(page.getByRole('region', { name: 'Messages' })).toContainText('There is no scene “nowhere”');
 });
 
 test('a course page opens the ICP lab on two addresses, and an iteration is stepped by keys alone', async ({

@@ -218,7 +218,7 @@ test('removed and put back, it computes again', async ({ course, page }) => {
   expect(detail.result.settings).toMatchObject({ max_iterations: 41 });
 });
 
-test('of two sets of addresses the one that was asked for last is opened', async ({ course, page }) => {
+test('of what is opened at once the last counts, and the others are rejected', async ({ course, page }) => {
   await course.open('<scanstitch-app src="none"></scanstitch-app>', scans(3));
   let answer = (): void => undefined;
   const answered = new Promise<void>((resolve) => (answer = resolve));
@@ -228,7 +228,12 @@ test('of two sets of addresses the one that was asked for last is opened', async
   });
   const first = await course.element.evaluateHandle(async (element: ScanstitchElement) => {
     await customElements.whenDefined('scanstitch-app');
-    return { ended: element.open(['0.ply', '1.ply']).catch(({ name }: Error) => name) };
+    const asked = [
+      element.open(['0.ply', '1.ply']),
+      element.open('0.ply 2.ply'),
+      element.open(['0.ply', '1.ply', '2.ply']),
+    ];
+    return { ended: Promise.all(asked.map((opening) => opening.catch(({ name }: Error) => name))) };
   });
   const names = (): Promise<string[]> =>
     course.element.evaluate(async (element: ScanstitchElement) =>
@@ -237,7 +242,7 @@ test('of two sets of addresses the one that was asked for last is opened', async
   await course.element.evaluate((element: ScanstitchElement) => element.open(['1.ply', '2.ply']));
   expect(await names()).toEqual(['1.ply', '2.ply']);
   answer();
-  expect(await first.evaluate(({ ended }) => ended)).toBe('AbortError');
+  expect(await first.evaluate(({ ended }) => ended)).toEqual(['AbortError', 'AbortError', 'AbortError']);
   expect(await names()).toEqual(['1.ply', '2.ply']);
 });
 
@@ -300,6 +305,7 @@ test('title, side panel, parts and colours of the page; events of its own parts 
     };
     return types;
   });
+  await page.getByRole('group', { name: 'Panels' }).getByRole('button', { name: 'Scans' }).click();
   await page.getByRole('button', { name: '1.ply', exact: true }).click();
   await page.getByRole('button', { name: 'Look inside' }).click();
   await expect(page.getByRole('button', { name: 'Reset start' })).toBeVisible();

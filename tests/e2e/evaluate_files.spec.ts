@@ -2,18 +2,19 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { strToU8, zipSync } from 'fflate';
-import { sortOut } from '../../www/src/evaluate/intake.js';
+import { fileInMemory } from '../../npm/files/content.js';
+import { trajectoriesAmong } from '../../npm/recording/trajectories.js';
 import { EvaluationView } from './evaluation_view.js';
 import { expect, type InputFile, ply, test } from './scanstitch_page.js';
 import { test as spatial_test } from './spatial_page.js';
 import { recording, truth } from './spatial_recording.js';
 
-const part = (name: string, text: string) => ({ name, bytes: new TextEncoder().encode(text) });
+const part = (name: string, text: string) => fileInMemory(name, new TextEncoder().encode(text));
 const LINE = '0.1 1 2 3 0 0 0 1\n';
 const MATRIX = '1 0 0 1\n0 1 0 2\n0 0 1 3\n0 0 0 1\n';
 
-test('what a file is for is told by its name and its beginning', () => {
-  const found = sortOut([
+test('what a file is for is told by its name and its beginning', async () => {
+  const found = await trajectoriesAmong([
     part('run/10.txt', MATRIX),
     part('run/9.txt', MATRIX),
     part('anna/pred.txt', LINE.repeat(3)),
@@ -24,19 +25,20 @@ test('what a file is for is told by its name and its beginning', () => {
     part('b/2.ply', 'ply\n'),
     part('b/10.ply', 'ply\n'),
   ]);
-  expect(found.trajectories.map(({ name, parts }) => [name, parts.map((one) => one.name)])).toEqual([
+  expect(found.trajectories.map(({ name, paths }) => [name, paths])).toEqual([
     ['run', ['run/9.txt', 'run/10.txt']],
     ['anna/pred.txt', ['anna/pred.txt']],
     ['ben/pred.txt', ['ben/pred.txt']],
     ['one.txt', ['one.txt']],
   ]);
-  expect(found.times?.name).toBe('times.txt');
-  expect(found.relations?.name).toBe('loops.txt');
-  expect(found.clouds.map(({ name }) => name)).toEqual(['b/2.ply', 'b/10.ply']);
+  expect(found.times).toBe('times.txt');
+  expect(found.relations).toBe('loops.txt');
+  expect(found.maps).toEqual(['b/2.ply', 'b/10.ply']);
   // Eight columns are a trajectory unless the name says otherwise; a graph says so itself.
-  expect(sortOut([part('est.txt', LINE)]).relations).toBeNull();
-  expect(sortOut([part('with_loop_closure.txt', LINE)]).relations).toBeNull();
-  expect(sortOut([part('est.txt', 'EDGE2 0 1 1 0 0 1 0 0 1 0 1\n')]).relations?.name).toBe('est.txt');
+  expect((await trajectoriesAmong([part('est.txt', LINE)])).relations).toBeNull();
+  expect((await trajectoriesAmong([part('with_loop_closure.txt', LINE)])).relations).toBeNull();
+  const graph = await trajectoriesAmong([part('est.txt', 'EDGE2 0 1 1 0 0 1 0 0 1 0 1\n')]);
+  expect(graph.relations).toBe('est.txt');
 });
 
 /** A curved path: the number of each pose, and its turn about z. */

@@ -80,6 +80,27 @@ test('one of another recording beside the run, taken as the ground truth: by tim
   expect(app.faults).toEqual([]);
 });
 
+test('positions alone have no first pose to align at: they are aligned by SE(3), and that is said', async ({
+  app,
+  page,
+}) => {
+  const evaluation = new EvaluationView(page);
+  await evaluation.open();
+  await page.getByRole('button', { name: 'Remove all' }).click();
+  const at = (i: number): string => `${Math.cos(i / 9)} ${Math.sin(i / 5)} ${i / 50}`;
+  const lines = (line: (i: number) => string): string => Array.from({ length: 40 }, (_, i) => `${line(i)}\n`).join('');
+  await evaluation.drop([
+    { name: 'truth.xyz', content: lines(at) },
+    { name: 'mine.tum', content: lines((i) => `${i} ${at(i)} 0 0 0 1`) },
+  ]);
+  await evaluation.answered(() => page.getByLabel('Alignment').selectOption('origin'));
+  await expect(page.getByLabel('Alignment')).toHaveValue('se3');
+  await expect(evaluation.view.getByText(/positions alone.*All are aligned by SE\(3\) instead/)).toBeVisible();
+  expect(Number((await evaluation.column(/^rmse/))[0])).toBeLessThan(1e-6);
+  await expect(evaluation.view.getByRole('region', { name: 'Paths' })).toBeVisible();
+  expect(app.faults).toEqual([]);
+});
+
 test('interpolation is offered where times differ, and Sim(3) shows its scale', async ({ app, page }) => {
   const evaluation = new EvaluationView(page);
   await evaluation.open();

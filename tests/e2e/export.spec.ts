@@ -112,10 +112,12 @@ test('the report to be read: one file with its picture, which runs no script and
     );
   expect(broken).toEqual([]);
   const path = page.getByRole('img', { name: 'Map and path from above' }).locator('path[stroke="#2356c7"]');
+  // The same way up as in the picture above it: the corridor runs across.
   const [of_path, of_all] = await path.evaluate((line: SVGPathElement) => [
-    line.getBoundingClientRect().height,
-    line.ownerSVGElement?.getBoundingClientRect().height ?? 0,
+    line.getBoundingClientRect().width,
+    line.ownerSVGElement?.getBoundingClientRect().width ?? 0,
   ]);
   expect((of_path ?? 0) / (of_all ?? 1)).toBeGreaterThan(0.4);
+  await expect(page.getByText('y to the right, −x up')).toBeVisible();
   await page.screenshot({ path: info.outputPath('report.png'), fullPage: true });
 });

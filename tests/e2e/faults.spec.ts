@@ -33,7 +33,7 @@ planar('an engine that takes long is told of, and begins when it is there', asyn
   const app = new ScanstitchPage(page);
   await page.clock.install();
   const release = await hold(page, '**/*.wasm');
-  await page.goto('./');
+  await app.goto('./');
   await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.clock.runFor(16_000);
   await expect(app.messages).toContainText('The engine has not loaded after 15 s');
@@ -101,7 +101,7 @@ planar('a download of the engine that hangs is begun anew without a reload', asy
   const app = new ScanstitchPage(page);
   await page.clock.install();
   const numAsked = await hangOnce(page, '**/*.wasm');
-  await page.goto('./');
+  await app.goto('./');
   await expect(page.getByText('Reading 10 scans')).toBeVisible();
   await page.clock.runFor(16_000);
   await expect(app.messages).toContainText('The engine has not loaded after 15 s');

@@ -202,7 +202,7 @@ test('cost and basin are drawn, and a place of them is started from', async ({ a
   await lab(page).getByRole('tab', { name: 'Basin' }).click();
   await expect(
     lab(page)
-      .getByText(/of the starts end at the surveyed result/)
+      .getByText(/of these starts lead to the same result as this run/)
       .first(),
   ).toBeVisible({ timeout: 60_000 });
 });

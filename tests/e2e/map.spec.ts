@@ -94,12 +94,47 @@ test('row and map select each other; pairs of points are shown on demand, grid, 
   await page.getByLabel(/Show correspondences/).uncheck();
   await expect.poll(() => app.picture()).toBe(without);
 
-  await page.getByRole('button', { name: 'Layers' }).click();
+  const layers = page.getByRole('button', { name: 'Layers' });
+  await layers.click();
+  // Beside the map, not on it.
+  const [list, stage] = [
+    await page.getByRole('group', { name: 'Layers' }).boundingBox(),
+    await app.stage.boundingBox(),
+  ];
+  expect(list?.x).toBeGreaterThanOrEqual((stage?.x ?? 0) + (stage?.width ?? 0));
   for (const name of ['Grid', 'Path and poses', /^Ground truth/]) {
     const before = await app.picture();
     await page.getByRole('checkbox', { name }).uncheck();
     await expect.poll(() => app.picture()).not.toBe(before);
   }
+  // Escape closes the list before it means the selection.
+  await page.keyboard.press('Escape');
+  await expect(page.getByRole('group', { name: 'Layers' })).toBeHidden();
+  await expect(layers).toBeFocused();
+  await expect(app.why).toContainText('5.ply');
+});
+
+test('why a scan is the worst: its longest pairs are drawn, and the lab is one click away, the same way up', async ({
+  app,
+  page,
+}) => {
+  await app.why.getByRole('button', { name: 'Why is this scan worst?' }).click();
+  await expect(app.why).toContainText(/the \d+ longest pairs\s+of \d+\.\s+They have\s+\d+\s%/);
+  const longest = page.getByLabel(/Show the longest pairs/);
+  await expect(longest).toBeChecked();
+  const drawn = await app.picture();
+  await longest.uncheck();
+  await expect.poll(() => app.picture()).not.toBe(drawn);
+  // The corridor lies along the screen here and there.
+  const turned = await app.map.evaluate((map) => (map as HTMLElement & { turned: number }).turned);
+  expect(turned).not.toBe(0);
+  await app.why.getByRole('button', { name: 'Look inside' }).click();
+  const stage = page.locator('scanstitch-lab-plane');
+  await expect
+    .poll(() =>
+      stage.evaluate((plane) => (plane as HTMLElement & { viewport: { view: { turns: number } } }).viewport.view.turns),
+    )
+    .toBe(turned);
 });
 
 test('a click on a pose selects its scan', async ({ app, page }) => {
@@ -121,14 +156,32 @@ test('a click on a pose selects its scan', async ({ app, page }) => {
 });
 
 test('the legend of a map in pieces names them, and shows one of them', async ({ app, page }) => {
-  const before = await app.picture();
   await page.locator('scanstitch-map').evaluate((map) => {
-    const piece = (label: string, frames: number[]) => ({ label, num_pieces: 1, frames, color: [200, 100, 0] });
+    const piece = (label: string, frames: number[]) => ({
+      label,
+      exported: '',
+      num_pieces: 1,
+      frames,
+      color: [200, 100, 0],
+    });
     Object.assign(map, { pieces: [piece('Main piece', [0, 1, 2]), piece('Piece 1', [3, 4, 5, 6, 7, 8, 9])] });
   });
   const legend = page.locator('scanstitch-map-legend');
   await expect(legend).toContainText('Map in 2 pieces');
   await expect(legend).toContainText('Poses within a piece are certain');
-  await legend.getByRole('button', { name: 'Main piece 3 scans' }).click();
-  await expect.poll(() => app.picture()).not.toBe(before);
+  // Below the map, not on it.
+  const [key, stage] = [await legend.boundingBox(), await app.stage.boundingBox()];
+  expect(key?.y).toBeGreaterThanOrEqual((stage?.y ?? 0) + (stage?.height ?? 0));
+  await app.stage.press('f');
+  const whole = await app.picture();
+  const button = legend.getByRole('button', { name: 'Main piece 3 scans' });
+  await button.click();
+  await expect(button).toHaveAttribute('aria-pressed', 'true');
+  await expect.poll(() => app.picture()).not.toBe(whole);
+  // Nothing of the other piece: zoomed out to all of the map, less of it is painted.
+  const alone = await app.numPainted();
+  await button.click();
+  await expect(button).toHaveAttribute('aria-pressed', 'false');
+  await expect.poll(() => app.picture()).toBe(whole);
+  expect(alone).not.toBe(await app.numPainted());
 });

@@ -88,6 +88,43 @@ test('the first screen says what it does, how to begin, what else there is and h
   await expect(about).toBeHidden();
 });
 
+test('at first sight the map has half of the window and more; what is unfolded is remembered', async ({ page }) => {
+  await page.setViewportSize({ width: 1280, height: 860 });
+  const app = new ScanstitchPage(page, '');
+  await app.open();
+  const share = async (): Promise<number> => {
+    const { width = 0, height = 0 } = (await app.stage.boundingBox()) ?? {};
+    return (width * height) / (1280 * 860);
+  };
+  expect(await share()).toBeGreaterThan(0.5);
+  // The figures are there, in one line.
+  await expect(page.getByLabel('Result in figures')).toContainText('Distance to truth.tum');
+  expect((await page.getByLabel('Result in figures').boundingBox())?.height).toBeLessThan(60);
+  const panels = page.getByRole('group', { name: 'Panels' });
+  for (const [name, panel] of [
+    ['Scans', app.table],
+    ['Settings', page.getByRole('complementary', { name: 'Settings' })],
+    ['Details', app.why],
+  ] as const) {
+    const button = panels.getByRole('button', { name });
+    await expect(panel).toBeHidden();
+    await expect(button).toHaveAttribute('aria-expanded', 'false');
+    await button.focus();
+    await page.keyboard.press('Enter');
+    await expect(panel).toBeVisible();
+    await expect(button).toHaveAttribute('aria-expanded', 'true');
+  }
+  await panels.getByRole('button', { name: 'Details' }).click();
+  await page.reload();
+  await new ScanstitchPage(page, '').stitched();
+  await expect(app.table).toBeVisible();
+  await expect(app.setting('Strategy')).toBeVisible();
+  await expect(app.why).toBeHidden();
+  // A scan that is selected is explained.
+  await app.row('4.ply').click();
+  await expect(app.why).toContainText('4.ply');
+});
+
 test('an address that names another tool is followed on the open page', async ({ app, page }) => {
   await expect(app.stage).toBeVisible();
   const shown = page.getByRole('navigation', { name: 'Tools' }).locator('[aria-current=page]');

@@ -51,13 +51,20 @@ export async function dropOn(target: Locator, files: readonly InputFile[]): Prom
   await target.dispatchEvent('drop', { dataTransfer });
 }
 
+/** What the browser remembers of a user who has unfolded every panel around the map. */
+const ALL_PANELS = 'figures table details settings tabs';
+
 export class ScanstitchPage {
   /** Errors of scripts on the page; a test fails on any that it does not expect. */
   readonly faults: string[] = [];
   /** How many computations of this page were waited for. */
   private num_seen = 0;
 
-  constructor(readonly page: Page) {
+  /** `panels`: those that are unfolded already, as the browser remembers them. */
+  constructor(
+    readonly page: Page,
+    private readonly panels = ALL_PANELS,
+  ) {
     page.on('pageerror', (error) => this.faults.push(error.message));
   }
 
@@ -78,14 +85,18 @@ export class ScanstitchPage {
       observer.observe(document, { childList: true, subtree: true });
     });
     await this.goto('./');
-    await expect(this.page.getByRole('heading', { name: /^Drop laser scans/ })).toBeVisible();
+    await expect(this.page.getByRole('heading', { name: /^(Drop|Open) laser scans/ })).toBeVisible();
   }
 
-  private async goto(path: string): Promise<void> {
-    await this.page.addInitScript(() => {
+  /** Opens the page, whether or not anything is computed. */
+  async goto(path: string): Promise<void> {
+    await this.page.addInitScript((panels) => {
       window.stitched = [];
       addEventListener('scanstitch-done', (event) => window.stitched.push((event as CustomEvent).detail));
-    });
+      // Frames without an origin have no storage.
+      if (origin !== 'null' && localStorage['scanstitch-panels'] === undefined)
+        localStorage['scanstitch-panels'] = panels;
+    }, this.panels);
     await this.page.goto(path);
   }
 

@@ -8,9 +8,23 @@ test('a changed setting computes again, in degrees and within its range, and is 
   await app.setting('Strategy').selectOption('scan_to_scan');
   expect((await app.stitched()).result.settings.strategy).toBe('scan_to_scan');
   await expect(app.setting('Preset')).toHaveValue('');
+  // The result before stays beside the new one: its figures, and on the map, until it is dismissed.
+  const compared = page.getByRole('region', { name: 'Before and after' });
+  await expect(compared).toContainText('Strategy: Joint → Scan to scan');
+  await expect(compared).toContainText(/Sharpness\s*[\d.]+\smm → [\d.]+\smm\s*[+−][\d.]+\smm/);
+  const both = await app.picture();
+  await compared.getByLabel('Before, in grey').uncheck();
+  await expect.poll(() => app.picture()).not.toBe(both);
   await page.getByRole('button', { name: 'Reset' }).click();
   expect((await app.stitched()).result.settings.strategy).toBe('joint');
   await expect(page.getByRole('button', { name: 'Reset' })).toBeDisabled();
+  await expect(compared).toContainText('Strategy: Scan to scan → Joint');
+  await compared.getByRole('button', { name: 'Back' }).click();
+  expect((await app.stitched()).result.settings.strategy).toBe('scan_to_scan');
+  await compared.getByRole('button', { name: /^Dismiss/ }).click();
+  await expect(compared).toBeHidden();
+  await page.getByRole('button', { name: 'Reset' }).click();
+  await app.stitched();
 
   // Radians in the engine.
   await app.setting('Search rotation').fill('20');
@@ -43,6 +57,11 @@ test('changed settings are kept in the address, and a link carries them', async 
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
   await expect.poll(() => new URL(page.url()).hash).toBe('#strategy=scan_to_map');
+  await context.grantPermissions(['clipboard-read', 'clipboard-write']);
+  await page.getByRole('button', { name: 'Export' }).click();
+  await page.getByRole('menuitem', { name: /^Copy link/ }).click();
+  await expect(page.getByRole('status')).toContainText('The link was copied');
+  expect(await page.evaluate(() => navigator.clipboard.readText())).toBe(page.url());
 
   const other = new ScanstitchPage(await context.newPage());
   const { result } = await other.open('./#strategy=scan_to_map&max_range=20&metric=nonsense&unknown=1');
@@ -54,6 +73,7 @@ test('changed settings are kept in the address, and a link carries them', async 
 test('settings in space are kept in the address, and a link carries them to the depth images', async ({ page }) => {
   await drawNothing(page);
   await page.goto('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
+  await page.locator('scanstitch-spatial').getByRole('button', { name: 'Settings' }).click();
   const effort = page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true });
   await effort.selectOption('quick');
   const linked = (name: string): string | null => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);

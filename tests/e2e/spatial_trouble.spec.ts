@@ -65,9 +65,9 @@ test('a colour image that the browser can no longer read is told, and its frame 
   const { result } = await spatial.stitched();
   expect(result.frames.map(({ status }) => status)).toEqual(Array(4).fill('good'));
   expect(result.notes.join('\n')).toMatch(
-    /depth\/3\.png: its colours are left out: .*rgb\/3\.png: The browser could not read this file; was it moved or deleted\?/,
+    /depth\/3\.png: its colours are left out: .*rgb\/3\.png: This file could not be read; was it moved or deleted\?/,
   );
-  await expect(page.getByText(/rgb\/3\.png: The browser could not read this file/)).toBeVisible();
+  await expect(page.getByText(/rgb\/3\.png: This file could not be read/)).toBeVisible();
 });
 
 test('a reference with another number of poses, or one that is not finite, is told, and the frames are placed without it', async ({

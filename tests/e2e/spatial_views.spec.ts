@@ -1,5 +1,6 @@
 /** The pure parts of the view in space, without a browser. */
 import { expect, test } from '@playwright/test';
+import { floorLines } from '../../www/src/spatial/floor.js';
 import { heightsOf, leveling, NORMAL_UNIT, spread, straightAzimuth } from '../../www/src/spatial/leveling.js';
 import { fitted, type Orbit, orbited, panned, STRAIGHT_DOWN, toScreen, zoomedAt } from '../../www/src/views/orbit.js';
 import { PointCloud } from '../../www/src/spatial/point-cloud.js';
@@ -98,6 +99,10 @@ test('the section opens the room: above the camera, below the ceiling', () => {
   expect(top).toBeCloseTo(1.1, 1);
   expect(section).toBeGreaterThan(0);
   expect(section).toBeLessThan(1);
+  // Outdoors trees and walls go on and on: nothing is cut away.
+  const outdoors: Vec3[] = points.map(([x, y, z], i) => [x, i % 3 === 0 ? y : 0.2 + ((i * 11) % 700) / 100, z]);
+  const open = heightsOf(outdoors, [[0, 0, 0]]);
+  expect(open.section).toBe(open.top);
   // A camera under the ceiling: the cut stays below that.
   expect(heightsOf(points, [[0, 1, 0]]).section).toBeLessThan(1);
 });
@@ -109,6 +114,15 @@ test('a plan that lies askew is turned straight, its long side across', () => {
   });
   expect(straightAzimuth(askew, true)).toBeCloseTo(0.4, 1);
   expect(straightAzimuth(askew, false)).toBeCloseTo(0.4 - Math.PI / 2, 1);
+});
+
+test('squares on the floor are a metre wide, ten where the map is large', () => {
+  const corners = (side: number): Vec3[] => [
+    [0, 0, 0],
+    [side, 2, side],
+  ];
+  expect(floorLines(corners(8), 0)).toEqual({ x0: -1, x1: 9, z0: -1, z1: 9, step: 1 });
+  expect(floorLines(corners(300), 0).step).toBe(10);
 });
 
 test('an extent leaves out the outermost hundredth on either side', () => {

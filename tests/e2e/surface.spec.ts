@@ -32,6 +32,8 @@ const ATTRIBUTES = [
   ['preset', 'preset', 'homework', 'homework'],
   ['settings', 'settings', 'max_iterations=41', 'max_iterations=41'],
   ['theme', 'theme', 'dark', 'dark'],
+  ['controls', 'controls', 'minimal', 'minimal'],
+  ['scene', 'scene', 'corridor', 'corridor'],
   ['offline', 'offline', true, ''],
   ['remember-settings', 'rememberSettings', true, ''],
 ] as const satisfies readonly (readonly [string, keyof ScanstitchAttributes, string | boolean, string])[];
@@ -103,7 +105,7 @@ test('every attribute is a property, in any order, before the element is defined
   }, ATTRIBUTES);
   const [written, values] = [ATTRIBUTES.map(([, , , text]) => text), ATTRIBUTES.map(([, , value]) => value)];
   const absent = [
-    ['', 'map', '', '', 'auto', false, false],
+    ['', 'map', '', '', 'auto', 'full', '', false, false],
     [false, false],
   ];
   expect(seen).toEqual([written, written, values, ...absent, written, values, ...absent]);
@@ -313,11 +315,11 @@ test.describe('bundled', () => {
             let now = $state(given);
             window.change = (next) => (now = next);
           </script>
-          {#snippet lesson({ src, view, preset, settings, theme, offline, rememberSettings, 'remember-settings': remember })}
+          {#snippet lesson({ src, view, preset, settings, theme, controls, scene, offline, rememberSettings, 'remember-settings': remember })}
             {#if rememberSettings === undefined}
-              <scanstitch-app {src} {view} {preset} {settings} {theme} {offline} remember-settings={remember} onscanstitch-done={done}></scanstitch-app>
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {offline} remember-settings={remember} onscanstitch-done={done}></scanstitch-app>
             {:else}
-              <scanstitch-app {src} {view} {preset} {settings} {theme} {offline} {rememberSettings} onscanstitch-done={done}></scanstitch-app>
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {offline} {rememberSettings} onscanstitch-done={done}></scanstitch-app>
             {/if}
           {/snippet}
           {@render lesson(now)}`,
@@ -347,7 +349,7 @@ test.describe('bundled', () => {
         const done = ({ detail }) => told.push(detail.result.frames.length);
         mount(document.querySelector('#here'), { ...given, [remember]: true }, done);
         window.changeAll = () =>
-          change({ src: '0.ply 1.ply 2.ply', view: 'map', theme: 'light', preset: '', settings: '', offline: false, [remember]: false });
+          change({ src: '0.ply 1.ply 2.ply', view: 'map', theme: 'light', controls: 'full', scene: '', preset: '', settings: '', offline: false, [remember]: false });
         if (late) requestAnimationFrame(() => import('scanstitch/element'));`;
       const bundled = await bundle(main, files, await plugins?.());
       const values = (): Promise<unknown[]> =>
@@ -367,7 +369,7 @@ test.describe('bundled', () => {
         await expect.poll(told).toContain(2);
         expect(await kept(page)).toEqual(['scanstitch-offline.js']);
         await page.evaluate(() => (window as unknown as { changeAll(): void }).changeAll());
-        await expect.poll(values).toEqual(['0.ply 1.ply 2.ply', 'map', '', '', 'light', false, false]);
+        await expect.poll(values).toEqual(['0.ply 1.ply 2.ply', 'map', '', '', 'light', 'full', '', false, false]);
         await expect.poll(told).toContain(3);
         await expect(page.locator('scanstitch-map')).toBeVisible();
       }

@@ -1,7 +1,8 @@
 /** The pure parts of the page, without a browser: numbers in, numbers and words out. */
 import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
-import { combine, type Dataset, type Intake } from '../../www/src/datasets/dataset.js';
+import type { Dataset } from '../../www/src/datasets/dataset.js';
+import { combine, type Intake } from '../../www/src/planar/take-in.js';
 import { compareNaturally } from '../../npm/base/natural_order.js';
 import {
   formatAngle,
@@ -14,7 +15,14 @@ import {
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
-import { fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
+import {
+  changeWords,
+  fromScreen,
+  parseSettings,
+  toScreen,
+  writeSettings,
+  zeroWord,
+} from '../../www/src/views/setting-fields.js';
 import { mapBounds } from '../../www/src/views/map-bounds.js';
 import { linearAxis } from '../../www/src/views/axes.js';
 import { drawSeries } from '../../www/src/views/figures.js';
@@ -31,6 +39,7 @@ import {
   type Turns,
   zoomedAt,
 } from '../../www/src/views/viewport.js';
+import { longestPairs } from '../../www/src/views/longest-pairs.js';
 import { certainPieces, pieceColors, uncertainLinks } from '../../www/src/views/pieces.js';
 import { cleaningWords, directionWords } from '../../www/src/views/words.js';
 
@@ -109,12 +118,14 @@ test('a map in pieces: the main one first, small ones together, links between pi
   const log = [...frames(1, 2), ...frames(0, 6, 'good'), ...frames(0, 1, 'lost'), ...frames(2, 9), ...frames(3, 1)];
   const pieces = certainPieces(log, false);
   expect(pieces.map(({ label, num_pieces, frames: { length } }) => [label, num_pieces, length])).toEqual([
-    ['Main piece', 1, 6],
-    ['Piece 2', 1, 9],
+    // By size, the engine's main piece among them; the numbers have no gap.
+    ['Main piece', 1, 9],
+    ['Piece of the first scan', 1, 6],
     ['2 small pieces', 2, 3],
   ]);
+  expect(pieces.map(({ exported }) => exported)).toEqual(['map_piece_2', 'map', '']);
   const colors = pieceColors(pieces, log.length, false);
-  expect(colors[2]).toEqual(pieces[0]?.color);
+  expect(colors[2]).toEqual(pieces[1]?.color);
   expect(colors[0]).toEqual(pieces[2]?.color);
   expect(new Set(colors.map(String)).size).toBe(3);
   const uncertain = uncertainLinks(log).flatMap((is_uncertain, frame) => (is_uncertain ? [frame] : []));
@@ -123,6 +134,17 @@ test('a map in pieces: the main one first, small ones together, links between pi
   const one = [...frames(0, 2, 'good'), ...frames(0, 1), ...frames(0, 2, 'good')];
   expect(uncertainLinks(one)).toEqual([false, false, true, false, false]);
   expect(certainPieces(one, false)).toEqual([]);
+});
+
+test('the longest tenth of the pairs, and its share of the squares', () => {
+  const pairs = Float32Array.from(
+    Array.from({ length: 20 }, (_, i) => [0, 0, 3 * (i < 2 ? 5 : 1), 4 * (i < 2 ? 5 : 1)]).flat(),
+  );
+  const { drawn, count, total, longest, median, share } = longestPairs(pairs);
+  expect([count, total, longest, median]).toEqual([2, 20, 25, 5]);
+  expect(share).toBeCloseTo((2 * 625) / (2 * 625 + 18 * 25), 9);
+  expect([...drawn]).toEqual([0, 0, 15, 20, 0, 0, 15, 20]);
+  expect(longestPairs(new Float32Array())).toMatchObject({ count: 0, total: 0, share: 0 });
 });
 
 test('lengths of the scale bar are round', () => {
@@ -205,7 +227,6 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const file = (name: string) => ({ name, bytes: new ArrayBuffer(0) });
   const intake = (...names: string[]): Intake => ({
     scans: names.map(file),
-    has_log: false,
     reference: null,
     odometry: null,
     notes: [],
@@ -213,7 +234,6 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const sample: Dataset = {
     title: 'Sample',
     origin: 'sample' as const,
-    is_log: false,
     scans: [file('s.ply')],
     reference: file('truth.tum'),
     odometry: null,
@@ -230,7 +250,7 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
   expect([compared.title, compared.origin, compared.reference?.name]).toEqual(['Sample', 'sample', 'mine.tum']);
 
-  const logged = combine(own, { ...intake('hall.log'), has_log: true }, true);
+  const logged = combine(own, { ...intake(), scans: [{ ...file('hall.log'), is_log: true }] }, true);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
   expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
   expect(combine(logged, intake('walk/2.ply'), true).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
@@ -261,6 +281,9 @@ test('settings go to the screen and back, and into an address and back', () => {
   expect(fromScreen(angle, '')).toBeNull();
   expect(fromScreen(angle, 'wide')).toBeNull();
   expect(fromScreen(count, '3.6')).toBe(4);
+  expect(zeroWord('Side of the voxels. 0: derived from the first cloud.')).toBe('auto');
+  expect(zeroWord('At most 3.0: no more. 0: all pairs.')).toBe('all');
+  expect(zeroWord('Between 0 and 1.')).toBeNull();
 
   const base = { turn: 0.5, count: 2, way: 'a' };
   const changed = parseSettings('turn=0.25&count=100&way=b&strange=1', base, [angle, count, way]);
@@ -268,6 +291,21 @@ test('settings go to the screen and back, and into an address and back', () => {
   expect(parseSettings('way=c&count=x', base, [angle, count, way])).toEqual(base);
   expect(parseSettings(writeSettings(changed, base), base, [angle, count, way])).toEqual(changed);
   expect(writeSettings(base, base)).toBe('');
+  const fields = [
+    { ...angle, label: 'Turn' },
+    {
+      ...way,
+      label: 'Way',
+      kind: {
+        ...way.kind,
+        choices: [
+          { value: 'a', label: 'First' },
+          { value: 'b', label: 'Second' },
+        ],
+      },
+    },
+  ];
+  expect(changeWords(fields, base, changed)).toEqual(['Turn: 28.6479° → 14.3239°', 'Way: First → Second']);
 });
 
 test('numbers are written as people read them', () => {

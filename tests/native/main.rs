@@ -39,4 +39,5 @@ mod search;
 mod spatial_loops;
 mod spatial_reconstruction;
 mod strategies;
+mod surface;
 mod trajectory;

@@ -1,14 +1,17 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
-import { messageOf } from './engine/message-of.js';
+import { isRun, isViewName, Navigation, type ViewName, VIEWS } from './app/navigation.js';
+import { Workspace } from './app/workspace.js';
 import { appHeader } from './components/app-header.js';
-import { activity_styles, app_styles } from './components/app-styles.js';
+import { type Controls, CONTROLS } from './components/controls.js';
+import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './components/folds.js';
+import { app_styles } from './components/app-styles.js';
+import { activity_styles } from './components/run-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
-import { FileIntake } from './components/file-intake.js';
 import { Handover } from './components/handover.js';
-import { fromHost, HostApi } from './components/host-api.js';
+import { HostApi } from './components/host-api.js';
 import {
   accessorsOf,
   isNothing,
@@ -19,38 +22,22 @@ import {
 } from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
 import { icon } from './components/icons.js';
-import { OPEN_ITEMS } from './components/open-menu.js';
+import { openItems } from './components/open-menu.js';
 import { PageParts } from './components/page-parts.js';
-import { RunCrossing } from './components/run-crossing.js';
-import { activityBox } from './components/run-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
+import { activityBox } from './components/run-parts.js';
 import { drop_styles, shared, tokens } from './components/theme.js';
-import type { Note } from './datasets/note.js';
-import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
-import type { SpatialFiles } from './datasets/spatial-files.js';
 import type { Run, Tool, View } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
+import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
+import type { Note } from './datasets/note.js';
+import { fetchSample } from './datasets/remote.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
-import { ViewHistory } from './components/view-history.js';
 import { ownerOf } from './views/settings-link.js';
 import type { ScanstitchElement } from '../../package/element.js';
 
-const fetchApartment = async (): Promise<SpatialFiles> => (await import('./datasets/apartment.js')).fetchApartment();
-
-/** Names of the views in the attribute `view`. */
-const VIEWS = { map: null, bev: 'bev', icp: 'icp', evaluate: 'evaluation', strategies: 'strategies' } as const;
-type ViewName = ScanstitchElement['view'];
-const isViewName = (name: string): name is ViewName => Object.hasOwn(VIEWS, name);
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
-
-/** The view that the page's address is of. */
-function viewOfAddress(): View {
-  const owner = ownerOf(location.hash);
-  return owner === 'planar' || owner === 'spatial' ? owner : VIEWS[owner];
-}
-
-const isRun = (view: View): view is Run => view === 'planar' || view === 'spatial';
 
 /** The element whose settings and views the page's address holds: one of a page. */
 let address_owner: ScanstitchApp | null = null;
@@ -69,70 +56,45 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('')) preset!: string;
   @property(text('map')) view!: ViewName;
   @property(text('auto')) theme!: ScanstitchElement['theme'];
+  @property(text('full')) controls!: Controls;
+  @property(text('')) scene!: string;
   @property(text_or_switch) offline!: boolean | string;
   @property({ ...on_or_off, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
-  @state() private shown: View = 'planar';
-  /** The run that is shown, or lies behind a view beside it. */
-  @state() private run_kind: Run = 'planar';
-  /** Views that were shown once stay, hidden, with all they hold. */
-  @state() private opened: ReadonlySet<View> = new Set<View>(['planar']);
-  /** What was dropped on the strategies: it is compared as soon as its first frames are on the map. */
-  private is_to_compare = false;
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
   @query('.app') private frame!: HTMLElement | null;
   @query('#pick-files') private file_input!: HTMLInputElement;
   @query('#pick-folder') private folder_input!: HTMLInputElement;
 
+  /** The panels around the map that are unfolded. */
+  @state() private folds = NONE_OPEN;
   private appearance = new Appearance(this, () => this.frame);
   private parts = new PageParts({
     report: (text, remedy, retry) => this.api.report(text, remedy, retry),
     reload: () => (this.owns_address ? () => location.reload() : null),
   });
-  /** Between a planar run and one in space. */
-  private crossing = new RunCrossing(this);
-  private intake = new FileIntake(this, {
-    present: () => this.run_kind,
+  private workspace = new Workspace(this, {
+    view: (run) => this.runOf(run),
+    show: (run) => this.showRun(run),
+    bring: (run) => this.navigation.show(run),
     loaded: (loading) => this.parts.loaded(loading),
-    show: async (files, requested_at, is_new, given) => {
-      const before = this.runView();
-      if (is_new) {
-        const kind = 'spatial' in files ? 'spatial' : 'planar';
-        this.crossing.cross(this.run_kind, kind, before?.is_own ? before.facts.title : null);
-      }
-      if ('spatial' in files) {
-        const is_to_compare = this.comparing();
-        const spatial = await this.showSpatial();
-        const set = given && (await fromHost()).givenSpatial(given, files.spatial);
-        const adding = set
-          ? spatial?.openGiven(Promise.resolve(set), requested_at)
-          : spatial?.add(files.spatial, requested_at, is_new);
-        this.is_to_compare = is_to_compare();
-        await adding;
-        return;
-      }
-      const set = given && (await (await fromHost()).givenDataset(given, files.planar));
-      this.showRun('planar');
-      if (set) this.planar.openGiven(set.dataset, set.notes);
-      else await this.planar.add(files.planar, requested_at, is_new);
-    },
   });
-  private api = new HostApi(this, {
+  private api = new HostApi(this, this.workspace, {
     run: () => this.runView(),
-    runs: () => this.runViews(),
-    forget: () => {
-      this.expecting?.abort();
-      this.intake.forget();
-    },
-    take: (files, requested_at, given) => this.intake.take(files, requested_at, [], given),
-    openSample: () => this.openSample(),
-    openApartment: () => this.openApartment(),
+    runs: () => [this.planar, this.spatial].filter((run) => run !== null),
   });
-
   private handover = new Handover(this, { run: () => this.runView(), spatial: () => this.spatial });
-  /** Says that what is done in expectation of files is over. Null before any are expected. */
-  private expecting: AbortController | null = null;
+  private navigation = new Navigation(this, {
+    workspace: this.workspace,
+    handover: this.handover,
+    parts: this.parts,
+    owns_address: () => this.owns_address,
+    wanted: () => (isViewName(this.view) ? this.view : 'map'),
+    is_sample_due: () => this.src === 'sample' && this.source_of !== 'map' && !this.runView()?.facts.title,
+    dropped: () => (this.spatial?.facts.result ? this.spatial : null),
+    writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
+  });
   /** The view that `src` is for. */
   private source_of: 'map' | 'bev' | 'icp' = 'map';
 
@@ -145,25 +107,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.parts.attend(async () => this.take(await dropped, dropped_at, unreadable));
     },
     (transfer) => {
-      if (mayBeDepthImages(transfer)) void this.expectFiles();
+      if (mayBeDepthImages(transfer)) void this.workspace.expectFiles();
     },
   );
-  /** The view that the page's address asked for, in place of the host's: what is opened is shown instead of it. */
-  private address_view: ViewName | null = null;
-  /** Views that were asked for: one that is loaded only after another was asked for is not shown. */
-  private num_asked = 0;
-  private view_history = new ViewHistory(this, {
-    is_own_page: () => this.owns_address,
-    show: (view) => {
-      const named = view ? (view as View) : viewOfAddress();
-      if (view === '' && !isRun(named) && !this.opened.has(named)) {
-        this.view_history.mark(named); // the address was changed on the open page
-        return void this.follow(named);
-      }
-      this.askForView();
-      this.bring(this.opened.has(named) ? named : 'planar');
-    },
-  });
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -172,7 +118,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.expecting?.abort();
     if (address_owner === this) address_owner = null;
   }
 
@@ -186,39 +131,40 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('rememberSettings')) this.claimAddress();
-    if (!this.hasUpdated && this.owns_address) {
-      const owner = ownerOf(location.hash);
-      if (isViewName(owner)) this.address_view = owner;
-    }
-    const names = ['settings', 'preset', 'theme', 'view'] as const;
+    if (!this.hasUpdated && this.rememberSettings) this.folds = rememberedFolds();
+    if (!this.hasUpdated && this.owns_address) this.navigation.readAddress();
+    const names = ['settings', 'preset', 'theme', 'view', 'controls'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
-    if (changed.get('view') !== undefined) this.address_view = null;
+    if (changed.get('view') !== undefined) this.navigation.address_view = null;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
+    }
+    if (changed.has('controls') && !CONTROLS.includes(this.controls)) {
+      this.api.refuse([`“${String(this.controls)}” is not a value of controls: ${CONTROLS.join(', ')}`]);
     }
     if (changed.has('view') && !isViewName(this.view)) {
       this.api.refuse([`“${String(this.view)}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
     }
-    const { wanted_view } = this;
+    const { wanted } = this.navigation;
     if (!this.hasUpdated || changed.has('src')) {
-      this.source_of = wanted_view === 'bev' || wanted_view === 'icp' ? wanted_view : 'map';
+      this.source_of = wanted === 'bev' || wanted === 'icp' ? wanted : 'map';
     }
   }
 
   protected override firstUpdated(): void {
-    if (this.wanted_view !== 'map') this.openView();
+    if (this.navigation.wanted !== 'map') this.navigation.openWanted();
     const is_in_space = this.owns_address && ownerOf(location.hash) === 'spatial';
-    if (this.source_of !== 'map' || isNothing(this.src)) this.planar.clear();
+    if (this.source_of !== 'map' || isNothing(this.src)) this.planar.session.clear();
     else if (this.src !== 'sample') this.openSource(this.src);
     else if (is_in_space) this.openSource('apartment');
-    else this.planar.openSample();
+    else void this.planar.session.openGiven(fetchSample());
   }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('offline')) void this.keep(this.offline);
+    if (changed.has('offline')) void this.api.keepOffline(this.offline);
     // Undefined before: it is what the element begins with.
     if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource(this.src);
-    if (changed.get('view') !== undefined) this.openView();
+    if (changed.get('view') !== undefined) this.navigation.openWanted();
   }
 
   // For the host page; documented in package/element.ts.
@@ -248,11 +194,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this.api.openSource(src).catch(() => undefined);
   }
 
-  private openSample(): void {
-    this.showRun('planar');
-    this.planar.openSample();
-  }
-
   private get owns_address(): boolean {
     return this.rememberSettings && address_owner === this;
   }
@@ -262,45 +203,35 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     else if (address_owner === this) address_owner = null;
   }
 
-  /** The view to begin with, and to return to what is opened for. */
-  private get wanted_view(): ViewName {
-    return this.address_view ?? (isViewName(this.view) ? this.view : 'map');
-  }
-
-  /** Shows the view of the attribute `view`. */
-  private openView(): void {
-    const view = VIEWS[this.wanted_view];
-    this.askForView();
-    if (view === null) this.show(this.run_kind);
-    else if (view !== this.shown) this.parts.attend(() => this.go(view));
-  }
-
   protected override render(): TemplateResult {
-    const { drop_target } = this;
+    const { drop_target, workspace } = this;
+    const { layout, is_low, type_scale } = this.appearance;
     return html`
       <div
-        class="app ${this.appearance.layout}"
+        class="app ${layout} ${is_low ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
+        style="--px: ${type_scale}px"
         @dragenter=${drop_target.enter}
         @dragover=${drop_target.over}
         @dragleave=${drop_target.leave}
         @drop=${drop_target.drop}
       >
-        ${this.renderHeader()}
+        ${this.controls_shown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages
+          strip
           .messages=${this.api.notices}
           @messages-dismissed=${() => this.api.dismiss()}
         ></scanstitch-messages>
         ${
-          this.api.source.activity === null
+          workspace.activity === null
             ? nothing
-            : activityBox(this.api.source.activity, this.api.source.progress, 'Stop', () => this.cancel())
+            : activityBox(workspace.activity, workspace.progress, 'Stop', () => this.cancel())
         }
         ${
-          this.intake.bag && isRun(this.shown)
+          workspace.bag && isRun(this.navigation.shown)
             ? html`<scanstitch-topics
-                .bag=${this.intake.bag}
-                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.parts.attend(() => this.intake.choose(detail))}
-                @topics-cancelled=${() => this.intake.cancel()}
+                .bag=${workspace.bag}
+                @topics-chosen=${({ detail }: CustomEvent<Wishes>) => this.parts.attend(() => workspace.choose(detail))}
+                @topics-cancelled=${() => workspace.cancel()}
               ></scanstitch-topics>`
             : nothing
         }
@@ -331,16 +262,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const onFacts = (): void => {
       this.requestUpdate();
       this.parts.attend(() => this.handover.follow());
-      this.parts.attend(() => this.compareDropped());
+      this.parts.attend(() => this.navigation.compareDropped());
     };
     const drawn = (view: View, template: () => TemplateResult): TemplateResult | typeof nothing =>
-      this.opened.has(view) ? template() : nothing;
+      this.navigation.opened.has(view) ? template() : nothing;
     return html`<div
       class="views"
       @facts-changed=${onFacts}
-      @run-exchanged=${() => this.intake.exchange()}
       @files-wanted=${({ detail }: CustomEvent<string>) => this.choose(detail)}
-      @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.lookInside(detail))}
+      @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.navigation.lookInside(detail))}
+      @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
       ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
@@ -351,7 +282,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderEvaluation(): TemplateResult {
     return html`<scanstitch-evaluate
-      ?hidden=${this.shown !== 'evaluation'}
+      ?hidden=${this.navigation.shown !== 'evaluation'}
       ?dark=${this.isDark()}
       .given=${this.handover.evaluated}
     ></scanstitch-evaluate>`;
@@ -359,7 +290,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderStrategies(): TemplateResult {
     return html`<scanstitch-strategies
-      ?hidden=${this.shown !== 'strategies'}
+      ?hidden=${this.navigation.shown !== 'strategies'}
       ?dark=${this.isDark()}
       .given=${this.handover.compared}
     ></scanstitch-strategies>`;
@@ -367,17 +298,18 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderLab(): TemplateResult {
     return html`<scanstitch-lab
-      ?hidden=${this.shown !== 'icp'}
+      ?hidden=${this.navigation.shown !== 'icp'}
       ?dark=${this.isDark()}
       .given=${this.handover.looked_into}
       src=${this.sourceOf('icp')}
-      ?remember-link=${this.owns_address && this.shown === 'icp'}
+      example=${this.scene}
+      ?remember-link=${this.owns_address && this.navigation.shown === 'icp'}
     ></scanstitch-lab>`;
   }
 
   private renderBev(): TemplateResult {
     return html`<scanstitch-bev
-      ?hidden=${this.shown !== 'bev'}
+      ?hidden=${this.navigation.shown !== 'bev'}
       ?dark=${this.isDark()}
       src=${this.sourceOf('bev')}
       ?without-sample=${this.source_of === 'bev' && this.src !== 'sample'}
@@ -387,12 +319,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderPlanar(): TemplateResult {
     return html`<scanstitch-planar
-      ?hidden=${this.shown !== 'planar'}
+      ?hidden=${this.navigation.shown !== 'planar'}
       .initial_settings=${this.settings}
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
-      .elsewhere=${this.crossing.elsewhere('planar')}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
+      .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
     ></scanstitch-planar>`;
@@ -400,12 +336,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   private renderSpatial(): TemplateResult {
     return html`<scanstitch-spatial
-      ?hidden=${this.shown !== 'spatial'}
+      ?hidden=${this.navigation.shown !== 'spatial'}
       .initial_settings=${this.settings}
       .preset=${this.preset}
       .remember_settings=${this.owns_address}
       .layout=${this.appearance.layout}
-      .elsewhere=${this.crossing.elsewhere('spatial')}
+      .is_low=${this.appearance.is_low}
+      .controls=${this.controls_shown}
+      .folds=${this.folds}
+      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
+      .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
     ></scanstitch-spatial>`;
@@ -419,196 +359,55 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private renderHeader(): TemplateResult {
     const run = this.runView();
     return appHeader({
-      view: this.shown,
-      run: this.run_kind,
+      view: this.navigation.shown,
+      run: this.workspace.run,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
-      open_items: OPEN_ITEMS,
+      open_items: openItems(isNothing(this.src) || this.source_of !== 'map' ? '' : this.src),
       layout: this.appearance.layout,
       is_dark: this.isDark(),
-      go: (tool) => this.parts.attend(() => this.go(tool)),
+      full_screen: this.appearance.full_screen,
+      go: (tool) => this.parts.attend(() => this.navigation.go(tool)),
       open: (id) => this.choose(id),
-      expectFiles: () => void this.expectFiles(),
+      expectFiles: () => void this.workspace.expectFiles(),
       runExport: (id) => void run?.runExport(id),
       removeReference: () => run?.removeReference(),
+      toggleFullScreen: () => this.choose('full-screen'),
       toggleTheme: () => {
         this.theme = this.isDark() ? 'light' : 'dark';
       },
     });
   }
 
-  /** Opens the tool that the address names; the lab takes what it shows from the address as well. */
-  private async follow(tool: Exclude<Tool, 'map'>): Promise<void> {
-    if (tool !== 'icp' || location.hash === '#icp') return this.go(tool);
-    const own = this.askForView();
-    await this.parts.loaded(import('./lab/lab-view.js'));
-    if (own === this.num_asked) this.show('icp');
-  }
-
-  private async go(tool: Tool): Promise<void> {
-    if (tool === 'icp') return this.lookInside(null);
-    const own = this.askForView();
-    switch (tool) {
-      case 'map':
-        return this.goToRun();
-      case 'evaluation':
-        await this.parts.loaded(import('./evaluate/evaluate-view.js'));
-        await this.handover.openEvaluation();
-        break;
-      case 'strategies':
-        await this.parts.loaded(import('./strategies/strategies-view.js'));
-        this.handover.openStrategies();
-        break;
-      case 'bev':
-        await this.parts.loaded(import('./bev/bev-view.js'));
-    }
-    if (own === this.num_asked) this.show(tool);
-  }
-
-  /** Returns to the strategies with the files that were dropped there, unless a message about them is shown on the map. */
-  private async compareDropped(): Promise<void> {
-    if (!this.is_to_compare || !this.spatial?.facts.result) return;
-    this.is_to_compare = false;
-    const is_left_for_it = this.shown === 'spatial' && !this.spatial.has_messages;
-    if (is_left_for_it || this.shown === 'strategies') await this.go('strategies');
-  }
-
-  /** Keeps the page for use offline, if the host asks for it. */
-  private async keep(offline: boolean | string): Promise<void> {
-    if (offline === false) return;
-    try {
-      const { keepForOffline } = await import('./components/offline.js');
-      await keepForOffline(offline === true ? 'scanstitch-offline.js' : offline);
-    } catch (error) {
-      this.api.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
-    }
+  private runOf(run: Run): ScanstitchPlanar | ScanstitchSpatial | null {
+    return run === 'planar' ? this.planar : this.spatial;
   }
 
   private runView(): ScanstitchPlanar | ScanstitchSpatial | null {
-    return this.run_kind === 'planar' ? this.planar : this.spatial;
+    return this.runOf(this.workspace.run);
   }
 
-  /** Of both kinds, shown or not. */
-  private runViews(): (ScanstitchPlanar | ScanstitchSpatial)[] {
-    return [this.planar, this.spatial].filter((run) => run !== null);
-  }
-
-  /** Someone asks for a view: its number. What was dropped on the strategies does not bring them back any more. */
-  private askForView(): number {
-    this.is_to_compare = false;
-    return ++this.num_asked;
-  }
-
-  /** Tells later whether the strategies, if they are shown now, were left for what is opened only. */
-  private comparing(): () => boolean {
-    const [is_shown, own] = [this.shown === 'strategies', this.num_asked];
-    return () => is_shown && own === this.num_asked;
-  }
-
-  private show(view: View): void {
-    if (view !== this.shown) this.view_history.push(view);
-    this.bring(view);
-  }
-
-  /** Shows the run that has something new; a view beside it that the host has asked for stays. */
-  private showRun(run: Run): void {
-    const aside = this.address_view ? null : VIEWS[this.wanted_view];
-    if (aside === null || this.shown !== aside) return this.show(run);
-    this.opened = new Set([...this.opened, run]);
-    this.run_kind = run;
-  }
-
-  private bring(view: View): void {
-    this.opened = new Set([...this.opened, view]);
-    this.shown = view;
-    if (isRun(view)) this.run_kind = view;
-    // The address names a view beside the run, or holds what that wrote there, for as long as that is shown.
-    const named = viewOfAddress();
-    if (!isRun(named) && named !== view) (this.runView() ?? this.planar).writeAddress();
-  }
-
-  /** The registration of a scan or frame; null: of the selected one to the one before. */
-  private async lookInside(frame: number | null): Promise<void> {
-    const own = this.askForView();
-    await this.parts.loaded(import('./lab/lab-view.js'));
-    if (this.hasUpdated) await this.handover.openLab(frame);
-    if (own === this.num_asked) this.show('icp');
-  }
-
-  /** The map; where the page began with another view, that of the sample. */
-  private goToRun(): void {
-    this.show(this.run_kind);
-    const is_due = this.src === 'sample' && this.source_of !== 'map' && !this.runView()?.facts.title;
-    if (is_due) this.planar.openSample();
-  }
-
-  /** Someone is about to choose files, or drags some over the page that may be depth images. */
-  private async expectFiles(): Promise<void> {
-    if (this.expecting || this.opened.has('spatial')) return;
-    this.expecting = new AbortController();
-    const { signal } = this.expecting;
-    try {
-      const [{ warmUp }] = await Promise.all([import('./datasets/warm-up.js'), import('./spatial/spatial-view.js')]);
-      if (!signal.aborted) await warmUp(signal);
-    } catch {
-      // A failure is ignored here: the part is loaded again when it is needed, with a message if that fails.
-    }
+  private async showRun(run: Run): Promise<ScanstitchPlanar | ScanstitchSpatial | null> {
+    if (run === 'spatial') await this.parts.loaded(import('./spatial/spatial-view.js'));
+    this.navigation.showRun(run);
+    await this.updateComplete;
+    return this.runOf(run);
   }
 
   private choose(id: string): void {
-    if (id.startsWith('view:')) {
-      this.parts.attend(() => this.go(id.slice('view:'.length) as Tool));
-      return;
-    }
-    if (id === 'other-run') {
-      this.crossBack();
-      return;
-    }
-    if (id !== 'files' && id !== 'folder') {
-      this.crossing.forget();
-      this.expecting?.abort();
-      this.api.source.cancel();
-      this.intake.forget();
-    }
-    if (id === 'files') this.file_input.click();
+    const { parts, workspace } = this;
+    if (id.startsWith('view:')) parts.attend(() => this.navigation.go(id.slice('view:'.length) as Tool));
+    else if (id === 'full-screen') parts.attend(() => this.appearance.toggleFullScreen());
+    else if (id === 'page') this.openSource(this.src);
+    else if (id === 'files') this.file_input.click();
     else if (id === 'folder') this.folder_input.click();
-    else if (id === 'apartment') this.parts.attend(() => this.openApartment());
-    else if (id === 'clear') this.runViews().forEach((run) => run.clear());
-    else this.openSample();
+    else if (id === 'clear') workspace.clear();
+    else parts.attend(() => (id === 'apartment' ? workspace.openApartment() : workspace.openSample()));
   }
 
-  /** Planar scans go to one view, depth images and clouds to the other, by themselves. */
   private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
-    if (files.length === 0) {
-      for (const { file, reason } of notes) this.runView()?.report(`${file}: ${reason}`, 'Drop it again');
-      return;
-    }
-    this.expecting?.abort();
-    await this.intake.take(files, requested_at, notes);
-  }
-
-  private async openApartment(): Promise<void> {
-    const requested_at = performance.now();
-    const is_to_compare = this.comparing();
-    const spatial = await this.showSpatial();
-    const opening = spatial?.openGiven(fetchApartment(), requested_at);
-    this.is_to_compare = is_to_compare();
-    await opening;
-  }
-
-  private async showSpatial(): Promise<ScanstitchSpatial | null> {
-    await this.parts.loaded(import('./spatial/spatial-view.js'));
-    this.showRun('spatial');
-    await this.updateComplete;
-    return this.spatial;
-  }
-
-  /** Back to the run of the other kind, and forth again. */
-  private crossBack(): void {
-    const run = this.crossing.crossBack(this.runView()?.facts.title ?? '');
-    if (!run) return;
-    this.show(run);
-    this.intake.exchange();
+    if (files.length > 0) return this.workspace.take(files, { requested_at, notes });
+    for (const { file, reason } of notes) this.runView()?.session.report(`${file}: ${reason}`, 'Drop it again');
   }
 
   private onPicked({ target }: Event): void {
@@ -617,6 +416,16 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     input.value = ''; // so that picking the same files again is a change
     const requested_at = performance.now();
     this.parts.attend(() => this.take(files, requested_at, []));
+  }
+
+  /** What stands around the map; a value that is none is refused, and all of it is there. */
+  private get controls_shown(): Controls {
+    return CONTROLS.includes(this.controls) ? this.controls : 'full';
+  }
+
+  private fold(change: FoldChange): void {
+    this.folds = changedFolds(this.folds, change);
+    if (change.is_lasting && this.rememberSettings) rememberFolds(this.folds);
   }
 
   private isDark(): boolean {

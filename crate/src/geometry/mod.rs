@@ -11,7 +11,9 @@ pub(crate) mod pose_distance;
 pub(crate) mod quantile;
 pub(crate) mod rotation;
 pub(crate) mod scalar;
+pub(crate) mod triangle_mesh;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;
 pub use pose::{Embedding, Pose2, Pose3, RigidMotion};
+pub use triangle_mesh::TriangleMesh;

@@ -247,17 +247,24 @@ fn add<M: GraphMotion>(
     let T_from_to = poses[edge.from].inverse() * poses[edge.to];
     let off = edge.T_from_to.inverse() * T_from_to;
     let J_to = off.residual_jacobian();
-    let J_from = -(J_to * T_from_to.inverse().adjoint());
+    let J_from = -product(&J_to, &T_from_to.inverse().adjoint());
     let weighted = edge.information.apply(&off.residual());
     let ends = [(edge.from, J_from), (edge.to, J_to)].map(|(node, J)| (variables.of_node[node], J));
     for (variable, J) in ends {
         let Some(variable) = variable else { continue };
         b[variable] += J.tr_apply(&weighted);
-        H.add(variable, variable, &J.tr_mul(&(edge.information * J)));
+        H.add(variable, variable, &product(&J.transpose(), &product(&edge.information, &J)));
     }
     if let [(Some(from), J_from), (Some(to), J_to)] = ends {
-        H.add(from, to, &J_from.tr_mul(&(edge.information * J_to)));
+        H.add(from, to, &product(&J_from.transpose(), &product(&edge.information, &J_to)));
     }
+}
+
+/// `a b`: nalgebra multiplies matrices of six rows by code for large ones, which takes several times as long.
+fn product<B: SquareMatrix>(a: &B, b: &B) -> B {
+    let mut negative = B::zeros();
+    negative.subtract_product(a, &b.transpose());
+    -negative
 }
 
 #[cfg(test)]

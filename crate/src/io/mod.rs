@@ -21,6 +21,7 @@ pub mod color_image;
 pub mod depth_image;
 pub mod intrinsics;
 pub mod laser_log;
+pub mod mesh;
 mod message_table;
 mod netpbm;
 pub mod pcd;

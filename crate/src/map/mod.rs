@@ -1,7 +1,7 @@
 //! Maps: frames with poses in; a registration target for the next frame, or the resulting map, out.
 //!
 //! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
-//! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`].
+//! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`], [`surface`] (triangles).
 //!
 //! Read `local` first: the others do in space what it does in the plane.
 
@@ -10,6 +10,7 @@ pub(crate) mod keyframes;
 pub(crate) mod local;
 pub mod occupancy_grid;
 pub mod picture;
+pub mod surface;
 pub(crate) mod surfel;
 pub mod voxel;
 

@@ -58,6 +58,7 @@ pub mod spatial;
 pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
+pub mod surface;
 
 pub use assumptions::{Assumption, ReadingSetting, Suggestion, UsualValue};
 pub use planar::Reconstruction;

@@ -37,6 +37,12 @@ impl DepthModel {
         (value > 0 && depth >= self.min_range && depth <= self.max_range).then_some(depth)
     }
 
+    /// Standard deviation of a depth (m).
+    #[inline]
+    pub(crate) fn deviation(&self, depth: f32) -> f32 {
+        (self.variance(f64::from(depth)) as f32).sqrt()
+    }
+
     /// Variance of a depth: uniform within a step, and the camera's noise.
     fn variance(&self, depth: f64) -> f64 {
         self.step * self.step / 12.0 + (self.square_noise * depth * depth).powi(2) + MIN_NOISE * MIN_NOISE

@@ -8,8 +8,8 @@ use crate::camera::pinhole::RayTable;
 use crate::camera::{ColorImage, DepthImage, Pinhole, Surfel, SurfelImage};
 use crate::geometry::PointCloud;
 
-/// Every second pixel of every second row with its depth, colour and normal, small enough to be kept for every frame of a
-/// long recording.
+/// Pixels with their depth, colour and normal: for the map every second one of every second row, small enough to be kept for every
+/// frame of a long recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapImage {
     /// The camera that sees these pixels.
@@ -24,7 +24,7 @@ pub struct MapImage {
     pub colors: Option<Vec<[u8; 3]>>,
 }
 
-/// Stride of the pixels that are kept.
+/// Stride of the pixels that are kept for the map.
 const STRIDE: usize = 2;
 /// The finest unit of kept depths (m), far below the resolution of depth cameras.
 const FINEST_UNIT: f64 = 2.5e-4;
@@ -33,7 +33,7 @@ const FINEST_UNIT: f64 = 2.5e-4;
 const MIN_MIXED_STEP: f64 = 0.03;
 
 impl MapImage {
-    /// From a depth image, its surfaces and its colours (of the same size). Where the pixel's cell is a surface that
+    /// For the map, from a depth image, its surfaces and its colours (of the same size). Where the pixel's cell is a surface that
     /// passes through it within the noise, the depth is the surface's.
     pub fn new(
         image: &DepthImage,
@@ -42,15 +42,29 @@ impl MapImage {
         model: &DepthModel,
         colors: Option<&ColorImage>,
     ) -> Self {
+        Self::with_stride(STRIDE, true, image, usable, surfels, model, colors)
+    }
+
+    /// The same of every pixel whose row and column are multiples of `stride`; where `is_smoothed` is false, the depth is the pixel's
+    /// own.
+    pub(crate) fn with_stride(
+        stride: usize,
+        is_smoothed: bool,
+        image: &DepthImage,
+        usable: &[bool],
+        surfels: &SurfelImage,
+        model: &DepthModel,
+        colors: Option<&ColorImage>,
+    ) -> Self {
         let full = Pinhole { width: image.width, height: image.height, ..surfels.camera };
-        let camera = thinned_camera(&full, 0, 0);
+        let camera = thinned_camera(&full, stride, 0, 0);
         let Pinhole { width, height, .. } = camera;
         let unit = FINEST_UNIT.max(model.max_range * 1.01 / f64::from(u16::MAX));
         let (a_metre, table) = (1.0 / unit, DepthTable::new(image, model));
         let planes: Vec<Option<Plane>> = surfels.cells.iter().map(|surfel| surfel.as_ref().map(Plane::of)).collect();
         let rays = full.ray_table();
         let (mut depths, mut normals) = (vec![0; width * height], vec![[0; 3]; width * height]);
-        for (row, v) in (0..image.height).step_by(STRIDE).enumerate() {
+        for (row, v) in (0..image.height).step_by(stride).enumerate() {
             let start = v * image.width;
             let (values, usable_here) = (&image.values[start..][..image.width], &usable[start..][..image.width]);
             let cell_row = v / surfels.cell_size;
@@ -58,7 +72,7 @@ impl MapImage {
                 if cell_row < surfels.rows { &planes[cell_row * surfels.columns..][..surfels.columns] } else { &[] };
             let kept = depths[row * width..][..width].iter_mut().zip(&mut normals[row * width..][..width]);
             for (column, (kept_depth, kept_normal)) in kept.enumerate() {
-                let u = column * STRIDE;
+                let u = column * stride;
                 let z = if usable_here[u] { table.of(values[u]) } else { 0.0 };
                 if z == 0.0 || table.is_mixed(image, usable, u, v) {
                     continue;
@@ -66,7 +80,8 @@ impl MapImage {
                 let on_surface = planes.get(u / surfels.cell_size).and_then(Option::as_ref).and_then(|plane| {
                     let on_plane = plane.depth(rays.x[u], rays.y[v]);
                     let noise = 0.6 * model.step + 2.0 * model.square_noise * z * z;
-                    ((on_plane - z).abs() < noise).then_some((on_plane, plane.rounded_normal))
+                    let depth = if is_smoothed { on_plane } else { z };
+                    ((on_plane - z).abs() < noise).then_some((depth, plane.rounded_normal))
                 });
                 let (z, normal) = on_surface.unwrap_or((z, [0; 3]));
                 // Rounded half up, for depths are positive. Converted as signed integers, which takes fewer instructions.
@@ -75,8 +90,8 @@ impl MapImage {
             }
         }
         let colors = colors.map(|colors| {
-            let rows = colors.pixels.chunks_exact(colors.width.max(1)).step_by(STRIDE);
-            rows.flat_map(|row| row.iter().step_by(STRIDE).copied()).collect()
+            let rows = colors.pixels.chunks_exact(colors.width.max(1)).step_by(stride);
+            rows.flat_map(|row| row.iter().step_by(stride).copied()).collect()
         });
         Self { camera, unit: unit as f32, depths, normals, colors }
     }
@@ -88,7 +103,7 @@ impl MapImage {
         let every_second = |first: usize, count: usize| (first..count).step_by(STRIDE);
         let kept = || every_second(top, height).flat_map(|v| every_second(left, width).map(move |u| v * width + u));
         Self {
-            camera: thinned_camera(&self.camera, left, top),
+            camera: thinned_camera(&self.camera, STRIDE, left, top),
             unit: self.unit,
             depths: kept().map(|index| self.depths[index]).collect(),
             normals: kept().map(|index| self.normals[index]).collect(),
@@ -130,16 +145,16 @@ impl MapImage {
     }
 }
 
-/// The camera whose image has every second pixel of every second row of `camera`'s, from pixel (`left`, `top`) on.
-fn thinned_camera(camera: &Pinhole, left: usize, top: usize) -> Pinhole {
-    let stride = STRIDE as f64;
+/// The camera whose image has the pixels of `camera`'s from (`left`, `top`) on in steps of `stride`.
+fn thinned_camera(camera: &Pinhole, stride: usize, left: usize, top: usize) -> Pinhole {
+    let step = stride as f64;
     Pinhole {
-        width: camera.width.saturating_sub(left).div_ceil(STRIDE),
-        height: camera.height.saturating_sub(top).div_ceil(STRIDE),
-        fx: camera.fx / stride,
-        fy: camera.fy / stride,
-        cx: (camera.cx - left as f64) / stride,
-        cy: (camera.cy - top as f64) / stride,
+        width: camera.width.saturating_sub(left).div_ceil(stride),
+        height: camera.height.saturating_sub(top).div_ceil(stride),
+        fx: camera.fx / step,
+        fy: camera.fy / step,
+        cx: (camera.cx - left as f64) / step,
+        cy: (camera.cy - top as f64) / step,
     }
 }
 

@@ -42,6 +42,8 @@ mod pose_graph;
 mod spatial;
 #[cfg(feature = "full")]
 mod strategies;
+#[cfg(feature = "full")]
+mod surface;
 
 /// Makes a panic, which is always a defect of the engine, report its source location.
 #[wasm_bindgen(start)]

@@ -27,7 +27,7 @@ export const bev_styles = css`
     align-items: center;
     gap: 6px;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .tools {
     display: flex;
@@ -76,7 +76,7 @@ export const bev_styles = css`
     border-radius: var(--radius);
     color: var(--doubtful);
     background: var(--doubtful-soft);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
     overflow-wrap: anywhere;
   }
   .problems span {
@@ -121,13 +121,13 @@ export const bev_styles = css`
     flex: 1;
     min-width: 0;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     text-overflow: ellipsis;
     white-space: nowrap;
   }
   section > header button {
     min-height: 28px;
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .readout {
     display: flex;
@@ -137,7 +137,7 @@ export const bev_styles = css`
     min-height: 48px; /* two lines, so that nothing jumps */
     padding: 4px 12px;
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     font-variant-numeric: tabular-nums;
   }
   .readout b {
@@ -151,7 +151,7 @@ export const bev_styles = css`
     gap: 8px;
     min-width: 200px;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .blend input {
     flex: 1;
@@ -169,13 +169,13 @@ export const bev_styles = css`
     border-radius: 6px;
     background: var(--sunken);
     font-family: var(--mono);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     white-space: pre;
   }
   .hint {
     padding: 0 12px 10px;
     color: var(--muted);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   @container (min-width: 700px) {
     .views {

@@ -1,5 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { LastRequest } from '../engine/last-request.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
@@ -62,7 +63,7 @@ export class ScanstitchBev extends LitElement {
   private picked_role: BevRole | null = null;
   /** Whether a mark was taken hold of and has not been moved yet. */
   private drag_begins = false;
-  private num_pointed = 0;
+  private readonly pointing = new LastRequest();
   private topOverlayOf = memoizeLast(topOverlay);
   private frontOverlayOf = memoizeLast(frontOverlay);
   private openItemsOf = memoizeLast(openItems);
@@ -375,9 +376,9 @@ export class ScanstitchBev extends LitElement {
   }
 
   private async onPointed(role: BevRole, pixel: Pixel | null): Promise<void> {
-    const number = ++this.num_pointed;
+    const signal = this.pointing.begin();
     const point = pixel ? await this.session.follow(role, pixel) : null;
-    if (number === this.num_pointed) this.pointed = point ? { role, point } : null;
+    if (!signal.aborted) this.pointed = point ? { role, point } : null;
   }
 
   private onKey(event: KeyboardEvent): void {

@@ -307,7 +307,7 @@ export class ScanstitchBevCameras extends LitElement {
         display: grid;
         gap: 2px;
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
       }
       .two {
         grid-column: 1 / span 2;
@@ -326,19 +326,19 @@ export class ScanstitchBevCameras extends LitElement {
         border-radius: 6px;
         background: var(--surface);
         color: var(--text);
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         font-variant-numeric: tabular-nums;
       }
       textarea {
         padding: 4px 6px;
         font-family: var(--mono);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         white-space: pre;
         resize: vertical;
       }
       .found {
         margin-top: 6px;
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
       }
     `,
   ];

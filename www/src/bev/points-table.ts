@@ -116,7 +116,7 @@ export class ScanstitchBevPoints extends LitElement {
         border-top: 0;
         background: var(--surface);
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         font-weight: 600;
       }
       .status {
@@ -132,7 +132,7 @@ export class ScanstitchBevPoints extends LitElement {
         border: 1px solid var(--line);
         border-radius: 6px;
         background: var(--surface);
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         text-align: right;
       }
       button.icon {

@@ -131,7 +131,7 @@ export class ScanstitchBevRefinement extends LitElement {
         display: flex;
         align-items: center;
         gap: 5px;
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
       }
       select {
         min-height: 30px;
@@ -143,12 +143,12 @@ export class ScanstitchBevRefinement extends LitElement {
       th {
         border-top: 0;
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         font-weight: 600;
       }
       .evidence {
         margin-top: 8px;
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         font-variant-numeric: tabular-nums;
       }
     `,

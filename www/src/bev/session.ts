@@ -2,6 +2,7 @@
 import type { ReactiveControllerHost } from 'lit';
 import { Session, SLOW } from '../components/session.js';
 import type { NamedFile } from '../datasets/gather.js';
+import { LastRequest } from '../engine/last-request.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
 import { BevClient } from './client.js';
@@ -42,7 +43,7 @@ export class BevSession extends Session<BevClient> {
   private history: History | null = null;
   private pictures: Record<BevRole, (Picture & { is_sample: boolean }) | null> = { top: null, front: null };
   /** Number of openings: a scene that the page opens itself is dropped if another one is opened while it loads. */
-  private num_opened = 0;
+  private readonly opening = new LastRequest();
 
   #begin_with: [src: string, with_sample: boolean] = ['', true];
   readonly #listener: Listener;
@@ -216,7 +217,7 @@ export class BevSession extends Session<BevClient> {
 
   /** Files of any kind: scenes, points, pictures; a single picture is of the view `role`. */
   async open(files: readonly NamedFile[], role: BevRole | null = null): Promise<void> {
-    this.num_opened++;
+    this.opening.end();
     for (const { name, file } of files) {
       if (SCENE.test(name)) await this.attempt('file', async () => this.replaceScene(await this.readScene(name, file)));
       else if (TABLE.test(name)) await this.attempt('file', () => this.openPoints(name, file));
@@ -232,17 +233,17 @@ export class BevSession extends Session<BevClient> {
   }
 
   openPreset({ scene }: BevPreset): void {
-    this.num_opened++;
+    this.opening.end();
     this.replaceScene(scene);
   }
 
   async openSample(): Promise<void> {
     await this.attempt('file', async () => {
-      const is_outdated = this.opening();
+      const signal = this.opening.begin();
       const scene = await this.readScene('scene.json', await fetchSampleFile('scene.json'));
-      if (is_outdated()) return;
+      if (signal.aborted) return;
       this.setScene(scene);
-      await this.openSamplePictures(is_outdated);
+      await this.openSamplePictures(signal);
     });
   }
 
@@ -251,26 +252,20 @@ export class BevSession extends Session<BevClient> {
     try {
       const linked = readFragment(location.hash);
       if (!linked) return false;
-      const is_outdated = this.opening();
+      const signal = this.opening.begin();
       // Somebody may have changed it: the engine says whether it is a scene.
       const scene = await this.readScene('The link', new Blob([JSON.stringify(linked.document.scene)]));
-      if (is_outdated()) return true;
+      if (signal.aborted) return true;
       const document = { ...linked.document, scene };
       if (!linked.is_sample) this.forgetSample();
       this.take(this.history ? changed(this.history, document) : begun(document));
       this.blend = linked.blend;
-      if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(is_outdated));
+      if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(signal));
       return true;
     } catch (error) {
       this.setProblem('file', messageOf(error));
       return true;
     }
-  }
-
-  /** Marks the start of opening; the returned function says whether something else was opened since. */
-  private opening(): () => boolean {
-    const number = ++this.num_opened;
-    return () => number !== this.num_opened;
   }
 
   private async readScene(name: string, blob: Blob): Promise<BevScene> {
@@ -305,20 +300,20 @@ export class BevSession extends Session<BevClient> {
   }
 
   async openAddress(address: string): Promise<void> {
-    const is_outdated = this.opening();
+    const signal = this.opening.begin();
     const url = new URL(address, window.document.baseURI);
     const scene = await this.readScene(address, await fetchBlob(url.href));
-    if (is_outdated()) return;
+    if (signal.aborted) return;
     this.setScene(scene);
     for (const role of ['top', 'front'] as const) {
       const { image } = scene[role];
-      if (image) await this.openPicture(role, image, await fetchBlob(new URL(image, url).href), is_outdated);
+      if (image) await this.openPicture(role, image, await fetchBlob(new URL(image, url).href), signal);
     }
   }
 
-  private async openSamplePictures(is_outdated: () => boolean): Promise<void> {
+  private async openSamplePictures(signal: AbortSignal): Promise<void> {
     for (const role of ['top', 'front'] as const) {
-      await this.openPicture(role, `${role}.jpg`, await fetchSampleFile(`${role}.jpg`), is_outdated, true);
+      await this.openPicture(role, `${role}.jpg`, await fetchSampleFile(`${role}.jpg`), signal, true);
     }
   }
 
@@ -327,12 +322,12 @@ export class BevSession extends Session<BevClient> {
     role: BevRole,
     name: string,
     blob: Blob,
-    is_outdated = () => false,
+    signal: AbortSignal | null = null,
     is_sample = false,
   ): Promise<void> {
     await this.attempt(`picture of ${role}`, async () => {
       const picture = { ...(await decodePicture(name, blob)), is_sample };
-      if (is_outdated()) return;
+      if (signal?.aborted) return;
       this.pictures = { ...this.pictures, [role]: picture };
       this.changed();
       if (this.document) await this.checkSizes(this.document.scene);

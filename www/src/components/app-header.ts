@@ -4,7 +4,7 @@ import './menu.js';
 import { baseName } from '../views/format.js';
 import { icon, logo } from './icons.js';
 import type { MenuItem } from './menu.js';
-import type { Layout } from './run-parts.js';
+import { fullScreenButton, type Layout } from './run-parts.js';
 import type { ViewFacts } from './run-kind.js';
 import { type Run, type Tool, TOOLS, type View } from './tools.js';
 
@@ -18,6 +18,8 @@ export interface Header {
   open_items: readonly MenuItem[];
   layout: Layout;
   is_dark: boolean;
+  /** Whether it fills the screen; null where the browser does not allow that. */
+  full_screen: boolean | null;
   go(tool: Tool): void;
   open(id: string): void;
   /** Someone is about to choose files. */
@@ -25,6 +27,7 @@ export interface Header {
   runExport(id: string): void;
   removeReference(): void;
   toggleTheme(): void;
+  toggleFullScreen(): void;
 }
 
 /** `styles`: app_styles. */
@@ -72,6 +75,7 @@ export function appHeader(has: Header): TemplateResult {
       >
         ${icon(has.is_dark ? 'sun' : 'moon')}
       </button>
+      ${has.full_screen === null ? nothing : fullScreenButton(has.full_screen, has.toggleFullScreen)}
     </nav>
   </header>`;
 }

@@ -24,6 +24,7 @@ export const app_styles = css`
     flex-direction: column;
     height: 100%;
     min-width: 0;
+    font-size: calc(14 * var(--px));
   }
   .host-side {
     grid-area: 1 / 2;
@@ -40,11 +41,10 @@ export const app_styles = css`
     display: contents;
   }
   .app > scanstitch-messages {
-    position: absolute;
-    top: 64px;
-    right: 12px;
-    z-index: 19; /* under the header's menus */
-    width: min(430px, calc(100% - 24px));
+    display: flex;
+    flex: none;
+    flex-direction: column;
+    max-height: 36%;
   }
   .bar {
     display: flex;
@@ -59,7 +59,7 @@ export const app_styles = css`
     display: flex;
     align-items: center;
     gap: 8px;
-    font-size: 16px;
+    font-size: calc(16 * var(--px));
     font-weight: 680;
     letter-spacing: -0.015em;
   }
@@ -89,7 +89,7 @@ export const app_styles = css`
     padding-left: 9px;
     border: 1px solid var(--line);
     border-radius: 99px;
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     white-space: nowrap;
   }
   .chip button {
@@ -121,6 +121,8 @@ export const app_styles = css`
   .tools {
     gap: 0;
     align-self: stretch;
+    overflow-x: auto;
+    scrollbar-width: none;
   }
   .tools button {
     min-height: 100%;
@@ -171,7 +173,7 @@ export const app_styles = css`
     max-width: 100%;
   }
   .narrow .count {
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .narrow .tools {
     order: 1;
@@ -182,232 +184,26 @@ export const app_styles = css`
     min-height: 38px;
     padding: 0 8px;
   }
+  /* One line, for what stands in little height: the tools scroll sideways where they have no room. */
+  .low .bar {
+    flex-wrap: nowrap;
+    min-height: 40px;
+    padding-block: 0;
+  }
+  .low .tools {
+    order: 0;
+    flex: 1 1 auto;
+  }
+  .narrow.low .dataset {
+    display: none;
+  }
+  /* The views beside the map need more, and are scrolled. */
   @media (max-height: 520px) {
-    .app {
+    .app.beside {
       min-height: 640px;
     }
     :host {
       overflow-y: auto;
     }
-  }
-`;
-
-/** The current activity, in a box over the content. */
-export const activity_styles = css`
-  .activity {
-    position: absolute;
-    z-index: 1; /* over messages, where the map is low */
-    bottom: 14px;
-    left: 50%;
-    display: grid;
-    gap: 8px;
-    width: min(340px, calc(100% - 32px));
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
-    box-shadow: var(--shadow);
-    transform: translateX(-50%);
-  }
-  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
-  @container (max-width: 720px) {
-    .activity {
-      bottom: 52px;
-    }
-  }
-  /* The map's buttons, in two columns where it is low, stay free. */
-  @container (max-width: 560px) {
-    .activity {
-      left: 12px;
-      width: min(340px, calc(100% - 110px));
-      transform: none;
-    }
-  }
-  @container (max-width: 560px) and (max-height: 260px) {
-    .activity {
-      width: calc(100% - 150px);
-    }
-  }
-  .activity-words {
-    display: flex;
-    align-items: center;
-    justify-content: space-between;
-    gap: 12px;
-  }
-  progress {
-    width: 100%;
-    height: 5px;
-    border: 0;
-    border-radius: 3px;
-    overflow: hidden;
-    appearance: none;
-    background: var(--line);
-    color: var(--accent);
-  }
-  progress::-webkit-progress-bar {
-    background: var(--line);
-  }
-  progress::-webkit-progress-value {
-    background: var(--accent);
-  }
-  progress::-moz-progress-bar {
-    background: var(--accent);
-  }
-`;
-
-/** Within a view of a run: figures, settings, map, table, details. */
-export const layout_styles = css`
-  :host {
-    display: contents;
-  }
-  .run {
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    min-height: 0;
-  }
-  scanstitch-headline {
-    border-bottom: 1px solid var(--line);
-  }
-  main {
-    display: grid;
-    flex: 1;
-    min-height: 0;
-  }
-  .wide main {
-    grid-template-columns: 284px minmax(0, 1fr) 330px;
-  }
-  .medium main {
-    grid-template-columns: minmax(0, 1fr) 320px;
-  }
-  .narrow main {
-    grid-template-columns: minmax(0, 1fr);
-    grid-template-rows: minmax(0, 11fr) minmax(0, 9fr);
-  }
-  .side {
-    min-height: 0;
-    overflow: auto;
-    background: var(--surface);
-  }
-  .left {
-    border-right: 1px solid var(--line);
-  }
-  .right,
-  .tabs {
-    border-left: 1px solid var(--line);
-  }
-  .tabs {
-    display: flex;
-    flex-direction: column;
-    overflow: hidden;
-  }
-  .narrow .tabs {
-    border-left: 0;
-    border-top: 1px solid var(--line);
-  }
-  [role='tablist'] {
-    display: flex;
-    flex: none;
-    padding: 0 8px;
-    border-bottom: 1px solid var(--line);
-  }
-  [role='tab'] {
-    flex: 1;
-    min-height: 42px;
-    padding: 0 6px;
-    border: 0;
-    border-radius: 0;
-    background: none;
-    color: var(--muted);
-    box-shadow: inset 0 -2px transparent;
-  }
-  [role='tab'][aria-selected='true'] {
-    color: var(--text);
-    font-weight: 600;
-    box-shadow: inset 0 -2px var(--accent);
-  }
-  [role='tab']:focus-visible {
-    outline-offset: -3px;
-  }
-  [role='tabpanel'] {
-    flex: 1;
-    min-height: 0;
-    overflow: auto;
-  }
-  .middle {
-    display: grid;
-    grid-template-columns: minmax(0, 1fr);
-    grid-template-rows: minmax(0, 1fr) auto auto;
-    min-width: 0;
-    min-height: 0;
-  }
-  .narrow .middle {
-    grid-template-rows: minmax(0, 1fr) auto;
-  }
-  .map-area {
-    position: relative;
-    display: grid;
-    min-height: 0;
-  }
-  scanstitch-timeline {
-    padding: 7px 16px 7px 12px;
-    border-top: 1px solid var(--line);
-    background: var(--surface);
-  }
-  scanstitch-frame-table {
-    max-height: clamp(140px, 34cqh, 310px);
-    border-top: 1px solid var(--line);
-    background: var(--surface);
-  }
-  .spatial scanstitch-frame-table {
-    --cell-padding: 7px;
-    max-height: clamp(110px, 25cqh, 240px);
-  }
-  .middle {
-    container-type: size;
-  }
-  /* In a panel of its own that scrolls, as on a phone, a figure may take two lines. */
-  .run [role='tabpanel'] scanstitch-headline {
-    --value-wrap: normal;
-  }
-  .run [role='tabpanel'] scanstitch-frame-table {
-    max-height: 100%;
-    border-top: 0;
-  }
-  scanstitch-messages {
-    position: absolute;
-    inset: 12px auto auto 12px;
-    display: flex;
-    flex-direction: column;
-    width: min(430px, calc(100% - 74px));
-    max-height: calc(100% - 60px);
-  }
-  /* Beside the legend of pieces, where there is room for both. */
-  @container (min-width: 780px) and (min-height: 300px) {
-    scanstitch-messages {
-      inset: 12px 62px auto auto;
-    }
-  }
-  .empty {
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    align-items: center;
-    gap: 16px;
-    min-height: 0;
-    padding: 24px;
-    overflow: auto;
-  }
-  .empty scanstitch-messages {
-    position: static;
-    width: min(460px, 100%);
-    max-height: none;
-  }
-  .empty section {
-    display: grid;
-    justify-items: center;
-    gap: 12px;
-    max-width: 460px;
-    margin: auto 0;
   }
 `;

@@ -24,10 +24,11 @@ export interface DrawingHost extends LitElement, GestureTarget {
  * is painted. One picture at most per refresh of the screen, and none when nothing changed.
  */
 export class DrawingSurface implements ReactiveController {
-  /** CSS pixels. */
+  /** CSS pixels at the usual size of type: where that is larger, so is all that is drawn. */
   size: Size = { width: 0, height: 0 };
-  /** Device pixels per CSS pixel. */
+  /** Device pixels per pixel of `size`. */
   pixel_ratio = 1;
+  #type_scale = 1;
   /** In a page that scrolls, wheel and finger belong to the page until the box is clicked. */
   #is_guarded = false;
   #animation_frame = 0;
@@ -36,7 +37,12 @@ export class DrawingSurface implements ReactiveController {
 
   constructor(host: DrawingHost) {
     this.#host = host;
-    this.#gestures = new Gestures(host, host, () => this.#is_guarded);
+    this.#gestures = new Gestures(
+      host,
+      host,
+      () => this.#is_guarded,
+      () => this.#type_scale,
+    );
     watchSize(
       host,
       () => this.#resize(),
@@ -79,8 +85,10 @@ export class DrawingSurface implements ReactiveController {
   #resize(): void {
     const { clientWidth: width, clientHeight: height } = this.#host.stage;
     const was_empty = this.is_empty;
-    this.size = { width, height };
-    this.pixel_ratio = Math.min(devicePixelRatio || 1, MAX_PIXEL_RATIO);
+    const scale = parseFloat(getComputedStyle(this.#host).getPropertyValue('--px')) || 1;
+    this.#type_scale = scale;
+    this.size = { width: width / scale, height: height / scale };
+    this.pixel_ratio = Math.min(devicePixelRatio || 1, MAX_PIXEL_RATIO) * scale;
     this.#updateGuard();
     if (this.is_empty) return;
     this.#host.resized(was_empty);

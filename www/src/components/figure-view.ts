@@ -51,15 +51,18 @@ export class ScanstitchFigure extends LitElement {
   /** As last observed, since a query at every pointer move would force a layout; null while it is hidden. */
   private known_size: Size | null = null;
   private dragged_from: { x: number; y: number } | null = null;
+  /** CSS pixels per pixel of the figure: more than 1 where type is large. */
+  private type_scale = 1;
 
   constructor() {
     super();
     watchSize(this, () => this.resize());
   }
 
-  /** CSS pixels. */
+  /** CSS pixels at the usual size of type. */
   get size(): Size {
-    return this.known_size ?? { width: this.clientWidth, height: this.clientHeight };
+    const { type_scale: scale } = this;
+    return this.known_size ?? { width: this.clientWidth / scale, height: this.clientHeight / scale };
   }
 
   protected override updated(changed: PropertyValues): void {
@@ -83,7 +86,9 @@ export class ScanstitchFigure extends LitElement {
       @keydown=${this.onKey}
     >
       <canvas aria-hidden="true"></canvas>
-      <svg class="marks" aria-hidden="true">${this.marker(this.size).map(drawn)}</svg>
+      <svg class="marks" viewBox="0 0 ${this.size.width} ${this.size.height}" aria-hidden="true">
+        ${this.marker(this.size).map(drawn)}
+      </svg>
       <p id="description" hidden>
         ${this.description}
         ${this.movable ? 'Arrow keys move it, plus and minus zoom.' : this.steppable ? 'Arrow keys go along it.' : ''}
@@ -93,7 +98,9 @@ export class ScanstitchFigure extends LitElement {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this;
-    this.known_size = width > 0 ? { width, height } : null;
+    const scale = parseFloat(getComputedStyle(this).getPropertyValue('--px')) || 1;
+    this.type_scale = scale;
+    this.known_size = width > 0 ? { width: width / scale, height: height / scale } : null;
     this.paint();
     this.requestUpdate();
   }
@@ -101,7 +108,7 @@ export class ScanstitchFigure extends LitElement {
   private paint(): void {
     const { canvas, size } = this;
     if (!canvas || size.width === 0 || size.height === 0) return;
-    this.painter(penOn(canvas, size, devicePixelRatio || 1), size);
+    this.painter(penOn(canvas, size, (devicePixelRatio || 1) * this.type_scale), size);
   }
 
   private onMove(event: PointerEvent): void {
@@ -143,7 +150,8 @@ export class ScanstitchFigure extends LitElement {
 
   private place(event: MouseEvent): { x: number; y: number } {
     const { left, top } = this.getBoundingClientRect();
-    return { x: event.clientX - left, y: event.clientY - top };
+    const { type_scale: scale } = this;
+    return { x: (event.clientX - left) / scale, y: (event.clientY - top) / scale };
   }
 
   private tell(name: string, detail: unknown): void {

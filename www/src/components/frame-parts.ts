@@ -19,8 +19,9 @@ interface NamedFrame {
   reason: string;
 }
 
-/** Of a run that went wrong as a whole, the first few places say enough. */
+/** Of a run that went wrong as a whole, the first few places say enough; more are listed when they are asked for. */
 const MAX_BAD_SHOWN = 6;
+const MAX_BAD_LISTED = 200;
 
 /** Name and assessment of the selected frame, and the way to its neighbours and back to all. */
 export function frameHeader(
@@ -61,19 +62,30 @@ export function numBad(frames: readonly NamedFrame[]): number {
 /** Those that need a look, with the reason: each run of alike ones is a button that selects its first. */
 export function badList(frames: readonly NamedFrame[], colors: readonly Rgb[], select: Select): TemplateResult {
   const runs = badRuns(frames);
-  const num_hidden = runs.slice(MAX_BAD_SHOWN).reduce((sum, { first, last }) => sum + last - first + 1, 0);
+  const count = (some: readonly BadRun[]): number => some.reduce((sum, { first, last }) => sum + last - first + 1, 0);
+  const row = ({ first, last, status, reason }: BadRun): TemplateResult =>
+    html`<li class="bad">
+      <button @click=${() => select(first)}>
+        ${swatch(colors[first])}<span class="names">${runName(frames, first, last)}</span>${statusBadge(status)}
+      </button>
+      <p class="muted">${sentence(reason)}</p>
+    </li>`;
+  const others = runs.slice(MAX_BAD_SHOWN, MAX_BAD_LISTED);
+  const num_unlisted = count(runs.slice(MAX_BAD_LISTED));
   return html`<ul>
-    ${runs.slice(0, MAX_BAD_SHOWN).map(
-      ({ first, last, status, reason }) =>
-        html`<li class="bad">
-          <button @click=${() => select(first)}>
-            ${swatch(colors[first])}<span class="names">${runName(frames, first, last)}</span>${statusBadge(status)}
-          </button>
-          <p class="muted">${sentence(reason)}</p>
-        </li>`,
-    )}
-    ${num_hidden > 0 ? html`<li class="muted">and ${num_hidden} more</li>` : nothing}
-  </ul>`;
+      ${runs.slice(0, MAX_BAD_SHOWN).map(row)}
+    </ul>
+    ${
+      others.length > 0
+        ? html`<details class="others">
+            <summary>and ${count(runs.slice(MAX_BAD_SHOWN))} more</summary>
+            <ul>
+              ${others.map(row)}
+              ${num_unlisted > 0 ? html`<li class="muted">and ${num_unlisted} more, which the table names</li>` : nothing}
+            </ul>
+          </details>`
+        : nothing
+    }`;
 }
 
 interface BadRun {
@@ -186,13 +198,18 @@ export const frame_styles = css`
     text-overflow: ellipsis;
   }
   .bad p {
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
+  }
+  .others summary {
+    padding: 4px 0;
+    color: var(--accent);
+    cursor: pointer;
   }
   .facts {
     display: grid;
     grid-template-columns: auto 1fr;
     gap: 4px 14px;
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   .facts dt {
     color: var(--muted);

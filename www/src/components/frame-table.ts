@@ -28,6 +28,8 @@ export class ScanstitchFrameTable extends LitElement {
   @property({ attribute: false }) colors: readonly Rgb[] = [];
   @state() private first_visible = 0;
   @state() private num_visible = 30;
+  /** Whether columns lie beyond the right edge: what is cut there fades, as a digit that is cut off reads as another number. */
+  @state() private has_more = false;
   @query('.scroller') private scroller!: HTMLElement;
   private row_height = 32;
 
@@ -41,7 +43,8 @@ export class ScanstitchFrameTable extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    this.row_height = matchMedia('(pointer: coarse)').matches ? 42 : 32;
+    const scale = parseFloat(getComputedStyle(this).getPropertyValue('--px')) || 1;
+    this.row_height = Math.round((matchMedia('(pointer: coarse)').matches ? 42 : 32) * scale);
     this.style.setProperty('--row-height', `${this.row_height}px`);
   }
 
@@ -54,7 +57,7 @@ export class ScanstitchFrameTable extends LitElement {
     const first = Math.max(0, Math.min(this.first_visible - OVERSCAN, rows.length - 1));
     const last = Math.min(rows.length, this.first_visible + this.num_visible + OVERSCAN);
     return html`
-      <div class="scroller" @scroll=${this.onScroll}>
+      <div class="scroller ${this.has_more ? 'more' : ''}" @scroll=${this.onScroll}>
         <table aria-rowcount=${rows.length + 1} @keydown=${this.onKey}>
           <caption class="visually-hidden">
             Results per ${this.noun}; a row selects its ${this.noun} on the map
@@ -88,6 +91,7 @@ export class ScanstitchFrameTable extends LitElement {
 
   private renderRow(row: TableRow): TemplateResult {
     const is_selected = row.frame === this.selected;
+    const name = baseName(row.name);
     const is_tab_stop = is_selected || (this.selected === null && row.frame === 0);
     return html`
       <tr
@@ -101,9 +105,10 @@ export class ScanstitchFrameTable extends LitElement {
             tabindex=${is_tab_stop ? 0 : -1}
             aria-pressed=${is_selected}
             data-frame=${row.frame}
+            aria-label=${name.length > LONGEST_NAME ? name : nothing}
             title=${row.name}
           >
-            <i style="background: ${cssColor(this.colors[row.frame] ?? [0, 0, 0])}"></i>${baseName(row.name)}
+            <i style="background: ${cssColor(this.colors[row.frame] ?? [0, 0, 0])}"></i>${shortName(name)}
           </button>
         </th>
         <td class="state">${statusBadge(row.status)}</td>
@@ -115,6 +120,8 @@ export class ScanstitchFrameTable extends LitElement {
   private onScroll(): void {
     this.first_visible = Math.floor(this.scroller.scrollTop / this.row_height);
     this.num_visible = Math.ceil(this.scroller.clientHeight / this.row_height);
+    const { scrollLeft, clientWidth, scrollWidth } = this.scroller;
+    this.has_more = scrollLeft + clientWidth < scrollWidth - 1;
   }
 
   /** Scrolls as little as it takes to bring a row into sight below the heading. */
@@ -167,6 +174,15 @@ export class ScanstitchFrameTable extends LitElement {
         flex-direction: column;
         min-height: 0;
         --row-height: 32px;
+        container-type: inline-size;
+      }
+      .more {
+        mask-image: linear-gradient(to right, #000 calc(100% - 40px), transparent);
+      }
+      @container (max-width: 760px) {
+        table {
+          --cell-padding: 6px;
+        }
       }
       .scroller {
         min-height: 0;
@@ -177,7 +193,7 @@ export class ScanstitchFrameTable extends LitElement {
         width: 100%;
         border-collapse: separate;
         border-spacing: 0;
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         font-variant-numeric: tabular-nums;
       }
       thead th {
@@ -188,7 +204,7 @@ export class ScanstitchFrameTable extends LitElement {
         background: var(--surface);
         border-bottom: 1px solid var(--line);
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         font-weight: 550;
       }
       th,
@@ -199,7 +215,7 @@ export class ScanstitchFrameTable extends LitElement {
       }
       small {
         color: var(--muted);
-        font-size: 11px;
+        font-size: calc(11 * var(--px));
         font-weight: 400;
       }
       abbr {
@@ -241,13 +257,10 @@ export class ScanstitchFrameTable extends LitElement {
       }
       .name button {
         min-height: 0;
-        max-width: 180px;
         padding: 2px 4px;
         border: 0;
         background: none !important;
         font-weight: 500;
-        overflow: hidden;
-        text-overflow: ellipsis;
       }
       .name i {
         flex: none;
@@ -257,6 +270,14 @@ export class ScanstitchFrameTable extends LitElement {
       }
     `,
   ];
+}
+
+/** The longest name that is written whole, and what is left of a longer one: its end, where the number stands, and some of its start. */
+const LONGEST_NAME = 24;
+const START = 9;
+
+function shortName(name: string): string {
+  return name.length <= LONGEST_NAME ? name : `${name.slice(0, START)}…${name.slice(START + 1 - LONGEST_NAME)}`;
 }
 
 function spacer(height: number): TemplateResult | typeof nothing {

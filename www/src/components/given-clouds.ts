@@ -1,5 +1,7 @@
 /** Clouds that one view hands to another: where their bytes are, read when they are needed. */
 
+import type { Turns } from '../views/viewport.js';
+
 /** A cloud that is passed to the engine. */
 export type CloudData =
   /** A file of points, PLY or PCD. */
@@ -41,4 +43,6 @@ export interface GivenClouds {
   options: Readonly<Record<string, string | number>> | null;
   /** The first guess, 4 x 4, row by row; null is the identity. */
   init_T_target_source: readonly number[] | null;
+  /** By how many quarter turns the target is drawn turned, as on the map that it comes from; absent: as it is best laid. */
+  turns?: Turns;
 }

@@ -11,12 +11,14 @@ import { shared } from './theme.js';
 @customElement('scanstitch-headline')
 export class ScanstitchHeadline extends LitElement {
   @property({ attribute: false }) figures: readonly Figure[] = [];
+  /** In one line: what a figure means is only seen where that casts doubt on it. */
+  @property({ type: Boolean, reflect: true }) compact = false;
 
   protected override render(): TemplateResult {
     return html`<dl aria-label="Result in figures">
       ${this.figures.map(
         ({ label, value, meaning, tone, action }) =>
-          html`<div class=${tone}>
+          html`<div class=${tone} title=${this.compact ? meaning : nothing}>
             <dt>
               ${label}${
                 action
@@ -57,7 +59,7 @@ export class ScanstitchHeadline extends LitElement {
       }
       dt {
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         overflow: hidden;
         text-overflow: ellipsis;
         white-space: nowrap;
@@ -67,7 +69,7 @@ export class ScanstitchHeadline extends LitElement {
         margin: -4px 0 -4px 8px;
       }
       .value {
-        font-size: 20px;
+        font-size: calc(20 * var(--px));
         font-weight: 620;
         letter-spacing: -0.015em;
         line-height: 1.25;
@@ -79,8 +81,32 @@ export class ScanstitchHeadline extends LitElement {
       .meaning {
         overflow-wrap: anywhere;
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         line-height: 1.35;
+      }
+      :host([compact]) dl {
+        gap: 4px 22px;
+        padding: 6px 16px;
+        background: var(--surface);
+      }
+      :host([compact]) dl > div {
+        display: flex;
+        flex: 0 1 auto;
+        flex-wrap: wrap;
+        align-items: baseline;
+        gap: 0 6px;
+        padding: 0;
+      }
+      :host([compact]) .value {
+        font-size: calc(14 * var(--px));
+      }
+      :host([compact]) .plain .meaning {
+        position: absolute;
+        width: 1px;
+        height: 1px;
+        overflow: hidden;
+        clip-path: inset(50%);
+        white-space: nowrap;
       }
       .doubtful .meaning {
         color: var(--doubtful);

@@ -1,9 +1,7 @@
 /** What a host page can do with the element: open files, run, cancel. Documented in package/element.ts. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { NamedFile } from '../datasets/gather.js';
 import type { GivenSet } from '../datasets/given.js';
-import { messageOf } from '../engine/message-of.js';
-import { GivenSource } from './given-source.js';
+import { isOvertaken, messageOf } from '../engine/message-of.js';
 import { isNothing, sayOld } from './host-attributes.js';
 import { type ScanstitchResult, tellFault } from './host-events.js';
 import type { Message } from './messages.js';
@@ -18,20 +16,29 @@ export interface HostedRun {
   readonly outcome: ScanstitchResult | null;
   computed(): Promise<ScanstitchResult>;
   cancel(): void;
-  clear(): void;
   abandon(reason: string): void;
-  refuse(text: string, remedy: string): void;
+  readonly session: { refuse(text: string, remedy: string): void };
+}
+
+/** Where recordings are opened: the page's workspace. */
+interface Opener {
+  /** What is being fetched; null where nothing is. */
+  readonly activity: string | null;
+  begin(): AbortSignal;
+  open(coming: (signal: AbortSignal) => Promise<GivenSet>, requested_at: number): Promise<void>;
+  fetch(addresses: readonly string[], signal: AbortSignal): Promise<GivenSet>;
+  openSample(): Promise<void>;
+  openApartment(): Promise<void>;
+  clear(): void;
+  cancel(reason: unknown): void;
+  /** The element was removed from the page. */
+  leave(): void;
 }
 
 export interface HostHooks {
   /** The run that is shown, or lies behind a view beside it; null before there is one. */
   run(): HostedRun | null;
   runs(): HostedRun[];
-  /** Forgets what is being opened for another reason. */
-  forget(): void;
-  take(files: readonly NamedFile[], requested_at: number, given: GivenSet): Promise<void>;
-  openSample(): void;
-  openApartment(): Promise<void>;
 }
 
 const REMOVED = 'The element was removed from the page before the run was done';
@@ -41,8 +48,7 @@ function faultMessage(text: string, remedy: string): Message {
 }
 
 /** The module that reads what a host names is fetched when it is first needed. */
-export const fromHost = (): Promise<FromHost> => import('../datasets/given.js');
-type FromHost = typeof import('../datasets/given.js');
+const fromHost = (): Promise<typeof import('../datasets/given.js')> => import('../datasets/given.js');
 
 type Host = ReactiveControllerHost & HTMLElement & { readonly hasUpdated: boolean };
 
@@ -51,19 +57,17 @@ export class HostApi implements ReactiveController {
   #refused: readonly Message[] = [];
   /** What concerns the element and no run: it stays when another run is opened. */
   #told: readonly Message[] = [];
-  readonly source: GivenSource;
+  readonly #opener: Opener;
   readonly #host: Host;
   readonly #hooks: HostHooks;
   /** What was asked for last. */
   #opening: Promise<void> = Promise.resolve();
-  #num_cancelled = 0;
-  /** Counts what was asked for or cancelled: what was asked for before that is no longer wanted. */
-  #num_begun = 0;
+  #cancelling = new AbortController();
 
-  constructor(host: Host, hooks: HostHooks) {
+  constructor(host: Host, opener: Opener, hooks: HostHooks) {
     this.#host = host;
+    this.#opener = opener;
     this.#hooks = hooks;
-    this.source = new GivenSource(host);
     host.addController(this);
   }
 
@@ -78,44 +82,44 @@ export class HostApi implements ReactiveController {
     if (typeof source === 'string') return this.openSource(source || 'sample');
     const list: readonly (string | File)[] = [...source];
     const addresses = list.filter((one) => typeof one === 'string');
-    if (addresses.length > 0) return this.#replace(() => this.source.fetch(addresses));
+    if (addresses.length > 0) return this.#replace((signal) => this.#opener.fetch(addresses, signal));
     const files = list.filter((one) => typeof one !== 'string');
     const named = files.map((file) => ({ name: file.webkitRelativePath || file.name, file }));
-    return this.#replace(async ({ givenFiles }) => givenFiles(named));
+    return this.#replace(async () => (await fromHost()).givenFiles(named));
   }
 
   /** What the attribute `src` may hold. */
   openSource(src: string): Promise<void> {
     if (!isNothing(src) && src !== 'sample' && src !== 'apartment') {
-      return this.#replace(async ({ addressesOf }) => this.source.fetch(addressesOf(src)));
+      return this.#replace(async (signal) => this.#opener.fetch((await fromHost()).addressesOf(src), signal));
     }
-    this.#begin();
-    this.#opening = this.#openOwn(src);
-    return this.#opening;
+    return this.#wait(this.#openOwn(src, this.#opener.begin()));
   }
 
   /** A sample, or nothing; an element that was put on the page just now has no views yet. */
-  async #openOwn(src: string): Promise<void> {
+  async #openOwn(src: string, signal: AbortSignal): Promise<void> {
     if (!this.#host.hasUpdated) await this.#host.updateComplete;
-    if (src === 'apartment') await this.#hooks.openApartment();
-    else if (src === 'sample') this.#hooks.openSample();
-    else this.#hooks.run()?.clear();
+    signal.throwIfAborted();
+    if (src === 'apartment') await this.#opener.openApartment();
+    else if (src === 'sample') await this.#opener.openSample();
+    else this.#opener.clear();
   }
 
   async run(): Promise<ScanstitchResult> {
-    const num_cancelled = this.#num_cancelled;
+    const { signal } = this.#cancelling;
     await this.#host.updateComplete;
     await this.#opening;
     const run = this.#hooks.run();
-    if (num_cancelled !== this.#num_cancelled) throw new Error(STOPPED);
+    signal.throwIfAborted();
     if (!this.#host.isConnected) throw new Error(REMOVED);
     if (!run) throw new Error('There is nothing to compute');
     return run.outcome ?? run.computed();
   }
 
   cancel(): void {
-    this.#num_cancelled++;
-    this.#stopFetching();
+    this.#cancelling.abort(new Error(STOPPED));
+    this.#cancelling = new AbortController();
+    this.#opener.cancel(new DOMException(STOPPED, 'AbortError'));
     this.#hooks.run()?.cancel();
   }
 
@@ -152,6 +156,17 @@ export class HostApi implements ReactiveController {
     return withdraw;
   }
 
+  /** Keeps the page for use offline, if the host asks for it. */
+  async keepOffline(offline: boolean | string): Promise<void> {
+    if (offline === false) return;
+    try {
+      const { keepForOffline } = await import('./offline.js');
+      await keepForOffline(offline === true ? 'scanstitch-offline.js' : offline);
+    } catch (error) {
+      this.report(`The page is not kept for use offline: ${messageOf(error)}`, 'Online it works as before');
+    }
+  }
+
   dismiss(): void {
     this.#refused = [];
     this.#told = [];
@@ -163,34 +178,24 @@ export class HostApi implements ReactiveController {
     messages.forEach((message) => tellFault(this.#host, message));
   }
 
-  #stopFetching(): void {
-    this.#num_begun++;
-    this.source.cancel();
-  }
-
-  #begin(): void {
-    this.#stopFetching();
-    this.#hooks.forget();
-    this.#opening = Promise.resolve();
-  }
-
   /** Opens a recording in place of the current one. */
-  #replace(coming: (host: FromHost) => Promise<GivenSet | null>): Promise<void> {
-    this.#begin();
-    this.#opening = this.#openGiven(coming, performance.now());
-    return this.#opening;
+  #replace(coming: (signal: AbortSignal) => Promise<GivenSet>): Promise<void> {
+    return this.#wait(this.#openGiven(coming));
   }
 
-  async #openGiven(coming: (host: FromHost) => Promise<GivenSet | null>, requested_at: number): Promise<void> {
-    const own = this.#num_begun;
+  /** What goes wrong is shown in the element: a host that does not wait for it need not catch it. */
+  #wait(opening: Promise<void>): Promise<void> {
+    opening.catch(() => undefined);
+    this.#opening = opening;
+    return opening;
+  }
+
+  async #openGiven(coming: (signal: AbortSignal) => Promise<GivenSet>): Promise<void> {
     try {
-      const host = await fromHost();
-      const given = own === this.#num_begun ? await coming(host) : null;
-      if (!given) throw new DOMException('Something else was asked for meanwhile', 'AbortError');
-      await this.#hooks.take(given.files, requested_at, given);
+      await this.#opener.open(coming, performance.now());
     } catch (error) {
-      const is_overtaken = error instanceof DOMException && error.name === 'AbortError';
-      if (!is_overtaken) this.#hooks.run()?.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
+      if (!isOvertaken(error))
+        this.#hooks.run()?.session.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
       throw error;
     }
     if (!this.#hooks.run()?.is_busy) throw new Error('Nothing that was given can be used');
@@ -199,7 +204,7 @@ export class HostApi implements ReactiveController {
   /** Not moved, but removed: what was under way has come to its end. */
   #onRemoved(): void {
     const runs = this.#hooks.runs();
-    if (this.source.activity !== null || runs.some((run) => run.is_under_way)) {
+    if (this.#opener.activity !== null || runs.some((run) => run.is_under_way)) {
       tellFault(this.#host, {
         file: '',
         place: '',
@@ -207,7 +212,7 @@ export class HostApi implements ReactiveController {
         remedy: 'Add the element to the page again to restart the computation',
       });
     }
-    this.#stopFetching();
+    this.#opener.leave();
     runs.forEach((run) => run.abandon(REMOVED));
   }
 }

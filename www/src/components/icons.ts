@@ -9,6 +9,8 @@ const SHAPES = {
   plus: svg`<path d="M8 3v10M3 8h10" />`,
   minus: svg`<path d="M3 8h10" />`,
   fit: svg`<path d="M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10" />`,
+  expand: svg`<path d="M9.5 2.5h4v4M13.2 2.8 9 7M6.5 13.5h-4v-4M2.8 13.2 7 9" />`,
+  shrink: svg`<path d="M9 3v4h4M9.2 6.8l4-4M7 13V9H3M6.8 9.2l-4 4" />`,
   turn: svg`<path d="M13 7.5A5 5 0 1 0 11 12M13.2 3.6v4H9.3" />`,
   layers: svg`<path d="m8 2 6 3.2-6 3.2-6-3.2zM2.2 8.4 8 11.5l5.8-3.1M2.2 11 8 14.1l5.8-3.1" />`,
   open: svg`<path d="M2 12.5v-9h4l1.5 2H14v7z" />`,
@@ -32,8 +34,7 @@ export type IconName = keyof typeof SHAPES;
 /** `shape`: of an icon that only a view loaded later shows, which keeps it out of the first load. */
 export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateResult {
   return html`<svg
-    width=${size}
-    height=${size}
+    style="width: calc(${size} * var(--px)); height: calc(${size} * var(--px))"
     viewBox="0 0 16 16"
     fill="none"
     stroke="currentColor"
@@ -49,8 +50,7 @@ export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateRe
 /** The mark: scan points over a path. */
 export function logo(size = 26): TemplateResult {
   return html`<svg
-    width=${size}
-    height=${size}
+    style="width: calc(${size} * var(--px)); height: calc(${size} * var(--px))"
     viewBox="0 0 26 26"
     fill="none"
     stroke-linecap="round"

@@ -8,7 +8,7 @@ import { shared } from './theme.js';
 /**
  * What the colours, dashes and crosses of a map mean that is not certain in every place; nothing where it is.
  *
- * Fires `piece-wanted` with a piece that is to be shown.
+ * Fires `piece-wanted` with a piece that alone is to be shown, or null for all of the map.
  */
 @customElement('scanstitch-map-legend')
 export class ScanstitchMapLegend extends LitElement {
@@ -17,43 +17,52 @@ export class ScanstitchMapLegend extends LitElement {
   /** Links of the path that are drawn dashed, and frames that are drawn as crosses. */
   @property({ attribute: false }) num_uncertain = 0;
   @property({ attribute: false }) num_lost = 0;
+  /** The piece that alone is shown; null: all are. */
+  @property({ attribute: false }) shown: Piece | null = null;
   /** Closed until it is asked for. */
   @property({ type: Boolean }) compact = false;
 
   protected override render(): TemplateResult | typeof nothing {
-    const { pieces, num_uncertain, num_lost } = this;
+    const { pieces, num_uncertain } = this;
     if (pieces.length === 0 && num_uncertain === 0) return nothing;
+    if (pieces.length === 0) return this.renderSigns();
     const num_pieces = pieces.reduce((sum, piece) => sum + piece.num_pieces, 0);
     return html`<details ?open=${!this.compact}>
-      <summary>${pieces.length > 0 ? `Map in ${plural(num_pieces, 'piece')}` : 'Uncertain links'}</summary>
-      ${
-        pieces.length > 0
-          ? html`<p>Poses within a piece are certain. How the pieces lie relative to each other is not.</p>
-              <ul>
-                ${pieces.map((piece) => this.renderPiece(piece))}
-              </ul>`
-          : nothing
-      }
-      <ul class="signs">
-        ${
-          num_uncertain > 0
-            ? html`<li><i class="dashes"></i>uncertain link<span class="number">${num_uncertain}</span></li>`
-            : nothing
-        }
-        ${
-          num_lost > 0
-            ? html`<li><i class="cross">×</i>lost scan, not in the map<span class="number">${num_lost}</span></li>`
-            : nothing
-        }
+      <summary>
+        Map in ${plural(num_pieces, 'piece')}<span
+          >Poses within a piece are certain. How the pieces lie relative to each other is not.</span
+        >
+      </summary>
+      <ul aria-label="Pieces">
+        ${pieces.map((piece) => this.renderPiece(piece))}
       </ul>
+      ${this.renderSigns()}
     </details>`;
   }
 
+  private renderSigns(): TemplateResult {
+    const { num_uncertain, num_lost } = this;
+    return html`<ul class="signs">
+      ${
+        num_uncertain > 0
+          ? html`<li><i class="dashes"></i>uncertain link<span class="number">${num_uncertain}</span></li>`
+          : nothing
+      }
+      ${
+        num_lost > 0
+          ? html`<li><i class="cross">×</i>lost scan, not in the map<span class="number">${num_lost}</span></li>`
+          : nothing
+      }
+    </ul>`;
+  }
+
   private renderPiece(piece: Piece): TemplateResult {
+    const is_shown = this.shown === piece;
     return html`<li>
       <button
-        title="Show this piece"
-        @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: piece }))}
+        aria-pressed=${is_shown}
+        title=${is_shown ? 'Show all pieces' : `Show this piece alone${piece.exported ? `; in exports ${piece.exported}` : ''}`}
+        @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: is_shown ? null : piece }))}
       >
         <i style="background: ${cssColor(piece.color)}"></i>${piece.label}<span class="number"
           >${plural(piece.frames.length, 'scan')}</span
@@ -66,34 +75,34 @@ export class ScanstitchMapLegend extends LitElement {
     shared,
     css`
       :host {
-        position: absolute;
-        top: 10px;
-        left: 10px;
-        max-width: min(250px, calc(100% - 70px));
+        grid-area: legend;
+        max-height: 30cqh;
+        overflow: auto;
+        background: var(--surface);
+        font-size: calc(12.5 * var(--px));
       }
-      details {
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-        background: color-mix(in srgb, var(--surface) 92%, transparent);
-        font-size: 12.5px;
+      :host > * {
+        border-top: 1px solid var(--line);
       }
       summary {
-        padding: 6px 11px;
+        padding: 5px 12px;
         font-weight: 600;
         cursor: pointer;
       }
-      p {
-        padding: 0 11px 5px;
+      summary span {
+        padding-left: 10px;
         color: var(--muted);
-        font-size: 12px;
+        font-weight: 400;
       }
       ul {
-        padding: 0 4px 4px;
+        display: flex;
+        flex-wrap: wrap;
+        gap: 0 10px;
+        padding: 0 5px 4px;
       }
       li,
       button {
         display: flex;
-        flex: 1;
         align-items: center;
         justify-content: flex-start;
         gap: 8px;
@@ -110,8 +119,10 @@ export class ScanstitchMapLegend extends LitElement {
         font-size: inherit;
         font-weight: 400;
       }
-      button:hover {
-        background: var(--sunken);
+      button[aria-pressed='true'] {
+        background: var(--accent-soft);
+        color: var(--accent);
+        font-weight: 600;
       }
       i {
         flex: none;
@@ -135,8 +146,6 @@ export class ScanstitchMapLegend extends LitElement {
         text-align: center;
       }
       .number {
-        margin-left: auto;
-        padding-left: 8px;
         color: var(--muted);
         white-space: nowrap;
       }

@@ -8,6 +8,30 @@ export const map_styles = css`
     min-height: 0;
     overflow: hidden;
     background: light-dark(#fcfdfe, #0b0f14);
+    container-type: size;
+  }
+  /* What is drawn, and around it what explains it: nothing lies on the map but its buttons and scale. */
+  .frame {
+    display: grid;
+    grid-template: 'section view layers' minmax(0, 1fr) 'legend legend legend' auto / auto minmax(0, 1fr) auto;
+    height: 100%;
+  }
+  .view {
+    position: relative;
+    grid-area: view;
+    min-height: 0;
+    overflow: hidden;
+  }
+  @container (max-width: 640px) {
+    .frame {
+      grid-template: 'view' minmax(0, 1fr) 'section' auto 'layers' auto 'legend' auto / minmax(0, 1fr);
+    }
+    .frame > .layers {
+      width: auto;
+      max-width: none;
+      max-height: 45cqh;
+      border-width: 1px 0 0;
+    }
   }
   .stage {
     position: absolute;
@@ -32,14 +56,14 @@ export const map_styles = css`
   }
   .readout {
     position: absolute;
-    left: 64px;
+    left: calc(64 * var(--px));
     bottom: 10px;
     display: flex;
     gap: 10px;
     padding: 3px 8px;
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 88%, transparent);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     color: var(--muted);
     pointer-events: none;
   }
@@ -51,6 +75,9 @@ export const map_styles = css`
     flex-flow: column wrap-reverse; /* a low map has two columns of them */
     gap: 4px;
     max-height: calc(100% - 46px); /* below them is the scale bar */
+  }
+  :host([bare]) :is(.controls, .section) {
+    display: none;
   }
   .controls > button {
     background: var(--surface);
@@ -72,20 +99,18 @@ export const map_styles = css`
     }
   }
   .layers {
-    position: absolute;
-    top: 0;
-    right: calc(100% + 6px);
+    grid-area: layers;
     display: grid;
+    align-content: start;
     gap: 6px;
-    width: max-content;
-    max-width: 240px;
+    width: calc(230 * var(--px));
     margin: 0;
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
+    padding: 10px 14px;
+    overflow: auto;
+    border: solid var(--line);
+    border-width: 0 0 0 1px;
     background: var(--surface);
-    box-shadow: var(--shadow);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   .layers label {
     display: flex;

@@ -28,24 +28,34 @@ export interface MapToolbar {
   fit: () => void;
   /** Buttons that this map alone has. */
   own: unknown;
-  /** The list of what is drawn, where it is open. */
-  layers: TemplateResult | null;
+  /** Whether the list of what is drawn is open. */
+  has_layers: boolean;
   /** What that list is for. */
   layers_hint: string;
   toggleLayers: () => void;
 }
 
 /** `styles`: map_styles. */
-export function mapToolbar({ zoom, fit, own, layers, layers_hint, toggleLayers }: MapToolbar): TemplateResult {
+export function mapToolbar({ zoom, fit, own, has_layers, layers_hint, toggleLayers }: MapToolbar): TemplateResult {
   return html`<div class="controls" role="toolbar" aria-label="Map view">
     ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}
     ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => zoom(-1))}
     ${mapButton('fit', 'Show the whole map', 'Show the whole map (F)', fit)} ${own}
-    ${mapButton('layers', 'Layers', layers_hint, toggleLayers, { expanded: layers !== null })} ${layers ?? nothing}
+    ${mapButton('layers', 'Layers', layers_hint, toggleLayers, { expanded: has_layers })}
   </div>`;
 }
 
-/** The list of what is drawn, one `layerBox` each, and what else there is to choose. */
+/** Closes the list of what is drawn by Escape, wherever on the map the focus is, and gives the focus back to its button. */
+export function closeByEscape(event: KeyboardEvent, close: () => void): void {
+  if (event.key !== 'Escape') return;
+  event.stopPropagation();
+  event.preventDefault();
+  close();
+  const root = (event.currentTarget as Element).getRootNode() as ShadowRoot;
+  root.querySelector<HTMLElement>('.controls [aria-expanded]')?.focus();
+}
+
+/** The list of what is drawn, one `layerBox` each, and what else there is to choose; beside the map, not on it. */
 export function layerList(entries: unknown): TemplateResult {
   return html`<fieldset class="layers">
     <legend class="visually-hidden">Layers</legend>

@@ -4,7 +4,7 @@ import { baseName, formatFixed } from '../views/format.js';
 import { pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
-import type { Layers, MapMarks } from '../views/map-painter.js';
+import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
 import type { Piece } from '../views/pieces.js';
@@ -18,13 +18,14 @@ import {
   panned,
   type Turns,
   toWorld,
+  united,
   type Viewport,
   zoomedAt,
 } from '../views/viewport.js';
 import { map_styles } from './map-styles.js';
 import './map-legend.js';
 import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
-import { layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
+import { closeByEscape, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
@@ -42,8 +43,6 @@ const NO_MARKS: MapMarks = {
 
 /** Narrower than this (CSS pixels), the map has no room beside it. */
 const SMALL_WIDTH = 640;
-/** What the open legend of pieces takes of the map's left side, CSS pixels. */
-const LEGEND_WIDTH = 264;
 /** The map is in motion until the hand has rested for so long. */
 const REST_MS = 90;
 
@@ -62,6 +61,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   @property({ attribute: false }) colors: readonly Rgb[] = [];
   /** The certain pieces, where there are several. */
   @property({ attribute: false }) pieces: readonly Piece[] = [];
+  /** The map that this one replaces, to be compared with it. */
+  @property({ attribute: false }) map_before: BeforeMap | null = null;
   @property({ attribute: false }) reference_name = '';
   @property({ type: Boolean }) dark = false;
   /** Whether there is a grid to ask for; and the grid, once it has come. */
@@ -70,6 +71,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
+  /** Without the buttons on it. */
+  @property({ type: Boolean, reflect: true }) bare = false;
 
   @state() private layers: Layers = { grid: true, occupancy: false, path: true, reference: true };
   @state() private layers_open = false;
@@ -81,6 +84,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
   private surface = new DrawingSurface(this);
+  /** First frame of the only piece that is shown; null: all are. */
+  @state() private only: number | null = null;
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
   /** The user has moved the view: auto-fit is off. */
@@ -104,7 +109,14 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     if (changed.has('fit_key')) {
       this.is_moved = false;
       this.turns = null;
+      this.only = null;
     }
+    if (changed.has('pieces') || changed.has('map_before')) this.map_canvas?.invalidate();
+  }
+
+  /** The piece that alone is shown; null where all are. */
+  private get shown_piece(): Piece | null {
+    return this.pieces.find(({ frames }) => frames[0] === this.only) ?? null;
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -128,8 +140,12 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     this.fitTo(this.bounds());
   }
 
-  private fitPiece({ frames }: Piece): void {
-    this.fitTo(mapBounds(this.points, this.marks.poses, [], frames));
+  /** Shows this piece alone, or all of the map again. */
+  private showPiece(piece: Piece | null): void {
+    this.only = piece?.frames[0] ?? null;
+    this.map_canvas?.invalidate();
+    if (!piece) return this.fit();
+    this.fitTo(mapBounds(this.points, this.marks.poses, [], piece.frames));
     this.is_moved = true;
   }
 
@@ -139,10 +155,15 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       const is_small = size.width < SMALL_WIDTH;
       const margin = is_small
         ? { top: 24, right: 24, bottom: 44, left: 24 }
-        : { top: 36, right: 64, bottom: 52, left: this.pieces.length > 0 ? LEGEND_WIDTH : 36 };
+        : { top: 36, right: 64, bottom: 52, left: 36 };
       this.view = fitted(bounds, size, margin, this.turns ?? bestTurns(bounds, size));
     }
     this.requestPaint();
+  }
+
+  /** How the map lies on the screen. */
+  get turned(): Turns {
+    return this.view.turns;
   }
 
   /** Turns the map by a quarter. */
@@ -163,54 +184,62 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     const { hovered, pointer } = this;
     const { size } = this.surface;
     const world = pointer && toWorld(this.view, size, pointer.x, pointer.y);
-    return html`
-      <div
-        class="stage"
-        tabindex="0"
-        role="group"
-        aria-label="Map"
-        aria-describedby="map-description map-keys"
-        @keydown=${this.onKey}
-      >
-        <canvas aria-hidden="true"></canvas>
-        <p id="map-description" class="visually-hidden">${this.description}</p>
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-          scan before and after.
-        </p>
+    const toggleLayers = (): void => {
+      this.layers_open = !this.layers_open;
+    };
+    const onKey = (event: KeyboardEvent): void => {
+      if (this.layers_open) closeByEscape(event, toggleLayers);
+    };
+    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
+      <div class="view">
+        <div
+          class="stage"
+          tabindex="0"
+          role="group"
+          aria-label="Map"
+          aria-describedby="map-description map-keys"
+          @keydown=${this.onKey}
+        >
+          <canvas aria-hidden="true"></canvas>
+          <p id="map-description" class="visually-hidden">${this.description}</p>
+          <p id="map-keys" class="visually-hidden">
+            Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
+            scan before and after.
+          </p>
+        </div>
+        <div class="readout number" aria-hidden="true" ?hidden=${!world}>
+          ${
+            world &&
+            html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
+                hovered === null
+                  ? nothing
+                  : html`<span class="frame"
+                      ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
+                        this.names[hovered] ?? `scan ${hovered}`,
+                      )}</span
+                    >`
+              }`
+          }
+        </div>
+        ${mapToolbar({
+          zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
+          fit: () => this.fit(),
+          own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
+          has_layers: this.layers_open,
+          layers_hint: 'Layers',
+          toggleLayers,
+        })}
       </div>
-      <div class="readout number" aria-hidden="true" ?hidden=${!world}>
-        ${
-          world &&
-          html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
-              hovered === null
-                ? nothing
-                : html`<span class="frame"
-                    ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
-                      this.names[hovered] ?? `scan ${hovered}`,
-                    )}</span
-                  >`
-            }`
-        }
-      </div>
+      ${this.layers_open ? this.renderLayers() : nothing}
       <scanstitch-map-legend
         .pieces=${this.pieces}
+        .shown=${this.shown_piece}
         .num_uncertain=${this.marks.uncertain_links.filter(Boolean).length}
         .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
         ?compact=${size.width < SMALL_WIDTH}
-        @piece-wanted=${({ detail }: CustomEvent<Piece>) => this.fitPiece(detail)}
+        @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
       ></scanstitch-map-legend>
-      ${mapToolbar({
-        zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-        fit: () => this.fit(),
-        own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
-        layers: this.layers_open ? this.renderLayers() : null,
-        layers_hint: 'Layers',
-        toggleLayers: () => {
-          this.layers_open = !this.layers_open;
-        },
-      })}
-    `;
+    </div>`;
   }
 
   private renderLayers(): TemplateResult {
@@ -230,7 +259,9 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   }
 
   private bounds(): Bounds | null {
-    return mapBounds(this.points, this.marks.poses, this.marks.reference);
+    const { map_before: before } = this;
+    const bounds = mapBounds(this.points, this.marks.poses, this.marks.reference);
+    return united(bounds, before && mapBounds(before.points, before.poses));
   }
 
   resized(): void {
@@ -261,6 +292,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       layers,
       occupancy,
       dark,
+      before: this.map_before,
+      only: this.shown_piece?.frames ?? null,
       marks: { ...this.marks, hovered: this.hovered ?? this.marks.hovered },
     };
   }

@@ -147,7 +147,7 @@ export class ScanstitchMenu extends LitElement {
       }
       small {
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
       }
     `,
   ];

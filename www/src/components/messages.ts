@@ -27,27 +27,33 @@ export interface Message {
 @customElement('scanstitch-messages')
 export class ScanstitchMessages extends LitElement {
   @property({ attribute: false }) messages: readonly Message[] = [];
+  /** Over the whole width, above what it is about, and notes in one line until they are asked for, but for those with a button. */
+  @property({ type: Boolean, reflect: true }) strip = false;
 
   protected override render(): TemplateResult {
     const { messages } = this;
     const num_errors = messages.filter(({ kind }) => kind === 'error').length;
     const kind = num_errors > 0 ? 'error' : 'note';
+    const is_folded = this.strip && num_errors === 0 && !messages.some(({ retry }) => retry);
     return html`<section class="card ${kind}" aria-label="Messages" ?hidden=${messages.length === 0}>
-      <header>
-        ${icon(num_errors > 0 ? 'doubtful' : 'info')}
-        <h2>${title(messages, num_errors)}</h2>
-        <button
-          class="quiet icon"
-          @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true }))}
-          aria-label="Dismiss the messages"
-          title="Dismiss"
-        >
-          ${icon('close')}
-        </button>
-      </header>
-      <ul>
-        ${alike(messages).map(renderRow)}
-      </ul>
+      <details class="all" ?open=${!is_folded}>
+        <summary>
+          ${icon(num_errors > 0 ? 'doubtful' : 'info')}
+          <h2>${title(messages, num_errors)}</h2>
+          <span class="first" aria-hidden="true">${messages[0]?.text ?? ''}</span>
+        </summary>
+        <ul>
+          ${alike(messages).map(renderRow)}
+        </ul>
+      </details>
+      <button
+        class="quiet icon dismiss"
+        @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true }))}
+        aria-label="Dismiss the messages"
+        title="Dismiss"
+      >
+        ${icon('close')}
+      </button>
     </section>`;
   }
 
@@ -59,10 +65,11 @@ export class ScanstitchMessages extends LitElement {
         pointer-events: none;
       }
       .card {
+        position: relative;
         display: flex;
         flex-direction: column;
         max-height: 100%;
-        overflow: hidden;
+        overflow: auto;
         border: 1px solid var(--line);
         border-left: 3px solid var(--accent);
         border-radius: var(--radius);
@@ -73,25 +80,51 @@ export class ScanstitchMessages extends LitElement {
       .card.error {
         border-left-color: var(--lost);
       }
-      header {
+      :host([strip]) .card {
+        border-width: 0 0 1px 3px;
+        border-radius: 0;
+        box-shadow: none;
+      }
+      .all > summary {
+        position: sticky;
+        top: 0;
         display: flex;
         align-items: center;
         gap: 8px;
-        padding: 4px 4px 4px 12px;
+        min-height: 36px;
+        padding: 2px 44px 2px 12px;
+        background: var(--surface);
         color: var(--accent);
+        list-style: none;
       }
-      .error header {
+      .all > summary::-webkit-details-marker {
+        display: none;
+      }
+      .error .all > summary {
         color: var(--lost);
       }
       h2 {
-        flex: 1;
+        flex: none;
         color: var(--text);
       }
-      header button {
+      .first {
+        overflow: hidden;
+        min-width: 0;
+        color: var(--text);
+        font-weight: 400;
+        text-overflow: ellipsis;
+        white-space: nowrap;
+      }
+      .all[open] .first {
+        display: none;
+      }
+      .dismiss {
+        position: absolute;
+        top: 2px;
+        right: 4px;
         color: var(--muted);
       }
       ul {
-        overflow: auto;
         padding: 0 14px 10px 12px;
       }
       li {
@@ -99,7 +132,7 @@ export class ScanstitchMessages extends LitElement {
         flex-direction: column;
         padding: 7px 0;
         border-top: 1px solid var(--line);
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         overflow-wrap: anywhere;
       }
       strong {

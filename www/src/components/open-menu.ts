@@ -1,7 +1,7 @@
 /** What the menu “Open” offers. */
 import type { MenuItem } from './menu.js';
 
-export const OPEN_ITEMS: readonly MenuItem[] = [
+const OPEN_ITEMS: readonly MenuItem[] = [
   {
     id: 'files',
     label: 'Files…',
@@ -14,3 +14,9 @@ export const OPEN_ITEMS: readonly MenuItem[] = [
     : [{ id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' }]),
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
+
+/** `src`: what the host page opens; it is a way back to that from files of one's own. */
+export function openItems(src: string): readonly MenuItem[] {
+  if (src === '' || src === 'sample') return OPEN_ITEMS;
+  return [...OPEN_ITEMS, { id: 'page', label: 'The data of this page', detail: 'as it was opened first' }];
+}

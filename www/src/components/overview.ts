@@ -1,4 +1,4 @@
-import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { FrameResult, IterationRecord } from '../engine/protocol.js';
 import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
@@ -10,7 +10,7 @@ import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 /**
  * All scans at a glance, while none is selected: which need a look, how well each fits, what the engine has to say.
  *
- * Fires `frame-selected` with a frame number.
+ * Fires `frame-selected` with a frame number, and with it `why-wanted` where that scan is to explain its residual.
  */
 @customElement('scanstitch-overview')
 export class ScanstitchOverview extends LitElement {
@@ -33,7 +33,7 @@ export class ScanstitchOverview extends LitElement {
       <header><h2>All scans</h2></header>
       <p>${this.assessment(num_bad)}</p>
       ${num_bad > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
-      ${notes.map((note) => html`<p class="explanation">${note}</p>`)}
+      ${notes.map((note) => html`<p class="explanation">${note}</p>`)} ${this.renderWorst()}
       ${frames.length > 1 ? this.renderCharts() : nothing}
     `;
   }
@@ -47,6 +47,25 @@ export class ScanstitchOverview extends LitElement {
     return `All ${length} scans were registered. Select one here, in the table or on the map to see how.`;
   }
 
+  /** The scan with the largest residual, where there are others to compare it with. */
+  private renderWorst(): TemplateResult | typeof nothing {
+    const matched = this.frames.flatMap((frame, at) => (frame.iterations > 0 ? [{ frame, at }] : []));
+    const [first, second] = matched.sort((a, b) => b.frame.inlier_rmse - a.frame.inlier_rmse);
+    if (!first || !second) return nothing;
+    const { frame, at } = first;
+    return html`<p class="worst">
+      <span>Largest residual: ${baseName(frame.name)}, ${formatLength(frame.inlier_rmse)}</span>
+      <button
+        @click=${() => {
+          this.dispatchEvent(new CustomEvent('why-wanted'));
+          this.select(at);
+        }}
+      >
+        Why is this scan worst?
+      </button>
+    </p>`;
+  }
+
   private renderCharts(): TemplateResult {
     const { frames, joint_history } = this;
     const matched = (value: (frame: FrameResult) => number): (number | null)[] =>
@@ -54,7 +73,7 @@ export class ScanstitchOverview extends LitElement {
     return html`
       ${this.renderBars(
         'Residual (rmse)',
-        'Root mean square distance of matched points: lower is better.',
+        'Root mean square distance of matched points where the scan was registered: lower is better.',
         matched(({ inlier_rmse }) => inlier_rmse),
         formatLength,
       )}
@@ -73,7 +92,11 @@ export class ScanstitchOverview extends LitElement {
     const values = this.joint_history.map(({ inlier_rmse }) => inlier_rmse);
     return html`<section>
       <h3>Joint optimisation of all scans</h3>
-      <p class="explanation">Root mean square distance of matched points, by iteration.</p>
+      <p class="explanation">
+        Root mean square distance of the matched points of all pairs of scans, while their poses are solved together, by
+        iteration. The sharpness above is another measure: the mean distance between the surfaces of overlapping scans
+        in the finished map.
+      </p>
       <svg
         viewBox=${CHART_VIEW_BOX}
         role="img"
@@ -102,7 +125,22 @@ export class ScanstitchOverview extends LitElement {
     this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
   }
 
-  static override styles = [shared, status_styles, panel_styles, chart_styles, frame_styles];
+  static override styles = [
+    shared,
+    status_styles,
+    panel_styles,
+    chart_styles,
+    frame_styles,
+    css`
+      .worst {
+        display: flex;
+        flex-wrap: wrap;
+        align-items: center;
+        justify-content: space-between;
+        gap: 6px 10px;
+      }
+    `,
+  ];
 }
 
 declare global {

@@ -1,6 +1,6 @@
 /** Parts of the page that are loaded on demand, with messages when one takes long, fails or is missing on the server. */
 import { START_PATIENCE_MS } from '../engine/worker-host.js';
-import { messageOf } from '../engine/message-of.js';
+import { isOvertaken, messageOf } from '../engine/message-of.js';
 
 export interface PagePartsHooks {
   /** Shows a message, with a button where it can be tried again; the result takes it away. */
@@ -36,6 +36,7 @@ export class PageParts {
   /** Tells where something that was asked for fails: a part of the page that cannot be fetched, a file that is gone. */
   attend(work: () => Promise<void>): void {
     work().catch((error: unknown) => {
+      if (isOvertaken(error)) return;
       const words = messageOf(error);
       if (!/import(ed|ing)? .*module|module script failed/i.test(words)) {
         this.#hooks.report(words, 'Try again, or reload the page');

@@ -3,7 +3,7 @@ import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import type { Noun } from './frame-parts.js';
 import type { MenuItem } from './menu.js';
-import type { Layout } from './run-parts.js';
+import type { Message } from './messages.js';
 import type { Run } from './tools.js';
 
 /** What the header shows of a run. */
@@ -39,6 +39,26 @@ export interface GivenRecording {
   settings: Partial<SpatialSettings>;
 }
 
+/** The recording that was replaced by the one that is open, or that was open before it was undone. */
+export interface Former {
+  title: string;
+  /** Whether the one that is open was brought back, and this one came after it. */
+  is_undone: boolean;
+  /** Whether the files that are open can be added to it. */
+  can_join: boolean;
+}
+
+/** What a view of a run asks of the page's workspace. */
+export interface Shelf {
+  /** What the recording that this kind of run has open can be exchanged for. */
+  formerOf(run: Run): Former | null;
+  exchange(): void;
+  addInstead(): void;
+  forgetFormer(): void;
+  /** Brings back what was replaced by files of no use, whose messages are told beside it. Whether there was any. */
+  revert(run: Run, messages: readonly Message[]): boolean;
+}
+
 /** What is loaded; `num_frames` with those that are not registered yet. */
 export interface Loaded extends Pick<ViewFacts, 'title' | 'count' | 'reference'> {
   num_frames: number;
@@ -55,6 +75,6 @@ export interface RunKind {
   exports: readonly MenuItem[];
   /** The names of the tabs. */
   panels: Record<Panel, string>;
-  /** The panels in the order of their tabs, where the map leaves room for them. */
-  tabs: Record<Layout, readonly Panel[]>;
+  /** The panels in the order of their buttons or tabs. */
+  order: readonly Panel[];
 }

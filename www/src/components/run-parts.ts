@@ -6,13 +6,21 @@ import type { Message } from './messages.js';
 
 export type Layout = 'wide' | 'medium' | 'narrow';
 
-/** Tabs beside or below the map, with the panel of the one that is chosen. `styles`: layout_styles. */
+/** How the panel of tabs is folded away. */
+export interface TabsFold {
+  is_open: boolean;
+  toggle(): void;
+}
+
+/** Tabs beside or below the map, with the panel of the one that is chosen unless that is folded. `styles`: layout_styles. */
 export function tabs<T extends string>(
   names: readonly { tab: T; label: string }[],
   chosen: T,
   panel: unknown,
   choose: (tab: T) => void,
+  fold: TabsFold | null = null,
 ): TemplateResult {
+  const is_open = fold?.is_open ?? true;
   const onKey = (event: KeyboardEvent): void => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (step === undefined) return;
@@ -24,23 +32,46 @@ export function tabs<T extends string>(
     requestAnimationFrame(() => list.querySelector<HTMLElement>(`#tab-${next}`)?.focus());
   };
   return html`<aside class="side tabs" aria-label="Panels">
-    <div role="tablist" aria-label="Panels" @keydown=${onKey}>
-      ${names.map(
-        ({ tab, label }) =>
-          html`<button
-            role="tab"
-            id="tab-${tab}"
-            aria-controls="panel"
-            aria-selected=${tab === chosen}
-            tabindex=${tab === chosen ? 0 : -1}
-            @click=${() => choose(tab)}
-          >
-            ${label}
-          </button>`,
-      )}
+    <div class="tab-bar">
+      <div role="tablist" aria-label="Panels" @keydown=${onKey}>
+        ${names.map(
+          ({ tab, label }) =>
+            html`<button
+              role="tab"
+              id="tab-${tab}"
+              aria-controls=${is_open ? 'panel' : nothing}
+              aria-selected=${is_open && tab === chosen}
+              tabindex=${tab === chosen ? 0 : -1}
+              @click=${() => choose(tab)}
+            >
+              ${label}
+            </button>`,
+        )}
+      </div>
+      ${
+        fold
+          ? html`<button
+              class="icon quiet fold"
+              aria-expanded=${is_open}
+              aria-label="Panel"
+              title=${is_open ? 'Fold the panel' : 'Unfold the panel'}
+              @click=${() => fold.toggle()}
+            >
+              ${icon('chevron')}
+            </button>`
+          : nothing
+      }
     </div>
-    <div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>
+    ${is_open ? html`<div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>` : nothing}
   </aside>`;
+}
+
+/** Gives the element the whole screen, as on a projector, and takes it away. */
+export function fullScreenButton(is_on: boolean, toggle: () => void): TemplateResult {
+  const label = is_on ? 'Leave full screen' : 'Full screen';
+  return html`<button class="icon quiet" aria-label=${label} title=${label} @click=${toggle}>
+    ${icon(is_on ? 'shrink' : 'expand')}
+  </button>`;
 }
 
 /** What both kinds of run say of themselves while they go on. */
@@ -74,9 +105,10 @@ export function activity(session: ActiveSession, is_partial: boolean): TemplateR
   }
 }
 
-/** The messages of the session, until they are dismissed. */
-export function messages(session: ActiveSession): TemplateResult {
+/** The messages of the session, until they are dismissed; `is_strip`: above what they are about, not on it. */
+export function messages(session: ActiveSession, is_strip = false): TemplateResult {
   return html`<scanstitch-messages
+    ?strip=${is_strip}
     .messages=${session.messages}
     @messages-dismissed=${() => session.dismissMessages()}
   ></scanstitch-messages>`;
@@ -97,11 +129,14 @@ export function emptyView(
   session: ActiveSession,
   want: (id: string) => void,
 ): TemplateResult {
+  // Fingers drop nothing.
+  const is_touch = matchMedia('(pointer: coarse)').matches;
+  const title = is_touch ? given.title.replace(/^Drop (.*) here$/, 'Open $1') : given.title;
   return html`<div class="empty">
     ${messages(session)}
     <section aria-label=${given.label}>
       ${icon('open', 32)}
-      <h2>${given.title}</h2>
+      <h2>${title}</h2>
       <p>${given.about}</p>
       <p class="actions">
         ${given.choices.map(

@@ -1,9 +1,7 @@
 /** A view of a run, and what it and the page's frame (header, menus) say to each other. */
-import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { html, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
-import './frame-table.js';
 import './headline.js';
-import './settings-panel.js';
 import './timeline.js';
 import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
@@ -11,6 +9,8 @@ import type { ReportSource } from '../export/exports.js';
 import type { Status } from '../views/map-painter.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
+import { sameSettings } from '../views/setting-fields.js';
+import type { Turns } from '../views/viewport.js';
 import {
   faultsToBegin,
   ownerOf,
@@ -19,14 +19,17 @@ import {
   settingsToBegin,
 } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
-import { activity_styles, layout_styles } from './app-styles.js';
+import { activity_styles, layout_styles } from './run-styles.js';
+import type { Measure } from './before-after.js';
 import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
-import { type Elsewhere, bar_styles, exchangeBar, RunExchange } from './run-exchange.js';
-import { type GivenFiles, type Loaded, NO_FACTS, type Panel, type RunKind, type ViewFacts } from './run-kind.js';
+import { type Before, beforeAfter } from './run-before.js';
+import { bar_styles, exchangeBar } from './run-exchange.js';
+import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
-import { activity, type Layout, messages, tabs } from './run-parts.js';
+import { RunPanels } from './run-panels.js';
+import { activity, fullScreenButton, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
 import { empty_styles, shared } from './theme.js';
 
@@ -44,38 +47,39 @@ export abstract class RunView<
   Settings extends object,
   Snapshot extends RunSnapshot,
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
-  Files,
-> extends LitElement {
+  Overlay,
+> extends RunPanels {
   @property({ attribute: false }) initial_settings = '';
   @property({ attribute: false }) preset = '';
   @property({ attribute: false }) remember_settings = false;
-  @property({ attribute: false }) layout: Layout = 'wide';
   @property({ type: Boolean }) dark = false;
-  /** What this run replaced, where that is a run of the other kind. */
-  @property({ attribute: false }) elsewhere: Elsewhere | null = null;
+  /** Where recordings are exchanged. */
+  @property({ attribute: false }) shelf: Shelf | null = null;
 
   @state() protected selected: number | null = null;
   /** Number of frames shown; null: all there are. */
   @state() protected until: number | null = null;
   @state() protected hovered: number | null = null;
-  @state() private panel: Panel = 'figures';
+  /** The result before a setting was changed. */
+  @state() private result_before: Before<Settings, Overlay> | null = null;
   @state() private is_exporting = false;
 
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
 
-  protected abstract session: Session;
-  protected abstract readonly of: RunKind;
+  /** What is open. */
+  abstract session: Session;
   private events = new RunEvents(this);
-  private exchange = new RunExchange<Session>();
-  /** What was opened last. */
-  private files: Files | null = null;
   private shown_generation = 0;
+  /** Changes where the view is to be fitted anew. */
+  protected fit_key = 0;
+  /** The recording of the result before. */
+  private compared_of: unknown = null;
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
   get exports(): readonly MenuItem[] {
-    return this.of.exports;
+    return this.remember_settings ? [...this.of.exports, COPY_LINK] : this.of.exports;
   }
 
   override connectedCallback(): void {
@@ -87,23 +91,27 @@ export abstract class RunView<
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     window.removeEventListener('hashchange', this.onHash);
-    // Where it is moved within the page, all stays.
-    queueMicrotask(() => this.isConnected || this.exchange.forget());
   }
 
-  clear(): void {
-    this.exchange.forget();
-    this.session.clear();
+  /** Begins anew, with the same settings; the session so far is left as it is. */
+  renew(): void {
+    const { settings } = this.session;
+    this.session = this.newSession();
+    this.session.settings = settings;
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
+    this.requestUpdate();
   }
 
-  /**
-   * Takes in files, asked for at clock time `requested_at`. A recording (`is_new`) takes the place of the one that is open,
-   * which steps aside; other files join that one.
-   */
-  async add(files: Files, requested_at: number, is_new: boolean): Promise<void> {
-    if (is_new) this.stepAside();
-    this.files = files;
-    await this.take(this.session, files, requested_at, false);
+  /** Brings back a session as it was left. */
+  reopen(session: Session): void {
+    this.session = session;
+    this.writeAddress();
+    session.announce(`${this.loaded().title} is open again.`);
+    this.requestUpdate();
+  }
+
+  titleOf(session: Session): string {
+    return this.loaded(session).title;
   }
 
   /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
@@ -123,6 +131,7 @@ export abstract class RunView<
   async runExport(id: string): Promise<void> {
     const { snapshot } = this.session;
     if (!snapshot) return;
+    if (id === COPY_LINK.id) return this.copy(location.href, 'The link was copied.');
     this.is_exporting = true;
     try {
       download(await this.makeExport(id, snapshot));
@@ -130,6 +139,19 @@ export abstract class RunView<
       this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
       this.is_exporting = false;
+    }
+  }
+
+  /** `told`: what is said when it is done. */
+  protected async copy(text: string, told: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.session.announce(told);
+    } catch {
+      this.session.report(
+        'The browser did not allow copying',
+        'Select the lines, or the address of the page, and copy them',
+      );
     }
   }
 
@@ -151,11 +173,6 @@ export abstract class RunView<
     return this.is_busy && this.session.phase !== 'starting';
   }
 
-  /** Whether there are messages beside the map. */
-  get has_messages(): boolean {
-    return this.session.messages.length > 0;
-  }
-
   abstract get map_points(): ScanstitchMapPoints | null;
 
   /** Computes what is loaded and not computed yet; the end of it. */
@@ -175,22 +192,9 @@ export abstract class RunView<
     this.events.abandon(reason);
   }
 
-  /** Nothing of what was given can be used: what is shown stays. */
-  refuse(text: string, remedy: string): void {
-    this.session.refuse(text, remedy);
-  }
-
-  /** A message about no file, beside the map. */
-  report(text: string, remedy = '', retry?: () => void): void {
-    this.session.report(text, remedy, retry);
-  }
-
   // What a kind of run adds.
 
   protected abstract newSession(): Session;
-  protected abstract take(session: Session, files: Files, requested_at: number, joins: boolean): Promise<void>;
-  /** Whether the files can join what this session has open. */
-  protected abstract canJoin(session: Session, files: Files): boolean;
   /** Whether a sample of the page is open: it is replaced without a trace. */
   protected abstract isSample(): boolean;
   protected abstract makeExport(id: string, snapshot: Snapshot): Promise<Download>;
@@ -207,10 +211,11 @@ export abstract class RunView<
   protected renderQuestion(): TemplateResult | typeof nothing {
     return nothing;
   }
-  protected abstract renderFigures(): TemplateResult | typeof nothing;
-  protected abstract renderTable(): TemplateResult;
-  protected abstract renderDetails(): TemplateResult;
   protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
+  /** By what a result is compared with the one before a setting was changed. */
+  protected abstract measures(snapshot: Snapshot): readonly Measure[];
+  /** What the map draws of a result that another replaces. */
+  protected abstract overlayOf(snapshot: Snapshot): Overlay;
 
   // What they have in common.
 
@@ -223,14 +228,16 @@ export abstract class RunView<
     const { session, num_frames } = this;
     const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
     if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
+    if (session.dataset !== this.compared_of) this.result_before = null;
+    this.compared_of = session.dataset;
+    // The two are to be compared in one frame.
+    if (!this.result_before) this.fit_key = session.generation;
     if (this.shown_generation !== session.generation || num_frames === 0) {
       this.shown_generation = session.generation;
       this.selected = null;
       this.until = null;
     }
     if (this.selected !== null && this.selected >= num_frames) this.selected = null;
-    const shown = this.of.tabs[this.layout];
-    if (!shown.includes(this.panel)) this.panel = shown[0] ?? this.panel;
   }
 
   protected override updated(): void {
@@ -248,115 +255,88 @@ export abstract class RunView<
   }
 
   protected override render(): TemplateResult {
-    const { session, layout, num_frames } = this;
+    const { session, layout, controls, num_frames } = this;
     const { snapshot, phase } = session;
     const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
+    const is_narrow = layout === 'narrow';
     return html`
       <div
-        class="run ${this.of.kind} ${layout}"
-        @frame-selected=${({ detail }: CustomEvent<number | null>) => this.select(detail)}
+        class="run ${this.of.kind} ${layout} ${this.is_low ? 'low' : ''}"
+        @frame-selected=${({ detail }: CustomEvent<number | null>) => {
+          this.select(detail);
+          if (detail !== null) this.unfoldDetails();
+        }}
         @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail, bubbles: true }))}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}
       >
         ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
-        ${layout === 'narrow' ? nothing : this.renderFigures()}
+        ${controls === 'minimal' || (controls === 'full' && !is_narrow) ? this.renderFigures() : nothing}
         <main ?hidden=${is_empty}>
-          ${layout === 'wide' ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
+          ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
+            ${this.renderBefore()} ${messages(session, true)}
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${messages(session)}
-              ${this.renderQuestion()}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
             </div>
-            <scanstitch-timeline
-              .count=${num_frames}
-              .until=${this.until ?? num_frames}
-              .statuses=${this.statusesOf(snapshot?.result.frames ?? EMPTY_LIST)}
-              .colors=${this.trackColors()}
-              noun=${this.of.noun}
-              ?dark=${this.dark}
-              @until-changed=${this.onUntil}
-            ></scanstitch-timeline>
-            ${layout === 'narrow' ? nothing : this.renderTable()}
+            ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
           </div>
-          ${this.renderSide()}
+          ${
+            this.shows('details')
+              ? html`<aside class="side right" part="details" aria-label=${this.of.panels.details}>
+                  ${this.renderDetails()}
+                </aside>`
+              : nothing
+          }
+          ${is_narrow && controls === 'full' ? this.renderTabs() : nothing}
         </main>
         ${announcements(session.announcer)}
       </div>
     `;
   }
 
-  /** What the report to be read says, but for the picture. */
-  protected reportSource(result: ReportSource['result'], points: Float32Array): ReportSource {
+  /** What the report to be read says, but for the picture; `turns`: quarter turns of a planar map on the screen. */
+  protected reportSource(result: ReportSource['result'], points: Float32Array, turns: Turns = 0): ReportSource {
     const { title, num_frames } = this.loaded();
     const losses = this.session.messages.map(({ file, place, text }) => [file, place, text].filter(Boolean).join(', '));
-    return { result, context: { title, opened: this.openedFiles(), losses, points, num_frames } };
+    return { result, context: { title, opened: this.openedFiles(), losses, points, num_frames, turns } };
   }
 
-  private renderExchange(): TemplateResult | typeof nothing {
-    const { exchange, elsewhere, session, files } = this;
-    const { title } = this.loaded();
-    if (title === '') return nothing;
-    if (elsewhere) {
-      const { title: other, is_undone } = elsewhere;
-      const swap = (): void => this.want('other-run');
-      return exchangeBar({ title, other, is_undone, swap, addInstead: null, forget: null });
-    }
-    const { other, is_undone } = exchange;
-    if (!other) return nothing;
-    const joins = !is_undone && files !== null && session.dataset !== null && this.canJoin(other, files);
-    return exchangeBar({
-      title,
-      other: this.loaded(other).title,
-      is_undone,
-      swap: () => this.swap(),
-      addInstead: joins ? () => this.addInstead() : null,
-      forget: () => {
-        exchange.forget();
-        this.requestUpdate();
+  /** What the map draws of the result before, while that is wanted. */
+  protected get overlay(): Overlay | null {
+    return this.result_before?.is_shown ? this.result_before.overlay : null;
+  }
+
+  private renderBefore(): TemplateResult | typeof nothing {
+    const { result_before: before } = this;
+    const { snapshot, phase, facts, settings } = this.session;
+    if (!before || !facts || !settings || this.controls !== 'full') return nothing;
+    const after = snapshot && phase === 'done' ? this.measures(snapshot) : null;
+    return beforeAfter(before, settings, after, facts.descriptions, {
+      show: (is_shown) => {
+        this.result_before = { ...before, is_shown };
+      },
+      goBack: () => this.applySettings(before.settings),
+      dismiss: () => {
+        this.result_before = null;
       },
     });
   }
 
-  /** Something else is to be opened; what is open can be brought back. */
-  protected stepAside(): void {
-    if (!this.is_own) return;
-    const { session } = this;
-    this.exchange.stepAside(session);
-    this.session = this.newSession();
-    this.session.settings = session.settings;
-    this.session.beginWith((facts) => this.settingsToBegin(facts));
-    this.requestUpdate();
-  }
-
-  private swap(): void {
-    this.exchanged(this.exchange.swap(this.session));
-  }
-
-  /** The files join the recording that had stepped aside for them. */
-  private addInstead(): void {
-    this.exchanged(this.exchange.giveBack(this.session));
-    if (this.files) void this.take(this.session, this.files, performance.now(), true);
+  private renderExchange(): TemplateResult | typeof nothing {
+    const { title } = this.loaded();
+    const former = this.shelf?.formerOf(this.of.kind);
+    return this.shelf && former && title !== '' ? exchangeBar(title, former, this.shelf) : nothing;
   }
 
   /** Files that are of no use do not replace what was open. */
   private revertWhereUseless(): void {
     const { phase, dataset, messages } = this.session;
-    if (phase !== 'empty' || dataset !== null || messages.length === 0 || !this.exchange.other) return;
-    this.exchanged(this.exchange.giveBack(this.session));
-    this.session.tell(messages);
+    if (phase === 'empty' && dataset === null && messages.length > 0) this.shelf?.revert(this.of.kind, messages);
   }
 
-  private exchanged(session: Session): void {
-    this.session = session;
-    this.writeAddress();
-    this.dispatchEvent(new CustomEvent('run-exchanged', { bubbles: true }));
-    session.announce(`${this.loaded().title} is open again.`);
-    this.requestUpdate();
-  }
-
-  private renderSettings(): TemplateResult {
+  protected override renderSettings(): TemplateResult {
     const { facts, settings } = this.session;
     return html`<scanstitch-settings
       .descriptions=${facts?.descriptions ?? EMPTY_LIST}
@@ -366,24 +346,22 @@ export abstract class RunView<
     ></scanstitch-settings>`;
   }
 
-  /** Beside the map: the details alone where settings have their own place, else tabs. */
-  private renderSide(): TemplateResult {
-    const { panels } = this.of;
-    if (this.layout === 'wide') {
-      return html`<aside class="side right" part="details" aria-label=${panels.details}>
-        ${this.renderDetails()}
-      </aside>`;
-    }
-    const contents: Record<Panel, () => TemplateResult | typeof nothing> = {
-      figures: () => this.renderFigures(),
-      table: () => this.renderTable(),
-      details: () => this.renderDetails(),
-      settings: () => this.renderSettings(),
-    };
-    const names = this.of.tabs[this.layout].map((tab) => ({ tab, label: panels[tab] }));
-    return tabs(names, this.panel, contents[this.panel](), (panel) => {
-      this.panel = panel;
-    });
+  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
+  private renderBar(): TemplateResult {
+    const { num_frames, full_screen } = this;
+    return html`<div class="below">
+      <scanstitch-timeline
+        .count=${num_frames}
+        .until=${this.until ?? num_frames}
+        .statuses=${this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST)}
+        .colors=${this.trackColors()}
+        noun=${this.of.noun}
+        ?dark=${this.dark}
+        @until-changed=${this.onUntil}
+      ></scanstitch-timeline>
+      ${this.renderFolds()}
+      ${full_screen === null ? nothing : fullScreenButton(full_screen, () => this.want('full-screen'))}
+    </div>`;
   }
 
   /** Asks the page's frame to open something. */
@@ -428,6 +406,11 @@ export abstract class RunView<
 
   /** Computes again with these settings, and keeps them. */
   protected applySettings(settings: Settings): void {
+    const { snapshot, phase, settings: present } = this.session;
+    if (snapshot && phase === 'done' && present && !sameSettings(present, settings)) {
+      const [measures, overlay] = [this.measures(snapshot), this.overlayOf(snapshot)];
+      this.result_before = { settings: present, measures, overlay, is_shown: true };
+    }
     this.session.configure(settings);
     this.writeAddress();
   }
@@ -448,6 +431,13 @@ export abstract class RunView<
 
   static override styles = [shared, empty_styles, layout_styles, activity_styles, bar_styles];
 }
+
+/** The settings stand in the address already. */
+const COPY_LINK: MenuItem = {
+  id: 'link',
+  label: 'Copy link',
+  detail: 'to this page with these settings; files of your own are not in it',
+};
 
 // The same empty list every time: a new one would be a change.
 const EMPTY_LIST: readonly never[] = [];

@@ -21,7 +21,7 @@ export const section_styles = css`
     padding: 4px 6px 0 12px;
   }
   header .muted {
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .save {
     display: flex;
@@ -32,7 +32,7 @@ export const section_styles = css`
     min-height: 28px;
     padding: 0 8px;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .looks {
     display: flex;
@@ -65,7 +65,7 @@ export const ranking_styles = css`
   thead th {
     border-top: 0;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     font-weight: 600;
   }
   tbody th {

@@ -4,6 +4,7 @@
  */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import { printable } from '../../../package/base/printable.js';
+import type { Opened } from '../datasets/dataset.js';
 import type { Problem } from '../engine/protocol.js';
 import { fetchAgain } from '../engine/start.js';
 import { START_PATIENCE_MS } from '../engine/worker-host.js';
@@ -215,6 +216,10 @@ export abstract class RunSession<
     }, SETTINGS_DELAY_MS);
   }
 
+  /** Takes in what was opened, asked for at clock time `requested_at`; `joins` what is open. */
+  abstract add(opened: Opened, requested_at: number, joins?: boolean): Promise<void>;
+  /** Whether this can join what is open. */
+  abstract canJoin(opened: Opened): boolean;
   /** Stops; what has been computed stays. */
   abstract stop(): void;
   /** Goes on after a stop or a crash. */

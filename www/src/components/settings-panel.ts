@@ -9,6 +9,7 @@ import {
   settingGroups,
   toScreen,
   unitSign,
+  zeroWord,
 } from '../views/setting-fields.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
@@ -95,7 +96,9 @@ export class ScanstitchSettings extends LitElement {
     return html`<div class="field ${is_changed ? 'is-changed' : ''}">
       <label for=${name}>${label}</label>
       ${kind.type === 'choice' ? this.renderChoice(description, values) : this.renderNumber(description, values)}
-      <p class="explanation" id="${name}-explanation">${explanation}</p>
+      <p class="explanation" id="${name}-explanation">
+        ${zeroWord(explanation) ? explanation.replace(/(?<![\d.])0: /, 'Empty: ') : explanation}
+      </p>
     </div>`;
   }
 
@@ -113,9 +116,10 @@ export class ScanstitchSettings extends LitElement {
   }
 
   private renderNumber(description: SettingField, values: SettingValues): TemplateResult {
-    const { name, kind } = description;
+    const { name, kind, explanation } = description;
     if (kind.type === 'choice') return html``;
     const sign = unitSign(description);
+    const zero = zeroWord(explanation);
     return html`<span class="number-field">
       <input
         id=${name}
@@ -124,7 +128,8 @@ export class ScanstitchSettings extends LitElement {
         aria-describedby="${name}-explanation"
         title=${rangeWords(description)}
         step=${screenStep(description)}
-        .value=${toScreen(description, values[name] as number)}
+        placeholder=${zero ?? nothing}
+        .value=${numberText(description, values[name] as number)}
         @change=${(event: Event) => this.onNumber(event, description, values)}
       />
       ${sign === '' ? nothing : html`<span class="unit" aria-hidden="true">${sign}</span>`}
@@ -134,12 +139,13 @@ export class ScanstitchSettings extends LitElement {
   /** A number outside its range goes to the nearest end; something that is not a number is put back. */
   private onNumber(event: Event, description: SettingField, values: SettingValues): void {
     const input = event.target as HTMLInputElement;
-    const value = fromScreen(description, input.value);
+    const is_zero = input.value.trim() === '' && zeroWord(description.explanation) !== null;
+    const value = is_zero ? 0 : fromScreen(description, input.value);
     if (value === null) {
-      input.value = toScreen(description, values[description.name] as number);
+      input.value = numberText(description, values[description.name] as number);
       return;
     }
-    input.value = toScreen(description, value);
+    input.value = numberText(description, value);
     this.change({ ...values, [description.name]: value });
   }
 
@@ -185,7 +191,7 @@ export class ScanstitchSettings extends LitElement {
       .explanation {
         grid-column: 1 / -1;
         color: var(--muted);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         line-height: 1.4;
       }
       .is-changed > label::after {
@@ -248,18 +254,23 @@ export class ScanstitchSettings extends LitElement {
         border-radius: 99px;
         background: var(--accent-soft);
         color: var(--accent);
-        font-size: 12px;
+        font-size: calc(12 * var(--px));
         font-weight: 550;
       }
       @media (pointer: coarse) {
         select,
         input {
           min-height: 42px;
-          font-size: 16px;
+          font-size: calc(16 * var(--px));
         }
       }
     `,
   ];
+}
+
+/** Empty for a zero that stands for something else. */
+function numberText(description: SettingField, value: number): string {
+  return value === 0 && zeroWord(description.explanation) !== null ? '' : toScreen(description, value);
 }
 
 declare global {

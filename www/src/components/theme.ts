@@ -23,6 +23,7 @@ export const tokens = css`
     --lost-soft: light-dark(#fce8e6, #3b1a18);
     --shadow: 0 1px 2px rgb(16 24 40 / 0.06), 0 6px 20px rgb(16 24 40 / 0.08);
     --radius: var(--scanstitch-radius, 8px);
+    --px: 1px; /* a unit of type, which grows with the element */
     --mono: ui-monospace, 'SF Mono', 'Cascadia Mono', Menlo, Consolas, monospace;
     font: 14px / 1.45 var(--scanstitch-font, system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif);
     color: var(--text);
@@ -55,12 +56,12 @@ export const shared = css`
     list-style: none;
   }
   h2 {
-    font-size: 14px;
+    font-size: calc(14 * var(--px));
     font-weight: 650;
     letter-spacing: -0.005em;
   }
   h3 {
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     font-weight: 600;
     color: var(--muted);
   }
@@ -75,7 +76,7 @@ export const shared = css`
     align-items: center;
     justify-content: center;
     gap: 6px;
-    min-height: 32px;
+    min-height: calc(32 * var(--px));
     padding: 0 12px;
     border: 1px solid var(--line);
     border-radius: 7px;
@@ -112,7 +113,7 @@ export const shared = css`
     background: var(--sunken);
   }
   button.icon {
-    width: 32px;
+    width: calc(32 * var(--px));
     padding: 0;
   }
   button.link {
@@ -172,7 +173,7 @@ export const status_styles = css`
     gap: 5px;
     padding: 1px 8px 1px 6px;
     border-radius: 99px;
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     font-weight: 550;
     white-space: nowrap;
   }
@@ -217,7 +218,7 @@ export const panel_styles = css`
   }
   .explanation {
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .swatch {
     flex: none;
@@ -245,7 +246,7 @@ export const chart_styles = css`
   }
   .axes text {
     fill: var(--muted);
-    font-size: 10.5px;
+    font-size: 10.5px; /* of the chart, which grows with its width */
     font-variant-numeric: tabular-nums;
   }
 `;
@@ -280,7 +281,7 @@ export const drop_styles = css`
     border: 2px dashed var(--accent);
     border-radius: 14px;
     color: var(--accent);
-    font-size: 20px;
+    font-size: calc(20 * var(--px));
     font-weight: 600;
   }
 `;
@@ -290,7 +291,7 @@ export const table_styles = css`
   table {
     width: 100%;
     border-collapse: collapse;
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
     font-variant-numeric: tabular-nums;
   }
   th,
@@ -346,7 +347,7 @@ export const field_styles = css`
     border-radius: 7px;
     background: var(--surface);
     color: var(--text);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
 `;
 
@@ -361,7 +362,7 @@ export const empty_styles = css`
     text-align: center;
   }
   .empty h2 {
-    font-size: 18px;
+    font-size: calc(18 * var(--px));
   }
   .empty .actions {
     display: flex;

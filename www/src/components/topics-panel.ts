@@ -1,9 +1,9 @@
 /** The topics of a bag, and what each is used as. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import type { ListedBag } from '../../../package/bag/bag_recordings.js';
 import type { Role } from '../../../package/bag/roles.js';
 import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../package/bag/topics.js';
+import type { ListedBag } from '../../../package/recording_reader.js';
 import { shared } from './theme.js';
 import { plural } from '../views/format.js';
 
@@ -150,7 +150,7 @@ export class ScanstitchTopics extends LitElement {
         flex: none;
         border-bottom: 1px solid var(--line);
         background: var(--surface);
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       section {
         display: flex;
@@ -202,7 +202,7 @@ export class ScanstitchTopics extends LitElement {
       small {
         display: block;
         color: var(--muted);
-        font-size: 11.5px;
+        font-size: calc(11.5 * var(--px));
         font-weight: 400;
       }
       select {

@@ -2,16 +2,16 @@ import type { LitElement } from 'lit';
 
 /**
  * Tells an element when a box of it, or it itself, is drawn for the first time, and whenever its size changes, while it is on
- * the page. `onSize` is given its width without padding (CSS pixels); `box` is null before it is drawn.
+ * the page. `onSize` is given its size without padding (CSS pixels); `box` is null before it is drawn.
  */
 export function watchSize(
   host: LitElement,
-  onSize: (width: number) => void,
+  onSize: (width: number, height: number) => void,
   box: () => Element | null = () => host,
 ): void {
   let is_watched = false;
   const observer = new ResizeObserver(([entry]) => {
-    if (entry) onSize(entry.contentRect.width);
+    if (entry) onSize(entry.contentRect.width, entry.contentRect.height);
   });
   const watch = (): void => {
     const drawn = is_watched ? null : box();

@@ -21,8 +21,9 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
     <div class="what">
       <h1>Laser scans and depth images to a path and a map</h1>
       <p>
-        <strong>Drop files anywhere on this page</strong>: scans, depth images, clouds, a folder, a zip or a ROS bag.
-        Everything is computed in this tab; nothing leaves your machine.
+        <strong class="by-mouse">Drop files anywhere on this page</strong
+        ><strong class="by-hand">Choose files of this device</strong>: scans, depth images, clouds, a folder, a zip or a
+        ROS bag. Everything is computed in this tab; nothing leaves your machine.
       </p>
       <div class="begin">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
@@ -65,16 +66,16 @@ export const welcome_styles = css`
   .welcome {
     position: relative;
     display: grid;
-    grid-template-columns: minmax(0, 2fr) minmax(0, 3fr);
-    gap: 10px 32px;
+    grid-template-columns: minmax(0, 5fr) minmax(0, 6fr);
+    gap: 6px 32px;
     flex: none;
-    padding: 12px 48px 12px 16px;
+    padding: 9px 44px 9px 16px;
     border-bottom: 1px solid var(--line);
     background: var(--surface);
   }
   .welcome h1 {
     margin: 0 0 2px;
-    font-size: 17px;
+    font-size: calc(17 * var(--px));
     font-weight: 680;
     letter-spacing: -0.012em;
     line-height: 1.3;
@@ -82,7 +83,7 @@ export const welcome_styles = css`
   }
   .welcome .what p {
     max-width: 68ch;
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
     text-wrap: pretty;
   }
   .welcome .begin {
@@ -90,14 +91,25 @@ export const welcome_styles = css`
     flex-wrap: wrap;
     align-items: center;
     gap: 8px;
-    padding-top: 10px;
+    padding-top: 7px;
+  }
+  .welcome .by-hand {
+    display: none;
+  }
+  @media (pointer: coarse) {
+    .welcome .by-mouse {
+      display: none;
+    }
+    .welcome .by-hand {
+      display: inline;
+    }
   }
   .welcome .tools {
     display: grid;
-    grid-template-columns: repeat(5, minmax(0, 1fr));
+    grid-template-columns: repeat(5, auto);
     align-content: center;
-    gap: 18px;
-    font-size: 12.5px;
+    gap: 16px;
+    font-size: calc(12.5 * var(--px));
   }
   .welcome li {
     line-height: 1.35;
@@ -105,9 +117,10 @@ export const welcome_styles = css`
   .welcome li > :first-child {
     display: block;
     min-height: 24px;
-    font-size: 13.5px;
+    font-size: calc(13.5 * var(--px));
     font-weight: 620;
     text-align: left;
+    white-space: nowrap;
   }
   .welcome li > span {
     color: var(--muted);
@@ -117,7 +130,7 @@ export const welcome_styles = css`
     text-underline-offset: 2px;
   }
   .welcome details {
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   .welcome details[open] {
     flex: 1 1 100%;
@@ -137,7 +150,7 @@ export const welcome_styles = css`
     border: 1px solid var(--line);
     border-radius: var(--radius);
     background: var(--sunken);
-    font: 12px/1.5 var(--mono);
+    font: calc(12 * var(--px)) / 1.5 var(--mono);
   }
   .welcome .close {
     position: absolute;
@@ -149,36 +162,36 @@ export const welcome_styles = css`
   .narrow .welcome {
     grid-template-columns: minmax(0, 1fr);
   }
+  /* The names alone; what they are for is heard, and seen in the header's hints. */
+  :is(.medium, .narrow) .welcome .tools {
+    display: flex;
+    flex-wrap: wrap;
+    gap: 0 16px;
+  }
+  :is(.medium, .narrow) .welcome li > span {
+    position: absolute;
+    width: 1px;
+    height: 1px;
+    overflow: hidden;
+    clip-path: inset(50%);
+  }
+  .low .welcome {
+    display: none;
+  }
   .narrow .welcome {
-    gap: 8px;
     max-height: 50%;
     padding: 8px 12px 4px;
     overflow: auto;
   }
   .narrow .welcome h1 {
     padding-right: 36px;
-    font-size: 15px;
+    font-size: calc(15 * var(--px));
   }
   .narrow .welcome .what p {
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     line-height: 1.4;
   }
   .narrow .welcome .begin {
     padding-top: 6px;
-  }
-  .narrow .welcome .tools {
-    display: block;
-    font-size: 12px;
-  }
-  .narrow .welcome li {
-    display: flex;
-    align-items: baseline;
-    gap: 10px;
-    padding: 2px 0;
-    border-top: 1px solid var(--line);
-  }
-  .narrow .welcome li > :first-child {
-    flex: 0 0 96px;
-    font-size: 12.5px;
   }
 `;

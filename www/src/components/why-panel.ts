@@ -13,6 +13,7 @@ import {
   formatStep,
   plural,
 } from '../views/format.js';
+import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
 import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
 import { frame_styles, frameHeader } from './frame-parts.js';
@@ -23,7 +24,7 @@ import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
 /**
  * Why the selected scan was placed where it is: assessment, evidence, uncertainty, the course of the iterations.
  *
- * Fires `frame-selected` with a frame number or null, `pairs-toggled` with a boolean, `look-inside` with a frame number, and
+ * Fires `frame-selected` with a frame number or null, `pairs-wanted` with which are to be drawn, `look-inside` with a frame number, and
  * `scan-removed` with a name.
  */
 @customElement('scanstitch-why')
@@ -35,7 +36,9 @@ export class ScanstitchWhy extends LitElement {
   @property({ attribute: false }) ms: readonly number[] = [];
   @property({ attribute: false }) errors: readonly (number | null)[] = [];
   @property({ attribute: false }) reference_name = '';
-  @property({ type: Boolean }) pairs_shown = false;
+  @property({ attribute: false }) pairs_shown: ShownPairs = 'none';
+  /** Its longest pairs; null before they are there. */
+  @property({ attribute: false }) longest: LongestPairs | null = null;
   /** Whether a scan may be left out: not the last one. */
   @property({ type: Boolean }) removable = false;
   @property({ attribute: false }) colors: readonly Rgb[] = [];
@@ -109,14 +112,18 @@ export class ScanstitchWhy extends LitElement {
   }
 
   private renderRegistration(): TemplateResult {
-    return html`<label class="pairs">
+    const box = (which: ShownPairs, label: string): TemplateResult =>
+      html`<label class="pairs">
         <input
           type="checkbox"
-          .checked=${this.pairs_shown}
-          @change=${(event: Event) => this.emit('pairs-toggled', (event.target as HTMLInputElement).checked)}
+          .checked=${this.pairs_shown === which}
+          @change=${(event: Event) => this.emit('pairs-wanted', (event.target as HTMLInputElement).checked ? which : 'none')}
         />
-        Show correspondences
-      </label>
+        ${label}
+      </label>`;
+    return html`${box('longest', 'Show the longest pairs: where it fits worst')}
+      ${this.pairs_shown === 'longest' && this.longest ? this.renderLongest(this.longest) : nothing}
+      ${box('all', 'Show correspondences')}
       <p>
         <button
           @click=${() => this.emit('look-inside', this.index)}
@@ -126,6 +133,15 @@ export class ScanstitchWhy extends LitElement {
         </button>
       </p>
       ${this.history.length > 0 ? this.renderHistory() : nothing}`;
+  }
+
+  private renderLongest({ count, total, longest, median, share }: LongestPairs): TemplateResult {
+    return html`<p class="explanation">
+      On the map: the ${plural(count, 'longest pair')} of ${formatCount(total)}. They have ${formatPercent(share)} of
+      the sum of squared distances; the longest is ${formatLength(longest)}, half of all are below
+      ${formatLength(median)}. Together in one place they show something that moved, or a surface that the scans before
+      did not see. Spread over all walls, they show a pose that is off.
+    </p>`;
   }
 
   private renderHistory(): TemplateResult {
@@ -212,7 +228,7 @@ export class ScanstitchWhy extends LitElement {
       }
       summary {
         color: var(--muted);
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
         cursor: pointer;
       }
       .scroll {
@@ -222,7 +238,7 @@ export class ScanstitchWhy extends LitElement {
         width: 100%;
         margin-top: 6px;
         border-collapse: collapse;
-        font-size: 11.5px;
+        font-size: calc(11.5 * var(--px));
       }
       th,
       td {

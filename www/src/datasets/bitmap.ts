@@ -1,9 +1,18 @@
-/** Pixmaps as the bitmaps that browsers show. */
+/** Pictures as browsers show them: PNG and JPEG as they are, pixmaps as bitmaps. */
+import type { Content } from '../../../package/recording_reader.js';
 
 const HEADER_BYTES = 54;
 
+/** For an image element. */
+export async function pictureOf({ path, blob, read }: Content): Promise<Blob> {
+  if (/\.(ppm|pgm)$/i.test(path)) return new Blob([bitmapOf(await read())], { type: 'image/bmp' });
+  if (blob) return blob;
+  const type = /\.jpe?g$/i.test(path) ? 'image/jpeg' : /\.png$/i.test(path) ? 'image/png' : '';
+  return new Blob([new Uint8Array(await read())], { type });
+}
+
 /** A BMP of 24 bits (Microsoft, BITMAPINFOHEADER) of a PPM or PGM of 8 bits; empty where it is none. */
-export function bitmapOf(pixmap: Uint8Array): Uint8Array<ArrayBuffer> {
+function bitmapOf(pixmap: Uint8Array): Uint8Array<ArrayBuffer> {
   const head = new TextDecoder('latin1').decode(pixmap.subarray(0, 64));
   const [header = '', kind, columns, rows] = head.match(/^P([56])\s+(\d+)\s+(\d+)\s+255\s/) ?? [];
   const [width, height, channels] = [Number(columns), Number(rows), kind === '6' ? 3 : 1];

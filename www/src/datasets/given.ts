@@ -2,15 +2,12 @@
  * What a host names in `src`: the addresses of files, or of a manifest that lists them. They are fetched and become files
  * as a drop has them.
  */
-import type { InputFile } from '../engine/protocol.js';
 import { HEAD_BYTES } from '../../../package/files/heads.js';
-import { classify } from '../../../package/recording/classify.js';
-import type { Dataset } from './dataset.js';
+import { isLaserLog } from '../../../package/files/laser_logs.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
+import type { Opened } from './dataset.js';
 import { okOnly } from './fetch-ok.js';
-import type { Note } from './note.js';
 import type { NamedFile } from './gather.js';
-import { takeIn } from './take-in.js';
-import type { PlanarFiles, SpatialFiles } from './spatial-files.js';
 
 /** Files that come from the host. What the manifest says of them counts more than what they look like. */
 export interface GivenSet {
@@ -83,7 +80,7 @@ const NOTHING: GivenSet = { title: '', files: [], scans: [], reference: null, od
 /** Null: the file is a laser log written as JSON. */
 async function manifestOf({ name, file }: NamedFile): Promise<Manifest | null> {
   const head = new Uint8Array(await file.slice(0, HEAD_BYTES).arrayBuffer());
-  if (classify(name, head).role === 'scan') return null;
+  if (isLaserLog(head)) return null;
   const manifest = readJson(await file.text());
   if (typeof manifest !== 'object' || manifest === null) {
     throw new Error(`${name} is not a manifest: it is not JSON; it should read ${EXAMPLE}`);
@@ -120,42 +117,28 @@ function listOf(value: unknown, key: string, base: URL): string[] {
   throw new Error(`${base.href}: "${key}" should be an address, or a list of addresses`);
 }
 
-/** The planar data set that these files are, and what of them is not used. */
-export async function givenDataset(
-  given: GivenSet,
-  { files, notes }: PlanarFiles,
-): Promise<{ dataset: Dataset; notes: Note[] }> {
-  const named = (name: string | null): NamedFile | undefined => given.files.find((file) => file.name === name);
-  const [reference, odometry] = [named(given.reference), named(given.odometry)];
-  const rest = files.filter(({ name }) => name !== reference?.name && name !== odometry?.name);
-  const intake = await takeIn(rest);
-  const unused = [...notes, ...intake.notes];
-  if (intake.scans.length === 0) {
-    const reasons = unused.map(({ file, reason }) => `${file}: ${reason}`);
-    const names = given.files.map(({ name }) => name).join(', ');
-    throw new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);
-  }
-  const place = ({ name }: InputFile): number => given.scans.indexOf(name);
-  const dataset: Dataset = {
-    title: given.title || DEFAULT_TITLE,
-    origin: 'host',
-    is_log: intake.has_log,
-    scans: given.scans.length > 0 ? intake.scans.sort((a, b) => place(a) - place(b)) : intake.scans,
-    reference: reference ? await inputOf(reference) : intake.reference,
-    odometry: odometry ? await inputOf(odometry) : intake.odometry,
+/** What these files are, as the manifest has it. Throws where they go to the view of planar scans and hold none. */
+export function asTold(recording: OpenedRecording, given: GivenSet, is_planar: boolean): Opened {
+  const found = (name: string | null): string | null => (recording.files.has(name ?? '') ? name : null);
+  const [reference, odometry] = [found(given.reference), found(given.odometry)];
+  const place = (name: string): number => given.scans.indexOf(name);
+  const scans = recording.scans.filter((name) => name !== reference && name !== odometry);
+  if (given.scans.length > 0) scans.sort((a, b) => place(a) - place(b));
+  if (is_planar && scans.length === 0) throw noScan(given, recording);
+  const told: OpenedRecording = {
+    ...recording,
+    scans,
+    reference: reference === null ? recording.reference : [reference],
+    odometry: odometry ?? recording.odometry,
+    notes: recording.notes.filter(({ file }) => file !== reference && file !== odometry),
   };
-  return { dataset, notes: unused };
+  return { title: given.title || (is_planar ? DEFAULT_TITLE : ''), origin: 'host', recording: told };
 }
 
-/** The recording in space that these files are. */
-export function givenSpatial({ title, reference }: GivenSet, files: SpatialFiles): SpatialFiles {
-  const { recording } = files;
-  const told = recording && reference !== null ? { recording: { ...recording, reference: [reference] } } : {};
-  return { ...files, ...told, title, origin: 'host' };
-}
-
-async function inputOf({ name, file }: NamedFile): Promise<InputFile> {
-  return { name, bytes: await file.arrayBuffer() };
+function noScan({ files }: GivenSet, { beside, notes }: OpenedRecording): Error {
+  const reasons = (beside?.notes ?? notes).map(({ file, reason }) => `${file}: ${reason}`);
+  const names = files.map(({ name }) => name).join(', ');
+  return new Error(`there is no scan among ${names}${reasons.length > 0 ? ` (${reasons.join('; ')})` : ''}`);
 }
 
 // Fetching.

@@ -4,5 +4,5 @@ import type { Dataset } from './dataset.js';
 /** Ten rendered scans of a corridor and their ground truth. */
 export async function fetchSample(): Promise<Dataset> {
   const { corridorFiles } = await import('./corridor.js');
-  return { title: 'Sample: a corridor', origin: 'sample', is_log: false, ...corridorFiles(), odometry: null };
+  return { title: 'Sample: a corridor', origin: 'sample', ...corridorFiles(), odometry: null };
 }

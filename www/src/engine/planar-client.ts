@@ -47,8 +47,6 @@ const STOP_PATIENCE_MS = 4000;
 
 /** More than this is computed sooner by the full engine, though it has to be fetched: about 100 scans as text. */
 const MAX_FIRST_BYTES = 1e6;
-/** How a scan's file begins. The small engine reads no others. */
-const PLY_HEAD = 'ply';
 
 type Host = WorkerHost<PlanarApi, PlanarEvent>;
 
@@ -284,10 +282,8 @@ export class PlanarClient {
 
 /** A few scans and no logs. */
 function isForFirst({ scans, odometry }: Inputs): boolean {
-  const is_ply = ({ bytes }: InputFile): boolean =>
-    String.fromCharCode(...new Uint8Array(bytes, 0, Math.min(bytes.byteLength, PLY_HEAD.length))) === PLY_HEAD;
   const num_bytes = scans.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
-  return !odometry && num_bytes <= MAX_FIRST_BYTES && scans.every(is_ply);
+  return !odometry && num_bytes <= MAX_FIRST_BYTES && !scans.some(({ is_log, table }) => is_log || table !== undefined);
 }
 
 function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {

@@ -27,7 +27,7 @@ import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } fr
 
 /** The full engine, or the part of it that reads scans alone and no logs. */
 export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | 'version'> &
-  Partial<Pick<typeof full, 'is_laser_log' | 'describe_table'>> & {
+  Partial<Pick<typeof full, 'describe_table'>> & {
     init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
     Reconstruction: new () => Reconstruction;
   };
@@ -36,8 +36,6 @@ type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'>
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
-/** A laser log is recognised by its first bytes. */
-const LOG_HEAD_BYTES = 32_768;
 /** Progress is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 50;
 /** What is done in this time is shown when it is done: each picture costs a slow page as much as ten scans. */
@@ -180,10 +178,9 @@ function readBeside(
 
 /** A file is one scan, or a log of many. */
 function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: ReadOutcome['notes']): void {
-  const { name, bytes, table } = file;
+  const { name, bytes, table, is_log } = file;
   const content = new Uint8Array(bytes);
-  const is_log = table !== undefined || engine.is_laser_log?.(content.subarray(0, LOG_HEAD_BYTES));
-  if (!next.add_log || !is_log) {
+  if (!next.add_log || !(is_log || table !== undefined)) {
     next.add_scan(name, content);
     return;
   }

@@ -41,6 +41,10 @@ export type FrameResult = EngineFrameResult<PlanarPose, CleaningReport>;
 export interface InputFile {
   name: string;
   bytes: ArrayBuffer;
+  /** Whether it holds many scans. */
+  is_log?: boolean;
+  /** Whether it is a log whose columns somebody may want to name. */
+  is_table?: boolean;
   /** What its columns are, where it is a table of ranges and somebody has said so. */
   table?: string;
 }

@@ -21,7 +21,7 @@ export const evaluate_styles = css`
     padding: 7px 10px;
     border-radius: var(--radius);
     background: var(--surface);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
     overflow-wrap: anywhere;
   }
   .problems li svg {
@@ -67,7 +67,7 @@ export const controls_styles = css`
     gap: 3px;
     min-width: 0;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   label.check {
     display: flex;
@@ -86,7 +86,7 @@ export const controls_styles = css`
   .more {
     flex-basis: 100%;
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .more summary {
     width: max-content;
@@ -113,7 +113,7 @@ export const controls_styles = css`
     padding-left: 10px;
     border: 1px solid var(--line);
     border-radius: 999px;
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .beside button {
     min-height: 26px;
@@ -160,7 +160,7 @@ export const figures_styles = css`
   }
   .over {
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .over select {
     min-height: 28px;
@@ -168,7 +168,7 @@ export const figures_styles = css`
     border-radius: 7px;
     background: var(--surface);
     color: var(--text);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .paths scanstitch-figure {
     flex: 1;
@@ -189,7 +189,7 @@ export const figures_styles = css`
     padding: 2px 8px;
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 88%, transparent);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     pointer-events: none;
   }
   @container (max-width: 900px) {

@@ -38,6 +38,7 @@ function compareAll(query: Query): Result {
   const result: Result = {
     comparisons: [],
     refusals: [],
+    realigned: null,
     reference_problem: null,
     reference_notes: [],
     relation_problems: [],
@@ -49,16 +50,34 @@ function compareAll(query: Query): Result {
     return result;
   }
   result.reference_notes = reference.value.notes;
-  for (const id of query.estimates) {
-    const compared = attempt(() => compare(reference.value, id, query));
-    if ('problem' in compared) result.refusals.push({ id, name: nameOf(id), problem: compared.problem });
-    else {
-      result.comparisons.push(compared.value.comparison);
-      result.relation_problems.push(...compared.value.relation_problems);
-    }
+  Object.assign(result, compareEach(reference.value, query));
+  const [refusal] = result.refusals;
+  // Positions alone have no first pose to make equal: an empty page would help nobody.
+  if (query.options.alignment === 'origin' && result.comparisons.length === 0 && refusal) {
+    const fitted = compareEach(reference.value, { ...query, options: { ...query.options, alignment: 'se3' } });
+    if (fitted.comparisons.length > 0) Object.assign(result, fitted, { realigned: refusal.problem });
   }
   result.elapsed_ms = performance.now() - start;
   return result;
+}
+
+function compareEach(
+  reference: Trajectory,
+  query: Query,
+): Pick<Result, 'comparisons' | 'refusals' | 'relation_problems'> {
+  const compared = query.estimates.map((id) => ({
+    id,
+    name: nameOf(id),
+    ...attempt(() => compare(reference, id, query)),
+  }));
+  const found = compared.flatMap((one) => ('value' in one ? [one.value] : []));
+  return {
+    comparisons: found.map(({ comparison }) => comparison),
+    refusals: compared.flatMap(({ id, name, ...one }) =>
+      'problem' in one ? [{ id, name, problem: one.problem }] : [],
+    ),
+    relation_problems: found.flatMap(({ relation_problems }) => relation_problems),
+  };
 }
 
 function compare(

@@ -1,34 +1,41 @@
-/** From dropped files, folders and archives to bytes. */
-import { isPoseDocument, posesOfDocument, trajectoryBytes } from '../../../package/recording/pose_file.js';
+/** From dropped files, folders and archives to trajectories and what lies beside them, read. */
+import { openRecording } from '../../../package/recording_reader.js';
+import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import type { NamedFile } from '../datasets/gather.js';
-import { openFiles } from '../datasets/spatial-files.js';
 import { messageOf } from '../engine/message-of.js';
-import { isOfNoUse } from './intake.js';
 import type { Part } from './protocol.js';
 
-export interface OpenedFiles {
-  parts: Part[];
+export interface Intake {
+  /** One file each, or the files of a folder with one pose each. */
+  trajectories: { name: string; parts: readonly Part[] }[];
+  times: Part | null;
+  relations: Part | null;
+  clouds: Part[];
   /** Files that cannot be opened, and why. */
   problems: string[];
-  /** Names of files that can be no trajectory, map or times, and were not opened. */
+  /** Names of files that can be no trajectory, map or times. */
   skipped: string[];
 }
 
-export async function readAll(named: readonly NamedFile[]): Promise<OpenedFiles> {
-  const { files, notes } = await openFiles(named);
-  const wanted = files.filter(({ path }) => !isOfNoUse(path) || isPoseDocument(path));
-  const opened: OpenedFiles = {
-    parts: [],
-    problems: notes.map(({ file, reason }) => `${file}: ${reason}`),
-    skipped: files.filter((file) => !wanted.includes(file)).map(({ path }) => path),
+export async function openFiles(named: readonly NamedFile[]): Promise<Intake> {
+  const recording = await openRecording(named.map(({ name: path, file: blob }) => ({ path, blob })));
+  const found = await recording.trajectories();
+  const problems = [...recording.opened.notes.map(({ file, reason }) => `${file}: ${reason}`), ...found.problems];
+  const read = async (path: string): Promise<Part[]> => {
+    try {
+      return [{ name: path, bytes: trajectoryBytes(path, await recording.read(path)) }];
+    } catch (error) {
+      problems.push(messageOf(error));
+      return [];
+    }
   };
-  const read = await Promise.allSettled(wanted.map(async (file) => ({ name: file.path, bytes: await file.read() })));
-  for (const result of read) {
-    if (result.status === 'fulfilled') {
-      const { name, bytes } = result.value;
-      if (isPoseDocument(name) && !posesOfDocument(bytes)) opened.skipped.push(name);
-      else opened.parts.push({ name, bytes: trajectoryBytes(name, bytes) });
-    } else opened.problems.push(messageOf(result.reason));
-  }
-  return opened;
+  const readAll = async (paths: readonly string[]): Promise<Part[]> => (await Promise.all(paths.map(read))).flat();
+  const trajectories = await Promise.all(
+    found.trajectories.map(async ({ name, paths }) => ({ name, parts: await readAll(paths) })),
+  );
+  const [times = null] = await readAll(found.times === null ? [] : [found.times]);
+  const [relations = null] = await readAll(found.relations === null ? [] : [found.relations]);
+  const clouds = await readAll(found.maps);
+  const readable = trajectories.filter(({ parts }) => parts.length > 0);
+  return { trajectories: readable, times, relations, clouds, problems, skipped: found.skipped };
 }

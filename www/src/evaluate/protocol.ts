@@ -73,6 +73,8 @@ export interface Refusal {
 export interface Result {
   comparisons: Comparison[];
   refusals: Refusal[];
+  /** Why no estimate could be aligned at the first pose, as was chosen: all are aligned by SE(3) then. Null where they could. */
+  realigned: string | null;
   /** What is wrong with the reference itself; nothing was compared then. */
   reference_problem: string | null;
   /** What reading the reference showed. */

@@ -30,14 +30,16 @@ export class ScanstitchRanking extends LitElement {
   protected override render(): TemplateResult {
     const { ranked, refusals } = this;
     const count = ranked.length + refusals.length;
-    const failed = refusals.length === 0 ? '' : `, ${refusals.length} of ${count} not`;
+    const words =
+      ranked.length === 0
+        ? `${refusals.length === 1 ? 'The estimate' : `None of the ${count} estimates`} could ${refusals.length === 1 ? 'not ' : ''}be compared with ${this.reference_name}`
+        : `${ranked.length} compared with ${this.reference_name} in ${this.elapsed_ms.toFixed(0)} ms${
+            refusals.length === 0 ? '' : `, ${refusals.length} could not be`
+          }`;
     return html`<section class="ranking" aria-label=${count === 1 ? 'Figures' : 'Ranking'}>
       <header>
         <h2>${count === 1 ? 'Figures' : 'Ranking'}</h2>
-        <span class="muted"
-          >${ranked.length} compared with ${this.reference_name} in ${this.elapsed_ms.toFixed(0)}
-          ms${failed}${count > 1 ? '; select a column to sort by it' : ''}</span
-        >
+        <span class="muted">${words}${ranked.length > 1 ? '; select a column to sort by it' : ''}</span>
         <span class="save">
           <button class="quiet" @click=${() => this.copy(markdown, 'Markdown')}>Copy Markdown</button>
           <button class="quiet" @click=${() => this.copy(csv, 'CSV')}>Copy CSV</button>

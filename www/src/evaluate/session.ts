@@ -8,10 +8,9 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { sorted } from '../views/sorted.js';
 import { WorkerClient } from './client.js';
 import evaluate_url from './evaluate-worker.ts?worker&url';
-import { type Intake, sortOut } from './intake.js';
 import map_url from './sharpness-worker.ts?worker&url';
 import { skippedWords } from './notices.js';
-import { readAll } from './open-files.js';
+import { type Intake, openFiles } from './open-files.js';
 import type {
   Command,
   Comparison,
@@ -152,14 +151,15 @@ export class EvaluateSession extends Session<Clients> {
   async open(named: readonly NamedFile[], unreadable: readonly Note[] = []): Promise<void> {
     if (named.length + unreadable.length === 0) return;
     this.requested_at = performance.now();
-    const { parts, problems, skipped } = await readAll(named);
+    const intake = await openFiles(named);
+    const { problems, skipped } = intake;
     problems.push(...unreadable.map(({ file, reason }) => `${file}: ${reason}`));
     this.messages = [];
     this.tell([
       ...problems.map((problem) => errorMessage({ file: '', place: null, problem, remedy: '' })),
       ...skippedWords(skipped).map((text) => noteMessage('', text)),
     ]);
-    this.#take(sortOut(parts), problems.length > 0);
+    this.#take(intake, problems.length > 0);
   }
 
   /** Restarts with a run of the reconstruction. */
@@ -319,6 +319,11 @@ export class EvaluateSession extends Session<Clients> {
     if (this.#leavesRun(result)) return;
     this.result = result;
     this.phase = 'done';
+    if (result.realigned !== null) {
+      this.choices = { ...this.choices, options: { ...this.choices.options, alignment: 'se3' } };
+      const done = 'All are aligned by SE(3) instead. Other choices are under “Alignment”.';
+      this.tell([noteMessage('', `${result.realigned} ${done}`)]);
+    }
     const [first] = this.ranked;
     if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
     if (first) {

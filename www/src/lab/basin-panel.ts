@@ -59,14 +59,14 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     const { labels, grid, progress } = basin;
     return html`
       <p class="number">
-        <span class="big">${formatPercent(labels.share_home)}</span> of the starts end at the surveyed result
+        <span class="big">${formatPercent(labels.share_home)}</span> of these starts lead to the same result as this run
       </p>
       ${progress < 1 ? html`<progress max="1" .value=${progress} aria-label="Starts done"></progress>` : nothing}
       <scanstitch-figure
         class="map"
         steppable
         label="Starts, coloured by where they end"
-        description="${formatPercent(labels.share_home)} of the starts end at the surveyed result. ${this.readout(facts)} Arrow keys go from start to start, Enter runs from there."
+        description="${formatPercent(labels.share_home)} of these starts lead to the same result as this run. ${this.readout(facts)} Arrow keys go from start to start, Enter runs from there."
         .painter=${this.painterOf(
           basin,
           this.layerOf(grid),
@@ -86,9 +86,7 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
         ${labels.minima.slice(0, MAX_LISTED).map(({ count, lowest }, label) => {
           const T = lowest?.[0] ?? null;
           const words =
-            label === 0 || !T
-              ? 'the surveyed result'
-              : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
+            label === 0 || !T ? 'the same result' : `another minimum, ${awayWords(difference(grid.T_center, T))} away`;
           return this.renderLabel(label, count, words, T);
         })}
         ${this.renderLabel(-1, labels.labels.filter((label) => label < 0).length, 'did not converge', null)}
@@ -149,7 +147,7 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     const end = this.endOfNode();
     if (!basin || end < 0) return '';
     const label = basin.labels.labels[end] ?? -1;
-    const where = label === 0 ? 'the surveyed result' : label < 0 ? 'not converged' : 'another minimum';
+    const where = label === 0 ? 'the same result' : label < 0 ? 'not converged' : 'another minimum';
     return `From ${this.nodeWords(facts)}: ${where} after ${basin.ends.iterations[end]} iterations`;
   }
 

@@ -7,7 +7,7 @@ import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
 import { type LabRun, MAX_RUNS } from './session.js';
 import { lastPose, numPoses } from './trace.js';
-import { endReasonWords, methodName } from './words.js';
+import { endReasonWords, runName } from './words.js';
 
 export interface CompareFacts {
   runs: readonly LabRun[];
@@ -80,7 +80,7 @@ export function comparePanel(has: CompareFacts): TemplateResult {
 
 function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateResult {
   const { trace, problem, own, id } = run;
-  const name = own ? `Your ICP: ${own}` : methodName(run.options, run.facts ?? has.facts);
+  const name = runName(run, has.facts);
   const end = endOf(run);
   const apart = end && reference ? difference(reference, end) : null;
   const home = has.basins.get(id);

@@ -5,7 +5,7 @@ import '../components/settings-panel.js';
 import './basin-panel.js';
 import './landscape-panel.js';
 import './search-panel.js';
-import { layout_styles } from '../components/app-styles.js';
+import { layout_styles } from '../components/run-styles.js';
 import type { ScanstitchFigure } from '../components/figure-view.js';
 import { tabs } from '../components/run-parts.js';
 import type { SettingValues } from '../components/settings-panel.js';
@@ -24,7 +24,7 @@ import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
 import { lastPose, numPoses } from './trace.js';
-import { metricOf } from './words.js';
+import { metricOf, runName } from './words.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
@@ -122,7 +122,7 @@ export class ScanstitchLabSide extends LitElement {
     const shown_at = iteration ? session.iteration_at : session.at;
     const at = session.is_dragged ? null : shown_at;
     return html`<div class="panel">
-      ${stepPanel({ trace, iteration, metric, at, num_source: facts.source_points.length / 3 }, this.renderCost())}
+      ${stepPanel({ trace, iteration, metric, at, num_source: facts.source_points.length / 3 }, this.renderCost(facts))}
     </div>`;
   }
 
@@ -146,7 +146,7 @@ export class ScanstitchLabSide extends LitElement {
     </div>`;
   }
 
-  private renderCost(): TemplateResult {
+  private renderCost(facts: LabFacts): TemplateResult {
     const { session } = this;
     const { runs, active, at } = session;
     const drawn = runs.map((run) => ({
@@ -159,6 +159,18 @@ export class ScanstitchLabSide extends LitElement {
     const words =
       known.length > 1 ? `From ${known[0]?.toPrecision(3)} to ${known.at(-1)?.toPrecision(3)} square metres.` : '';
     return html`<h3>Cost by iteration</h3>
+      ${
+        runs.length > 1
+          ? html`<ul class="key" aria-label="Lines">
+              ${runs.map(
+                (run) =>
+                  html`<li class=${run.id === active ? 'active' : ''}>
+                    <i style="background: ${this.colorOf(run)}"></i>${runName(run, facts)}
+                  </li>`,
+              )}
+            </ul>`
+          : nothing
+      }
       <scanstitch-figure
         class="cost"
         steppable

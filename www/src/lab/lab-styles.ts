@@ -65,11 +65,11 @@ export const lab_styles = css`
     padding: 8px 14px;
     border-bottom: 1px solid var(--line);
     background: var(--accent-soft);
-    font-size: 13.5px;
+    font-size: calc(13.5 * var(--px));
   }
   .question summary {
     color: var(--accent);
-    font-size: 13.5px;
+    font-size: calc(13.5 * var(--px));
     font-weight: 550;
   }
   .first {
@@ -107,7 +107,7 @@ export const lab_styles = css`
   }
   .gallery span {
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .columns {
     display: grid;
@@ -127,6 +127,14 @@ export const lab_styles = css`
     display: grid;
     min-height: 0;
   }
+  .stage-area > scanstitch-messages {
+    position: absolute;
+    inset: 12px auto auto 12px;
+    display: flex;
+    flex-direction: column;
+    width: min(430px, calc(100% - 74px));
+    max-height: calc(100% - 60px);
+  }
   .hint {
     position: absolute;
     top: 10px;
@@ -136,7 +144,7 @@ export const lab_styles = css`
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 88%, transparent);
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     pointer-events: none;
   }
   .run-from-here {
@@ -180,7 +188,7 @@ export const lab_styles = css`
     padding: 6px 14px;
     border-top: 1px solid var(--line);
     background: var(--surface);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .legend .scale {
     display: inline-flex;
@@ -194,7 +202,7 @@ export const lab_styles = css`
     border-radius: 4px;
   }
   .legend .sign {
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     display: inline-flex;
     align-items: center;
     gap: 5px;

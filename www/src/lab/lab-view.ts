@@ -5,7 +5,7 @@ import './lab-side.js';
 import './plane-stage.js';
 import './space-stage.js';
 import { announcements } from '../components/announcer.js';
-import { layout_styles } from '../components/app-styles.js';
+import { layout_styles } from '../components/run-styles.js';
 import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
@@ -13,6 +13,7 @@ import { messages } from '../components/run-parts.js';
 import { drop_styles, empty_styles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
+import { LastRequest } from '../engine/last-request.js';
 import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
@@ -27,6 +28,7 @@ import {
   type OpenedScene,
   SAMPLE,
   sampleClouds,
+  SCENE_ITEMS,
   sceneClouds,
 } from './clouds.js';
 import { lab_styles } from './lab-styles.js';
@@ -55,6 +57,8 @@ export class ScanstitchLab extends LitElement {
   @property({ attribute: false }) given: GivenClouds | null = null;
   /** Addresses of a course page: two clouds, or a manifest. */
   @property() src = '';
+  /** A scene of the gallery, where there is no `src`. */
+  @property() example = '';
   @property({ type: Boolean }) dark = false;
   /** What is shown stands in the page's address, as a link. */
   @property({ type: Boolean, attribute: 'remember-link' }) remember_link = false;
@@ -66,7 +70,7 @@ export class ScanstitchLab extends LitElement {
   /** What a link says of files that are not there yet. */
   private awaited: LabLink | null = null;
   /** Counts the downloads: the last one wins. */
-  private num_fetched = 0;
+  private readonly fetching = new LastRequest();
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
   @query('#pick') private file_input!: HTMLInputElement;
@@ -89,7 +93,17 @@ export class ScanstitchLab extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (!this.given && !this.openAddress(location.hash) && this.src) this.attend(addressedClouds(this.src));
+    if (!this.given && !this.openAddress(location.hash)) this.openOwn();
+  }
+
+  /** Opens what the host page names: two clouds, or a scene. */
+  private openOwn(): void {
+    if (this.src) this.attend(addressedClouds(this.src));
+    else if (sceneClouds(this.example)) this.showExample(this.example);
+    else if (this.example) {
+      const names = SCENE_ITEMS.map(({ id }) => id).join(', ');
+      this.session.report(`There is no scene “${this.example}”`, `Name one of these: ${names}`);
+    }
   }
 
   /** Another scene was typed into the address; by now the lab may have put its own link there again. */
@@ -130,7 +144,7 @@ export class ScanstitchLab extends LitElement {
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('given') && this.given) void this.session.open(this.given);
-    else if (changed.get('src') !== undefined && this.src) this.attend(addressedClouds(this.src));
+    else if (changed.get('src') !== undefined || changed.get('example') !== undefined) this.openOwn();
     this.rememberLink();
   }
 
@@ -257,6 +271,13 @@ export class ScanstitchLab extends LitElement {
         <button @click=${() => this.file_input.click()} title="Two clouds, or the poses of your own ICP">
           ${icon('open')}Open…
         </button>
+        ${
+          this.src || this.example
+            ? html`<button @click=${() => this.openOwn()} title="What this page opened first">
+                This page’s clouds
+              </button>`
+            : nothing
+        }
         ${examplesMenu((name) => this.showExample(name))}
         <scanstitch-menu
           label="Export"
@@ -289,6 +310,7 @@ export class ScanstitchLab extends LitElement {
     }
     return html`<scanstitch-lab-plane
       .scene=${this.sceneOf(facts)}
+      .turns=${session.given?.turns ?? null}
       .fit_key=${session.generation}
       .description=${state}
       @source-dragged=${onDragged}
@@ -444,9 +466,9 @@ export class ScanstitchLab extends LitElement {
     fetching: Promise<GivenClouds>,
     open: (given: GivenClouds) => Promise<void> = (given) => this.session.open(given),
   ): void {
-    const own = ++this.num_fetched;
+    const signal = this.fetching.begin();
     const before = this.session.given;
-    const is_wanted = (): boolean => own === this.num_fetched && this.session.given === before;
+    const is_wanted = (): boolean => !signal.aborted && this.session.given === before;
     fetching.then(
       (given) => (is_wanted() ? open(given) : undefined),
       (error: unknown) => {

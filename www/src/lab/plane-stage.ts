@@ -1,10 +1,19 @@
 import { html, type TemplateResult } from 'lit';
-import { customElement } from 'lit/decorators.js';
+import { customElement, property } from 'lit/decorators.js';
 import { map_styles } from '../components/map-styles.js';
 import { shared } from '../components/theme.js';
 import { mapBounds } from '../views/map-bounds.js';
 import { penOn } from '../views/pen.js';
-import { bestTurns, fitted, panned, type Size, toWorld, type Viewport, zoomedAt } from '../views/viewport.js';
+import {
+  bestTurns,
+  fitted,
+  panned,
+  type Size,
+  toWorld,
+  type Turns,
+  type Viewport,
+  zoomedAt,
+} from '../views/viewport.js';
 import {
   handleOf,
   movedPoints,
@@ -21,6 +30,8 @@ const MARGIN = { top: 40, right: 56, bottom: 40, left: 40 };
 /** The two clouds in the plane on a canvas; the source is moved where it is taken hold of, and turned by its handle. */
 @customElement('scanstitch-lab-plane')
 export class ScanstitchLabPlane extends LabStage {
+  /** By how many quarter turns the target is drawn turned; null: as it is best laid. */
+  @property({ attribute: false }) turns: Turns | null = null;
   private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
   private ground = document.createElement('canvas');
   private ground_of: readonly unknown[] = [];
@@ -54,7 +65,7 @@ export class ScanstitchLabPlane extends LabStage {
       { points: flat, offsets },
       middles.map(([x, y]) => ({ x, y })),
     );
-    if (bounds) this.view = fitted(bounds, size, MARGIN, bestTurns(bounds, size));
+    if (bounds) this.view = fitted(bounds, size, MARGIN, this.turns ?? bestTurns(bounds, size));
     this.is_moved = false;
     this.surface.requestPaint();
   }

@@ -2,6 +2,7 @@
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { Session } from '../components/session.js';
+import { LastRequest } from '../engine/last-request.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
 import type { Colors } from '../views/axes.js';
@@ -61,8 +62,8 @@ export class LabSession extends Session<LabClient> {
   readonly player: Player;
   #iterations = new KeptIterations();
   #next_id = 1;
-  #num_runs = 0;
-  #wanted = '';
+  readonly #opening = new LastRequest();
+  readonly #looking = new LastRequest();
   #is_to_be_told = false;
   /** What was said of the start before. */
   #start_problem = '';
@@ -122,7 +123,8 @@ export class LabSession extends Session<LabClient> {
 
   /** Takes two clouds and registers them. `options` and `start`: null keeps what is set. */
   async open(given: GivenClouds, options: Options | null = null, start: Pose | null = null): Promise<void> {
-    const own = ++this.#num_runs;
+    const signal = this.#opening.begin();
+    this.#looking.end();
     this.given = given;
     this.phase = 'reading';
     this.activity = 'Reading the clouds';
@@ -140,14 +142,14 @@ export class LabSession extends Session<LabClient> {
           return cloud.read();
         }),
       );
-      if (own !== this.#num_runs || !source || !target || !this.client) return;
+      if (signal.aborted || !source || !target || !this.client) return;
       this.client.open(source, target);
       this.is_of_camera = target.kind === 'depth' || (target.kind === 'positions' && target.is_of_camera === true);
       this.generation++;
       if (options === null && given.options === null) await this.#dropUnfit(known);
       await this.#runAll();
     } catch (error) {
-      if (own === this.#num_runs) this.#onProblem(error);
+      if (!signal.aborted) this.#onProblem(error);
     }
   }
 
@@ -400,11 +402,10 @@ export class LabSession extends Session<LabClient> {
   async #lookAt(at: number): Promise<void> {
     const { run } = this;
     if (!run) return;
-    const wanted = `${run.id} ${at} ${this.#num_runs}`;
-    this.#wanted = wanted;
+    const signal = this.#looking.begin();
     try {
       const iteration = await this.iterationAt(run, at);
-      if (this.#wanted !== wanted || this.is_dragged || !iteration) return;
+      if (signal.aborted || this.is_dragged || !iteration) return;
       this.iteration = iteration;
       this.iteration_at = at;
       if (this.#is_to_be_told && !this.player.is_moving) {
@@ -415,7 +416,7 @@ export class LabSession extends Session<LabClient> {
       // The next one is there when it is asked for.
       if (at < this.player.count) await this.iterationAt(run, at + 1);
     } catch (error) {
-      if (this.#wanted === wanted && !(error instanceof WorkerDied)) this.#onProblem(error);
+      if (!signal.aborted && !(error instanceof WorkerDied)) this.#onProblem(error);
     }
   }
 

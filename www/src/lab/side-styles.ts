@@ -18,7 +18,7 @@ export const side_styles = css`
   }
   .panel header .muted,
   header .muted {
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .panel h3 {
     margin-top: 6px;
@@ -33,11 +33,29 @@ export const side_styles = css`
   }
   .explanation {
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   abbr {
     text-decoration: underline dotted;
     text-underline-offset: 2px;
+  }
+  .key {
+    display: grid;
+    gap: 2px;
+    font-size: calc(12.5 * var(--px));
+  }
+  .key li {
+    display: flex;
+    align-items: center;
+    gap: 8px;
+  }
+  .key .active {
+    font-weight: 600;
+  }
+  .key i {
+    flex: none;
+    width: 18px;
+    height: 3px;
   }
   scanstitch-figure.cost {
     height: 170px;
@@ -53,7 +71,7 @@ export const side_styles = css`
   }
   .formula {
     font-family: 'STIX Two Text', Cambria, Georgia, serif;
-    font-size: 15.5px;
+    font-size: calc(15.5 * var(--px));
     line-height: 1.5;
   }
   .system {
@@ -69,12 +87,12 @@ export const side_styles = css`
     border-radius: 7px;
     border-collapse: separate;
     border-spacing: 0;
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .matrix caption {
     caption-side: bottom;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .matrix td {
     padding: 1px 5px;
@@ -88,20 +106,20 @@ export const side_styles = css`
     font-style: italic;
   }
   .system.large .sign {
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .system.large .matrix {
-    font-size: 10.5px;
+    font-size: calc(10.5 * var(--px));
   }
   .system.large .matrix td {
     padding: 1px 3px;
   }
   .sign {
-    font-size: 15px;
+    font-size: calc(15 * var(--px));
   }
   summary {
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
     cursor: pointer;
   }
   .scroll {
@@ -111,7 +129,7 @@ export const side_styles = css`
     width: 100%;
     margin-top: 6px;
     border-collapse: collapse;
-    font-size: 11.5px;
+    font-size: calc(11.5 * var(--px));
   }
   .iterations th,
   .iterations td {
@@ -173,7 +191,7 @@ export const side_styles = css`
     grid-template-columns: minmax(0, 1fr) 90px 42px;
     align-items: center;
     gap: 10px;
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .directions .bar {
     height: 8px;
@@ -199,7 +217,7 @@ export const side_styles = css`
     overflow-x: auto;
   }
   .tabs [role='tab'] {
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
   }
   @container (max-width: 900px) {
     .tabs {

@@ -237,7 +237,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
         display: flex;
         align-items: center;
         gap: 6px;
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
         white-space: nowrap;
       }
       .costs i {
@@ -265,7 +265,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
         border-radius: 3px;
       }
       .big {
-        font-size: 24px;
+        font-size: calc(24 * var(--px));
         font-weight: 650;
       }
       progress {

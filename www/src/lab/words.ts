@@ -84,6 +84,11 @@ export function metricOf(
 export const metricName = (metric: keyof typeof METRICS): string => METRICS[metric];
 
 /** What a method is called: its metric, and what differs from the engine's defaults. */
+/** What a run beside others is called. */
+export function runName(run: { own: string; options: Options; facts: LabFacts | null }, facts: LabFacts): string {
+  return run.own ? `Your ICP: ${run.own}` : methodName(run.options, run.facts ?? facts);
+}
+
 export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' | 'target_normals'>): string {
   const {
     robust_kernel = DEFAULTS.robust_kernel,

@@ -4,6 +4,7 @@ import type { Dataset } from '../datasets/dataset.js';
 import type { FrameResult, PlanarPose, ScanToMap, Settings } from '../engine/protocol.js';
 import { baseName } from '../views/format.js';
 import type { PointSet } from '../views/point-layer.js';
+import type { Turns } from '../views/viewport.js';
 
 interface Run {
   settings: Settings;
@@ -22,9 +23,10 @@ export function clouds(
   const source = Math.max(frame ?? 1, 1);
   if (frames.length < 2 || source >= frames.length) return null;
   const before = source - 1;
-  const files = new Map(dataset.scans.map((scan) => [scan.name, scan.bytes]));
+  // Of a log, no file is a cloud.
+  const files = new Map(dataset.scans.flatMap(({ name, bytes, is_log }) => (is_log ? [] : [[name, bytes]])));
   const scans = frames.map(({ name, T_world_sensor }, i): GivenCloud => {
-    const bytes = dataset.is_log ? undefined : files.get(name);
+    const bytes = files.get(name);
     if (bytes) return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(bytes) }) };
     return pointsOf(name, points, i, T_world_sensor);
   });
@@ -61,6 +63,22 @@ export function cloudsAsRun(given: GivenClouds, pair: ScanToMap): GivenClouds {
     options: others,
     init_T_target_source: pair.init_T_target_source,
   };
+}
+
+/**
+ * By how many quarter turns the target's frame is to be turned to lie as on the map, which is turned by `turned`. `pair`: the
+ * map that the scan was registered to, if that is the target; else it is the scan before.
+ */
+export function turnsOf(
+  { source, target }: GivenClouds,
+  pair: ScanToMap | null,
+  frames: readonly FrameResult[],
+  turned: Turns,
+): Turns {
+  const thetaOf = (wanted: string): number => frames.find(({ name }) => name === wanted)?.T_world_sensor.theta ?? 0;
+  const [cos = 1, , , , sin = 0] = pair?.init_T_target_source ?? [];
+  const theta_world_target = pair ? thetaOf(source) - Math.atan2(sin, cos) : thetaOf(target);
+  return ((((turned + Math.round(theta_world_target / (Math.PI / 2))) % 4) + 4) % 4) as Turns;
 }
 
 /** Those of the run's settings that say how two scans are registered; the search before it where the run has one. */

@@ -1,8 +1,8 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { customElement, query, state } from 'lit/decorators.js';
 import '../components/map-view.js';
-import '../components/overview.js';
 import type { ScanstitchMap } from '../components/map-view.js';
+import type { Measure } from '../components/before-after.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
@@ -10,19 +10,16 @@ import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import { welcome, welcome_styles } from '../components/welcome.js';
-import type { Dataset } from '../datasets/dataset.js';
-import type { Note } from '../datasets/note.js';
-import { fetchSample } from '../datasets/remote.js';
-import type { PlanarFiles } from '../datasets/spatial-files.js';
 import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
-import { baseName, plural } from '../views/format.js';
+import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
 import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
-import type { MapMarks } from '../views/map-painter.js';
+import type { BeforeMap, MapMarks, Status } from '../views/map-painter.js';
 import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
+import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
@@ -33,7 +30,7 @@ const PLANAR: RunKind = {
   noun: 'scan',
   exports: EXPORTS,
   panels: { figures: 'Result', table: 'Scans', details: 'Details', settings: 'Settings' },
-  tabs: { wide: [], medium: ['details', 'settings'], narrow: ['figures', 'table', 'details', 'settings'] },
+  order: ['figures', 'table', 'details', 'settings'],
 };
 
 // The same empty lists every time: a new one would be a change.
@@ -48,9 +45,10 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  * each scan in detail.
  */
 @customElement('scanstitch-planar')
-export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, PlanarFiles> {
-  @state() private pairs_shown = false;
+export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, BeforeMap> {
+  @state() private pairs_shown: ShownPairs = 'none';
   @state() private is_welcome_closed = false;
+  /** All pairs of the selected scan; null while they are not wanted. */
   @state() private pairs: Float32Array | null = null;
   @state() private wants_occupancy = false;
   @state() private occupancy: OccupancyPicture | null = null;
@@ -59,47 +57,25 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private occupancy_dark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
-  protected override session = this.newSession();
-  protected override readonly of = PLANAR;
+  override session = this.newSession();
+  override readonly of = PLANAR;
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private rowsOf = memoizeLast(frameRows);
   private columnsOf = memoizeLast(frameColumns);
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
+  private longestOf = memoizeLast(longestPairs);
   private pieceColorsOf = memoizeLast(pieceColors);
   private pairs_made_of: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
   private history_of: readonly unknown[] = [];
 
-  openSample(): void {
-    this.stepAside();
-    void this.session.openGiven(fetchSample());
-  }
-
-  /** Shows scans that the host page has named. */
-  openGiven(dataset: Dataset, notes: readonly Note[]): void {
-    this.stepAside();
-    this.session.open(dataset, notes);
-  }
-
   protected override newSession(): PlanarSession {
-    return new PlanarSession(this);
-  }
-
-  protected override take(
-    session: PlanarSession,
-    files: PlanarFiles,
-    requested_at: number,
-    joins: boolean,
-  ): Promise<void> {
+    const session = new PlanarSession(this);
     session.has_link = this.remember_settings; // before the next update, which comes too late for a new session
-    return session.add(files, requested_at, joins);
-  }
-
-  protected override canJoin({ dataset }: PlanarSession): boolean {
-    return dataset?.origin === 'user' && !dataset.is_log && !this.session.dataset?.is_log;
+    return session;
   }
 
   protected override isSample(): boolean {
@@ -115,10 +91,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;
     const sample = this.isSample() ? 'sample' : '';
-    const { clouds, cloudsAsRun } = await import('./clouds.js');
-    const given = clouds({ settings, dataset, frames: snapshot.result.frames, points }, frame ?? this.selected, sample);
+    const { clouds, cloudsAsRun, turnsOf } = await import('./clouds.js');
+    const { frames } = snapshot.result;
+    const given = clouds({ settings, dataset, frames, points }, frame ?? this.selected, sample);
     const pair = frame === null ? null : await this.session.ask('scan_to_map', frame);
-    return given && pair ? cloudsAsRun(given, pair) : given;
+    if (!given) return null;
+    return { ...(pair ? cloudsAsRun(given, pair) : given), turns: turnsOf(given, pair, frames, this.map.turned) };
   }
 
   override async filesToEvaluate(): Promise<GivenFiles | null> {
@@ -145,13 +123,29 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return { kind: 'planar', result, timing };
   }
 
+  protected override measures({ result, timing }: Snapshot): readonly Measure[] {
+    const { frames, sharpness, comparison } = result;
+    const count = (wanted: Status): number => frames.filter(({ status }) => status === wanted).length;
+    return [
+      { label: 'Good scans', value: count('good'), format: formatCount },
+      { label: 'Sharpness', value: sharpness?.mean_residual ?? null, format: formatLength },
+      { label: 'Distance to ground truth', value: comparison?.mean ?? null, format: formatLength },
+      { label: 'Time', value: timing.total, format: formatDuration },
+    ];
+  }
+
+  protected override overlayOf({ result }: Snapshot): BeforeMap {
+    const { points } = this.session;
+    return { points, poses: result.frames.map(({ T_world_sensor }) => T_world_sensor) };
+  }
+
   protected override async makeExport(id: string, { result }: Snapshot): Promise<Download> {
     const { makeExport } = await import('../export/exports.js');
     return makeExport(id as ExportItem['id'], {
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
       frame_names: result.frames.map(({ name }) => name),
-      report: this.reportSource(result, this.session.points.points),
+      report: this.reportSource(result, this.session.points.points, this.map.turned),
     });
   }
 
@@ -226,19 +220,21 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         this.until ?? frames.length,
         this.selected,
         this.hovered,
-        this.pairs,
+        this.pairs && this.pairs_shown === 'longest' ? this.longestOf(this.pairs).drawn : this.pairs,
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
       .pieces=${this.pieces()}
+      .map_before=${this.overlay}
       .reference_name=${result?.comparison?.name ?? ''}
-      .fit_key=${session.generation}
+      .fit_key=${this.fit_key}
       .has_occupancy=${phase === 'done' || phase === 'stopped'}
       .occupancy=${this.occupancy}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wants_occupancy = detail;
       }}
       .description=${this.mapWords()}
+      ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @map-painted=${() => this.onPainted()}
     ></scanstitch-map>`;
@@ -263,7 +259,11 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const is_growing = phase === 'running';
     const { num_frames } = this.loaded();
     const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, num_frames, num_unread);
-    return html`<scanstitch-headline part="figures" .figures=${figures}></scanstitch-headline>`;
+    return html`<scanstitch-headline
+      part="figures"
+      .figures=${figures}
+      ?compact=${this.is_compact}
+    ></scanstitch-headline>`;
   }
 
   protected override renderTable(): TemplateResult {
@@ -297,6 +297,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         .errors=${errors}
         .reference_name=${reference_name}
         .colors=${this.colors()}
+        @why-wanted=${() => {
+          this.pairs_shown = 'longest';
+        }}
       ></scanstitch-overview>`;
     }
     void import('../components/why-panel.js');
@@ -309,8 +312,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .reference_name=${reference_name}
       .colors=${this.colors()}
       ?removable=${(dataset?.scans.length ?? 0) > 1}
-      ?pairs_shown=${this.pairs_shown}
-      @pairs-toggled=${({ detail }: CustomEvent<boolean>) => {
+      .pairs_shown=${this.pairs_shown}
+      .longest=${this.pairs && this.longestOf(this.pairs)}
+      @pairs-wanted=${({ detail }: CustomEvent<ShownPairs>) => {
         this.pairs_shown = detail;
       }}
       @scan-removed=${({ detail }: CustomEvent<string>) => this.session.remove(detail)}
@@ -326,10 +330,10 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   private renderWelcome(): TemplateResult | typeof nothing {
-    if (this.is_welcome_closed || !this.isSample()) return nothing;
+    if (this.is_welcome_closed || this.controls !== 'full' || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
-      copy: (text) => void this.copy(text),
+      copy: (text) => void this.copy(text, 'The lines were copied.'),
       close: () => {
         this.is_welcome_closed = true;
       },
@@ -355,15 +359,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       (id) => this.want(id),
     );
     return html`${this.renderTableImport()}${view}`;
-  }
-
-  private async copy(text: string): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.session.announce('The lines were copied.');
-    } catch {
-      this.report('The browser did not allow copying', 'Select the lines and copy them');
-    }
   }
 
   private mapWords(): string {
@@ -394,10 +389,10 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** The pairs of the selected frame are asked for once for every frame and result. */
   private async fetchPairs(): Promise<void> {
     const { session, selected, pairs_shown } = this;
-    const made_of = [session.snapshot, selected, pairs_shown];
+    const made_of = [session.snapshot, selected, pairs_shown === 'none'];
     if (made_of.every((value, i) => value === this.pairs_made_of[i])) return;
     this.pairs_made_of = made_of;
-    if (!pairs_shown || selected === null || session.phase === 'crashed') {
+    if (pairs_shown === 'none' || selected === null || session.phase === 'crashed') {
       this.pairs = null;
       return;
     }

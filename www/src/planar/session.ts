@@ -1,7 +1,6 @@
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
-import { combine, type Dataset, type Intake } from '../datasets/dataset.js';
-import type { Note } from '../datasets/note.js';
-import type { PlanarFiles } from '../datasets/spatial-files.js';
+import type { Dataset, Opened } from '../datasets/dataset.js';
+import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
@@ -19,6 +18,7 @@ import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 import type { TableImports } from './table-imports.js';
+import { combine, hasLog, type Intake, takeIn } from './take-in.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;
@@ -42,8 +42,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   #candidate: Dataset | null = null;
   #is_new_dataset = false;
   #next_reading = 0;
-  /** How often something was opened: what is still being fetched gives way to what was opened after it. */
-  #num_asked = 0;
+  /** What is still being fetched gives way to what was opened after it. */
+  readonly #fetching = new LastRequest();
   /** Files are taken in one drop after the other. */
   #adding: Promise<void> = Promise.resolve();
 
@@ -63,42 +63,45 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   /** Shows a data set that comes from a server. One that fails to come becomes a message. */
   async openGiven(fetching: Promise<Dataset>): Promise<void> {
-    const own = ++this.#num_asked;
+    const signal = this.#fetching.begin();
     this.phase = 'reading';
     this.activity = 'Fetching the scans';
     this.progress = 0;
     this.changed();
     try {
       const dataset = await fetching;
-      if (own === this.#num_asked) this.open(dataset);
+      if (!signal.aborted) this.#open(dataset);
     } catch (error) {
-      if (own !== this.#num_asked) return;
+      if (signal.aborted) return;
       this.keepResult();
       this.report(`The scans could not be fetched: ${messageOf(error)}`, 'Drop scans of your own, or reload the page');
     }
   }
 
-  open(dataset: Dataset, notes: readonly Note[] = []): void {
-    this.#num_asked++;
-    this.messages = notes.map(({ file, reason }) => noteMessage(file, reason));
+  #open(dataset: Dataset): void {
+    this.messages = [];
     this.requested_at = performance.now();
     this.#load(dataset);
   }
 
-  /** Takes in files that were dropped or picked, asked for at clock time `requested_at`; `joins` what is open. */
-  add(given: PlanarFiles, requested_at: number, joins = false): Promise<void> {
-    this.#num_asked++;
-    const add = (): Promise<void> => this.#add(given, requested_at, joins);
+  /** Takes in what was opened, asked for at clock time `requested_at`; `joins` what is open. */
+  override add(opened: Opened, requested_at: number, joins = false): Promise<void> {
+    this.#fetching.end();
+    const add = (): Promise<void> => this.#add(opened, requested_at, joins);
     this.#adding = this.#adding.then(add, add);
     return this.#adding;
   }
 
-  async #add({ files, notes, num_given }: PlanarFiles, requested_at: number, joins: boolean): Promise<void> {
-    if (files.length + notes.length === 0) return;
-    const { takeIn } = await import('../datasets/take-in.js');
-    const intake = await takeIn(files);
+  async #add({ title, origin, recording }: Opened, requested_at: number, joins: boolean): Promise<void> {
+    const intake = await takeIn(recording);
     this.requested_at = requested_at;
-    this.messages = [...notes, ...intake.notes].map(({ file, reason }) => noteMessage(file, reason));
+    this.messages = intake.notes.map(({ file, reason }) => noteMessage(file, reason));
+    if (origin === 'host' && intake.scans.length > 0) {
+      const { scans, reference, odometry } = intake;
+      this.#load({ title, origin, scans, reference, odometry });
+      return;
+    }
+    const num_given = recording.opened.numGiven;
     const may_be_scans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
     this.tables ??= await this.#newTables();
     await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
@@ -112,6 +115,10 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       reload: (format) => this.#readTablesAs(format),
       changed: () => this.changed(),
     });
+  }
+
+  override canJoin({ recording }: Opened): boolean {
+    return this.dataset?.origin === 'user' && !hasLog(this.dataset.scans) && recording.logs.length === 0;
   }
 
   /** Shows the recording, or reports why there is nothing to show. */
@@ -161,7 +168,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   override clear(): void {
     const had_scans = this.dataset !== null;
-    this.#num_asked++;
+    this.#fetching.end();
     if (this.facts && (this.phase === 'running' || this.phase === 'reading')) this.client?.stop();
     this.#candidate = null;
     this.dataset = null;
@@ -201,7 +208,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   override stop(): void {
     if (this.phase === 'reading' && (!this.#candidate || !this.facts)) {
       // Scans are being fetched, or wait for the engine to start.
-      this.#num_asked++;
+      this.#fetching.end();
       this.#candidate = this.facts ? null : this.dataset;
       this.keepResult();
       this.tell([noteMessage('', 'Opening the scans was stopped')]);

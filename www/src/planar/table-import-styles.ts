@@ -9,7 +9,7 @@ export const import_styles = css`
     flex-direction: column;
   }
   h2 {
-    font-size: 16px;
+    font-size: calc(16 * var(--px));
     overflow-wrap: anywhere;
   }
   .body {
@@ -28,7 +28,7 @@ export const import_styles = css`
     align-items: end;
   }
   legend {
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     color: var(--muted);
   }
   label {
@@ -36,7 +36,7 @@ export const import_styles = css`
     flex-direction: column;
     gap: 3px;
     min-width: 0;
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     color: var(--muted);
   }
   input,
@@ -48,7 +48,7 @@ export const import_styles = css`
     border-radius: 6px;
     background: var(--surface);
     color: var(--text);
-    font-size: 14px;
+    font-size: calc(14 * var(--px));
   }
   input[type='range'] {
     padding: 0;
@@ -56,7 +56,7 @@ export const import_styles = css`
   }
   fieldset p {
     align-self: center;
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .seen {
     display: flex;
@@ -79,7 +79,7 @@ export const import_styles = css`
   }
   table {
     border-collapse: collapse;
-    font: 12px var(--mono);
+    font: calc(12 * var(--px)) var(--mono);
   }
   th,
   td {
@@ -130,7 +130,7 @@ export const import_styles = css`
     flex: 1 1 280px;
   }
   .command input {
-    font: 12px var(--mono);
+    font: calc(12 * var(--px)) var(--mono);
     background: var(--sunken);
     border-color: var(--line);
   }

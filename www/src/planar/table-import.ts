@@ -2,6 +2,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { dialog_styles, shared } from '../components/theme.js';
+import { LastRequest } from '../engine/last-request.js';
 import type { TableFacts } from '../engine/protocol.js';
 import { baseName, plural } from '../views/format.js';
 import { sentence } from '../views/words.js';
@@ -55,8 +56,7 @@ export class ScanstitchTableImport extends LitElement {
   @query('dialog') private dialog!: HTMLDialogElement;
   @query('canvas') private canvas!: HTMLCanvasElement;
   private timer: ReturnType<typeof setTimeout> | undefined;
-  /** Counts the formats that were tried: the last one wins. */
-  private num_tried = 0;
+  private readonly tries = new LastRequest();
   private trying: Promise<void> = Promise.resolve();
 
   constructor() {
@@ -315,10 +315,11 @@ export class ScanstitchTableImport extends LitElement {
 
   private tryOut(): void {
     clearTimeout(this.timer);
-    const [own, parts] = [++this.num_tried, this.parts];
+    const { parts } = this;
+    const signal = this.tries.begin();
     this.is_copied = false;
     const take = (facts: TableFacts): void => {
-      if (own !== this.num_tried) return;
+      if (signal.aborted) return;
       this.facts = facts;
       this.is_tried = parts === this.parts;
       this.scan = Math.min(this.scan, Math.max(0, facts.num_scans - 1));

@@ -2,9 +2,10 @@
  * Tables of ranges among the files that are opened: what their columns are is guessed, or taken from the page's address, and
  * asked for where neither tells.
  */
-import type { Dataset, Intake } from '../datasets/dataset.js';
+import type { Dataset } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
 import type { TableRequest } from './table-import.js';
+import type { Intake } from './take-in.js';
 import { rememberTable, tableOfLink } from './table-format.js';
 
 /** Names of trajectories, which are no tables of ranges. */
@@ -49,8 +50,7 @@ export class TableImports {
    * answered. `may_be_scans`: whether a trajectory alone has nothing here that it belongs to.
    */
   async ask(intake: Intake, may_be_scans: boolean, load: (intake: Intake) => void): Promise<void> {
-    const { isRanges } = await import('../datasets/take-in.js');
-    const tables = intake.has_log ? intake.scans.filter(isRanges) : [];
+    const tables = intake.scans.filter(({ is_table }) => is_table);
     const alone = may_be_scans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
     if (!file) return load(intake);
@@ -107,7 +107,7 @@ export class TableImports {
 function withFormat(intake: Intake, tables: readonly InputFile[], table: string): Intake {
   const [first] = tables;
   if (first && intake.reference === first) {
-    return { ...intake, scans: [{ ...first, table }], has_log: true, reference: null };
+    return { ...intake, scans: [{ ...first, table, is_log: true, is_table: true }], reference: null };
   }
   return { ...intake, scans: intake.scans.map((scan) => (tables.includes(scan) ? { ...scan, table } : scan)) };
 }

@@ -3,7 +3,7 @@ import type { CloudData, GivenCloud, GivenClouds } from '../components/given-clo
 import type { SpatialJob } from '../engine/preparer.js';
 import type { MapPoints, SpatialResult } from '../engine/spatial-protocol.js';
 import { added, turned, type Vec3 } from '../views/vectors.js';
-import type { SpatialDataset } from './session.js';
+import type { SpatialDataset } from './take-in.js';
 
 /** A depth image of a room keeps about ten thousand of its points in voxels of this side (m): they are stepped at once. */
 const DEPTH_VOXEL = 0.05;

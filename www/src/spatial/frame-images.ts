@@ -1,6 +1,7 @@
 /** The two images of the selected frame, fetched and decoded on selection; the last selection takes precedence. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
-import type { StoredFile } from '../datasets/spatial-files.js';
+import type { Content } from '../../../package/recording_reader.js';
+import { pictureOf } from '../datasets/bitmap.js';
 import type { DepthColors } from '../engine/spatial-protocol.js';
 import { depthPicture } from './depth-picture.js';
 import { type FrameImages, NO_IMAGES } from './frame-panel.js';
@@ -13,12 +14,12 @@ export class FrameImageLoader implements ReactiveController {
   /** The frame they belong to. */
   frame: number | null = null;
   #host: ReactiveControllerHost;
-  #picture: (file: StoredFile) => Promise<DepthColors>;
+  #picture: (file: Content) => Promise<DepthColors>;
   #wanted: unknown = null;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #url = '';
 
-  constructor(host: ReactiveControllerHost, picture: (file: StoredFile) => Promise<DepthColors>) {
+  constructor(host: ReactiveControllerHost, picture: (file: Content) => Promise<DepthColors>) {
     this.#host = host;
     this.#picture = picture;
     host.addController(this);
@@ -33,7 +34,7 @@ export class FrameImageLoader implements ReactiveController {
   }
 
   /** `depth_scale`: raw values to a metre. */
-  want(frame: number | null, depth: StoredFile | null, color: StoredFile | null, depth_scale: number): void {
+  want(frame: number | null, depth: Content | null, color: Content | null, depth_scale: number): void {
     const key = depth ?? color;
     if (key === this.#wanted) return;
     this.#wanted = key;
@@ -46,16 +47,16 @@ export class FrameImageLoader implements ReactiveController {
   }
 
   async #load(
-    key: StoredFile,
+    key: Content,
     frame: number,
-    depth: StoredFile | null,
-    color: StoredFile | null,
+    depth: Content | null,
+    color: Content | null,
     depth_scale: number,
   ): Promise<void> {
     let url = '';
     const loadColor = async (): Promise<HTMLImageElement | null> => {
       if (!color) return null;
-      url = URL.createObjectURL(await color.blob());
+      url = URL.createObjectURL(await pictureOf(color));
       const image = new Image();
       image.src = url;
       await image.decode();

@@ -300,7 +300,7 @@ export class ScanstitchFramePanel extends LitElement {
         gap: 5px;
         overflow: hidden;
         color: var(--muted);
-        font-size: 11.5px;
+        font-size: calc(11.5 * var(--px));
         white-space: nowrap;
       }
       figcaption i {
@@ -310,7 +310,7 @@ export class ScanstitchFramePanel extends LitElement {
       }
       table {
         border-collapse: collapse;
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       th,
       td {

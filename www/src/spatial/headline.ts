@@ -97,7 +97,7 @@ function cameraFigure({ camera, depth_scale, quantisation, assumptions }: Spatia
   const focal_length = assumedMark(assumptions, 'fx');
   const parts = [
     scale && `depth: ${scale}${assumedMark(assumptions, 'depth_scale')}`,
-    quantisation && `${quantisation} to whole values`,
+    quantisation && `${quantisation === 'truncated' ? 'rounded down' : quantisation} to whole values`,
     focal_length && `focal length${focal_length}`,
   ];
   const figure: Figure = {

@@ -11,6 +11,7 @@ const ON_LIGHT: SceneColors = {
   reference: [10, 12, 16],
   halo: [255, 255, 255],
   selected: [196, 18, 106],
+  before: [120, 130, 143],
   grid: [205, 213, 223],
 };
 const ON_DARK: SceneColors = {
@@ -19,6 +20,7 @@ const ON_DARK: SceneColors = {
   reference: [6, 8, 11],
   halo: [214, 224, 236],
   selected: [255, 111, 177],
+  before: [130, 141, 155],
   grid: [42, 52, 64],
 };
 

@@ -26,12 +26,11 @@ export function sectionSlider(
 ): TemplateResult | typeof nothing {
   const { floor, top } = heights;
   if (top - floor < 0.3) return nothing;
-  const words = cut >= top ? 'nothing cut' : `${formatFixed(cut - floor, 2)} m`;
+  const words = cut >= top ? 'no cut' : `${formatFixed(cut - floor, 2)} m`;
   return html`<div class="section">
     <span aria-hidden="true">ceiling</span>
     <input
       type="range"
-      class="upright"
       min=${floor.toFixed(2)}
       max=${(top + 0.05).toFixed(2)}
       step="0.05"
@@ -71,7 +70,9 @@ export function readout(
           </span>`
         : nothing
     }
-    <span class="scale number" style="width: ${(metres / metres_per_pixel).toFixed(1)}px">${metres} m</span>
+    <span class="scale number" style="width: calc(${(metres / metres_per_pixel).toFixed(1)} * var(--px))"
+      >${metres} m</span
+    >
   </div>`;
 }
 
@@ -108,6 +109,8 @@ export interface LayersState {
   has_colors: boolean;
   /** m. */
   voxel_size: number;
+  /** Side of the floor's squares, m. */
+  grid_step: number;
   /** Name of the reference file; null: there is none. */
   reference_name: string | null;
   has_cameras: boolean;
@@ -141,6 +144,7 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
     ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'reference')}
-    ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing} ${layer('grid', 'Grid of 1 m', 'grid')}
+    ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing}
+    ${layer('grid', `Grid of ${has.grid_step} m`, 'grid')}
   `);
 }

@@ -18,34 +18,51 @@ export const map3d_styles = css`
     text-align: center;
     transform: translate(-50%, -50%);
   }
+  /* A column at the left of the map; below it where that is narrow. */
   .section {
-    position: absolute;
-    top: 50%;
-    left: 8px;
+    grid-area: section;
     display: flex;
     flex-direction: column;
     align-items: center;
+    justify-content: center;
     gap: 6px;
     padding: 8px 4px;
-    border-radius: var(--radius);
-    background: color-mix(in srgb, var(--surface) 84%, transparent);
+    border-right: 1px solid var(--line);
+    background: var(--surface);
     color: var(--muted);
-    font-size: 11.5px;
-    transform: translateY(-50%);
+    font-size: calc(11.5 * var(--px));
   }
   .section output {
-    min-width: 46px;
+    min-width: calc(46 * var(--px));
     color: var(--text);
     text-align: center;
   }
-  .upright {
+  .section input {
     width: 24px;
-    height: clamp(80px, 26cqh, 190px);
+    height: clamp(80px, 40cqh, 260px);
     margin: 0;
     accent-color: var(--accent);
     writing-mode: vertical-lr;
     direction: rtl;
     cursor: ns-resize;
+  }
+  @container (max-width: 640px) {
+    .section {
+      flex-direction: row;
+      gap: 12px;
+      padding: 2px 12px;
+      border: solid var(--line);
+      border-width: 1px 0 0;
+    }
+    .section input {
+      flex: 1;
+      width: auto;
+      min-width: 0;
+      height: 28px;
+      writing-mode: horizontal-tb;
+      direction: ltr;
+      cursor: ew-resize;
+    }
   }
   .corner {
     position: absolute;
@@ -60,7 +77,7 @@ export const map3d_styles = css`
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 84%, transparent);
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
     pointer-events: none;
   }
   .hovered {

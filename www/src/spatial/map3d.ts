@@ -1,17 +1,19 @@
-import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
 import { Graphics, type GraphicsUser } from '../components/graphics.js';
 import { map_styles } from '../components/map-styles.js';
-import { mapToolbar } from '../components/map-toolbar.js';
+import { closeByEscape, mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { Viewpoint } from './viewpoint.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
+import type { Vec3 } from '../views/vectors.js';
+import { floorLines } from './floor.js';
 import { NO_POINTS } from './leveling.js';
 import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, sceneLook } from './look.js';
-import { graphicsNotice, layers, ownButtons, readout, sectionSlider } from './map3d-controls.js';
+import { graphicsNotice, layers, ownButtons, readout, type Section, sectionSlider } from './map3d-controls.js';
 import { map3d_styles } from './map3d-styles.js';
 import {
   fitted,
@@ -38,6 +40,11 @@ export interface SpatialMarks {
   selected: number | null;
 }
 
+/** The path of a result that another one has replaced. */
+export interface BeforePath {
+  poses: readonly Pose[];
+}
+
 const NO_MARKS: SpatialMarks = { poses: [], reference: [], camera: null, until: 0, selected: null };
 
 const TURN_STEP = Math.PI / 24;
@@ -56,6 +63,8 @@ const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
 export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
   @property({ attribute: false }) points: MapPoints = NO_POINTS;
   @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
+  /** The path that this one replaces, to be compared with it. */
+  @property({ attribute: false }) path_before: BeforePath | null = null;
   @property({ attribute: false }) names: readonly string[] = [];
   @property({ attribute: false }) reference_name = '';
   /** Edge of the map's voxels, m: how large a point is drawn. */
@@ -65,6 +74,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fit_key: unknown = null;
   @property({ attribute: false }) description = '';
+  /** Without the buttons on it and the section's slider beside it. */
+  @property({ type: Boolean, reflect: true }) bare = false;
   /** Whether more points are to come: small changes do not move the view until then. */
   @property({ type: Boolean }) growing = false;
   /** The selected frame's picture. */
@@ -93,6 +104,10 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.choices = { ...this.choices, section: null };
       this.viewpoint.reset();
     }
+    // Beside the result before, the section stays where it was.
+    if (changed.has('path_before') && this.path_before && this.points.positions.length > 0) {
+      this.choices = { ...this.choices, section: this.cut() };
+    }
     if (changed.has('points') || changed.has('fit_key')) this.takeSurvey();
   }
 
@@ -103,6 +118,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     }
     const is_whole = changed.has('growing') && !this.growing;
     if ((changed.has('points') || is_whole) && !this.viewpoint.is_moved) this.follow(changed.has('fit_key'));
+    if (changed.has('path_before')) this.graphics.scene?.setBefore(this.path_before?.poses ?? []);
     if (changed.has('marks') || changed.has('image') || changed.has('points')) {
       this.passMarks(changed.get('marks') ?? null);
     }
@@ -130,23 +146,40 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   protected override render(): TemplateResult {
-    return html`
-      <div class="stage" tabindex="0" role="group" aria-label="Map" aria-describedby="map-keys" @keydown=${this.onKey}>
-        ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
-          P changes between perspective and plan, comma and full stop select the frame before and after.
-        </p>
+    const section = { heights: this.survey.heights, cut: this.cut() };
+    const toggleLayers = (): void => {
+      this.layers_open = !this.layers_open;
+    };
+    const onKey = (event: KeyboardEvent): void => {
+      if (this.layers_open) closeByEscape(event, toggleLayers);
+    };
+    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
+      ${sectionSlider(section, (height) => this.choose({ section: height }))}
+      <div class="view">
+        <div
+          class="stage"
+          tabindex="0"
+          role="group"
+          aria-label="Map"
+          aria-describedby="map-keys"
+          @keydown=${this.onKey}
+        >
+          ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
+          <p id="map-keys" class="visually-hidden">
+            Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from
+            above, P changes between perspective and plan, comma and full stop select the frame before and after.
+          </p>
+        </div>
+        ${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
+        ${this.renderControls(section, toggleLayers)}
       </div>
-      ${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls()}
-    `;
+      ${this.layers_open ? this.renderLayers() : nothing}
+    </div>`;
   }
 
-  private renderControls(): TemplateResult {
+  private renderControls(section: Section, toggleLayers: () => void): TemplateResult {
     const { choices, viewpoint, has_colors } = this;
-    const section = { heights: this.survey.heights, cut: this.cut() };
-    return html`${sectionSlider(section, (height) => this.choose({ section: height }))}
-    ${readout(section, {
+    return html`${readout(section, {
       hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
       mode: chosenMode(choices, has_colors),
       dark: this.dark,
@@ -160,11 +193,9 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
         fromAbove: () => this.fromAbove(),
         toggleProjection: () => this.toggleProjection(),
       }),
-      layers: this.layers_open ? this.renderLayers() : null,
+      has_layers: this.layers_open,
       layers_hint: 'Layers and colours',
-      toggleLayers: () => {
-        this.layers_open = !this.layers_open;
-      },
+      toggleLayers,
     })}`;
   }
 
@@ -174,6 +205,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       choices,
       has_colors,
       voxel_size,
+      grid_step: floorLines(this.onFloor(), this.survey.straight).step,
       reference_name: marks.reference.length > 0 ? this.reference_name : null,
       has_cameras: marks.camera !== null,
       choose: (change) => this.choose(change),
@@ -193,6 +225,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   onScene(scene: MapScene): void {
     scene.resize(this.surface.size, this.surface.pixel_ratio);
     scene.setPoints(this.points);
+    scene.setBefore(this.path_before?.poses ?? []);
     this.passMarks(null);
     this.has_new_points = true;
     this.requestPaint();
@@ -209,11 +242,17 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     const is_new = before === null || before.poses !== marks.poses || before.reference !== marks.reference;
     if (is_new) {
       scene.setPaths(marks.poses, marks.reference, marks.camera, CAMERA_DEPTH);
-      const shown = [...survey.sampled, ...positions(marks.poses, survey.R_view_map)];
+      const shown = this.onFloor();
       if (shown.length > 0) scene.setGround(survey.R_view_map, shown, survey.heights.floor, survey.straight);
     }
     const pose = marks.selected === null ? null : (marks.poses[marks.selected] ?? null);
     scene.setSelected(pose, marks.camera, SELECTED_DEPTH, this.image);
+  }
+
+  /** What the squares on the floor lie under. */
+  private onFloor(): readonly Vec3[] {
+    const { sampled, R_view_map } = this.survey;
+    return [...sampled, ...positions(this.marks.poses, R_view_map)];
   }
 
   private takeSurvey(): void {
@@ -269,6 +308,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** Keeps the map in view while it grows; the view stands still where little has been added. */
   private follow(at_once: boolean): void {
+    if (this.growing && this.path_before) return; // the view stays as it was, for the two to be compared
     const to = this.toAll(this.straightened());
     if (at_once || !this.growing || !isAlike(this.viewpoint.goal, to)) this.fly(to, at_once);
   }
@@ -281,10 +321,11 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** The orbit that shows all there is from where this one looks. */
   private toAll(orbit: Orbit): Orbit {
-    // Beside the map the section's slider and the buttons need room.
+    // The buttons need room at the right, and the picture is to stay in the middle.
     const { size } = this.surface;
-    const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 64, along: 30 };
-    return fitted(orbit, openSamples(this.survey, this.marks.poses, this.cut()), size, margin);
+    const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 56, along: 30 };
+    const poses = [...this.marks.poses, ...(this.path_before?.poses ?? [])];
+    return fitted(orbit, openSamples(this.survey, poses, this.cut()), size, margin);
   }
 
   private fly(to: Orbit, at_once: boolean): void {

@@ -15,6 +15,7 @@ import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import type { Rgb } from '../views/palette.js';
+import type { FloorLines } from './floor.js';
 import { added, type Mat3, type Vec3 } from '../views/vectors.js';
 
 /** A line of a width in pixels, over everything, optionally with an outline that sets it off from what is behind. */
@@ -102,7 +103,7 @@ export class PictureFrame {
   }
 }
 
-/** Squares of a metre on the floor. */
+/** Squares on the floor. */
 export class FloorGrid {
   readonly object = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true }));
   #key = '';
@@ -111,15 +112,9 @@ export class FloorGrid {
     this.object.frustumCulled = false;
   }
 
-  /** `points`: what it lies under, in the picture's world; `azimuth`: how it is turned there; `R_view_map`: the way there. */
-  set(points: readonly Vec3[], floor: number, azimuth: number, R_view_map: Mat3): void {
+  /** `floor`: its height; `azimuth`: how it is turned in the picture's world; `R_view_map`: the way there. */
+  set({ x0, x1, z0, z1, step }: FloorLines, floor: number, azimuth: number, R_view_map: Mat3): void {
     const [cos, sin] = [Math.cos(azimuth), Math.sin(azimuth)];
-    const along = points.map(([x, , z]) => x * cos - z * sin);
-    const across = points.map(([x, , z]) => x * sin + z * cos);
-    const low = (values: readonly number[]): number => Math.floor(values.reduce((a, b) => Math.min(a, b), 0)) - 1;
-    const high = (values: readonly number[]): number => Math.ceil(values.reduce((a, b) => Math.max(a, b), 0)) + 1;
-    const [x0, x1, z0, z1] = [low(along), high(along), low(across), high(across)];
-    const step = Math.max(x1 - x0, z1 - z0) > 120 ? 10 : 1;
     const key = [x0, x1, z0, z1, floor.toFixed(2), ...[azimuth, ...R_view_map.flat()].map((v) => v.toFixed(4))].join(
       ' ',
     );

@@ -126,7 +126,7 @@ export class ScanstitchReadingCard extends LitElement {
         border-radius: var(--radius);
         background: var(--surface);
         box-shadow: var(--shadow);
-        font-size: 13px;
+        font-size: calc(13 * var(--px));
         pointer-events: auto;
       }
       header {
@@ -185,7 +185,7 @@ export class ScanstitchReadingCard extends LitElement {
         fill: var(--selected);
       }
       .choice span {
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       .actions {
         display: flex;

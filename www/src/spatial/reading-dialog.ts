@@ -121,7 +121,7 @@ export class ScanstitchReadingDialog extends LitElement {
         min-height: 28px;
       }
       label .muted {
-        font-size: 12.5px;
+        font-size: calc(12.5 * var(--px));
       }
       input[type='number'] {
         width: 110px;

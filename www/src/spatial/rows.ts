@@ -34,14 +34,34 @@ export function heading({ qx, qy, qz, qw }: SpatialPose): number {
 
 /** `reference_name` empty: no columns for the distance to it. */
 export function spatialColumns(reference_name: string, has_camera: boolean): Column<SpatialRow>[] {
-  const columns: Column<SpatialRow>[] = (['x', 'y', 'z'] as const).map((axis, i) => ({
-    label: axis,
-    unit: 'm',
-    title: has_camera
-      ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it`
-      : 'as the first cloud has it',
-    cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
-  }));
+  const columns: Column<SpatialRow>[] = [];
+  // First: they are what a run is judged by, and the last columns may have to be scrolled to.
+  if (reference_name !== '') {
+    columns.push(
+      {
+        label: 'error',
+        unit: 'mm',
+        title: `distance to ${reference_name}`,
+        cell: ({ error }) => millimetres(error),
+      },
+      {
+        label: 'rotation',
+        unit: '°',
+        title: `angle to ${reference_name}`,
+        cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),
+      },
+    );
+  }
+  for (const [i, axis] of (['x', 'y', 'z'] as const).entries()) {
+    columns.push({
+      label: axis,
+      unit: 'm',
+      title: has_camera
+        ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it`
+        : 'as the first cloud has it',
+      cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
+    });
+  }
   if (has_camera) {
     columns.push({
       label: 'heading',
@@ -65,22 +85,6 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
       cell: ({ is_origin, result }) => (is_origin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
     },
   );
-  if (reference_name !== '') {
-    columns.push(
-      {
-        label: 'error',
-        unit: 'mm',
-        title: `distance to ${reference_name}`,
-        cell: ({ error }) => millimetres(error),
-      },
-      {
-        label: 'rotation',
-        unit: '°',
-        title: `angle to ${reference_name}`,
-        cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),
-      },
-    );
-  }
   columns.push({ label: 'time', unit: 'ms', title: 'registering this frame', cell: ({ ms }) => formatFixed(ms, 1) });
   return columns;
 }

@@ -6,6 +6,7 @@ import { Group, Matrix4, Scene } from 'three';
 import { pngOf } from '../views/canvas.js';
 import type { Rgb } from '../views/palette.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
+import { floorLines } from './floor.js';
 import { FloorGrid, Lines, PictureFrame } from './marks.js';
 import type { Orbit, Size } from '../views/orbit.js';
 import { SpaceRenderer } from '../views/space-renderer.js';
@@ -27,6 +28,7 @@ export interface SceneColors {
   reference: Rgb;
   halo: Rgb;
   selected: Rgb;
+  before: Rgb;
   grid: Rgb;
 }
 
@@ -41,6 +43,7 @@ export class MapScene {
   #grid = new FloorGrid();
   #reference = new Lines(4.5, 1.5, 10);
   #estimate = new Lines(2.4, 0, 14);
+  #before = new Lines(2.4, 1.2, 12);
   #cameras = new Lines(1.1, 0, 20);
   #selected = new Lines(2.4, 1.2, 31);
   #picture = new PictureFrame(30);
@@ -54,6 +57,7 @@ export class MapScene {
       this.#points.object,
       this.#grid.object,
       this.#reference.group,
+      this.#before.group,
       this.#estimate.group,
       this.#cameras.group,
       this.#selected.group,
@@ -75,7 +79,7 @@ export class MapScene {
     const [r, u, b] = R_view_map;
     this.#world.matrix = new Matrix4().set(...r, 0, ...u, 0, ...b, 0, 0, 0, 0, 1);
     this.#world.matrixWorldNeedsUpdate = true;
-    this.#grid.set(points, floor, azimuth, R_view_map);
+    this.#grid.set(floorLines(points, azimuth), floor, azimuth, R_view_map);
     this.#reach = points.reduce((reach, point) => Math.max(reach, Math.hypot(...point)), 0) * 2 + 4;
   }
 
@@ -85,6 +89,11 @@ export class MapScene {
     const stride = Math.ceil(poses.length / MAX_CAMERAS);
     const drawn = camera ? poses.filter((_, i) => i % stride === 0) : [];
     this.#cameras.set(camera ? drawn.flatMap((pose) => frustumSegments(pose, camera, depth)) : []);
+  }
+
+  /** The path that this one replaces. */
+  setBefore(poses: readonly Pose[]): void {
+    this.#before.set(pathSegments(poses.map(positionOf)));
   }
 
   setSelected(pose: Pose | null, camera: Camera | null, depth: number, image: HTMLImageElement | null): void {
@@ -103,6 +112,8 @@ export class MapScene {
     this.#reference.paint([colors.halo, colors.reference], 1, 1);
     this.#estimate.group.visible = shows.estimate;
     this.#estimate.paint([colors.estimate], 1, 1);
+    this.#before.group.visible = shows.estimate;
+    this.#before.paint([colors.halo, colors.before], 1, 1);
     this.#cameras.group.visible = shows.cameras;
     this.#cameras.paint([colors.estimate], 0.5, 1);
     this.#selected.group.visible = shows.cameras;
@@ -128,6 +139,7 @@ export class MapScene {
       this.#points,
       this.#grid,
       this.#reference,
+      this.#before,
       this.#estimate,
       this.#cameras,
       this.#selected,

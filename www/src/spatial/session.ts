@@ -1,11 +1,10 @@
-import type { Recording, Understood } from '../../../package/files/recording.js';
 import { joinPoses } from '../../../package/recording/understand.js';
+import type { Content } from '../../../package/recording_reader.js';
 import { cameraFor, engineCamera } from '../../../package/recording/camera_file.js';
 import { trajectoryBytes } from '../../../package/recording/pose_file.js';
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
-import type { Origin } from '../datasets/dataset.js';
-import { type SpatialFiles, type StoredFile, understandFiles } from '../datasets/spatial-files.js';
-import { jobsOf } from '../datasets/spatial-jobs.js';
+import type { Opened } from '../datasets/dataset.js';
+import { LastRequest } from '../engine/last-request.js';
 import type { Readable, SpatialJob } from '../engine/preparer.js';
 import { SpatialClient, type SpatialInputs, type SpatialState } from '../engine/spatial-client.js';
 import type { SizedMap, SpatialAnswers, SpatialSettings, SpatialSnapshot } from '../engine/spatial-protocol.js';
@@ -13,22 +12,12 @@ import { messageOf } from '../engine/message-of.js';
 import { baseName, formatDuration, formatLength, plural } from '../views/format.js';
 import { depthRamp } from './depth-picture.js';
 import { NO_POINTS } from './leveling.js';
+import { canJoin, combine, type SpatialDataset } from './take-in.js';
 
 /** Frames may be registered many times a second; their count is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 250;
 /** Voxels the map is measured in, m. */
 const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
-
-/** What is loaded: its files, and what was understood of them. */
-export interface SpatialDataset {
-  title: string;
-  origin: Origin;
-  files: ReadonlyMap<string, StoredFile>;
-  recording: Understood;
-  jobs: readonly SpatialJob[];
-  /** Name of the reference; empty without. */
-  reference_name: string;
-}
 
 /** A run of depth images or clouds in space: files, settings, result, messages. */
 export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, SpatialDataset, SpatialSnapshot> {
@@ -45,7 +34,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #worked_ms = 0;
   /** The frames wait for the engine to start. */
   #is_waiting = false;
-  #num_intakes = 0;
+  readonly #opening = new LastRequest();
 
   protected override createClient(): SpatialClient {
     return new SpatialClient({
@@ -69,20 +58,20 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   /** Opens files: a recording replaces the current one, or is added to it if `joins` is set; a reference is always added. */
-  async add(opened: Promise<SpatialFiles>, requested_at: number, joins = false): Promise<void> {
-    const intake = ++this.#num_intakes;
+  override async add(opening: Opened | Promise<Opened>, requested_at: number, joins = false): Promise<void> {
+    const signal = this.#opening.begin();
     this.requested_at = requested_at;
     if (this.phase !== 'running') this.phase = 'reading';
     this.activity = 'Inspecting the files';
     this.progress = 0;
     this.changed();
     try {
-      const given = await opened;
-      const dataset = await this.#combine(given, joins);
-      if (intake !== this.#num_intakes) return;
-      this.messages = [...given.notes, ...dataset.recording.notes].map(({ file, reason }) => noteMessage(file, reason));
+      const opened = await opening;
+      const dataset = await combine(this.dataset, opened, joins);
+      if (signal.aborted) return;
+      this.messages = dataset.recording.notes.map(({ file, reason }) => noteMessage(file, reason));
       if (dataset.jobs.length === 0) {
-        this.#tellNothing(given.files.length);
+        this.#tellNothing(opened.recording.opened.numGiven);
         return;
       }
       const previous = this.dataset;
@@ -94,7 +83,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       else if (continues && this.facts) this.#extend(previous, dataset);
       else this.#load();
     } catch (error) {
-      if (intake !== this.#num_intakes) return;
+      if (signal.aborted) return;
       this.keepResult();
       this.report(messageOf(error), 'Try again, or drop other files');
     }
@@ -110,7 +99,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   override clear(): void {
     const had_frames = this.dataset !== null;
-    this.#num_intakes++;
+    this.#opening.end();
     this.#is_waiting = false;
     this.client?.stop();
     this.dataset = null;
@@ -134,7 +123,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   override stop(): void {
     if (this.phase === 'reading' && !this.#is_waiting) {
       // Files are being inspected.
-      this.#num_intakes++;
+      this.#opening.end();
       this.keepResult();
       this.tell([noteMessage('', 'Opening the files was stopped')]);
       return;
@@ -193,48 +182,23 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   /** The files of a registered frame. */
-  filesOf(frame: number): { depth: StoredFile | null; color: StoredFile | null } {
+  filesOf(frame: number): { depth: Content | null; color: Content | null } {
     const index = this.snapshot?.result.frames[frame]?.index;
     const job = this.dataset?.jobs.find((candidate) => candidate.index === index);
-    const find = (readable: Readable | null | undefined): StoredFile | null =>
-      (readable && this.dataset?.files.get(readable.path)) ?? null;
+    const find = (readable: Readable | null | undefined): Content | null =>
+      (readable && this.dataset?.recording.files.get(readable.path)) ?? null;
     return { depth: job && !job.is_cloud ? find(job.file) : null, color: find(job?.color) };
   }
 
   // What is loaded.
 
-  /** Whether these frames can join those that are open: of one kind, in one folder, none of them twice. */
-  canJoin({ origin, files, recording }: SpatialFiles): boolean {
-    const present = this.dataset;
-    if (present?.origin !== 'user' || origin !== 'user' || !recording) return false;
-    const is_alike = present.recording.kind === recording.kind && present.recording.root === recording.root;
-    return is_alike && !files.some(({ path }) => isFrame(present, path));
-  }
-
-  async #combine(given: SpatialFiles, joins: boolean): Promise<SpatialDataset> {
-    const fresh = given.recording ?? (await understandFiles(given.files));
-    const present = this.dataset;
-    const has_frames = framesOf(fresh) > 0;
-    const extends_present =
-      present !== null && (!has_frames || (joins && this.canJoin({ ...given, recording: fresh })));
-    if (!extends_present) return makeDataset(given.title, given.origin, given.files, fresh);
-    const files = new Map([...present.files, ...given.files.map((file): [string, StoredFile] => [file.path, file])]);
-    const together = await understandFiles([...files.values()]);
-    if (!has_frames) {
-      // Beside the recording a camera is known by what is in it; a trajectory alone may be of any kind.
-      const spoken_of = [together.intrinsics, ...together.reference, ...lossesOf(together)];
-      const is_known = given.files.some(({ path }) => spoken_of.includes(path));
-      const trajectory = given.files.find(({ path }) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
-      if (!is_known && !trajectory) return makeDataset('', 'user', given.files, fresh);
-      const recording = is_known ? together : { ...present.recording, reference: [trajectory?.path ?? ''], notes: [] };
-      return makeDataset(present.title, present.origin, [...files.values()], recording);
-    }
-    return makeDataset(present.title, present.origin, [...files.values()], together);
+  override canJoin(opened: Opened): boolean {
+    return this.dataset !== null && canJoin(this.dataset, opened);
   }
 
   #inputs(): SpatialInputs {
     const { jobs = [], recording } = this.dataset ?? {};
-    const file = recording?.intrinsics ? this.dataset?.files.get(recording.intrinsics) : null;
+    const file = recording?.intrinsics ? recording.files.get(recording.intrinsics) : null;
     const intrinsics = file && {
       path: file.path,
       read: async () => engineCamera(cameraFor(file.path, await file.read(), recording?.image_size ?? null).camera),
@@ -245,8 +209,8 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   /** The reference trajectory as one file. */
   #reference(): Readable | null {
     if (!this.dataset) return null;
-    const { recording, files, reference_name } = this.dataset;
-    const parts = recording.reference.map((path) => files.get(path)).filter((file) => file !== undefined);
+    const { recording, reference_name } = this.dataset;
+    const parts = recording.reference.map((path) => recording.files.get(path)).filter((file) => file !== undefined);
     const [only] = parts;
     if (!only) return null;
     if (parts.length < 2) return { path: only.path, read: async () => trajectoryBytes(only.path, await only.read()) };
@@ -395,34 +359,6 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     if (this.#started_at > 0) this.#worked_ms += performance.now() - this.#started_at;
     this.#started_at = 0;
   }
-}
-
-function makeDataset(
-  title: string,
-  origin: Origin,
-  files: readonly StoredFile[],
-  recording: Understood,
-): SpatialDataset {
-  const byPath = new Map(files.map((file) => [file.path, file]));
-  const [first = ''] = recording.reference;
-  const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
-  return {
-    title: title || baseName(recording.root) || 'Your recording',
-    origin,
-    files: byPath,
-    recording,
-    jobs: jobsOf(recording, files),
-    reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
-  };
-}
-
-/** Files that were meant for this recording and cannot be used. */
-const lossesOf = ({ notes }: Recording): string[] => notes.flatMap(({ file, is_loss }) => (is_loss ? file : []));
-
-const framesOf = ({ depth_frames, clouds }: Recording): number => depth_frames.length + clouds.length;
-
-function isFrame({ jobs }: SpatialDataset, path: string): boolean {
-  return jobs.some(({ file, color }) => file.path === path || color?.path === path);
 }
 
 function isPrefix(before: readonly SpatialJob[], now: readonly SpatialJob[]): boolean {

@@ -4,13 +4,13 @@ import './frame-panel.js';
 import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
+import type { Measure } from '../components/before-after.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { emptyView } from '../components/run-parts.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
-import type { SpatialFiles } from '../datasets/spatial-files.js';
 import type {
   Assumption,
   SpatialFrameResult,
@@ -21,13 +21,13 @@ import type {
   TopView,
 } from '../engine/spatial-protocol.js';
 import type { Download } from '../export/download.js';
-import { baseName, formatLength, plural } from '../views/format.js';
+import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { clouds } from './clouds.js';
 import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
-import type { ScanstitchMap3d, SpatialMarks } from './map3d.js';
+import type { BeforePath, ScanstitchMap3d, SpatialMarks } from './map3d.js';
 import { openAssumption } from './reading.js';
 import type { ReadingChoice } from './reading-card.js';
 import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
@@ -39,7 +39,7 @@ const SPATIAL: RunKind = {
   noun: 'frame',
   exports: SPATIAL_EXPORTS,
   panels: { figures: 'Result', table: 'Frames', details: 'Frame', settings: 'Settings' },
-  tabs: { wide: [], medium: ['details', 'settings'], narrow: ['figures', 'details', 'table', 'settings'] },
+  order: ['figures', 'details', 'table', 'settings'],
 };
 
 const NO_FRAMES: readonly SpatialFrameResult[] = [];
@@ -50,7 +50,7 @@ const DEPTH_SCALE = 1000;
  * A run of depth images or clouds in space: the map in 3D, each frame's images and result, the figures of the whole.
  */
 @customElement('scanstitch-spatial')
-export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, SpatialFiles> {
+export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, BeforePath> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
   /** The first depth image from above, and what it is of. */
@@ -58,8 +58,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   /** The question that was answered or dismissed. */
   @state() private dismissed = '';
 
-  protected override session = this.newSession();
-  protected override readonly of = SPATIAL;
+  override session = this.newSession();
+  override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private posesOf = memoizeLast((frames: readonly SpatialFrameResult[]) =>
@@ -79,27 +79,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     ): SpatialMarks => ({ poses, reference, camera, until, selected }),
   );
 
-  /** Opens a sample of the page, asked for at clock time `requested_at`. */
-  openGiven(files: Promise<SpatialFiles>, requested_at: number): Promise<void> {
-    this.stepAside();
-    return this.session.add(files, requested_at);
-  }
-
   protected override newSession(): SpatialSession {
     return new SpatialSession(this);
-  }
-
-  protected override take(
-    session: SpatialSession,
-    files: SpatialFiles,
-    requested_at: number,
-    joins: boolean,
-  ): Promise<void> {
-    return session.add(Promise.resolve(files), requested_at, joins);
-  }
-
-  protected override canJoin(session: SpatialSession, files: SpatialFiles): boolean {
-    return session.canJoin(files);
   }
 
   protected override isSample(): boolean {
@@ -145,6 +126,22 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return { kind: 'spatial', result, timing: { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] } };
   }
 
+  protected override measures({ result }: SpatialSnapshot): readonly Measure[] {
+    const { frames, comparison } = result;
+    const { points, frame_ms } = this.session;
+    const total = frame_ms.reduce((sum, ms) => sum + ms, 0);
+    return [
+      { label: 'Good frames', value: frames.filter(({ status }) => status === 'good').length, format: formatCount },
+      { label: 'Distance to ground truth', value: comparison?.mean ?? null, format: formatLength },
+      { label: 'Points of the map', value: points.positions.length / 3, format: formatCount },
+      { label: 'Time a frame', value: total / Math.max(frame_ms.length, 1), format: formatDuration },
+    ];
+  }
+
+  protected override overlayOf({ result }: SpatialSnapshot): BeforePath {
+    return { poses: this.posesOf(result.frames) };
+  }
+
   protected override makeExport(id: string, { result }: SpatialSnapshot): Promise<Download> {
     const { session } = this;
     return makeSpatialExport(id, {
@@ -157,7 +154,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   protected override openedFiles(): string[] {
-    return [...(this.session.dataset?.files.keys() ?? [])];
+    return [...(this.session.dataset?.recording.files.keys() ?? [])];
   }
 
   protected override loaded({ dataset } = this.session): Loaded {
@@ -198,10 +195,12 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       .reference_name=${result?.comparison?.name ?? ''}
       .voxel_size=${result?.settings.map_voxel_size || 0.05}
       .has_colors=${session.points.colors.length > 0}
-      .fit_key=${session.generation}
+      .path_before=${this.overlay}
+      .fit_key=${this.fit_key}
       .description=${this.mapWords(result)}
       .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
       ?growing=${phase === 'running'}
+      ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
@@ -216,6 +215,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return html`<scanstitch-headline
       part="figures"
       .figures=${figures}
+      ?compact=${this.is_compact}
       @figure-action=${() => this.dialog.show()}
     ></scanstitch-headline>`;
   }

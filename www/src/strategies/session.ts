@@ -2,6 +2,7 @@
 import type { ReactiveControllerHost } from 'lit';
 import { errorMessage, noteMessage, Session } from '../components/session.js';
 import type { GivenRecording } from '../components/run-kind.js';
+import { LastRequest } from '../engine/last-request.js';
 import { messageOf } from '../engine/message-of.js';
 import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
@@ -24,7 +25,7 @@ export class StrategiesSession extends Session<StrategyClient> {
   done = 0;
   total = 1;
   readonly #onOver: () => void;
-  #num_runs = 0;
+  readonly #running = new LastRequest();
 
   /** `onOver` is called when a comparison is done or was stopped. */
   constructor(host: ReactiveControllerHost & EventTarget, onOver: () => void) {
@@ -46,7 +47,7 @@ export class StrategiesSession extends Session<StrategyClient> {
 
   protected override leave(): void {
     super.leave();
-    this.#num_runs++;
+    this.#running.end();
     if (this.phase === 'running') this.phase = 'stopped';
   }
 
@@ -75,8 +76,7 @@ export class StrategiesSession extends Session<StrategyClient> {
   async compare(given: GivenRecording): Promise<void> {
     const { client } = this;
     if (!client) return;
-    const run = ++this.#num_runs;
-    const is_current = (): boolean => run === this.#num_runs;
+    const signal = this.#running.begin();
     client.stop();
     this.phase = 'running';
     this.messages = [];
@@ -87,12 +87,12 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.changed();
     try {
       await this.#list();
-      if (!is_current()) return;
+      if (signal.aborted) return;
       this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
       const is_done = await client.run(given, this.compared);
-      if (is_current()) this.#onEnd(is_done);
+      if (!signal.aborted) this.#onEnd(is_done);
     } catch (error) {
-      if (!is_current() || this.is_unavailable) return;
+      if (signal.aborted || this.is_unavailable) return;
       this.phase = 'crashed';
       this.report(messageOf(error));
     }
@@ -100,7 +100,7 @@ export class StrategiesSession extends Session<StrategyClient> {
 
   /** Another recording: what was found of the one before is gone. */
   begin(): void {
-    this.#num_runs++;
+    this.#running.end();
     this.client?.stop();
     this.phase = 'empty';
     this.messages = [];

@@ -32,7 +32,7 @@ export const strategy_styles = css`
     border-radius: var(--radius);
     color: var(--doubtful);
     background: var(--doubtful-soft);
-    font-size: 13px;
+    font-size: calc(13 * var(--px));
     overflow-wrap: anywhere;
   }
   td button.icon {
@@ -65,7 +65,7 @@ export const strategy_styles = css`
   }
   .choice .about {
     color: var(--muted);
-    font-size: 12.5px;
+    font-size: calc(12.5 * var(--px));
   }
   .choice i {
     display: inline-block;
@@ -89,7 +89,7 @@ export const strategy_styles = css`
     margin-left: auto;
     padding-right: 8px;
     color: var(--muted);
-    font-size: 12px;
+    font-size: calc(12 * var(--px));
   }
   .figures scanstitch-figure {
     height: 260px;

@@ -29,7 +29,17 @@ export function millimetres(metres: number | null): string {
 /** `reference_name` empty: no column for the distance to it. */
 export function frameColumns(reference_name: string): Column<FrameRow>[] {
   const origin = 'metres, in the frame of the first scan';
-  const columns: Column<FrameRow>[] = [
+  const columns: Column<FrameRow>[] = [];
+  // First: it is what a run is judged by, and the last columns may have to be scrolled to.
+  if (reference_name !== '') {
+    columns.push({
+      label: 'error',
+      unit: 'mm',
+      title: `distance to ${reference_name}`,
+      cell: ({ error }) => millimetres(error),
+    });
+  }
+  columns.push(
     { label: 'x', unit: 'm', title: origin, cell: ({ x }) => formatCoordinate(x) },
     { label: 'y', unit: 'm', title: origin, cell: ({ y }) => formatCoordinate(y) },
     { label: 'heading', unit: '°', title: '', cell: ({ theta }) => formatAngle(theta).replace('°', '') },
@@ -52,20 +62,12 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
       title: 'ICP iterations until the pose converged',
       cell: (row) => (row.is_origin ? UNKNOWN : row.iterations),
     },
-  ];
-  if (reference_name !== '') {
-    columns.push({
-      label: 'error',
-      unit: 'mm',
-      title: `distance to ${reference_name}`,
-      cell: ({ error }) => millimetres(error),
-    });
-  }
-  columns.push({
-    label: 'time',
-    unit: 'ms',
-    title: 'computing time of this scan',
-    cell: ({ ms }) => formatFixed(ms, 1),
-  });
+    {
+      label: 'time',
+      unit: 'ms',
+      title: 'computing time of this scan',
+      cell: ({ ms }) => formatFixed(ms, 1),
+    },
+  );
   return columns;
 }

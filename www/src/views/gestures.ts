@@ -29,14 +29,16 @@ const TAP = { mouse: 4, touch: 10 };
 export class Gestures implements ReactiveController {
   #target: GestureTarget;
   #isGuarded: () => boolean;
+  #scale: () => number;
   #stage: HTMLElement | null = null;
   #fingers = new Map<number, Place & { shifts: boolean }>();
   #distance = 0;
 
-  /** `isGuarded`: whether wheel and single fingers belong to the page around. */
-  constructor(host: ReactiveControllerHost, target: GestureTarget, isGuarded: () => boolean) {
+  /** `isGuarded`: whether wheel and single fingers belong to the page around; `scale`: CSS pixels per pixel of the target. */
+  constructor(host: ReactiveControllerHost, target: GestureTarget, isGuarded: () => boolean, scale = (): number => 1) {
     this.#target = target;
     this.#isGuarded = isGuarded;
+    this.#scale = scale;
     host.addController(this);
   }
 
@@ -58,7 +60,8 @@ export class Gestures implements ReactiveController {
 
   #place(event: MouseEvent): Place {
     const box = this.#stage?.getBoundingClientRect();
-    return { x: event.clientX - (box?.left ?? 0), y: event.clientY - (box?.top ?? 0) };
+    const scale = this.#scale();
+    return { x: (event.clientX - (box?.left ?? 0)) / scale, y: (event.clientY - (box?.top ?? 0)) / scale };
   }
 
   #wheel(event: WheelEvent): void {

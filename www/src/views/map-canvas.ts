@@ -4,11 +4,13 @@
  */
 import { context2d } from './canvas.js';
 import {
+  type BeforeMap,
   DARK_MAP,
   type Layers,
   LIGHT_MAP,
   type MapMarks,
   paintAxes,
+  paintBefore,
   paintGrid,
   paintPairs,
   paintReference,
@@ -27,6 +29,10 @@ export interface MapContent {
   /** One for each frame, or more. */
   colors: readonly Rgb[];
   layers: Layers;
+  /** The map that this one replaces; null: none is shown. */
+  before: BeforeMap | null;
+  /** The frames that alone are shown, in ascending order; null: all. */
+  only: readonly number[] | null;
   occupancy: OccupancyPicture | null;
   dark: boolean;
 }
@@ -91,7 +97,7 @@ export class MapCanvas {
     this.#is_layer_stale = true;
   }
 
-  #paintLayer({ points, marks, colors: frame_colors, dark }: MapContent, view: Viewport): void {
+  #paintLayer({ points, marks, colors: frame_colors, before, only, dark }: MapContent, view: Viewport): void {
     const start = performance.now();
     const { width, height } = this.#layer;
     this.#layer_image ??= new ImageData(width, height);
@@ -99,9 +105,18 @@ export class MapCanvas {
     pixels.fill(0);
     const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixel_ratio;
     const colors = Uint32Array.from(frame_colors, (color) => packColor(color));
+    const device = { width, height };
+    if (before) {
+      const num_before = before.points.offsets.length - 1;
+      const grey = new Uint32Array(num_before).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
+      const style = { colors: grey, diameter };
+      paintPoints(pixels, device, view, this.#pixel_ratio, before.points, 0, num_before, style);
+    }
     const paint = (first: number, last: number, size: number): void =>
-      paintPoints(pixels, { width, height }, view, this.#pixel_ratio, points, first, last, { colors, diameter: size });
-    paint(0, Math.min(marks.until, points.offsets.length - 1), diameter);
+      paintPoints(pixels, device, view, this.#pixel_ratio, points, first, last, { colors, diameter: size });
+    const until = Math.min(marks.until, points.offsets.length - 1);
+    if (!only) paint(0, until, diameter);
+    for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter);
     const { selected } = marks;
     if (selected !== null && selected < marks.until) {
       colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
@@ -113,7 +128,7 @@ export class MapCanvas {
     this.#layer_ms = performance.now() - start;
   }
 
-  #compose({ marks, colors, layers, occupancy, dark }: MapContent, view: Viewport): void {
+  #compose({ marks, colors, layers, before, only, occupancy, dark }: MapContent, view: Viewport): void {
     const size = this.#size;
     const theme = dark ? DARK_MAP : LIGHT_MAP;
     const ctx = context2d(this.canvas);
@@ -134,9 +149,10 @@ export class MapCanvas {
       ctx.drawImage(this.#layer, left, top, size.width * factor, size.height * factor);
     }
 
-    if (layers.reference) paintReference(ctx, size, view, marks, theme);
+    if (before && layers.path) paintBefore(ctx, size, view, before, theme);
+    if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
     if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
-    if (layers.path) paintTrajectory(ctx, size, view, marks, colors, theme);
+    if (layers.path) paintTrajectory(ctx, size, view, marks, colors, theme, only);
     const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
     if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
     paintScaleBar(ctx, size, view, theme);

@@ -1,5 +1,6 @@
 /** What lies on the map beside the points and the path: grid, reference, pairs, scale bar. Plain data in, strokes out. */
 import { cssColor, type Rgb } from './palette.js';
+import type { PointSet } from './point-layer.js';
 import { roundLength, type Size, toScreenAngle, toScreenX, toScreenY, type Viewport } from './viewport.js';
 
 export interface Pose {
@@ -30,6 +31,12 @@ export interface MapMarks {
   undetermined: Pose | null;
 }
 
+/** A map that another one has replaced: it lies in grey under that. */
+export interface BeforeMap {
+  points: PointSet;
+  poses: readonly Pose[];
+}
+
 export interface Layers {
   grid: boolean;
   /** The occupancy grid that is drawn in place of the points. */
@@ -48,6 +55,8 @@ export interface MapTheme {
   reference: string;
   selected: Rgb;
   warning: string;
+  /** Of the map before. */
+  before: Rgb;
 }
 
 export const LIGHT_MAP: MapTheme = {
@@ -60,6 +69,7 @@ export const LIGHT_MAP: MapTheme = {
   reference: '#b4530a',
   selected: [214, 20, 112],
   warning: '#b3261e',
+  before: [158, 166, 177],
 };
 
 export const DARK_MAP: MapTheme = {
@@ -72,6 +82,7 @@ export const DARK_MAP: MapTheme = {
   reference: '#ffad5c',
   selected: [255, 92, 168],
   warning: '#ff8a80',
+  before: [96, 106, 119],
 };
 
 export type Context = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
@@ -165,18 +176,37 @@ export function paintReference(ctx: Context, size: Size, view: Viewport, marks: 
   }
 }
 
-/** Thin lines from each point of the selected scan to the point it was matched with. */
+/** The path of the map before. */
+export function paintBefore(ctx: Context, size: Size, view: Viewport, { poses }: BeforeMap, theme: MapTheme): void {
+  ctx.strokeStyle = cssColor(theme.before);
+  ctx.lineWidth = 2.5;
+  ctx.lineJoin = 'round';
+  polyline(ctx, size, view, poses);
+}
+
+/** So many pairs or more are drawn thin; fewer stand out from the points. */
+const MANY_PAIRS = 60;
+
+/** Lines from each point of the selected scan to the point it was matched with. */
 export function paintPairs(ctx: Context, size: Size, view: Viewport, pairs: Float32Array, theme: MapTheme): void {
   const at = (i: number, axis: typeof toScreenX): number =>
     axis(view, size, pairs[i] as number, pairs[i + 1] as number);
-  ctx.strokeStyle = cssColor(theme.selected, 0.75);
-  ctx.lineWidth = 1;
-  ctx.beginPath();
-  for (let i = 0; i + 3 < pairs.length; i += 4) {
-    ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
-    ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
+  const lines = (color: string, width: number): void => {
+    ctx.strokeStyle = color;
+    ctx.lineWidth = width;
+    ctx.beginPath();
+    for (let i = 0; i + 3 < pairs.length; i += 4) {
+      ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
+      ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
+    }
+    ctx.stroke();
+  };
+  ctx.lineCap = 'round';
+  if (pairs.length >= 4 * MANY_PAIRS) lines(cssColor(theme.selected, 0.75), 1);
+  else {
+    lines(theme.halo, 5);
+    lines(theme.warning, 2.5);
   }
-  ctx.stroke();
   ctx.fillStyle = theme.path;
   for (let i = 0; i + 3 < pairs.length; i += 4) {
     ctx.fillRect(at(i + 2, toScreenX) - 1, at(i + 2, toScreenY) - 1, 2, 2);

@@ -9,7 +9,10 @@ const LONG_RUN_ARROW_CELL = 44;
 /** More poses than this make a long run. */
 const LONG_RUN = 200;
 
-/** The robot's path, dashed where a link is uncertain, and an arrow for every pose, pointing where the robot looks. */
+/**
+ * The robot's path, dashed where a link is uncertain, and an arrow for every pose, pointing where the robot looks; `only`: of
+ * these frames alone.
+ */
 export function paintTrajectory(
   ctx: Context,
   size: Size,
@@ -17,9 +20,12 @@ export function paintTrajectory(
   marks: MapMarks,
   colors: readonly Rgb[],
   theme: MapTheme,
+  only: readonly number[] | null,
 ): void {
   const shown = marks.poses.slice(0, marks.until);
-  paintPath(ctx, size, view, shown, marks.uncertain_links, theme);
+  const among = only && new Set(only);
+  const isShown = (frame: number): boolean => among?.has(frame) ?? true;
+  paintPath(ctx, size, view, shown, marks.uncertain_links, theme, isShown);
 
   const arrow = (frame: number, radius: number, fill: string, outline: string): void => {
     const pose = shown[frame];
@@ -39,7 +45,7 @@ export function paintTrajectory(
   const side = shown.length > LONG_RUN ? LONG_RUN_ARROW_CELL : ARROW_CELL;
   const taken = new Set<string>();
   shown.forEach((pose, frame) => {
-    if (frame === marks.selected || frame === marks.hovered) return;
+    if (frame === marks.selected || frame === marks.hovered || !isShown(frame)) return;
     const column = Math.floor(toScreenX(view, size, pose.x, pose.y) / side);
     const row = Math.floor(toScreenY(view, size, pose.x, pose.y) / side);
     const cell = `${column} ${row}`;
@@ -84,13 +90,15 @@ function paintPath(
   poses: readonly Pose[],
   uncertain_links: readonly boolean[],
   theme: MapTheme,
+  isShown: (frame: number) => boolean,
 ): void {
   const links = (is_uncertain: boolean): void => {
     ctx.beginPath();
     poses.forEach((pose, i) => {
+      if (!isShown(i)) return;
       const x = toScreenX(view, size, pose.x, pose.y);
       const y = toScreenY(view, size, pose.x, pose.y);
-      const before = poses[i - 1];
+      const before = isShown(i - 1) ? poses[i - 1] : undefined;
       if (before && (uncertain_links[i] ?? false) === is_uncertain) {
         if (is_uncertain)
           ctx.moveTo(toScreenX(view, size, before.x, before.y), toScreenY(view, size, before.x, before.y));

@@ -4,8 +4,10 @@ import { grey, hueColor, type Rgb } from './palette.js';
 
 /** A certain piece of the map, or all small ones together. */
 export interface Piece {
-  /** What the legend calls it. */
+  /** What the legend calls it: numbered by size, without a gap. */
   label: string;
+  /** What exported files call it; empty for small ones together. */
+  exported: string;
   /** How many pieces stand behind it: one, or all small ones. */
   num_pieces: number;
   /** Frames in it, in ascending order. */
@@ -18,12 +20,15 @@ interface Frame {
   status: Status;
 }
 
-/** Hues that most people can distinguish, degrees; the main piece has the first. */
+/** Hues that most people can distinguish, degrees; the largest piece has the first. */
 const HUES = [262, 62, 152, 310, 205, 100];
 /** Pieces of fewer frames than this are shown together. */
 const MIN_FRAMES = 5;
 
-/** The main piece and the largest others in their order, then all small ones; empty where the map is one piece. */
+/**
+ * The largest pieces from the largest on, among them the one that the engine calls the main one, then all small ones; empty where
+ * the map is one piece.
+ */
 export function certainPieces(frames: readonly Frame[], dark: boolean): Piece[] {
   const of_piece = new Map<number, number[]>();
   frames.forEach(({ piece, status }, frame) => {
@@ -33,21 +38,22 @@ export function certainPieces(frames: readonly Frame[], dark: boolean): Piece[] 
     else of_piece.set(piece, [frame]);
   });
   if (of_piece.size < 2) return [];
-  const by_size = [...of_piece].sort(([a, p], [b, q]) => Number(b === 0) - Number(a === 0) || q.length - p.length);
+  const by_size = [...of_piece].sort(([, p], [, q]) => q.length - p.length);
   const is_shown = ([piece, members]: [number, number[]], rank: number): boolean =>
-    rank < HUES.length && (piece === 0 || members.length >= MIN_FRAMES);
-  const shown = by_size.filter(is_shown).sort(([a], [b]) => a - b);
+    piece === 0 || (rank < HUES.length - 1 && members.length >= MIN_FRAMES);
+  const shown = by_size.filter(is_shown);
   const others = by_size.filter((piece, rank) => !is_shown(piece, rank));
   const pieces = shown.map(([piece, members], rank) => ({
-    label: piece === 0 ? 'Main piece' : `Piece ${piece}`,
+    label: rank === 0 ? 'Main piece' : piece === 0 ? 'Piece of the first scan' : `Piece ${rank + 1}`,
+    exported: piece === 0 ? 'map' : `map_piece_${piece}`,
     num_pieces: 1,
     frames: members,
     color: hueColor(HUES[rank] ?? 0, dark),
   }));
   if (others.length === 0) return pieces;
   const rest = others.flatMap(([, members]) => members).sort((a, b) => a - b);
-  const label = others.length === 1 ? `Piece ${others[0]?.[0] ?? ''}` : `${others.length} small pieces`;
-  return [...pieces, { label, num_pieces: others.length, frames: rest, color: grey(dark) }];
+  const label = others.length === 1 ? '1 small piece' : `${others.length} small pieces`;
+  return [...pieces, { label, exported: '', num_pieces: others.length, frames: rest, color: grey(dark) }];
 }
 
 /** The colour of each frame's piece; a lost frame has that of the small pieces. */

@@ -23,6 +23,13 @@ export function unitSign({ unit }: Field): string {
   return unit === 'rad' ? '°' : unit;
 }
 
+/** What a zero stands for where the explanation says so ("0: estimated from the first image."), in one word; null where it is a number. */
+export function zeroWord(explanation: string): string | null {
+  const [, meaning] = /(?<![\d.])0: (\w+)/.exec(explanation) ?? [];
+  if (meaning === undefined) return null;
+  return ['all', 'none'].includes(meaning) ? meaning : 'auto';
+}
+
 /** A value as the form shows it, with the significant digits only, never 0.30000000000000004. */
 export function toScreen(field: Field, value: number): string {
   return String(Number((field.unit === 'rad' ? value * DEGREES : value).toPrecision(6)));
@@ -47,6 +54,23 @@ export function screenStep(field: Field): string {
 export function rangeWords(field: Field): string {
   if (field.kind.type === 'choice') return '';
   return `${toScreen(field, field.kind.min)} to ${toScreen(field, field.kind.max)} ${unitSign(field)}`.trimEnd();
+}
+
+export type LabelledField<S> = Field & {
+  name: keyof S;
+  label: string;
+  kind: { choices?: { value: string; label: string }[] };
+};
+
+/** What differs between two settings: "Strategy: Joint → Scan to map". */
+export function changeWords<S extends object>(fields: readonly LabelledField<S>[], before: S, after: S): string[] {
+  const words = (field: LabelledField<S>, value: S[keyof S]): string =>
+    typeof value === 'number'
+      ? `${toScreen(field, value)}${field.unit === 'm' ? ' m' : unitSign(field)}`
+      : (field.kind.choices?.find((choice) => choice.value === value)?.label ?? String(value));
+  return fields
+    .filter(({ name }) => before[name] !== after[name])
+    .map((field) => `${field.label}: ${words(field, before[field.name])} → ${words(field, after[field.name])}`);
 }
 
 export function sameSettings<S extends object>(a: S, b: S): boolean {

@@ -3,14 +3,14 @@
  * plane it may say as well what the columns of tables are: `#table=ranges=2:542,...`.
  */
 import { settingFaults } from './setting-faults.js';
-import { type Field, parseSettings, writeSettings } from './setting-fields.js';
+import { type LabelledField, parseSettings, writeSettings } from './setting-fields.js';
 
 export type Settable = 'planar' | 'spatial';
 
 /** The engine's description of its settings. */
 export interface SettingsFacts<S extends object> {
   presets: readonly { name: string; settings: S }[];
-  descriptions: readonly (Field & { name: keyof S; kind: { choices?: { value: string }[] } })[];
+  descriptions: readonly LabelledField<S>[];
 }
 
 /** Views that a fragment may name. */

@@ -80,6 +80,17 @@ export interface Margin {
   left: number;
 }
 
+/** The box around both. */
+export function united(a: Bounds | null, b: Bounds | null): Bounds | null {
+  if (!a || !b) return a ?? b;
+  return {
+    min_x: Math.min(a.min_x, b.min_x),
+    min_y: Math.min(a.min_y, b.min_y),
+    max_x: Math.max(a.max_x, b.max_x),
+    max_y: Math.max(a.max_y, b.max_y),
+  };
+}
+
 /** The viewport that shows all of `bounds` with a margin on each side, in CSS pixels. */
 export function fitted(bounds: Bounds, size: Size, margin: Margin, turns: Turns): Viewport {
   const { width, height } = extent(bounds, turns);

@@ -93,7 +93,7 @@ impl FrameEstimate {
 impl AwayFromOdometry {
     fn reason(&self) -> String {
         let why = match self.why {
-            WhyOdometry::Known(sigma) => format!("whose standard deviation is {sigma:.2} m"),
+            WhyOdometry::Known(sigma) => format!("whose standard deviation is {:.1} mm", 1000.0 * sigma),
             WhyOdometry::FitsThere => "where it fits about as well".to_owned(),
             WhyOdometry::NotBetween => "and a pose between the two fits worse".to_owned(),
         };

@@ -386,6 +386,27 @@ impl PreparedFrame {
     }
 }
 
+/// All pixels of a depth image with their colours, and how its depth was measured.
+///
+/// # Errors
+/// As [`PreparedFrame::from_depth`]. Colours that cannot be used are left out: preparing the frame has told of it.
+pub(crate) fn map_image(
+    decode_config: &DecodeConfig,
+    name: &str,
+    bytes: &[u8],
+    color: Option<ColorFile<'_>>,
+) -> Result<(MapImage, DepthModel)> {
+    let (Some(depth), true) = (&decode_config.depth, !bytes.is_empty()) else {
+        return Err(Error::whole("This is no depth image", "Give depth images").in_file(name));
+    };
+    let image = depth.read(name, bytes)?;
+    let colors = color.and_then(|color| colors_of(color, name, &image).ok());
+    let quantisation = depth.open_quantisations().first().copied().unwrap_or(Quantisation::Rounded);
+    let (usable, model) = (usable_pixels(&image), decode_config.depth_model(depth, quantisation));
+    let surfels = depth_surfels(&image, &usable, &depth.camera, &model);
+    Ok((MapImage::with_stride(1, depth.bits == 8, &image, &usable, &surfels, &model, colors.as_ref()), model))
+}
+
 /// The points that are finite and from `min_range` to `max_range` (m) away from the sensor.
 fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
     let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());

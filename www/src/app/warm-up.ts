@@ -3,10 +3,9 @@
  * would pay for that, and for threads that start. So while the user is still choosing files, a few frames of the sample
  * are computed and thrown away; the threads stay for the recording.
  */
-import { fetchApartment } from './apartment.js';
-import { understandFiles } from './spatial-files.js';
-import { jobsOf } from './spatial-jobs.js';
+import { fetchApartment } from '../datasets/apartment.js';
 import { SpatialClient } from '../engine/spatial-client.js';
+import { jobsOf } from '../spatial/take-in.js';
 
 /** Enough for nearly all that is much used; more frames would hardly find more. */
 const NUM_FRAMES = 16;
@@ -16,8 +15,8 @@ const WARM = 'scanstitch-warm';
 
 /** Until it is done, or `signal` says that there is real work. */
 export async function warmUp(signal: AbortSignal): Promise<void> {
-  const { files } = await fetchApartment();
-  const jobs = jobsOf(await understandFiles(files), files).slice(0, NUM_FRAMES);
+  const { recording } = await fetchApartment();
+  const jobs = jobsOf(recording).slice(0, NUM_FRAMES);
   if (signal.aborted) return;
   const ignore = (): void => undefined;
   const client = new SpatialClient({

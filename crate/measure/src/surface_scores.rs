@@ -1,0 +1,252 @@
+//! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--flats N]
+//! [--write DIR]`. For each flat and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
+//! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the time a frame.
+//! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs, and
+//! `--score FILE.ply --flats N` scores a mesh that one of them made of the last.
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use nalgebra::Vector3;
+use scanstitch::camera::Pinhole;
+use scanstitch::geometry::{Pose3, RigidMotion};
+use scanstitch::io::point_cloud;
+use scanstitch::map::surface::SurfaceOptions;
+use scanstitch::pipeline::prepared_frame::DecodeConfig;
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch::pipeline::surface::SurfaceReconstruction;
+use scanstitch_scene::apartment::{Apartment, WalkOptions};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::space::stereo_camera::StereoCamera;
+use scanstitch_scene::space::{DepthSensor, Space};
+
+use crate::apartment::recording::depth_png;
+use crate::arguments::arguments;
+
+/// Points of the mesh and of the truth that are compared.
+const NUM_COMPARED: usize = 20_000;
+/// The true surface counts as covered within this (m).
+const COVERED: f64 = 0.02;
+/// Truth is looked for on both sides of a point up to this (m).
+const REACH: f64 = 0.3;
+
+/// The sensors, by name.
+#[derive(Clone, Copy)]
+enum Sensor {
+    Depth(DepthSensor),
+    Stereo(StereoCamera),
+}
+
+fn sensors() -> [(&'static str, Sensor); 4] {
+    let millimetres = |square_noise| Sensor::Depth(DepthSensor::Millimetres { square_noise });
+    [
+        ("exact, mm", millimetres(0.0)),
+        ("Kinect", millimetres(1.6e-3)),
+        ("D435", Sensor::Stereo(StereoCamera::default())),
+        ("8 bits", Sensor::Depth(DepthSensor::HOMEWORK)),
+    ]
+}
+
+pub fn main() -> Result<(), Box<dyn Error>> {
+    let (mut voxel_size, mut num_frames, mut num_flats) = (0.01, 60, 2u64);
+    let (mut write, mut score): (Option<PathBuf>, Option<PathBuf>) = (None, None);
+    let mut arguments = arguments().into_iter();
+    while let Some(name) = arguments.next() {
+        let value = arguments.next().ok_or_else(|| format!("{name} needs a value"))?;
+        match name.as_str() {
+            "--voxel" => voxel_size = value.parse()?,
+            "--frames" => num_frames = value.parse()?,
+            "--flats" => num_flats = value.parse()?,
+            "--write" => write = Some(value.into()),
+            "--score" => score = Some(value.into()),
+            _ => return Err(format!("{name} is no option").into()),
+        }
+    }
+    println!(
+        "{:28}{:>8}{:>9}{:>10}{:>10}{:>12}{:>9}",
+        "", "mean", "95 %", "covered", "within 2", "triangles", "a frame"
+    );
+    let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2)?;
+    for seed in 1..=num_flats {
+        let apartment = Apartment::generate(seed);
+        let walk = apartment.walk(&WalkOptions { num_frames: Some(num_frames), ..WalkOptions::default() });
+        let truth = seen_points(&apartment.space, &walk, &camera);
+        if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
+            let cloud = point_cloud::read(&fs::read(path)?)?;
+            let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
+            report(&path.display().to_string(), &Score::of(&apartment.space, &points, &[], &truth), 0, 0.0);
+            return Ok(());
+        }
+        for (name, sensor) in sensors() {
+            let images = measured(&apartment.space, &walk, &camera, sensor, seed)?;
+            if let Some(folder) = &write {
+                write_recording(
+                    &folder.join(format!("{seed}-{}", name.replace([' ', ','], ""))),
+                    &images,
+                    &walk,
+                    &camera,
+                )?;
+            }
+            let settings =
+                SpatialSettings { fx: camera.fx, fy: camera.fy, cx: camera.cx, cy: camera.cy, ..settings_of(sensor) };
+            let decode_config = DecodeConfig::new(&settings, "0.png", &images[0])?;
+            let options = SurfaceOptions { voxel_size, max_megabytes: 1500.0, ..SurfaceOptions::default() };
+            let mut surface = SurfaceReconstruction::new(decode_config, options)?;
+            let start = Instant::now();
+            for (index, (image, pose)) in images.iter().zip(&walk).enumerate() {
+                surface.add(&index.to_string(), image, None, pose)?;
+            }
+            let milliseconds = start.elapsed().as_secs_f64() * 1000.0 / walk.len() as f64;
+            let mesh = surface.mesh();
+            let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
+            let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth);
+            report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), milliseconds);
+        }
+    }
+    Ok(())
+}
+
+fn double(point: &glam::Vec3) -> Vector3<f64> {
+    Vector3::new(f64::from(point.x), f64::from(point.y), f64::from(point.z))
+}
+
+fn settings_of(sensor: Sensor) -> SpatialSettings {
+    let depth_scale = if matches!(sensor, Sensor::Depth(DepthSensor::EightBits { .. })) { 25.5 } else { 1000.0 };
+    SpatialSettings { depth_scale, ..SpatialSettings::default() }
+}
+
+fn measured(
+    space: &Space,
+    walk: &[Pose3],
+    camera: &Pinhole,
+    sensor: Sensor,
+    seed: u64,
+) -> Result<Vec<Vec<u8>>, Box<dyn Error>> {
+    let image = |(index, pose): (usize, &Pose3)| {
+        let seed = seed * 1000 + index as u64;
+        depth_png(&match sensor {
+            Sensor::Depth(sensor) => sensor.measure(&space.depth(pose, camera), camera.width, &mut Random::new(seed)),
+            Sensor::Stereo(stereo) => stereo.measure(space, pose, &walk[index.saturating_sub(1)], camera, seed),
+        })
+    };
+    walk.iter().enumerate().map(image).collect()
+}
+
+/// Points of the true surface that the cameras see, within the range in which all sensors measure (5 m).
+fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> Vec<Vector3<f64>> {
+    let mut random = Random::new(7);
+    let one = |_| {
+        let pose = &walk[(random.uniform(0.0, walk.len() as f64)) as usize];
+        let (u, v) = (random.uniform(0.0, camera.width as f64 - 1.0), random.uniform(0.0, camera.height as f64 - 1.0));
+        let (ray, origin) = (camera.ray(u, v), pose.translation.vector);
+        let hit = space.cast(&origin, &pose.rotate(&ray))?;
+        (hit.distance < 5.0).then(|| origin + pose.rotate(&ray) * hit.distance)
+    };
+    (0..NUM_COMPARED).filter_map(one).collect()
+}
+
+struct Score {
+    mean: f64,
+    quantile_95: f64,
+    covered: f64,
+    within: f64,
+}
+
+impl Score {
+    fn of(space: &Space, points: &[Vector3<f64>], deviations: &[f32], truth: &[Vector3<f64>]) -> Self {
+        let stride = points.len().div_ceil(NUM_COMPARED).max(1);
+        let compared = (0..points.len()).step_by(stride).map(|index| (index, distance_to_truth(space, &points[index])));
+        let compared: Vec<(usize, f64)> = compared.collect();
+        let mut distances: Vec<f64> = compared.iter().map(|&(_, distance)| distance).collect();
+        distances.sort_by(f64::total_cmp);
+        let is_within = |&&(index, distance): &&(usize, f64)| {
+            deviations.get(index).is_some_and(|deviation| distance <= 1.96 * f64::from(*deviation))
+        };
+        let num_within = compared.iter().filter(is_within).count();
+        let near = Near::new(points);
+        let num_covered = truth.iter().filter(|point| near.has(point)).count();
+        let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
+        Self {
+            mean: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
+            quantile_95: distances.get(distances.len() * 95 / 100).copied().unwrap_or(f64::NAN),
+            covered: share(num_covered, truth.len()),
+            within: share(num_within, compared.len()),
+        }
+    }
+}
+
+/// The distance of a point from the true surface: the least along 26 directions, on both sides of each.
+fn distance_to_truth(space: &Space, point: &Vector3<f64>) -> f64 {
+    let steps = [-1.0, 0.0, 1.0];
+    let directions = steps.iter().flat_map(|&x| steps.iter().flat_map(move |&y| steps.map(|z| Vector3::new(x, y, z))));
+    let mut least = REACH;
+    for direction in directions.filter_map(|direction| direction.try_normalize(1e-9)) {
+        // From outside: a point within a solid meets its surface from behind.
+        let origin = point - direction * REACH;
+        let mut travelled = 0.0;
+        while let Some(hit) = space.cast(&(origin + direction * travelled), &direction) {
+            travelled += hit.distance;
+            least = least.min((travelled - REACH).abs());
+            if travelled > 2.0 * REACH {
+                break;
+            }
+            travelled += 1e-6;
+        }
+    }
+    least
+}
+
+/// The vertices in cells of twice the distance that counts as covered.
+struct Near(std::collections::HashMap<[i64; 3], Vec<Vector3<f64>>>);
+
+impl Near {
+    fn new(points: &[Vector3<f64>]) -> Self {
+        let mut cells: std::collections::HashMap<[i64; 3], Vec<Vector3<f64>>> = std::collections::HashMap::new();
+        for point in points {
+            cells.entry(cell(point)).or_default().push(*point);
+        }
+        Self(cells)
+    }
+
+    fn has(&self, point: &Vector3<f64>) -> bool {
+        let [x, y, z] = cell(point);
+        let around =
+            (-1..=1).flat_map(|dx| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dz| [x + dx, y + dy, z + dz])));
+        around.filter_map(|cell| self.0.get(&cell)).flatten().any(|other| (other - point).norm() < COVERED)
+    }
+}
+
+fn cell(point: &Vector3<f64>) -> [i64; 3] {
+    (point / COVERED).map(|at| at.floor() as i64).into()
+}
+
+fn report(name: &str, score: &Score, num_triangles: usize, milliseconds: f64) {
+    println!(
+        "{name:28}{:>5.2} mm{:>6.2} mm{:>8.2} %{:>8.2} %{num_triangles:>12}{milliseconds:>6.1} ms",
+        score.mean * 1000.0,
+        score.quantile_95 * 1000.0,
+        score.covered * 100.0,
+        score.within * 100.0
+    );
+}
+
+fn write_recording(
+    folder: &PathBuf,
+    images: &[Vec<u8>],
+    walk: &[Pose3],
+    camera: &Pinhole,
+) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(folder)?;
+    for (index, image) in images.iter().enumerate() {
+        fs::write(folder.join(format!("{index}.png")), image)?;
+    }
+    let rows = walk.iter().flat_map(|pose| {
+        let matrix = pose.to_homogeneous();
+        (0..4).map(move |row| matrix.row(row).iter().map(f64::to_string).collect::<Vec<_>>().join(" "))
+    });
+    fs::write(folder.join("poses.txt"), rows.collect::<Vec<_>>().join("\n"))?;
+    fs::write(folder.join("camera.txt"), format!("{} {} {} {}\n", camera.fx, camera.fy, camera.cx, camera.cy))?;
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! A surface of triangles.
+
+use glam::Vec3;
+
+/// Triangles over shared vertices, with what is known of each vertex. All vectors of vertices are of one length, but `colors`, which
+/// is empty where the source has none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TriangleMesh {
+    /// Vertices (m).
+    pub positions: Vec<Vec3>,
+    /// Unit normals, on the side that was seen.
+    pub normals: Vec<Vec3>,
+    /// Red, green and blue.
+    pub colors: Vec<[u8; 3]>,
+    /// Standard deviation of each vertex along its normal (m).
+    pub deviations: Vec<f32>,
+    /// Indices of the vertices, counter-clockwise where the surface is seen from the side that its normals point to.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl TriangleMesh {
+    /// Normals of the vertices from the triangles around them, weighted by their areas.
+    pub(crate) fn set_normals(&mut self) {
+        self.normals = vec![Vec3::ZERO; self.positions.len()];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
+            let normal = (b - a).cross(c - a);
+            for vertex in triangle {
+                self.normals[*vertex as usize] += normal;
+            }
+        }
+        for normal in &mut self.normals {
+            *normal = normal.normalize_or_zero();
+        }
+    }
+
+    /// Area of a triangle (m^2).
+    pub fn area(&self, triangle: [u32; 3]) -> f32 {
+        let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Without the parts, joined by shared vertices, whose area is below this (m^2).
+    #[must_use]
+    pub fn without_islands(&self, min_area: f32) -> Self {
+        let parts = self.parts();
+        let mut areas = vec![0.0; self.positions.len()];
+        for &triangle in &self.triangles {
+            areas[parts[triangle[0] as usize] as usize] += self.area(triangle);
+        }
+        let is_kept: Vec<bool> = parts.iter().map(|&part| areas[part as usize] >= min_area).collect();
+        self.selected(&is_kept)
+    }
+
+    /// For each vertex the first vertex of the part that it belongs to.
+    fn parts(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.positions.len() as u32).collect();
+        let find = |parent: &mut [u32], mut vertex: u32| {
+            while parent[vertex as usize] != vertex {
+                parent[vertex as usize] = parent[parent[vertex as usize] as usize];
+                vertex = parent[vertex as usize];
+            }
+            vertex
+        };
+        for &[a, b, c] in &self.triangles {
+            for other in [b, c] {
+                let (first, second) = (find(&mut parent, a), find(&mut parent, other));
+                parent[first.max(second) as usize] = first.min(second);
+            }
+        }
+        (0..parent.len() as u32).map(|vertex| find(&mut parent, vertex)).collect()
+    }
+
+    /// The vertices that are kept, and the triangles between them.
+    fn selected(&self, is_kept: &[bool]) -> Self {
+        let mut numbers = vec![u32::MAX; is_kept.len()];
+        let mut kept = Vec::new();
+        for (vertex, _) in is_kept.iter().enumerate().filter(|&(_, &is_kept)| is_kept) {
+            numbers[vertex] = kept.len() as u32;
+            kept.push(vertex);
+        }
+        let renumbered = self.triangles.iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize]));
+        Self {
+            positions: pick(&self.positions, &kept),
+            normals: pick(&self.normals, &kept),
+            colors: pick(&self.colors, &kept),
+            deviations: pick(&self.deviations, &kept),
+            triangles: renumbered.filter(|triangle| !triangle.contains(&u32::MAX)).collect(),
+        }
+    }
+}
+
+/// The entries of the vertices that are kept; none where there are none.
+fn pick<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
+    if all.is_empty() { Vec::new() } else { kept.iter().map(|&vertex| all[vertex]).collect() }
+}

@@ -1,0 +1,21 @@
+//! Depth images at their poses to a surface of triangles.
+//!
+//! A truncated signed distance field: Curless and Levoy, "A volumetric method for building complex models from range images",
+//! SIGGRAPH 1996, in hashed blocks as in Niessner, Zollhoefer, Izadi and Stamminger, "Real-time 3D reconstruction at scale using voxel
+//! hashing", ACM TOG 32 (2013). It differs from those in three ways:
+//!
+//! - The distance of a voxel is that to the tangent plane of the surface at its pixel, not along the ray: where a wall is seen at
+//!   a slant, the distance along the ray is too long by the cosine, and differs from frame to frame.
+//! - Frames count by their information, the inverse variance of the sensor's depth, so that far views do not blur near ones, and
+//!   the sum of it gives the standard deviation of each vertex.
+//! - The field is truncated at three standard deviations of the depth, and at least at a voxel and a half, which the extraction needs.
+//!
+//! The surface is extracted as a dual mesh with a vertex a cell (Gibson, "Constrained elastic surface nets", MICCAI 1998).
+//!
+//! Read `fusion` first.
+
+mod blocks;
+mod extraction;
+mod fusion;
+
+pub use fusion::{SurfaceFusion, SurfaceOptions};

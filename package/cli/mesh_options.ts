@@ -1,0 +1,26 @@
+/** What `reconstruct --mesh` asks for. */
+import { extname } from 'node:path';
+import { CommandError } from './command.js';
+
+export type MeshOptions = { path: string; voxelSize: number | undefined };
+
+const FORMATS = ['ply', 'obj', 'stl', 'glb'] as const;
+
+/** What `--mesh` and `--mesh-voxel` ask for. */
+export function readMeshOptions(path: string | undefined, voxel: string | undefined): MeshOptions | undefined {
+  if (path === undefined) {
+    if (voxel !== undefined) throw new CommandError('--mesh-voxel is the size of the voxels of --mesh FILE.');
+    return undefined;
+  }
+  if (!formatOf(path)) throw new CommandError(`--mesh ${path}: the name ends in one of .${FORMATS.join(', .')}.`);
+  const voxelSize = voxel === undefined ? undefined : Number(voxel);
+  if (voxelSize !== undefined && !(voxelSize >= 0.001 && voxelSize <= 1)) {
+    throw new CommandError(`--mesh-voxel ${voxel}: give a number of metres from 0.001 to 1.`);
+  }
+  return { path, voxelSize };
+}
+
+/** The format that the name of a file asks for. */
+export function formatOf(path: string) {
+  return FORMATS.find((format) => extname(path).toLowerCase() === `.${format}`);
+}

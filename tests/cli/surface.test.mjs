@@ -1,0 +1,63 @@
+// @ts-check
+/** `reconstruct --mesh`: the surface of depth images as PLY, OBJ, STL and GLB; what has none; bad arguments. */
+import assert from 'node:assert/strict';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { ROOT, SAMPLES, scanstitch, temporaryFolder } from './support.mjs';
+
+const APARTMENT = join(ROOT, 'www', 'samples', 'apartment');
+
+test('a surface in each format holds the same triangles', async (t) => {
+  const folder = temporaryFolder(t);
+  const path = (/** @type {string} */ format) => join(folder, `room.${format}`);
+  const frames = [1, 2, 3].flatMap((n) => [join(APARTMENT, 'depth', `${n}.png`), join(APARTMENT, 'rgb', `${n}.jpg`)]);
+  const counts = new Map();
+  for (const format of ['ply', 'obj', 'stl', 'glb']) {
+    const args = [
+      'reconstruct',
+      ...frames,
+      '--out',
+      join(folder, 'out'),
+      '--mesh',
+      path(format),
+      '--mesh-voxel',
+      '0.1',
+    ];
+    const { status, stdout, stderr } = await scanstitch(args);
+    assert.equal(status, 0, stderr);
+    counts.set(format, Number(/Surface of 3 frames: (\d+) triangles in/.exec(stdout)?.[1]));
+  }
+  const [triangles = 0] = new Set(counts.values());
+  assert.ok(triangles > 1000 && new Set(counts.values()).size === 1, JSON.stringify([...counts]));
+  assert.match(
+    readFileSync(path('ply')).toString('latin1', 0, 500),
+    new RegExp(`property uchar red[^]*property float deviation\nelement face ${triangles}\n`),
+  );
+  assert.equal(readFileSync(path('stl')).readUInt32LE(80), triangles);
+  assert.equal(readFileSync(path('obj'), 'utf8').match(/^f /gm)?.length, triangles);
+  const glb = readFileSync(path('glb'));
+  assert.equal(glb.toString('latin1', 0, 4), 'glTF');
+  const json = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
+  const { attributes, indices } = json.meshes[0].primitives[0];
+  assert.deepEqual(Object.keys(attributes).sort(), ['COLOR_0', 'NORMAL', 'POSITION']);
+  assert.equal(json.accessors[indices].count, 3 * triangles);
+});
+
+test('what has no surface and what is no format is said', async (t) => {
+  const out = temporaryFolder(t);
+  const scans = [join(SAMPLES, '0.ply'), join(SAMPLES, '1.ply')];
+  const planar = await scanstitch(['reconstruct', ...scans, '--out', out, '--mesh', join(out, 'a.ply')]);
+  assert.equal(planar.status, 2);
+  assert.match(planar.stderr, /--mesh .*: not used, for planar scans have no surface/);
+  assert.ok(!existsSync(join(out, 'a.ply')));
+  for (const [args, told] of /** @type {const} */ ([
+    [['--mesh', 'a.fbx'], /--mesh a\.fbx: the name ends in one of \.ply, \.obj, \.stl, \.glb/],
+    [['--mesh', 'a.ply', '--mesh-voxel', '0'], /--mesh-voxel 0: give a number of metres from 0\.001 to 1/],
+    [['--mesh-voxel', '0.1'], /--mesh-voxel is the size of the voxels of --mesh FILE/],
+  ])) {
+    const { status, stderr } = await scanstitch(['reconstruct', ...scans, '--out', out, ...args]);
+    assert.equal(status, 1);
+    assert.match(stderr, told);
+  }
+});

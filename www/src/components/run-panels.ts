@@ -1,0 +1,87 @@
+/** The panels around the map of a run: which of them are unfolded, and what unfolds them. */
+import { html, LitElement, nothing, type TemplateResult } from 'lit';
+import { property, state } from 'lit/decorators.js';
+import type { Controls } from './controls.js';
+import { type Fold, type FoldChange, NONE_OPEN } from './folds.js';
+import type { Panel, RunKind } from './run-kind.js';
+import { type Layout, tabs } from './run-parts.js';
+
+/** Fires `panel-folded` where one is to be unfolded or folded. */
+export abstract class RunPanels extends LitElement {
+  @property({ attribute: false }) layout: Layout = 'wide';
+  /** Whether there is little height. */
+  @property({ attribute: false }) is_low = false;
+  @property({ attribute: false }) controls: Controls = 'full';
+  /** Those that are unfolded. */
+  @property({ attribute: false }) folds: ReadonlySet<Fold> = NONE_OPEN;
+  /** Whether it fills the screen; null where that is not possible, or where the header has the button. */
+  @property({ attribute: false }) full_screen: boolean | null = null;
+  /** The one whose tab is chosen, below a narrow map. */
+  @state() private panel: Panel = 'figures';
+
+  abstract readonly of: RunKind;
+  protected abstract renderFigures(): TemplateResult | typeof nothing;
+  protected abstract renderTable(): TemplateResult;
+  protected abstract renderDetails(): TemplateResult;
+  protected abstract renderSettings(): TemplateResult;
+
+  /** Whether the figures have one line. */
+  protected get is_compact(): boolean {
+    return this.controls !== 'full' || (this.layout !== 'narrow' && !this.folds.has('figures'));
+  }
+
+  /** Whether a panel stands around the map; in the medium layout two of them side by side would leave it no room. */
+  protected shows(panel: Panel): boolean {
+    const { layout, folds } = this;
+    if (layout === 'narrow' || this.controls !== 'full' || !folds.has(panel)) return false;
+    if (panel !== 'figures') void import('./panels.js');
+    return layout === 'wide' || panel !== 'settings' || !folds.has('details');
+  }
+
+  /** What was selected on the map or in the table is explained beside it, where there is room. */
+  protected unfoldDetails(): void {
+    const has_room = this.layout !== 'narrow' && this.controls === 'full';
+    if (has_room && !this.folds.has('details')) this.fold({ fold: 'details', is_open: true, is_lasting: false });
+  }
+
+  /** Buttons beside the slider; a narrow map has tabs instead. */
+  protected renderFolds(): TemplateResult | typeof nothing {
+    const { of, layout } = this;
+    if (layout === 'narrow' || this.controls !== 'full') return nothing;
+    return html`<div class="folds" role="group" aria-label="Panels">
+      ${of.order.map((panel) => {
+        const is_open = this.shows(panel);
+        const toggle = (): void => {
+          const is_in_the_way = layout === 'medium' && panel === 'settings' && !is_open && this.folds.has('details');
+          if (is_in_the_way) this.fold({ fold: 'details', is_open: false, is_lasting: true });
+          this.fold({ fold: panel, is_open: !is_open, is_lasting: true });
+        };
+        return html`<button class="quiet" aria-expanded=${is_open} @click=${toggle}>${of.panels[panel]}</button>`;
+      })}
+    </div>`;
+  }
+
+  /** Below a narrow map. */
+  protected renderTabs(): TemplateResult {
+    const { panels, order } = this.of;
+    const contents: Record<Panel, () => TemplateResult | typeof nothing> = {
+      figures: () => this.renderFigures(),
+      table: () => this.renderTable(),
+      details: () => this.renderDetails(),
+      settings: () => this.renderSettings(),
+    };
+    const is_open = this.folds.has('tabs');
+    if (is_open) void import('./panels.js');
+    const toggle = (): void => this.fold({ fold: 'tabs', is_open: !is_open, is_lasting: true });
+    const choose = (panel: Panel): void => {
+      this.panel = panel;
+      if (!is_open) toggle();
+    };
+    const names = order.map((tab) => ({ tab, label: panels[tab] }));
+    return tabs(names, this.panel, is_open ? contents[this.panel]() : nothing, choose, { is_open, toggle });
+  }
+
+  private fold(detail: FoldChange): void {
+    this.dispatchEvent(new CustomEvent('panel-folded', { detail, bubbles: true }));
+  }
+}

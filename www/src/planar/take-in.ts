@@ -1,0 +1,82 @@
+/** From a recording that was opened to the planar scans that are loaded: its files are read, and join what is open or replace it. */
+import { compareNaturally } from '../../../package/base/natural_order.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
+import { messageOf } from '../engine/message-of.js';
+import type { InputFile } from '../engine/protocol.js';
+import type { Dataset } from '../datasets/dataset.js';
+import type { Note } from '../datasets/note.js';
+
+/** Planar scans and what lies beside them, read. */
+export interface Intake {
+  scans: InputFile[];
+  reference: InputFile | null;
+  odometry: InputFile | null;
+  notes: Note[];
+}
+
+/** Whether there is a log of many scans among them: a recording that is whole. */
+export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ is_log }) => is_log);
+
+/** A file that cannot be read becomes a note; the rest goes on. */
+export async function takeIn(recording: OpenedRecording): Promise<Intake> {
+  const { files, beside, scans, logs, tables } = recording;
+  const notes: Note[] = [];
+  const read = async (path: string | null | undefined): Promise<InputFile[]> => {
+    const file = files.get(path ?? '');
+    if (!file) return [];
+    const { path: name } = file;
+    try {
+      const bytes = await file.read();
+      notes.push(...(file.losses ?? []));
+      const is_log = logs.includes(name);
+      return [{ name, bytes: ownBuffer(bytes), ...(is_log && { is_log, is_table: tables.includes(name) }) }];
+    } catch (error) {
+      notes.push({ file: name, reason: `not used: ${(error as { problem?: string }).problem ?? messageOf(error)}` });
+      return [];
+    }
+  };
+  const found = beside ?? { reference: recording.reference[0], odometry: recording.odometry, notes: recording.notes };
+  const [read_scans, [reference = null], [odometry = null]] = await Promise.all([
+    Promise.all(scans.map(read)),
+    read(found.reference),
+    read(found.odometry),
+  ]);
+  return { scans: read_scans.flat(), reference, odometry, notes: [...found.notes, ...notes] };
+}
+
+function ownBuffer(bytes: Uint8Array): ArrayBuffer {
+  const is_whole = bytes.byteLength === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
+  return is_whole ? (bytes.buffer as ArrayBuffer) : bytes.slice().buffer;
+}
+
+/**
+ * What the page shows after `intake` arrived on top of `present`: scans take its place, or, if they are to join, extend the
+ * user's own (a file of the same path takes the place of the old one), unless either is a log, which is whole; a reference
+ * or odometry alone joins whatever is there.
+ */
+export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
+  const is_whole = !joins || hasLog(intake.scans) || hasLog(present?.scans ?? []) || present?.origin !== 'user';
+  const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
+  const old_scans = extends_present ? present.scans : [];
+  const fresh = new Set(intake.scans.map(({ name }) => name));
+  const scans = [...old_scans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
+  scans.sort((a, b) => compareNaturally(a.name, b.name));
+  return {
+    title: extends_present ? present.title : titleOf(intake.scans),
+    origin: extends_present ? present.origin : 'user',
+    scans,
+    reference: intake.reference ?? (extends_present ? present.reference : null),
+    odometry: intake.odometry ?? (extends_present ? present.odometry : null),
+  };
+}
+
+/** The file where it is one, else the folder that all scans share, else "Your scans". */
+function titleOf(scans: readonly InputFile[]): string {
+  const [only] = scans;
+  if (only && scans.length === 1) return only.name.split('/').at(-1) ?? only.name;
+  const folders = scans.map(({ name }) => name.split('/').slice(0, -1));
+  const first = folders[0] ?? [];
+  let depth = 0;
+  while (depth < first.length && folders.every((folder) => folder[depth] === first[depth])) depth++;
+  return first[depth - 1] ?? 'Your scans';
+}
