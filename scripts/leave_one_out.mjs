@@ -31,6 +31,7 @@ const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
 
 const ASSESSMENT = 'odometry/planar/assess.rs';
 const MEASURED = 'odometry/planar/measured.rs';
+const MODEL = 'odometry/planar/odometry_model.rs';
 const LOOPS = 'graph/loops/planar';
 
 /** @type {Threshold[]} */
@@ -68,11 +69,11 @@ const THRESHOLDS = [
   },
   {
     means: 'steps that part from the odometry',
-    constants: [{ file: 'pipeline/planar/wheel_calibration.rs', name: 'PARTED' }],
+    constants: [{ file: MODEL, name: 'CHAIN_CONTRADICTS' }],
   },
   {
     means: 'stretches that contradict the odometry',
-    constants: [{ file: 'pipeline/planar/odometry_agreement.rs', name: 'CONTRADICTING' }],
+    constants: [{ file: MODEL, name: 'RESULT_CONTRADICTS' }],
   },
   {
     means: 'what is certain enough for one piece',

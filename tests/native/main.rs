@@ -20,6 +20,7 @@ mod evaluation_parts;
 mod global_registration;
 mod icp_lab;
 mod joint_scan_registration;
+mod laser_fans;
 mod laser_logs;
 mod laser_tables;
 mod laser_worlds;

@@ -165,24 +165,11 @@ impl Assessment {
         }
     }
 
-    /// Makes a good frame doubtful because too little of it lies on the map to exclude another position while its motion is unknown.
-    pub fn doubt_overlap(&mut self, overlap: f64) {
-        self.doubt(&format!("only {} of it lies on the map, and nothing else measures its motion", percent(overlap)));
-    }
-
     /// Makes a good frame doubtful because it fits about as well at another position, at this distance (m).
     pub(crate) fn doubt_position(&mut self, distance: f64) {
         self.doubt(&format!(
             "it fits the map about as well {distance:.1} m away: surfaces repeat, and its motion is not known well enough to tell"
         ));
-    }
-
-    /// Makes a good frame doubtful because the chain of registrations that leads to it contains a doubtful one.
-    pub fn mark_dependent_on_doubtful_link(&mut self) {
-        self.doubt(
-            "it fits the scans before it, but their own position is uncertain: a link of the path to them is doubtful, and no \
-             loop confirms it",
-        );
     }
 
     /// Makes a frame lost because a larger set of frames agrees without it.

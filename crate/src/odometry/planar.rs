@@ -19,14 +19,17 @@ use crate::registration::planar::PlanarMetric;
 
 pub mod ablation;
 pub(crate) mod assess;
+pub mod belief;
 pub mod hypothesis;
 pub mod information;
 mod measured;
 pub mod motion_noise;
+pub mod odometry_model;
 
 use ablation::Ablation;
 use assess::{MIN_POINTS, assess};
-use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, doubt_by_rival, fits_as_well, thinned};
+use belief::{ByOdometry, Finding};
+use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, rival_of_best, thinned};
 use information::information_less_normal_noise;
 
 /// What a registration starts from.
@@ -91,10 +94,16 @@ pub struct FrameEstimate {
     pub T_world_sensor: Pose2,
     /// The registration to the local map; `None` for the first scan and for scans with too few points.
     pub registration: Option<PlanarRegistration>,
-    /// How far the pose is to be trusted, with the reason.
-    pub assessment: Assessment,
+    /// How far the registration alone is to be trusted, with the reason.
+    pub registered: Assessment,
+    /// How the odometry bears on it.
+    pub by_odometry: ByOdometry,
+    /// What else speaks against the pose, in the order in which it was found.
+    pub findings: Vec<Finding>,
     /// How it is connected to the frames before.
     pub link: Link,
+    /// Whether the scans tell its motion and the odometry tells another one.
+    pub refutes_odometry: bool,
     /// What the registration tells of the pose, by a perturbation on the left about the world's origin, rotation first.
     pub information: Matrix3<f64>,
     /// The scans that it was registered to, and where they were placed at that time.
@@ -110,8 +119,12 @@ pub struct Odometry {
     T_world_last: Pose2,
     /// The last motion, from one scan to the next, in the frame of the earlier.
     last_motion: Pose2,
+    /// The last step of the odometry that no registration refuted.
+    last_measured: Option<Pose2>,
     /// How many frames up to the last one were registered without a doubt, one after the other.
     num_registered: usize,
+    /// Of the steps of the odometry that were compared with registrations, how many were wrong and how many there were.
+    wrong_steps: (usize, usize),
 }
 
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
@@ -151,8 +164,16 @@ impl Odometry {
             stray: None,
             T_world_last: T_world_first,
             last_motion: Pose2::identity(),
+            last_measured: None,
             num_registered: 0,
+            wrong_steps: (0, 0),
         }
+    }
+
+    /// Begins with a share of wrong steps: so many of so many.
+    #[must_use]
+    pub fn with_wrong_steps(self, wrong_steps: (usize, usize)) -> Self {
+        Self { wrong_steps, ..self }
     }
 
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
@@ -160,11 +181,10 @@ impl Odometry {
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
         let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
         let mut estimate = if scan.points.len() < MIN_POINTS {
-            let mut assessment = Assessment::too_few_points(scan.points.len());
-            if motion.is_some() && !self.map.is_empty() {
-                assessment.status = Status::Doubtful; // placed by the measured motion
-            }
-            unregistered(prediction, assessment, Link::Lost)
+            let too_few = unregistered(prediction, Assessment::too_few_points(scan.points.len()), Link::Lost);
+            let is_placed = motion.is_some() && !self.map.is_empty();
+            let by_odometry = if is_placed { ByOdometry::Placed(None) } else { ByOdometry::Nothing };
+            FrameEstimate { by_odometry, ..too_few }
         } else if self.map.is_empty() {
             unregistered(prediction, Assessment::first(), Link::Start)
         } else if let Some(motion) = motion {
@@ -173,6 +193,9 @@ impl Odometry {
             self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };
         estimate.references = self.map.placed().collect();
+        if let Some(motion) = motion.filter(|_| !estimate.refutes_odometry) {
+            self.last_measured = Some(motion.T_before_sensor);
+        }
         self.take(scan, estimate, motion.is_some())
     }
 
@@ -200,6 +223,10 @@ impl Odometry {
             }
         }
         self.num_registered = if estimate.link == Link::Registered { self.num_registered + 1 } else { 0 };
+        if is_measured && estimate.link == Link::Registered {
+            self.wrong_steps.0 += usize::from(estimate.refutes_odometry);
+            self.wrong_steps.1 += 1;
+        }
         if estimate.link != Link::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
         }
@@ -232,24 +259,25 @@ impl Odometry {
     /// Registers from the guess that the settings ask for; where the result is not good and a search is allowed, once
     /// more from the best pose in a wide window, and the better of the two is kept.
     fn register_unmeasured(&self, scan: &QueryScan, prediction: &Pose2) -> FrameEstimate {
-        let Hypothesis { registration, mut assessment } = match self.options.initial_guess {
-            InitialGuess::Identity => self.register_from(scan, self.T_world_last),
-            InitialGuess::ConstantVelocity => self.register_from(scan, *prediction),
+        let (best, finding) = match self.options.initial_guess {
+            InitialGuess::Identity => (self.register_from(scan, self.T_world_last), None),
+            InitialGuess::ConstantVelocity => (self.register_from(scan, *prediction), None),
             InitialGuess::Correlative => self.register_by_search(scan, prediction),
         };
-        if self.stray.is_some() {
-            assessment.doubt("the previous scan does not fit the map, so the motion since then is unknown");
-        }
+        let Hypothesis { registration, assessment } = best;
+        let findings: Vec<Finding> =
+            finding.into_iter().chain(self.stray.is_some().then_some(Finding::StrayBefore)).collect();
         let (T_world_sensor, link) = match assessment.status {
-            Status::Good => (registration.T_target_source, Link::Registered),
-            Status::Doubtful => (registration.T_target_source, Link::Doubted),
+            Status::Good if findings.is_empty() => (registration.T_target_source, Link::Registered),
+            Status::Good | Status::Doubtful => (registration.T_target_source, Link::Doubted),
             Status::Lost => (*prediction, Link::Lost),
         };
         let information = information_less_normal_noise(&registration);
-        registered(T_world_sensor, registration, information, assessment, link)
+        FrameEstimate { findings, ..registered(T_world_sensor, registration, information, assessment, link) }
     }
 
-    fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> Hypothesis {
+    /// The best registration near the prediction, or else in a wide window, and what speaks against it.
+    fn register_by_search(&self, scan: &QueryScan, prediction: &Pose2) -> (Hypothesis, Option<Finding>) {
         let window = self.options.search;
         let grid = LikelihoodGrid::new(&self.map.points());
         let searched = thinned(scan.points(), NUM_SEARCHED_POINTS);
@@ -266,30 +294,39 @@ impl Odometry {
                 best = second;
             }
         }
-        if best.assessment.status == Status::Good {
-            let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
-            if !is_expected && best.registration.fitness < MIN_OVERLAP_UNKNOWN_MOTION {
-                best.assessment.doubt_overlap(best.registration.fitness);
-            } else if !self.options.without.second_basin {
-                let rival = if is_expected {
-                    self.rival_of(&best, scan, &near, RIVAL_SHARE)
-                } else {
-                    let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
-                    let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
-                    let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
-                    self.rival_of(
-                        &best,
-                        scan,
-                        &grid.window(&searched, &self.T_world_last, anywhere),
-                        RIVAL_SHARE_UNKNOWN_MOTION,
-                    )
-                };
-                if let Some(rival) = rival {
-                    doubt_by_rival(&mut best, &rival);
-                }
-            }
+        let finding = self.ambiguity(&best, scan, prediction, &near);
+        (best, finding)
+    }
+
+    /// What leaves open whether a good registration is at the right place: little overlap, or another place that fits about as well.
+    fn ambiguity(
+        &self,
+        best: &Hypothesis,
+        scan: &QueryScan,
+        prediction: &Pose2,
+        near: &WindowSearch,
+    ) -> Option<Finding> {
+        if best.assessment.status != Status::Good {
+            return None;
         }
-        best
+        let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
+        let overlap = best.registration.fitness;
+        if !is_expected && overlap < MIN_OVERLAP_UNKNOWN_MOTION {
+            return Some(Finding::LittleOverlap(overlap));
+        }
+        if self.options.without.second_basin {
+            return None;
+        }
+        let rival = if is_expected {
+            self.rival_of(best, scan, near, RIVAL_SHARE)
+        } else {
+            let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
+            let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
+            let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
+            let anywhere = grid.window(&searched, &self.T_world_last, anywhere);
+            self.rival_of(best, scan, &anywhere, RIVAL_SHARE_UNKNOWN_MOTION)
+        };
+        rival.map(|rival| rival_of_best(best, &rival))
     }
 
     /// Another place of a window where the scan fits about as well, if there is one, and lies on the map with this share of
@@ -363,7 +400,17 @@ fn is_other(best: &Pose2, found: &Pose2) -> bool {
 
 fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> FrameEstimate {
     let (information, references) = (Matrix3::zeros(), Vec::new());
-    FrameEstimate { T_world_sensor, registration: None, assessment, link, information, references }
+    FrameEstimate {
+        T_world_sensor,
+        registration: None,
+        registered: assessment,
+        by_odometry: ByOdometry::Nothing,
+        findings: Vec::new(),
+        link,
+        refutes_odometry: false,
+        information,
+        references,
+    }
 }
 
 fn registered(

@@ -1,15 +1,17 @@
 //! A recorded scan, and the motion to it that the recording gives.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use glam::Vec3;
-use nalgebra::Rotation3;
+use nalgebra::{Rotation3, Vector2};
 
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
-use crate::io::laser_log::{LaserLog, OdometryOrigin};
+use crate::io::laser_log::{LaserLog, LaserScan, OdometryOrigin};
 use crate::io::trajectory::Trajectory;
-use crate::pipeline::settings::OdometrySource;
-use crate::preprocess::clean::refuse_map_coordinates;
+use crate::pipeline::settings::{OdometrySource, Settings};
+use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, refuse_map_coordinates};
+use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
@@ -60,20 +62,52 @@ impl RecordedScan {
 
     /// All scans of a log.
     pub fn of_log(log: &LaserLog) -> impl Iterator<Item = Self> + '_ {
-        log.scans.iter().map(|scan| {
-            let positions = scan.points().into_iter().map(|[x, y]| Vec3::new(x, y, 0.0)).collect();
-            Self {
-                cloud: PointCloud::from_positions(positions),
-                max_range: scan.max_range,
-                T_robot_laser: log.T_robot_laser,
-                index: scan.number,
-                time: scan.time,
-                reference: scan.reference,
-                odometry: scan.odometry,
-                odometry_origin: log.odometry_origin,
-                may_be_mirrored: log.may_be_mirrored,
-            }
+        log.scans.iter().map(|scan| Self {
+            T_robot_laser: log.T_robot_laser,
+            odometry_origin: log.odometry_origin,
+            may_be_mirrored: log.may_be_mirrored,
+            ..Self::of_scan(scan)
         })
+    }
+
+    /// One scan of a log.
+    pub(crate) fn of_scan(scan: &LaserScan) -> Self {
+        let positions = scan.points().into_iter().map(|[x, y]| Vec3::new(x, y, 0.0)).collect();
+        Self {
+            max_range: scan.max_range,
+            index: scan.number,
+            time: scan.time,
+            reference: scan.reference,
+            odometry: scan.odometry,
+            ..Self::of_cloud(PointCloud::from_positions(positions))
+        }
+    }
+
+    /// Its returns without what is no measurement, and what that left out; ranges from `limit` (m) on are none.
+    pub(crate) fn cleaned(&self, limit: f64, settings: &Settings) -> (PlanarScan, CleaningReport) {
+        let limits = settings.range_limits();
+        let max_range = limit.min(limits.max_range).min(self.max_range);
+        let cleaned = clean(&self.cloud.positions, &RangeLimits { max_range, ..limits });
+        let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
+        (PlanarScan::new(points), cleaned.report)
+    }
+}
+
+/// The scans of a run.
+#[derive(Clone, Copy)]
+pub struct RecordedScans<'a> {
+    /// As they were read.
+    pub all: &'a [RecordedScan],
+    /// The sensor's range limit (m); infinite where none was detected.
+    pub limit: f64,
+    /// How they are cleaned and registered.
+    pub settings: &'a Settings,
+}
+
+impl RecordedScans<'_> {
+    /// A scan as it is registered.
+    pub(crate) fn cleaned(&self, frame: usize) -> Rc<PlanarScan> {
+        Rc::new(self.all[frame].cleaned(self.limit, self.settings).0)
     }
 }
 

@@ -153,12 +153,12 @@ impl FrameResult<PlanarPose, CleaningReport> {
     #[inline(never)]
     pub(crate) fn of_scan(label: FrameLabel, cleaning: CleaningReport, estimate: &FrameEstimate, pose: Pose2) -> Self {
         let registration = estimate.registration.as_ref();
-        let overlap = registration.map_or(estimate.assessment.agreement, |r| r.fitness);
+        let overlap = registration.map_or(estimate.registered.agreement, |r| r.fitness);
         let degenerate = registration.filter(|r| r.observability.is_undetermined());
         Self {
             std: registration.and_then(standard_deviation),
             undetermined: degenerate.map(|r| planar(&r.observability.weakest_direction)),
-            ..Self::new(label, pose.into(), &estimate.assessment, overlap, registration, cleaning)
+            ..Self::new(label, pose.into(), &estimate.assessment(), overlap, registration, cleaning)
         }
     }
 }

@@ -46,7 +46,19 @@ pub const ALL: &[&str] = &[
     "noisy",
     "glass",
     "people",
+    "wheels_stop",
 ];
+
+/// `wheels_stop`: the fault comes again after this time (s), ...
+const STOP_PERIOD: f64 = 25.0;
+/// ... the odometry repeats one pose in this part of it (s), ...
+const STILL: std::ops::Range<f64> = 5.0..6.0;
+/// ... and comes late in this one (s), ...
+const LATE: std::ops::Range<f64> = 10.0..20.0;
+/// ... by this much (s).
+const LATENCY: std::ops::Range<f64> = 0.1..0.5;
+/// Share of the steps that are another step of the log in truth, and share of the poses that are missing.
+const FOREIGN_AND_MISSING: (f32, f32) = (0.05, 0.02);
 
 impl Input {
     pub fn new(log: &LaserLog, odometry: Option<&Trajectory>) -> Self {
@@ -163,6 +175,7 @@ impl Input {
                     }
                 });
             }
+            "wheels_stop" => self.stop_wheels(),
             "coarse_beams" => self.change_ranges(|_, beam, range| if beam % 2 == 0 { range } else { f32::NAN }),
             other => panic!("{other} is no damage: {ALL:?}"),
         }
@@ -182,6 +195,44 @@ impl Input {
             self.log.scans.push(scan);
         }
         self.numbers.extend(other.numbers.iter().map(|_| usize::MAX));
+    }
+
+    /// Odometry that stops for a second and then jumps, comes late, misses poses and has foreign steps.
+    fn stop_wheels(&mut self) {
+        let times = self.times();
+        let Some(poses) = &mut self.odometry else { return };
+        let old: Vec<Pose2> = poses.iter().map(|pose| pose.unwrap_or_default()).collect();
+        let at = |time: f64| {
+            let after = times.partition_point(|&other| other <= time).clamp(1, times.len() - 1);
+            let share = (time - times[after - 1]) / (times[after] - times[after - 1]).max(1e-9);
+            let motion = (old[after - 1].inverse() * old[after]).log();
+            old[after - 1] * Pose2::exp(&(motion * share.clamp(0.0, 1.0)))
+        };
+        let told = |time: f64| {
+            let period = ((time - times[0]) / STOP_PERIOD).floor();
+            let within = time - times[0] - period * STOP_PERIOD;
+            if STILL.contains(&within) {
+                return at(time - (within - STILL.start));
+            }
+            let latency = LATENCY.start + (LATENCY.end - LATENCY.start) * f64::from(uniform(period as usize, 0, 40));
+            at(if LATE.contains(&within) { time - latency } else { time })
+        };
+        let late: Vec<Pose2> = times.iter().map(|&time| told(time)).collect();
+        let step = |scan: usize| late[scan - 1].inverse() * late[scan];
+        let mut now = late[0];
+        for scan in 1..late.len() {
+            let other = 1 + (uniform(scan, 1, 40) * (late.len() - 1) as f32) as usize;
+            let is_foreign = uniform(scan, 2, 40) < FOREIGN_AND_MISSING.0;
+            now *= step(if is_foreign { other.min(late.len() - 1) } else { scan });
+            poses[scan] = (uniform(scan, 3, 40) >= FOREIGN_AND_MISSING.1).then_some(now);
+        }
+    }
+
+    /// Times of the scans (s); a second a scan where the log does not have all of them in order.
+    fn times(&self) -> Vec<f64> {
+        let told: Option<Vec<f64>> = self.log.scans.iter().map(|scan| scan.time).collect();
+        let told = told.filter(|times| times.windows(2).all(|pair| pair[0] < pair[1]));
+        told.unwrap_or_else(|| (0..self.log.scans.len()).map(|scan| scan as f64).collect())
     }
 
     fn change_odometry(&mut self, change: impl Fn(usize, Pose2) -> Pose2) {

@@ -109,6 +109,8 @@ pub struct LaserLog {
     /// Whether the log does not tell which way the laser turns. The angles are read counter-clockwise; if the laser turns clockwise,
     /// the map is a mirror image, although its scans agree.
     pub may_be_mirrored: bool,
+    /// Whether the user gave the bearings; otherwise the file did, or they were guessed.
+    pub are_bearings_given: bool,
     /// What could not be used of what should have been, in whole sentences.
     pub losses: Vec<String>,
     /// What else is worth knowing, in whole sentences.

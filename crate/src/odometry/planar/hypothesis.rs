@@ -2,9 +2,10 @@
 
 use nalgebra::Vector2;
 
+use super::belief::Finding;
 use crate::geometry::RigidMotion;
 use crate::map::local::PlanarRegistration;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::Assessment;
 
 /// About this number of points of a scan or submap are used in a correlative search.
 pub const NUM_SEARCHED_POINTS: usize = 160;
@@ -31,17 +32,11 @@ pub fn fits_as_well(one: &Hypothesis, other: &Hypothesis, share: f64) -> bool {
         && one.registration.fitness > share * other.registration.fitness
 }
 
-/// A second place where the scan fits about as well makes the first doubtful.
-pub fn doubt_by_rival(best: &mut Hypothesis, rival: &Hypothesis) {
+/// What a second place where the scan fits about as well says of the first.
+pub fn rival_of_best(best: &Hypothesis, rival: &Hypothesis) -> Finding {
     let off = best.registration.T_target_source.inverse() * rival.registration.T_target_source;
-    best.assessment.status = Status::Doubtful;
-    best.assessment.reason = format!(
-        "it fits about as well {:.1} m and {:.0} degrees away ({:.0} % of its returns agree there, {:.0} % here)",
-        off.translation_norm(),
-        off.rotation_angle().to_degrees(),
-        100.0 * rival.assessment.agreement,
-        100.0 * best.assessment.agreement
-    );
+    let agreement = (rival.assessment.agreement, best.assessment.agreement);
+    Finding::Rival { distance: off.translation_norm(), turn: off.rotation_angle(), agreement }
 }
 
 /// At least `about` of a scan's points, and fewer than twice as many, in equal steps by index; all where there are fewer.

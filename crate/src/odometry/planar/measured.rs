@@ -3,13 +3,14 @@
 
 use nalgebra::Matrix3;
 
+use super::belief::{AwayFromOdometry, ByOdometry, Finding, WhyOdometry};
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
 use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
-use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::assessment::Status;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
 /// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
@@ -25,12 +26,16 @@ const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 const CONFIRMED_AGREEMENT: f64 = 0.8;
 /// Share of agreeing returns from which on no other pose is searched for.
 const SURE_AGREEMENT: f64 = 0.9;
+/// Share of the registrations from scans alone that may be wrong though nothing speaks against them: with more wrong steps of the
+/// odometry, a registration that contradicts it is the likelier of the two. None of 2,880 was (`laser_scores --mode alone`, good steps of
+/// five logs); this is ten times what that leaves possible.
+const FALSE_REGISTRATIONS: f64 = 0.01;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;
 
 impl Odometry {
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
-    /// measurement, the scan is placed by the measurement.
+    /// measurement, either that is wrong, or the scan is placed by it.
     pub(super) fn register_measured(
         &self,
         scan: &QueryScan,
@@ -38,36 +43,62 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        if best.assessment.status == Status::Lost {
-            return carried(best, prediction);
+        let is_lost = best.assessment.status == Status::Lost;
+        let contradiction = if is_lost { None } else { self.contradiction(scan, &best, prediction, motion) };
+        let fused = if is_lost || contradiction.is_some() { None } else { self.fused(scan, &best, prediction, motion) };
+        if let Some((T_world_sensor, information)) = fused {
+            return self.confirmed(best, T_world_sensor, information, motion);
         }
-        if let Some(reason) = self.contradiction(scan, &best, prediction, motion) {
-            return carried(doubted_by_motion(best, prediction, &reason), prediction);
+        let why = (!is_lost).then_some(contradiction.unwrap_or(WhyOdometry::NotBetween));
+        self.refutation(scan, prediction, motion).unwrap_or_else(|| placed(best, prediction, why))
+    }
+
+    /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that; where it
+    /// does fit is nearer to the odometry's step before than the measured one is; and it continues the motion before, or so many steps
+    /// of the odometry are wrong that this one may be, too. Where the ground ahead seems to move with the robot, the odometry is the
+    /// steadier of the two.
+    fn refutation(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Option<FrameEstimate> {
+        let before = self.last_measured?;
+        let continued = self.T_world_last * self.last_motion;
+        let alone = self.register_unmeasured(scan, &continued);
+        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.registered.agreement);
+        let change = |step: &Pose2| mahalanobis::squared(&(before * step.inverse()).log(), &motion.covariance);
+        let is_steadier =
+            change(&(self.T_world_last.inverse() * alone.T_world_sensor)) < change(&motion.T_before_sensor);
+        if alone.link != Link::Registered || fits_there || !is_steadier {
+            return None;
         }
-        let Some((T_world_sensor, information)) = self.fused(scan, &best, prediction, motion) else {
-            return carried(doubted_by_motion(best, prediction, "and a pose between the two fits worse"), prediction);
-        };
-        let Hypothesis { registration, mut assessment } = best;
-        let mut status = assessment.status;
-        if status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT {
-            // Two measurements agree: people may stand in the way. What the walls leave open, the motion tells.
-            assessment = Assessment { status: Status::Good, reason: String::new(), ..assessment };
-            if !registration.observability.is_undetermined() {
-                status = Status::Good;
-            }
-        }
+        let is_continued = self.is_expected(&continued, &alone.T_world_sensor);
+        (self.has_wrong_steps() || is_continued).then_some(FrameEstimate { refutes_odometry: true, ..alone })
+    }
+
+    /// Whether more steps of the odometry are wrong than registrations.
+    fn has_wrong_steps(&self) -> bool {
+        let (num_wrong, num_compared) = self.wrong_steps;
+        num_wrong > 0 && num_wrong as f64 > FALSE_REGISTRATIONS * num_compared as f64
+    }
+
+    /// A registration that agrees with the measured motion, at the pose that both make most likely.
+    fn confirmed(
+        &self,
+        best: Hypothesis,
+        T_world_sensor: Pose2,
+        information: Matrix3<f64>,
+        motion: &MeasuredMotion,
+    ) -> FrameEstimate {
+        let Hypothesis { registration, assessment } = best;
+        let is_confirmed = assessment.status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT;
         let left = self.left_open(&information, motion);
-        if openness(&motion.T_before_sensor, &left) > 1.0 {
-            status = Status::Doubtful;
-            let (heading, position) = sigmas(&motion.T_before_sensor, &left);
-            let heading = heading.to_degrees();
-            assessment.doubt(&format!(
-                "its pose is uncertain by {position:.2} m and {heading:.1} degrees (one standard deviation), even with the \
-                 measured motion"
-            ));
+        let is_open = openness(&motion.T_before_sensor, &left) > 1.0;
+        let (heading, position) = sigmas(&motion.T_before_sensor, &left);
+        let is_registered =
+            assessment.status == Status::Good || (is_confirmed && !registration.observability.is_undetermined());
+        let link = if is_registered && !is_open { Link::Registered } else { Link::Doubted };
+        FrameEstimate {
+            by_odometry: if is_confirmed { ByOdometry::Confirmed } else { ByOdometry::Nothing },
+            findings: is_open.then_some(Finding::LeftOpen(heading, position)).into_iter().collect(),
+            ..registered(T_world_sensor, registration, information, assessment, link)
         }
-        let link = if status == Status::Good { Link::Registered } else { Link::Doubted };
-        registered(T_world_sensor, registration, information, assessment, link)
     }
 
     /// Why a registration cannot be where the measured motion has taken the scan.
@@ -77,14 +108,13 @@ impl Odometry {
         best: &Hypothesis,
         prediction: &Pose2,
         motion: &MeasuredMotion,
-    ) -> Option<String> {
+    ) -> Option<WhyOdometry> {
         if !self.is_near(best, motion) {
-            let known = sigmas(&motion.T_before_sensor, &motion.covariance).1;
-            return Some(format!("whose standard deviation is {:.1} mm", 1000.0 * known));
+            return Some(WhyOdometry::Known(sigmas(&motion.T_before_sensor, &motion.covariance).1));
         }
         // That the wheels slipped is believed where the scan does not fit without it.
         let fits = || agrees_as_well(self.map.free_space(scan, prediction).agreement(), best.assessment.agreement);
-        (!self.is_likely(best, motion) && fits()).then(|| "where it fits about as well".to_owned())
+        (!self.is_likely(best, motion) && fits()).then_some(WhyOdometry::FitsThere)
     }
 
     /// The better of the registrations from the measured motion and, where that one is not sure, from the best pose near it.
@@ -167,19 +197,17 @@ impl Odometry {
     }
 }
 
-/// A frame that is placed by measured motion alone, whatever its registration.
-fn carried(Hypothesis { registration, mut assessment }: Hypothesis, prediction: &Pose2) -> FrameEstimate {
-    assessment.status = Status::Doubtful;
-    FrameEstimate { registration: Some(registration), ..unregistered(*prediction, assessment, Link::Carried) }
-}
-
-/// A registration that measured motion speaks against.
-fn doubted_by_motion(mut hypothesis: Hypothesis, prediction: &Pose2, why: &str) -> Hypothesis {
-    let off = prediction.inverse() * hypothesis.registration.T_target_source;
-    let (position, heading) = (off.translation_norm(), off.rotation_angle().to_degrees());
-    hypothesis.assessment.reason = format!(
-        "its best fit is {position:.2} m and {heading:.0} degrees away from the measured motion, {why}: it is placed by the \
-         measured motion"
-    );
-    hypothesis
+/// A frame that is placed by measured motion alone, whatever its registration, and why that one is not believed.
+fn placed(
+    Hypothesis { registration, assessment }: Hypothesis,
+    prediction: &Pose2,
+    why: Option<WhyOdometry>,
+) -> FrameEstimate {
+    let off = prediction.inverse() * registration.T_target_source;
+    let away = |why| AwayFromOdometry { distance: off.translation_norm(), turn: off.rotation_angle(), why };
+    FrameEstimate {
+        registration: Some(registration),
+        by_odometry: ByOdometry::Placed(why.map(away)),
+        ..unregistered(*prediction, assessment, Link::Carried)
+    }
 }

@@ -1,7 +1,11 @@
 //! How well measured motion is known: a model of wheels' noise, fitted to what the scans say.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Matrix3, Vector3};
 
+use super::information::chained;
+use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 
@@ -24,20 +28,27 @@ const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
 const UNKNOWN: f64 = 2.0;
 /// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
 const SCALES: (f64, f64) = (0.5, 8.0);
-/// Fewer comparisons than this say nothing.
-const MIN_SAMPLES: usize = 8;
+/// Fewer counterparts than this do not tell the noise.
+pub const MIN_SAMPLES: usize = 8;
 /// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
 const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
 /// 90 % quantiles of the same: wheels that slip now and then have long tails.
 const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
 
-/// A measured motion of one or more steps and what a sure registration made of it.
+/// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
+const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
+/// Share of the steps that are wrong, before anything is known.
+const EXPECTED_WRONG: f64 = 0.05;
+/// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
+const TAIL: f64 = 0.1;
+
+/// A measured motion of one or more steps, and the registration of the same motion.
 #[derive(Debug, Clone)]
-pub struct Comparison {
+pub struct Counterpart {
     /// The steps measured.
     pub steps: Vec<Pose2>,
-    /// The motion registered.
-    pub registered: Pose2,
+    /// The motion registered, and its covariance by a perturbation on the left, rotation first.
+    pub registered: (Pose2, Matrix3<f64>),
 }
 
 impl Default for MotionNoise {
@@ -47,36 +58,72 @@ impl Default for MotionNoise {
 }
 
 impl MotionNoise {
-    /// Fits the scales to comparisons; robustly, by median and tail, whichever is larger. The default where there are too
-    /// few.
-    pub fn fitted(comparisons: &[Comparison]) -> Self {
-        if comparisons.len() < MIN_SAMPLES {
-            return Self::default();
+    /// The noise of the counterparts, and how many are wrong steps: those that are likelier as such than by the noise of unknown wheels.
+    /// The default where there are too few.
+    pub fn fitted(counterparts: &[Counterpart]) -> (Self, usize) {
+        let count = counterparts.len();
+        let explained = |noise: Self| counterparts.iter().filter(move |c| noise.explains(c)).collect::<Vec<_>>();
+        let num_wrong = count - explained(Self::default()).len();
+        if count < MIN_SAMPLES {
+            return (Self::default(), num_wrong);
         }
+        let all: Vec<&Counterpart> = counterparts.iter().collect();
+        // Wheels may be worse than unknown ones: most of their steps are no wrong ones.
+        let most = Self::of(&all, 0.5);
+        let right = explained(Self {
+            translation_scale: most.translation_scale.max(UNKNOWN),
+            rotation_scale: most.rotation_scale.max(UNKNOWN),
+        });
+        let has_many = (right.len() as f64) < (1.0 - TAIL) * count as f64 && right.len() >= MIN_SAMPLES;
+        (Self::of(if has_many { &right } else { &all }, 1.0 - TAIL), num_wrong)
+    }
+
+    /// Fits the scales robustly, by the median and, of a larger share of the errors, the tail, whichever is larger.
+    fn of(counterparts: &[&Counterpart], share: f64) -> Self {
         let unit = Self { translation_scale: 1.0, rotation_scale: 1.0 };
         let (mut translations, mut rotations) = (Vec::new(), Vec::new());
-        for comparison in comparisons {
+        for counterpart in counterparts {
             let (mut sq_translation, mut sq_rotation, mut measured) = (0.0, 0.0, Pose2::identity());
-            for step in &comparison.steps {
+            for step in &counterpart.steps {
                 let (translation, rotation) = unit.sigmas(step);
                 sq_translation += translation * translation;
                 sq_rotation += rotation * rotation;
                 measured *= step;
             }
-            let off = measured.inverse() * comparison.registered;
+            let off = measured.inverse() * counterpart.registered.0;
             let lever = measured.translation_norm() / 2.0;
             translations.push(off.translation_norm() / (sq_translation + lever * lever * sq_rotation / 2.0).sqrt());
             rotations.push(off.rotation_angle() / sq_rotation.sqrt());
         }
         let scale = |values: &mut [f64], median: f64, tail: f64| {
             let mut of = |share| quantile(values, share).unwrap_or(0.0);
-            let scale = (of(0.5) / median).max(of(0.9) / tail);
+            let scale = (of(0.5) / median).max(if share > 0.5 { of(share) / tail } else { 0.0 });
             scale.clamp(SCALES.0, SCALES.1)
         };
         Self {
             translation_scale: scale(&mut translations, UNIT_MEDIANS.0, UNIT_TAILS.0),
             rotation_scale: scale(&mut rotations, UNIT_MEDIANS.1, UNIT_TAILS.1),
         }
+    }
+
+    /// The logarithm of the ratio of two likelihoods of a motion that is registered with this covariance, where these steps are
+    /// measured: by this noise, and as wrong steps.
+    pub fn log_likelihood_ratio(&self, steps: &[Pose2], (registered, covariance): &(Pose2, Matrix3<f64>)) -> f64 {
+        let (mut measured, mut noise) = (Pose2::identity(), Matrix3::zeros());
+        for step in steps {
+            noise = chained((&measured, &noise), &self.covariance(step));
+            measured *= step;
+        }
+        let covariance = noise + covariance;
+        let sq_distance = mahalanobis::squared(&(measured * registered.inverse()).log(), &covariance);
+        let log_density = -0.5 * (sq_distance + (TAU.powi(3) * covariance.determinant()).ln());
+        log_density - WRONG_DENSITY.ln()
+    }
+
+    /// Whether a counterpart is likelier by this noise than as a wrong step.
+    fn explains(&self, counterpart: &Counterpart) -> bool {
+        let odds = EXPECTED_WRONG / (1.0 - EXPECTED_WRONG);
+        self.log_likelihood_ratio(&counterpart.steps, &counterpart.registered) > odds.ln()
     }
 
     /// Standard deviations of a step's position in each direction (m) and of its heading (rad).
@@ -102,8 +149,8 @@ impl MotionNoise {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_scales_are_those_of_the_errors() {
+    /// Counterparts of odometry with this noise; the first `num_wrong` are half a metre and 20 degrees off.
+    fn counterparts(truth: &MotionNoise, num_wrong: usize) -> Vec<Counterpart> {
         let mut state = 1_u32;
         let mut normal = || {
             let sum: f64 = (0..12)
@@ -114,21 +161,28 @@ mod tests {
                 .sum();
             sum - 6.0
         };
+        let counterpart = |index: usize| {
+            let motion = Pose2::exp(&Vector3::new(0.3 * normal(), 0.02 * (index % 9) as f64, 0.0));
+            let (translation, rotation) = truth.sigmas(&motion);
+            let wrong = if index < num_wrong { Vector3::new(0.35, 0.5, 0.0) } else { Vector3::zeros() };
+            let off = wrong + Vector3::new(rotation * normal(), translation * normal(), translation * normal());
+            let covariance = Matrix3::from_diagonal(&Vector3::repeat(1e-6));
+            Counterpart { steps: vec![motion], registered: (motion * Pose2::exp(&off), covariance) }
+        };
+        (0..400).map(counterpart).collect()
+    }
+
+    #[test]
+    fn the_scales_are_those_of_the_errors_and_wrong_steps_are_told_apart() {
         let truth = MotionNoise { translation_scale: 1.7, rotation_scale: 3.0 };
-        let samples: Vec<Comparison> = (0..400)
-            .map(|index| {
-                let motion = Pose2::exp(&Vector3::new(0.3 * normal(), 0.02 * f64::from(index % 9), 0.0));
-                let (translation, rotation) = truth.sigmas(&motion);
-                let off = Vector3::new(rotation * normal(), translation * normal(), translation * normal());
-                Comparison { steps: vec![motion], registered: motion * Pose2::exp(&off) }
-            })
-            .collect();
-        let fitted = MotionNoise::fitted(&samples);
-        assert!(
-            (fitted.translation_scale - 1.7).abs() < 0.4 && (fitted.rotation_scale - 3.0).abs() < 0.4,
-            "{fitted:?}"
-        );
-        assert_eq!(MotionNoise::fitted(&samples[..3]), MotionNoise::default());
+        // Up to one in ten, wrong steps make the tail longer; of more they are left out.
+        for (num_wrong, tolerance) in [(0, 0.4), (20, 0.8), (60, 0.4)] {
+            let (fitted, wrong) = MotionNoise::fitted(&counterparts(&truth, num_wrong));
+            let off = (fitted.translation_scale - 1.7).abs().max((fitted.rotation_scale - 3.0).abs());
+            assert!(off < tolerance, "{num_wrong} wrong: {fitted:?}");
+            assert!(wrong.abs_diff(num_wrong) <= 4, "{wrong} of {num_wrong}");
+        }
+        assert_eq!(MotionNoise::fitted(&counterparts(&truth, 0)[..3]), (MotionNoise::default(), 0));
     }
 
     #[test]

@@ -10,7 +10,8 @@ use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between}
 use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::information::{chained, openness, seen_from, softened_covariance};
+use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
+use crate::odometry::planar::odometry_model::OdometryModel;
 use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
@@ -75,7 +76,7 @@ impl KeyframeGraph {
         estimates: &[FrameEstimate],
         scans: &[Rc<PlanarScan>],
         poses: &[Pose2],
-        motions: &[Option<MeasuredMotion>],
+        odometry: &OdometryModel,
         without: Ablation,
     ) -> Self {
         let is_long = estimates.iter().filter(|estimate| estimate.link != Link::Lost).count() >= LONG_SEQUENCE;
@@ -87,14 +88,14 @@ impl KeyframeGraph {
         let mut links: Vec<ChainLink> = nodes.iter().map(link).collect();
         let mut chain = Vec::new();
         for (node, pair) in nodes.windows(2).enumerate() {
-            let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, motions);
+            let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, odometry);
             links[node + 1].is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
             links[node + 1].is_broken = relations.openness.is_none();
             chain.extend(relations.between_nodes(node, without));
         }
         Self {
             is_carried: nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect(),
-            has_measured_motion: motions.iter().any(Option::is_some),
+            has_measured_motion: odometry.is_measured(),
             closure: LoopClosure::new(links, chain, without),
             nodes,
             hangs_on,
@@ -243,15 +244,15 @@ impl Relations {
         frame: usize,
         estimate: &FrameEstimate,
         poses: &[Pose2],
-        motions: &[Option<MeasuredMotion>],
+        odometry: &OdometryModel,
     ) -> Self {
         let is_start = estimate.link == Link::Start;
         let mut all = Vec::new();
-        let measured = measured_motion(&motions[before + 1..=frame]);
+        let measured = odometry.between(before, frame);
         let T_before_frame = poses[before].inverse() * poses[frame];
         let registered = estimate.registration.as_ref().filter(|_| {
             estimate.link == Link::Registered
-                || (estimate.link == Link::Doubted && estimate.assessment.agreement > MIN_PLAUSIBLE_AGREEMENT)
+                || (estimate.link == Link::Doubted && estimate.registered.agreement > MIN_PLAUSIBLE_AGREEMENT)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
@@ -260,9 +261,9 @@ impl Relations {
             // Without measured motion to fall back on, the registration is all there is.
             all.push(relation(poses[before].inverse() * registration.T_target_source, &covariance, measured.is_some()));
         }
-        if let Some((motion, covariance)) = &measured {
+        if let Some(MeasuredMotion { T_before_sensor, covariance }) = &measured {
             // Wheels that slipped give way to a registration that nothing speaks against.
-            all.push(relation(*motion, covariance, estimate.link == Link::Registered));
+            all.push(relation(*T_before_sensor, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
             let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED_SIGMA } else { UNKNOWN_SIGMA };
@@ -313,17 +314,6 @@ fn keyframes(estimates: &[FrameEstimate], poses: &[Pose2], is_long: bool) -> (Ve
         hangs_on[frame].1 = poses[nodes[0]].inverse() * poses[frame];
     }
     (nodes, hangs_on)
-}
-
-/// The motion over several frames by measured motions, if there are such for all of them.
-fn measured_motion(motions: &[Option<MeasuredMotion>]) -> Option<(Pose2, Matrix3<f64>)> {
-    let mut sum = (Pose2::identity(), Matrix3::zeros());
-    for motion in motions {
-        let motion = motion.as_ref()?;
-        sum.1 = chained((&sum.0, &sum.1), &motion.covariance);
-        sum.0 *= motion.T_before_sensor;
-    }
-    Some(sum)
 }
 
 /// How well a motion is known without any registration of it (rad, m).

@@ -1,15 +1,14 @@
 //! The whole run: scans in, trajectory and map out, one bounded piece of work after the other.
 
 mod chosen_odometry;
+mod counterparts;
+mod fan;
 mod joint;
 mod keyframe_graph;
-mod measured_motion;
-mod odometry_agreement;
+mod pairs;
 mod run;
 mod scan_to_map;
 mod scan_unit;
-mod sure_motion;
-mod wheel_calibration;
 
 use nalgebra::Vector2;
 
@@ -118,10 +117,13 @@ impl Reconstruction {
     /// Adds all scans of a log, under the name of the file and their number from 0, and starts over. The poses in the log
     /// are compared with where there is no other reference; see [`Settings::odometry`] for the only other use of them.
     pub fn add_log(&mut self, name: &str, log: &LaserLog) -> AddedLog {
+        let corrected = fan::corrected(log, &self.settings);
+        let (read, note) = corrected.map_or((None, None), |(log, note)| (Some(log), Some(note)));
         self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
-        self.record(RecordedScan::of_log(log));
+        self.record(RecordedScan::of_log(read.as_ref().unwrap_or(log)));
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
-        AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes: log.notes.clone() }
+        let notes = log.notes.iter().cloned().chain(note).collect();
+        AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes }
     }
 
     /// Takes scans in, and starts over.

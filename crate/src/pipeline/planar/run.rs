@@ -4,11 +4,10 @@ use std::rc::Rc;
 
 use nalgebra::Vector2;
 
-use super::chosen_odometry::{ChosenOdometry, ScansToCheck};
+use super::chosen_odometry::ChosenOdometry;
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
-use super::{odometry_agreement, sure_motion, wheel_calibration};
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::{LoopTrials, Uncertainty};
@@ -17,12 +16,13 @@ use crate::map::local::LocalMap;
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
+use crate::odometry::planar::belief::Finding;
 use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::RecordedScan;
+use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
 use crate::pipeline::settings::{Settings, Strategy};
-use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, range_limit};
+use crate::preprocess::clean::{CleaningReport, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
 
@@ -66,25 +66,18 @@ impl Run {
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let options = PlanarOptions { without, ..settings.odometry_options() };
-        let chosen_odometry = ChosenOdometry::new(
-            settings.odometry,
-            odometry,
-            &ScansToCheck {
-                recorded,
-                cleaned: &|frame| Rc::new(prepare(&recorded[frame], detected_limit, settings).0),
-                limit: detected_limit.unwrap_or(f64::INFINITY),
-                options: &options,
-            },
-        );
+        let limit = detected_limit.unwrap_or(f64::INFINITY);
+        let chosen_odometry = ChosenOdometry::new(odometry, &RecordedScans { all: recorded, limit, settings });
         Self {
             num_scans: recorded.len(),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
+            odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser))
+                .with_wrong_steps(chosen_odometry.model.wrong),
             chosen_odometry,
             pieces: vec![0; recorded.len()],
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
-            odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser)),
             without,
             estimates: Vec::new(),
             poses: Vec::new(),
@@ -122,9 +115,9 @@ impl Run {
 
     fn register_next(&mut self, recorded: &RecordedScan, settings: &Settings) -> Progress {
         let frame = self.poses.len();
-        let (scan, report) = prepare(recorded, self.detected_limit, settings);
+        let (scan, report) = recorded.cleaned(self.detected_limit.unwrap_or(f64::INFINITY), settings);
         let scan = Rc::new(scan);
-        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.motions[frame].as_ref());
+        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.model.steps[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();
@@ -148,11 +141,8 @@ impl Run {
             self.stage = Stage::Evaluate;
             return;
         }
-        self.chosen_odometry.motions = wheel_calibration::calibrated(&self.chosen_odometry.motions, &self.estimates);
-        let mut motions = self.chosen_odometry.motions.clone();
-        wheel_calibration::doubt_where_parted(&mut motions, &mut self.estimates);
-        sure_motion::mark_beyond_sure(&motions, &mut self.estimates);
-        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &motions, self.without));
+        let of_graph = self.chosen_odometry.model.compare_with_chain(&mut self.estimates);
+        self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
             self.end_loops();
@@ -173,7 +163,7 @@ impl Run {
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
         self.pieces = graph.pieces();
         for frame in graph.in_small_pieces(&self.pieces) {
-            self.estimates[frame].assessment.mark_dependent_on_doubtful_link();
+            self.estimates[frame].findings.push(Finding::SmallPiece);
         }
         self.stage = Stage::Joint;
     }
@@ -181,7 +171,7 @@ impl Run {
     /// Doubts every frame of a map that may be a mirror image.
     fn doubt_mirrored(&mut self) {
         if let Some(reason) = self.chosen_odometry.mirror_doubt {
-            self.estimates.iter_mut().for_each(|estimate| estimate.assessment.doubt(reason));
+            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::Mirrored(reason)));
         }
     }
 
@@ -202,7 +192,7 @@ impl Run {
         }
         if joint.registration.is_done(&options) {
             joint.end();
-            odometry_agreement::doubt_contradicted(&self.chosen_odometry.motions, &self.poses, &mut self.estimates);
+            self.chosen_odometry.model.doubt_contradicted_stretches(&self.poses, &mut self.estimates);
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
         }
@@ -224,7 +214,7 @@ impl Run {
 
     /// Whether a frame is registered and not lost.
     pub fn is_placed(&self, frame: usize) -> bool {
-        self.estimates[frame].assessment.status != Status::Lost
+        self.estimates[frame].assessment().status != Status::Lost
     }
 
     /// Indices of the frames that are.
@@ -329,13 +319,4 @@ impl Run {
         }
         map.correspondences(&self.scans[frame], &self.poses[frame], settings.max_correspondence_distance)
     }
-}
-
-/// A scan without what is no measurement, and what that left out.
-fn prepare(recorded: &RecordedScan, detected_limit: Option<f64>, settings: &Settings) -> (PlanarScan, CleaningReport) {
-    let limits = settings.range_limits();
-    let max_range = detected_limit.unwrap_or(f64::INFINITY).min(limits.max_range).min(recorded.max_range);
-    let cleaned = clean(&recorded.cloud.positions, &RangeLimits { max_range, ..limits });
-    let points = cleaned.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
-    (PlanarScan::new(points), cleaned.report)
 }

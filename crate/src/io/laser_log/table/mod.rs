@@ -219,7 +219,8 @@ fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
 /// Names what is wrong with the format, or the line that has no such columns.
 pub fn read_given(text: &[u8], given: &str) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
-    read_rows(&table, &format_given(&table, given)?)
+    let are_bearings_given = given.contains("start=") || given.contains("step=") || given.contains("angle=");
+    Ok(LaserLog { are_bearings_given, ..read_rows(&table, &format_given(&table, given)?)? })
 }
 
 fn format_given(table: &Table, given: &str) -> Result<TableFormat> {
