@@ -1,10 +1,9 @@
 /** What `reconstruct --mesh` asks for. */
 import { extname } from 'node:path';
+import { MESH_FORMATS } from '../mesh/files.js';
 import { CommandError } from './command.js';
 
 export type MeshOptions = { path: string; voxelSize: number | undefined };
-
-const FORMATS = ['ply', 'obj', 'stl', 'glb'] as const;
 
 /** What `--mesh` and `--mesh-voxel` ask for. */
 export function readMeshOptions(path: string | undefined, voxel: string | undefined): MeshOptions | undefined {
@@ -12,7 +11,7 @@ export function readMeshOptions(path: string | undefined, voxel: string | undefi
     if (voxel !== undefined) throw new CommandError('--mesh-voxel is the size of the voxels of --mesh FILE.');
     return undefined;
   }
-  if (!formatOf(path)) throw new CommandError(`--mesh ${path}: the name ends in one of .${FORMATS.join(', .')}.`);
+  if (!formatOf(path)) throw new CommandError(`--mesh ${path}: the name ends in one of .${MESH_FORMATS.join(', .')}.`);
   const voxelSize = voxel === undefined ? undefined : Number(voxel);
   if (voxelSize !== undefined && !(voxelSize >= 0.001 && voxelSize <= 1)) {
     throw new CommandError(`--mesh-voxel ${voxel}: give a number of metres from 0.001 to 1.`);
@@ -22,5 +21,5 @@ export function readMeshOptions(path: string | undefined, voxel: string | undefi
 
 /** The format that the name of a file asks for. */
 export function formatOf(path: string) {
-  return FORMATS.find((format) => extname(path).toLowerCase() === `.${format}`);
+  return MESH_FORMATS.find((format) => extname(path).toLowerCase() === `.${format}`);
 }

@@ -1,6 +1,8 @@
 /** The surface of a run of depth images: its files again, at the poses that the run gave them. */
 import type { SpatialReconstruction, SpatialResult, Surface } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import { meshFile } from '../mesh/files.js';
+import { addFrames, MEMORY_MB, placedFrames, VOXEL_SIZE } from '../mesh/frames.js';
 import { type Engine, isScanstitchError } from './command.js';
 import { writeWhole } from './disk.js';
 import { formatOf, type MeshOptions } from './mesh_options.js';
@@ -29,18 +31,15 @@ export async function writeSurface(
   }
   try {
     const start = performance.now();
-    await addFrames(surface, reconstruction.result(), jobs, complain);
+    await addAll(surface, reconstruction.result(), jobs, complain);
     if (surface.num_triangles === 0) {
       complain(`--mesh ${path}: no surface was seen well enough, so nothing was written.`);
       return;
     }
-    if (surface.voxel_size > (voxelSize ?? 0.02)) {
-      note(`The surface has voxels of ${surface.voxel_size} m: smaller ones do not fit into 400 MB.`);
+    if (surface.voxel_size > (voxelSize ?? VOXEL_SIZE)) {
+      note(`The surface has voxels of ${surface.voxel_size} m: smaller ones do not fit into ${MEMORY_MB} MB.`);
     }
-    await writeWhole(
-      path,
-      format === 'glb' ? await (await import('../mesh/glb.js')).toGlb(surface) : surface.file(format),
-    );
+    await writeWhole(path, await meshFile(surface, format));
     const seconds = ((performance.now() - start) / 1000).toFixed(1);
     print(
       `Surface of ${surface.num_frames} frames: ${surface.num_triangles} triangles in ${seconds} s, written to ${printable(path)}\n`,
@@ -50,28 +49,27 @@ export async function writeSurface(
   }
 }
 
-async function addFrames(
-  surface: Surface,
-  { frames }: SpatialResult,
-  jobs: FrameJob[],
-  complain: (problem: string) => void,
-) {
-  const placed = frames.filter(({ status, piece }) => status === 'good' && piece === 0);
-  if (placed.length < frames.length) {
-    note(`The surface is of the ${placed.length} of ${frames.length} frames whose pose is good.`);
+async function addAll(surface: Surface, result: SpatialResult, jobs: FrameJob[], complain: (problem: string) => void) {
+  const placed = placedFrames(result);
+  if (placed.length < result.frames.length) {
+    note(`The surface is of the ${placed.length} of ${result.frames.length} frames whose pose is good.`);
   }
   const progress = progressLine(placed.length);
-  for (const [index, { index: job, name, T_world_sensor: T }] of placed.entries()) {
-    const { file, color } = jobs[job] ?? {};
-    if (!file) continue;
-    try {
-      const colors = color ? await readFirst(color.path, color).catch(() => undefined) : undefined;
-      surface.add(name, await readFirst(name, file), colors, Float64Array.of(T.x, T.y, T.z, T.qx, T.qy, T.qz, T.qw));
-    } catch (error) {
+  await addFrames(placed, {
+    filesOf: ({ index, name }) => {
+      const { file, color } = jobs[index] ?? {};
+      if (!file) return null;
+      return {
+        depth: { read: () => readFirst(name, file) },
+        color: color ? { read: () => readFirst(color.path, color) } : null,
+      };
+    },
+    add: ({ name, pose }, depth, colors) => surface.add(name, depth, colors, pose),
+    refused: (_, error) => {
       if (!isScanstitchError(error)) throw error;
       complain(error.message);
-    }
-    progress.show(index + 1);
-  }
+    },
+    done: (count) => progress.show(count),
+  });
   progress.clear();
 }

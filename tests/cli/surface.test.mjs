@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { addFrames, placedFrames } from '../../npm/mesh/frames.js';
 import { ROOT, SAMPLES, scanstitch, temporaryFolder } from './support.mjs';
 
 const APARTMENT = join(ROOT, 'www', 'samples', 'apartment');
@@ -60,4 +61,40 @@ test('what has no surface and what is no format is said', async (t) => {
     assert.equal(status, 1);
     assert.match(stderr, told);
   }
+});
+
+test('the frames of a surface: good poses of the main piece, each with the colours that can be read; one that cannot be read is left out', async () => {
+  const T_world_sensor = { x: 1, y: 2, z: 3, qx: 0, qy: 0, qz: 0, qw: 1 };
+  const frame = (/** @type {number} */ index, status = 'good', piece = 0) => ({
+    index,
+    name: `${index}.png`,
+    status,
+    piece,
+    T_world_sensor,
+  });
+  const frames = [frame(0), frame(1, 'doubtful'), frame(2), frame(3, 'lost'), frame(4, 'good', 1), frame(5), frame(6)];
+  const placed = placedFrames(/** @type {any} */ ({ frames }));
+  assert.deepEqual(
+    placed.map(({ index, pose }) => [index, ...pose]),
+    [0, 2, 5, 6].map((index) => [index, 1, 2, 3, 0, 0, 0, 1]),
+  );
+  /** @type {unknown[]} */
+  const told = [];
+  const bytes = (/** @type {number} */ value) => ({ read: async () => Uint8Array.of(value) });
+  const gone = { read: () => Promise.reject(new Error('gone')) };
+  await addFrames(placed, {
+    filesOf: ({ index }) =>
+      index === 6 ? null : { depth: index === 2 ? gone : bytes(index), color: index === 5 ? gone : bytes(9) },
+    add: async ({ name }, depth, colors) => void told.push([name, ...depth, colors?.[0]]),
+    refused: ({ name }, error) => void told.push([name, String(error)]),
+    done: (count) => void told.push(count),
+  });
+  assert.deepEqual(told, [['0.png', 0, 9], 1, ['2.png', 'Error: gone'], 2, ['5.png', 5, undefined], 3, 4]);
+  // What `refused` throws ends it.
+  const add = () => Promise.reject(new Error('no'));
+  const refused = (/** @type {unknown} */ _, /** @type {unknown} */ error) => {
+    throw error;
+  };
+  const filesOf = () => ({ depth: bytes(1), color: null });
+  await assert.rejects(addFrames(placed, { filesOf, add, refused, done: () => undefined }), /no/);
 });

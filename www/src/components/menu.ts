@@ -5,6 +5,8 @@ import { shared } from './theme.js';
 
 /** Room left between the list and the edge of the window, CSS pixels. */
 const EDGE = 8;
+/** Three items, however low the window is. */
+const LEAST_HEIGHT = 150;
 
 export interface MenuItem {
   id: string;
@@ -76,9 +78,12 @@ export class ScanstitchMenu extends LitElement {
     this.entries[0]?.focus();
   }
 
-  /** The list hangs from the button's right edge; where that is too far left for it, it is pushed to the right. */
+  /** The list hangs from the button's right edge; where that is too far left for it, it is pushed to the right. It scrolls where
+   * the window is too low. */
   private keepOnScreen(): void {
-    const overhang = EDGE - this.list.getBoundingClientRect().left;
+    const { left, top } = this.list.getBoundingClientRect();
+    const overhang = EDGE - left;
+    this.list.style.maxHeight = `${Math.max(innerHeight - top - EDGE, LEAST_HEIGHT)}px`;
     if (overhang > 0) this.list.style.right = `${-overhang}px`;
   }
 
@@ -131,12 +136,14 @@ export class ScanstitchMenu extends LitElement {
         width: max-content;
         max-width: min(320px, 90vw);
         padding: 4px;
+        overflow-y: auto;
         border: 1px solid var(--line);
         border-radius: var(--radius);
         background: var(--surface);
         box-shadow: var(--shadow);
       }
       .list button {
+        flex-shrink: 0;
         flex-direction: column;
         align-items: flex-start;
         gap: 0;

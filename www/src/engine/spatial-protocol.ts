@@ -66,6 +66,8 @@ export interface SpatialAnswers {
   map_pcd_ascii: Uint8Array;
   map_pcd_compressed: Uint8Array;
   report_json: string;
+  /** How depth is read; undefined before the first frame. */
+  decode_config: string | undefined;
   /** x y z qx qy qz qw of each frame before one: the motion of its points in the map to where they lay when that one was
    * registered, in the frame of the sensor before it. */
   map_before: Float64Array;

@@ -1,4 +1,5 @@
 /** Exports of a run in space. */
+import { MESH_FORMATS, type MeshFormat } from '../../../package/mesh/files.js';
 import type { MenuItem } from '../components/menu.js';
 import type { SpatialAnswers } from '../engine/spatial-protocol.js';
 import type { Download } from '../export/download.js';
@@ -22,9 +23,28 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
 ];
 
+/** Of a run of depth images; what is not there yet is made first. */
+const SURFACE_EXPORTS: readonly MenuItem[] = [
+  { id: 'surface_glb', label: 'Surface as GLB', detail: 'triangles with colours, for viewers, phones and games' },
+  { id: 'surface_ply', label: 'Surface as PLY', detail: 'with colours, normals and standard deviations, binary' },
+  { id: 'surface_obj', label: 'Surface as OBJ', detail: 'triangles, as text' },
+  { id: 'surface_stl', label: 'Surface as STL', detail: 'in millimetres, for printing' },
+];
+
+/** These exports with those of the surface, which follow those of the map. */
+export function withSurface(items: readonly MenuItem[]): readonly MenuItem[] {
+  return items.flatMap((item) => (item.id === 'report' ? [...SURFACE_EXPORTS, item] : [item]));
+}
+
+/** Null: it is no export of the surface. */
+export function surfaceFormat(id: string): MeshFormat | null {
+  return MESH_FORMATS.find((format) => id === `surface_${format}`) ?? null;
+}
+
 /** Where the contents come from: the engine, and the view. */
 export interface SpatialSources {
   ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]>;
+  surface(format: MeshFormat): Promise<Uint8Array>;
   picture(): Promise<Blob>;
   errors(): string;
   frame_names: readonly string[];
@@ -44,6 +64,8 @@ type MapAnswer = Extract<keyof SpatialAnswers, `map_p${string}`>;
 export async function makeSpatialExport(id: string, sources: SpatialSources): Promise<Download> {
   const map = MAPS[id];
   if (map) return { name: map[0], blob: new Blob([new Uint8Array(await sources.ask(map[1]))]) };
+  const format = surfaceFormat(id);
+  if (format) return { name: `surface.${format}`, blob: new Blob([new Uint8Array(await sources.surface(format))]) };
   switch (id) {
     case 'trajectory':
       return { name: 'trajectory.tum', blob: textBlob(await sources.ask('trajectory_tum')) };

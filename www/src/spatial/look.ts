@@ -3,6 +3,9 @@ import { frameColor, type Rgb } from '../views/palette.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Heights } from './leveling.js';
 import type { ColorMode } from './point-cloud.js';
+import { deviationTop, FIRST_SURFACE_CHOICES, type SurfaceChoices } from './surface-bar.js';
+import type { SurfaceColors } from './surface-layer.js';
+import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import type { LayerName, SceneColors, SceneLook } from './scene.js';
 
 const ON_LIGHT: SceneColors = {
@@ -46,6 +49,7 @@ export interface LookChoices {
   size_factor: number;
   /** Where the map is cut, m above the first camera. */
   section: number | null;
+  surface: SurfaceChoices;
   shows: Record<LayerName, boolean>;
 }
 
@@ -53,6 +57,7 @@ export const FIRST_CHOICES: LookChoices = {
   mode: null,
   size_factor: 1.6,
   section: null,
+  surface: FIRST_SURFACE_CHOICES,
   shows: { points: true, estimate: true, reference: true, cameras: true, grid: true },
 };
 
@@ -66,19 +71,32 @@ export interface LookFacts {
   /** Frames shown, from the first on. */
   until: number;
   selected: number | null;
+  /** Null: there is none. */
+  mesh: SurfaceMesh | null;
   dark: boolean;
 }
 
 export const chosenMode = ({ mode }: LookChoices, has_colors: boolean): ColorMode =>
   mode ?? (has_colors ? 'image' : 'height');
 
+/** The surface is of all frames: where some are hidden, the points are drawn. */
+const isSurfaceShown = ({ surface }: LookChoices, { mesh, until, num_frames }: LookFacts): boolean =>
+  mesh !== null && surface.shown !== 'points' && until >= num_frames;
+
+function surfaceColors({ surface, mode }: LookChoices, { colors }: SurfaceMesh): SurfaceColors {
+  if (surface.by_deviation) return 'deviation';
+  if (mode === 'frame') return 'plain';
+  return mode ?? (colors.length > 0 ? 'image' : 'plain');
+}
+
 export const chosenSection = ({ section }: LookChoices, heights: Heights): number => section ?? heights.section;
 
 /** How the scene is to be drawn. */
 export function sceneLook(choices: LookChoices, facts: LookFacts): SceneLook {
-  const { heights, num_frames, until, selected, dark } = facts;
+  const { heights, num_frames, until, selected, mesh, dark } = facts;
   const section = chosenSection(choices, heights);
   const colors = sceneColors(dark);
+  const has_surface = isSurfaceShown(choices, facts);
   return {
     mode: chosenMode(choices, facts.has_colors),
     point_size: choices.size_factor * facts.voxel_size,
@@ -91,6 +109,7 @@ export function sceneLook(choices: LookChoices, facts: LookFacts): SceneLook {
     ramp: ramp(dark),
     highlight: colors.selected,
     colors,
-    shows: choices.shows,
+    shows: { ...choices.shows, points: choices.shows.points && !(has_surface && choices.surface.shown === 'surface') },
+    surface: has_surface && mesh ? { colors: surfaceColors(choices, mesh), deviation: deviationTop(mesh) } : null,
   };
 }

@@ -12,7 +12,7 @@ import type { MapPoints } from '../engine/spatial-protocol.js';
 import type { Vec3 } from '../views/vectors.js';
 import { floorLines } from './floor.js';
 import { NO_POINTS } from './leveling.js';
-import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, sceneLook } from './look.js';
+import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, ramp, sceneLook } from './look.js';
 import { graphicsNotice, layers, ownButtons, readout, type Section, sectionSlider } from './map3d-controls.js';
 import { map3d_styles } from './map3d-styles.js';
 import {
@@ -28,6 +28,14 @@ import {
 } from '../views/orbit.js';
 import type { Camera, Pose } from './poses.js';
 import type { MapScene, SceneLook } from './scene.js';
+import {
+  NO_SURFACE,
+  surface_styles,
+  surfaceBar,
+  surfaceButton,
+  type SurfaceChoices,
+  type SurfaceState,
+} from './surface-bar.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
 
 /** Layers over the points. */
@@ -56,7 +64,8 @@ const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
- * Fires `frame-selected` with a frame number or null, `map-painted` when a new set of points is on the screen, and
+ * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, `map-painted` when a new set of
+ * points is on the screen, and
  * `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
@@ -65,6 +74,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
   /** The path that this one replaces, to be compared with it. */
   @property({ attribute: false }) path_before: BeforePath | null = null;
+  /** What there is of the run's surface. */
+  @property({ attribute: false }) run_surface: SurfaceState = NO_SURFACE;
   @property({ attribute: false }) names: readonly string[] = [];
   @property({ attribute: false }) reference_name = '';
   /** Edge of the map's voxels, m: how large a point is drawn. */
@@ -109,6 +120,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.choices = { ...this.choices, section: this.cut() };
     }
     if (changed.has('points') || changed.has('fit_key')) this.takeSurvey();
+    if (this.isOtherSurface(changed) && this.run_surface.mesh) this.chooseSurface({ shown: 'surface' });
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -116,6 +128,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.graphics.scene?.setPoints(this.points);
       this.has_new_points = true;
     }
+    if (this.isOtherSurface(changed)) this.graphics.scene?.setSurface(this.run_surface.mesh);
     const is_whole = changed.has('growing') && !this.growing;
     if ((changed.has('points') || is_whole) && !this.viewpoint.is_moved) this.follow(changed.has('fit_key'));
     if (changed.has('path_before')) this.graphics.scene?.setBefore(this.path_before?.poses ?? []);
@@ -167,13 +180,15 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
           ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
           <p id="map-keys" class="visually-hidden">
             Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from
-            above, P changes between perspective and plan, comma and full stop select the frame before and after.
+            above, P changes between perspective and plan, M makes the surface or changes between it and the points,
+            comma and full stop select the frame before and after.
           </p>
         </div>
         ${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
         ${this.renderControls(section, toggleLayers)}
       </div>
       ${this.layers_open ? this.renderLayers() : nothing}
+      ${surfaceBar(this.run_surface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change))}
     </div>`;
   }
 
@@ -188,11 +203,11 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     ${mapToolbar({
       zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
       fit: () => this.fit(),
-      own: ownButtons({
+      own: html`${surfaceButton(this.run_surface, choices.surface, () => this.toggleSurface())}${ownButtons({
         is_flat: viewpoint.orbit.projection === 'orthographic',
         fromAbove: () => this.fromAbove(),
         toggleProjection: () => this.toggleProjection(),
-      }),
+      })}`,
       has_layers: this.layers_open,
       layers_hint: 'Layers and colours',
       toggleLayers,
@@ -216,6 +231,22 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     this.choices = { ...this.choices, ...change };
   }
 
+  private isOtherSurface(changed: PropertyValues<this>): boolean {
+    const before = changed.get('run_surface');
+    return before !== undefined && before.mesh !== this.run_surface.mesh;
+  }
+
+  private chooseSurface(change: Partial<SurfaceChoices>): void {
+    this.choose({ surface: { ...this.choices.surface, ...change } });
+  }
+
+  /** Makes the surface, or changes between it and the points. */
+  private toggleSurface(): void {
+    const { mesh, num_placed } = this.run_surface;
+    if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
+    else if (num_placed > 0) this.emit('surface-wanted', null);
+  }
+
   // Layers.
 
   async loadScene(): Promise<typeof MapScene> {
@@ -225,6 +256,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   onScene(scene: MapScene): void {
     scene.resize(this.surface.size, this.surface.pixel_ratio);
     scene.setPoints(this.points);
+    scene.setSurface(this.run_surface.mesh);
     scene.setBefore(this.path_before?.poses ?? []);
     this.passMarks(null);
     this.has_new_points = true;
@@ -268,10 +300,11 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private look(): SceneLook {
-    const { has_colors, voxel_size, dark, marks } = this;
+    const { has_colors, voxel_size, dark, marks, run_surface } = this;
     const { until, selected, poses } = marks;
     const { heights } = this.survey;
-    const facts = { has_colors, voxel_size, heights, num_frames: poses.length, until, selected, dark };
+    const { mesh } = run_surface;
+    const facts = { has_colors, voxel_size, heights, num_frames: poses.length, until, selected, mesh, dark };
     return sceneLook(this.choices, facts);
   }
 
@@ -398,6 +431,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       ArrowDown: () => step(0, 1),
       t: () => this.fromAbove(),
       p: () => this.toggleProjection(),
+      m: () => this.toggleSurface(),
     });
   }
 
@@ -409,7 +443,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
   }
 
-  static override styles = [shared, map_styles, map3d_styles];
+  static override styles = [shared, map_styles, map3d_styles, surface_styles];
 }
 
 declare global {

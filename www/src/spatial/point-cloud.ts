@@ -209,7 +209,7 @@ function firstDifference(before: Float32Array, now: Float32Array): number {
   return i - (i % 3);
 }
 
-function rampTexture(colors: readonly Rgb[]): DataTexture {
+export function rampTexture(colors: readonly Rgb[]): DataTexture {
   const data = new Uint8Array(4 * RAMP_STEPS);
   for (let i = 0; i < RAMP_STEPS; i++) {
     const color = colors[Math.round((i / (RAMP_STEPS - 1)) * (colors.length - 1))] ?? [0, 0, 0];

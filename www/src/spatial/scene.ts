@@ -6,11 +6,13 @@ import { Group, Matrix4, Scene } from 'three';
 import { pngOf } from '../views/canvas.js';
 import type { Rgb } from '../views/palette.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
+import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { floorLines } from './floor.js';
 import { FloorGrid, Lines, PictureFrame } from './marks.js';
 import type { Orbit, Size } from '../views/orbit.js';
 import { SpaceRenderer } from '../views/space-renderer.js';
 import { PointCloud, type PointLook } from './point-cloud.js';
+import { type SurfaceLook, SurfaceLayer } from './surface-layer.js';
 import { type Camera, corners, frustumSegments, type Pose, pathSegments, positionOf } from './poses.js';
 import type { Mat3, Vec3 } from '../views/vectors.js';
 
@@ -18,6 +20,8 @@ export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up'> {
   point_size: number;
   colors: SceneColors;
   shows: Record<LayerName, boolean>;
+  /** Null: the surface is not shown. */
+  surface: Pick<SurfaceLook, 'colors' | 'deviation'> | null;
 }
 
 export type LayerName = 'points' | 'estimate' | 'reference' | 'cameras' | 'grid';
@@ -40,6 +44,7 @@ export class MapScene {
   #scene = new Scene();
   #world = new Group();
   #points = new PointCloud();
+  #surface = new SurfaceLayer();
   #grid = new FloorGrid();
   #reference = new Lines(4.5, 1.5, 10);
   #estimate = new Lines(2.4, 0, 14);
@@ -55,6 +60,7 @@ export class MapScene {
     this.#world.matrixAutoUpdate = false;
     this.#world.add(
       this.#points.object,
+      this.#surface.object,
       this.#grid.object,
       this.#reference.group,
       this.#before.group,
@@ -72,6 +78,10 @@ export class MapScene {
 
   setPoints(points: MapPoints): void {
     this.#points.set(points);
+  }
+
+  setSurface(mesh: SurfaceMesh | null): void {
+    this.#surface.set(mesh);
   }
 
   /** `points`: some of the map's, in the picture's world; `azimuth`: how the grid is turned there. */
@@ -106,6 +116,8 @@ export class MapScene {
     const { size, pixel_ratio: ratio } = this.#renderer;
     this.#points.object.visible = shows.points;
     this.#points.look({ ...look, up, size: look.point_size, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
+    this.#surface.object.visible = look.surface !== null;
+    if (look.surface) this.#surface.look({ ...look, ...look.surface, up });
     this.#grid.object.visible = shows.grid;
     this.#grid.paint(colors.grid, 0.55);
     this.#reference.group.visible = shows.reference;
@@ -137,6 +149,7 @@ export class MapScene {
   dispose(): void {
     for (const part of [
       this.#points,
+      this.#surface,
       this.#grid,
       this.#reference,
       this.#before,

@@ -6,8 +6,9 @@ import './reading-card.js';
 import './reading-dialog.js';
 import type { Measure } from '../components/before-after.js';
 import type { GivenClouds } from '../components/given-clouds.js';
+import type { MenuItem } from '../components/menu.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
-import { emptyView } from '../components/run-parts.js';
+import { activityBox, emptyView } from '../components/run-parts.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import type { GivenFiles, GivenRecording, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
@@ -24,7 +25,7 @@ import type { Download } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { clouds } from './clouds.js';
-import { makeSpatialExport, SPATIAL_EXPORTS } from './exports.js';
+import { makeSpatialExport, SPATIAL_EXPORTS, surfaceFormat, withSurface } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
 import type { BeforePath, ScanstitchMap3d, SpatialMarks } from './map3d.js';
@@ -33,6 +34,8 @@ import type { ReadingChoice } from './reading-card.js';
 import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
+import { RunSurface } from './surface.js';
+import { surfaceWords } from './surface-bar.js';
 
 const SPATIAL: RunKind = {
   kind: 'spatial',
@@ -61,6 +64,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   override session = this.newSession();
   override readonly of = SPATIAL;
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
+  private run_surface = new RunSurface(this);
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private posesOf = memoizeLast((frames: readonly SpatialFrameResult[]) =>
     frames.map(({ T_world_sensor }) => T_world_sensor),
@@ -142,10 +146,21 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return { poses: this.posesOf(result.frames) };
   }
 
+  override get exports(): readonly MenuItem[] {
+    return this.session.snapshot?.result.camera ? withSurface(super.exports) : super.exports;
+  }
+
+  /** What of the surface is stopped or fails has been told. */
+  override async runExport(id: string): Promise<void> {
+    if (surfaceFormat(id) && !(await this.run_surface.make(this.session))) return;
+    return super.runExport(id);
+  }
+
   protected override makeExport(id: string, { result }: SpatialSnapshot): Promise<Download> {
     const { session } = this;
     return makeSpatialExport(id, {
       ask: (kind) => session.ask(kind),
+      surface: (format) => this.run_surface.file(session, format),
       picture: () => this.map.picture(),
       errors: () => errorCsv(result, session.frame_ms),
       frame_names: result.frames.map(({ name }) => name),
@@ -170,6 +185,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     const { session, num_frames } = this;
+    this.run_surface.follow(session);
     // Without a selection the images are those of the first frame, so that they do not change during the run.
     const pictured = this.selected ?? (num_frames > 0 ? 0 : null);
     const { depth, color } = pictured === null ? { depth: null, color: null } : session.filesOf(pictured);
@@ -191,6 +207,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
         this.until ?? frames.length,
         this.selected,
       )}
+      .run_surface=${this.run_surface.stateOf(session)}
       .names=${this.namesOf(frames)}
       .reference_name=${result?.comparison?.name ?? ''}
       .voxel_size=${result?.settings.map_voxel_size || 0.05}
@@ -202,9 +219,15 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?growing=${phase === 'running'}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
+      @surface-wanted=${() => this.run_surface.make(session)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;
+  }
+
+  private renderMaking(): TemplateResult | typeof nothing {
+    const { progress, activity } = this.run_surface;
+    return progress === null ? nothing : activityBox(activity, progress, 'Stop', () => this.run_surface.stop());
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
@@ -242,7 +265,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
           @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
         ></scanstitch-reading-card>`
       : nothing;
-    return html`${card}<scanstitch-reading-dialog
+    return html`${this.renderMaking()}${card}<scanstitch-reading-dialog
         .assumptions=${result?.assumptions ?? NO_ASSUMPTIONS}
         .camera=${result?.camera ?? null}
         @readings-chosen=${({ detail }: CustomEvent<Readings>) => this.useReadings(detail.values)}
@@ -330,11 +353,12 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { frames, comparison } = result;
     const distance = comparison ? ` Mean distance to the ground truth ${formatLength(comparison.mean)}.` : '';
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
+    const surface = surfaceWords(this.run_surface.stateOf(this.session));
     const length = frames.reduce((sum, { T_world_sensor: { x, y, z } }, i) => {
       const before = frames[i - 1]?.T_world_sensor;
       return before ? sum + Math.hypot(x - before.x, y - before.y, z - before.z) : sum;
     }, 0);
-    return `The map in space: ${plural(points.positions.length / 3, 'point')} from ${this.until ?? frames.length} of ${plural(frames.length, 'frame')} along a path of ${formatLength(length)}.${distance}${chosen}`;
+    return `The map in space: ${plural(points.positions.length / 3, 'point')} from ${this.until ?? frames.length} of ${plural(frames.length, 'frame')} along a path of ${formatLength(length)}.${distance}${chosen}${surface && ` Its surface: ${surface}.`}`;
   }
 
   private onGraphics({ detail }: CustomEvent<'lost' | 'restored' | 'unavailable'>): void {

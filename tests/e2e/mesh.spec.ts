@@ -1,0 +1,165 @@
+/** The surface of a run of depth images: made when it is asked for, drawn, exported, stopped; what fails leaves the points. */
+import { readFileSync } from 'node:fs';
+import { expect, type Locator, type Page } from '@playwright/test';
+import { evenDepth, recording, truth } from './spatial_recording.js';
+import { type SpatialPage, test } from './spatial_page.js';
+
+const button = (page: Page): Locator => page.getByRole('button', { name: 'Surface', exact: true });
+const shown = (page: Page, what: 'Points' | 'Surface' | 'Both'): Locator =>
+  page.getByRole('radio', { name: what, exact: true });
+
+/** Triangles and frames, as the line below the map has them. */
+async function counts({ map }: SpatialPage): Promise<{ triangles: number; frames: string }> {
+  const words = map.getByText(/ triangles of /);
+  await expect(words).toBeVisible();
+  const [, triangles = '', frames = ''] = /([\d\s]+) triangles of (.*? frames?)\b/.exec(await words.innerText()) ?? [];
+  return { triangles: Number(triangles.replace(/\s/g, '')), frames };
+}
+
+/** What the menu of exports gives. */
+async function exported(page: Page, format: string): Promise<Buffer> {
+  await page.getByRole('button', { name: 'Export' }).click();
+  const download = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: `Surface as ${format}` }).click();
+  const taken = await download;
+  expect(taken.suggestedFilename()).toBe(`surface.${format.toLowerCase()}`);
+  return readFileSync(await taken.path());
+}
+
+test('the surface of the apartment is drawn in the place of the points, coloured by its deviation, and exported', async ({
+  drawn: spatial,
+  page,
+}) => {
+  await page.setViewportSize({ width: 700, height: 500 });
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
+  const { result } = await spatial.stitched();
+  await page.setViewportSize({ width: 700, height: 560 }); // room for the line below the map
+  const numWorkers = (): number => page.workers().filter((worker) => /surface-worker/.test(worker.url())).length;
+  expect(numWorkers()).toBe(0);
+  await spatial.map.getByRole('group', { name: 'Map' }).press('m');
+  const { triangles, frames } = await counts(spatial);
+  expect(numWorkers()).toBe(1);
+  expect(triangles).toBeGreaterThan(20_000);
+  expect(frames).toBe(`${result.frames.length} frames`);
+  await expect(button(page)).toHaveAttribute('aria-pressed', 'true');
+
+  await shown(page, 'Points').check();
+  const points = await spatial.picture();
+  const num_painted = await spatial.numPainted();
+  await button(page).click();
+  await expect(shown(page, 'Surface')).toBeChecked();
+  const surface = await spatial.picture();
+  expect(surface).not.toBe(points);
+  expect(await spatial.numPainted()).toBeGreaterThan(num_painted / 2);
+  await shown(page, 'Both').check();
+  expect([points, surface]).not.toContain(await spatial.picture());
+  await shown(page, 'Surface').check();
+  await page.getByRole('checkbox', { name: 'Standard deviation' }).check();
+  await expect(spatial.map.getByText(/\d mm or more/)).toBeVisible();
+  expect(await spatial.picture()).not.toBe(surface);
+
+  const ply = await exported(page, 'PLY');
+  expect(ply.toString('latin1', 0, 600)).toMatch(
+    new RegExp(`property float deviation\nelement face ${triangles}\n[^]*end_header\n`),
+  );
+  expect((await exported(page, 'STL')).readUInt32LE(80)).toBe(triangles);
+  expect((await exported(page, 'OBJ')).toString().match(/^f /gm)).toHaveLength(triangles);
+  const glb = await exported(page, 'GLB');
+  expect(glb.readUInt32LE(8)).toBe(glb.length);
+  const { meshes, accessors } = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
+  expect(accessors[meshes[0].primitives[0].indices].count).toBe(3 * triangles);
+});
+
+test('a surface is stopped in its middle and made again; it stays without its ground truth, not with other frames', async ({
+  spatial,
+  page,
+}) => {
+  // The fourth frame waits until it is let go.
+  await page.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    const held = Object.assign(window, { num_added: 0, is_held: true });
+    Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
+      const is_frame = (message as { method?: string }).method === 'add' && ++held.num_added > 3;
+      if (!is_frame || !held.is_held) postMessage.call(this, message, options as StructuredSerializeOptions);
+    };
+  });
+  await spatial.drop([...recording(8), truth(8)]);
+  await spatial.stitched();
+  await button(page).click();
+  await expect(page.getByText('Surface: frame 4 of 8')).toBeVisible();
+  await page.getByRole('button', { name: 'Stop' }).click();
+  await expect(page.getByText('Surface: frame 4 of 8')).toBeHidden();
+  await expect(page.getByRole('status').filter({ hasText: 'The points of the map are still there' })).toHaveCount(1);
+  await expect(shown(page, 'Surface')).toHaveCount(0);
+  await expect(spatial.messages).toBeHidden();
+  await page.evaluate(() => Object.assign(window, { is_held: false }));
+  // From the menu, it is made first.
+  expect((await exported(page, 'GLB')).toString('latin1', 0, 4)).toBe('glTF');
+  expect((await counts(spatial)).frames).toBe('8 frames');
+  await page.getByRole('button', { name: /^Remove the ground truth/ }).click();
+  await expect(spatial.figures).not.toContainText('Mean L2 distance');
+  await expect(shown(page, 'Surface')).toBeChecked();
+  await spatial.drop(recording(5));
+  await spatial.stitched();
+  await expect(shown(page, 'Surface')).toHaveCount(0);
+  await expect(button(page)).toHaveAttribute('aria-pressed', 'false');
+});
+
+test('what leaves no surface, or less of it, is told, and the points stay', async ({ spatial, page }) => {
+  // One frame alone.
+  await spatial.drop(recording(1));
+  await spatial.stitched();
+  await button(page).click();
+  expect((await counts(spatial)).frames).toBe('1 frame');
+
+  // Frames that do not overlap: those that are lost are left out.
+  const apart = recording(3).map((file) =>
+    /depth\/[23]/.test(file.name) ? { ...file, content: evenDepth(/2/.test(file.name) ? 700 : 3900) } : file,
+  );
+  await spatial.drop(apart);
+  const { result } = await spatial.stitched();
+  const num_good = result.frames.filter(({ status, piece }) => status === 'good' && piece === 0).length;
+  expect(num_good).toBeLessThan(3);
+  await button(page).click();
+  expect((await counts(spatial)).frames).toBe(`${num_good} of 3 frames`);
+  await expect(spatial.map.getByText(/those with a good pose/)).toBeVisible();
+
+  // A file that is gone since the run.
+  await spatial.drop(recording(4));
+  await spatial.stitched();
+  const gone = recording(4).find(({ name }) => name === 'room/depth/3.png')?.content.length;
+  await page.evaluate((size) => {
+    const read = Blob.prototype.arrayBuffer;
+    Object.assign(window, { read });
+    Blob.prototype.arrayBuffer = function (this: Blob) {
+      const is_gone = this instanceof File && this.name.endsWith('3.png') && this.size === size;
+      return is_gone ? Promise.reject(new DOMException('gone', 'NotFoundError')) : read.call(this);
+    };
+  }, gone);
+  await button(page).click();
+  expect((await counts(spatial)).frames).toBe('3 of 4 frames');
+  for (const words of ['depth/3.png', 'could not be read']) await expect(spatial.messages).toContainText(words);
+});
+
+test('a worker that runs out of memory is told, and it is tried again', async ({ spatial, page }) => {
+  let num_workers = 0;
+  page.on('worker', (worker) => {
+    if (!/surface-worker/.test(worker.url()) || num_workers++ > 0) return;
+    void worker.evaluate(() => {
+      addEventListener('message', ({ data }: MessageEvent<{ method: string }>) => {
+        if (data.method === 'add') throw new RangeError('Out of memory');
+      });
+    });
+  });
+  await spatial.drop(recording(4));
+  await spatial.stitched();
+  await button(page).click();
+  await expect(spatial.messages).toContainText(
+    /The surface could not be made.*memory.*points of the map are still there/,
+  );
+  await expect(spatial.table.getByRole('row')).toHaveCount(5);
+  await spatial.messages.getByRole('button', { name: 'Try again' }).click();
+  expect((await counts(spatial)).frames).toBe('4 frames');
+  await expect(spatial.messages).toBeHidden();
+});

@@ -1,0 +1,31 @@
+/** The surface of a run of depth images: what the page and the worker that makes it say to each other. */
+import type { MeshFormat } from '../../../package/mesh/files.js';
+
+/** Triangles over shared vertices. */
+export interface SurfaceMesh {
+  /** x y z x y z ..., world of the run, m. */
+  positions: Float32Array;
+  /** Unit vectors, towards the side that was seen. */
+  normals: Float32Array;
+  /** red green blue ...; empty without colours. */
+  colors: Uint8Array;
+  /** Standard deviation of each vertex along its normal, m. */
+  deviations: Float32Array;
+  /** Three vertices each. */
+  triangles: Uint32Array;
+  /** Images that it is made of. */
+  num_frames: number;
+  /** Side of a voxel, m: larger than was asked for where the memory was not enough. */
+  voxel_size: number;
+}
+
+/** The worker that holds the surface. */
+export interface SurfaceApi {
+  start(module: WebAssembly.Module): void;
+  /** `decode_config`: how the run read its depth. */
+  begin(decode_config: string, voxel_size: number, max_megabytes: number): void;
+  /** `pose`: x y z qx qy qz qw (m), camera to world. */
+  add(name: string, depth: Uint8Array, colors: Uint8Array | null, pose: Float64Array): void;
+  mesh(): SurfaceMesh;
+  file(format: MeshFormat): Uint8Array;
+}

@@ -1,0 +1,41 @@
+/** The thread that makes and holds the surface of a run of depth images. */
+import { meshFile } from '../../../package/mesh/files.js';
+import { init, Surface } from './package.js';
+import { nothingLoaded, serve, type Served } from './serve.js';
+import type { SurfaceApi } from './surface-protocol.js';
+
+let surface: Surface | null = null;
+
+function present(): Surface {
+  if (!surface) throw nothingLoaded();
+  return surface;
+}
+
+const api: Served<SurfaceApi> = {
+  async start(module) {
+    await init({ module_or_path: module });
+  },
+
+  begin(decode_config, voxel_size, max_megabytes) {
+    surface = new Surface(decode_config, { voxel_size, max_megabytes });
+  },
+
+  add: (name, depth, colors, pose) => present().add(name, depth, colors, pose),
+
+  mesh() {
+    const here = present();
+    return {
+      positions: here.positions(),
+      normals: here.normals(),
+      colors: here.colors(),
+      deviations: here.deviations(),
+      triangles: here.triangles(),
+      num_frames: here.num_frames,
+      voxel_size: here.voxel_size,
+    };
+  },
+
+  file: (format) => meshFile(present(), format),
+};
+
+serve<SurfaceApi>(api);

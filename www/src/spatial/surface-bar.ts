@@ -1,0 +1,152 @@
+/** What belongs to the surface on the page: the button that makes it, and, below the map, what of it is shown. */
+import { css, html, nothing, svg, type TemplateResult } from 'lit';
+import { MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
+import { mapButton } from '../components/map-toolbar.js';
+import type { SurfaceMesh } from '../engine/surface-protocol.js';
+import { formatCount, formatFixed, plural } from '../views/format.js';
+import { memoizeLast } from '../views/memoize-last.js';
+import { cssColor, type Rgb } from '../views/palette.js';
+
+/** Of a run: the surface, where it is there, and of how many of its frames it is or can be made. */
+export interface SurfaceState {
+  mesh: SurfaceMesh | null;
+  /** 0: the run has none. */
+  num_placed: number;
+  num_frames: number;
+  is_making: boolean;
+}
+
+export const NO_SURFACE: SurfaceState = { mesh: null, num_placed: 0, num_frames: 0, is_making: false };
+
+/** What is drawn of a map that has a surface. */
+export interface SurfaceChoices {
+  shown: 'points' | 'surface' | 'both';
+  /** Coloured by the standard deviation of its vertices. */
+  by_deviation: boolean;
+}
+
+export const FIRST_SURFACE_CHOICES: SurfaceChoices = { shown: 'surface', by_deviation: false };
+
+const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
+  { shown: 'points', label: 'Points' },
+  { shown: 'surface', label: 'Surface' },
+  { shown: 'both', label: 'Both' },
+];
+
+const FACETS = svg`<path d="M8 1.8 14 5.4v5.2L8 14.2 2 10.6V5.4zM2 5.4 8 9l6-3.6M8 9v5.2" />`;
+
+/** Most vertices that are looked at for the range of the colours. */
+const NUM_SAMPLED = 20_000;
+
+/** Standard deviation (m) that nineteen of twenty vertices stay below: the end of the colours. */
+export const deviationTop = memoizeLast(({ deviations }: SurfaceMesh): number => {
+  const stride = Math.ceil(deviations.length / NUM_SAMPLED);
+  const sampled = deviations.filter((_, i) => i % stride === 0).sort();
+  return Math.max(sampled[Math.floor(0.95 * (sampled.length - 1))] ?? 0, 1e-4);
+});
+
+/** Makes the surface; once it is there, shows it or the points. Nothing where the run can have none. */
+export function surfaceButton(
+  { mesh, num_placed, is_making }: SurfaceState,
+  { shown }: SurfaceChoices,
+  press: () => void,
+): TemplateResult | typeof nothing {
+  if (num_placed === 0 && !mesh) return nothing;
+  const hint = mesh ? 'Surface or points (M)' : `Make a surface of triangles of ${plural(num_placed, 'frame')} (M)`;
+  return mapButton(FACETS, 'Surface', hint, press, { pressed: is_making || (mesh !== null && shown !== 'points') });
+}
+
+/** Below the map, while there is a surface. */
+export function surfaceBar(
+  state: SurfaceState,
+  choices: SurfaceChoices,
+  ramp: readonly Rgb[],
+  choose: (choices: SurfaceChoices) => void,
+): TemplateResult | typeof nothing {
+  const { mesh } = state;
+  if (!mesh) return nothing;
+  return html`<div class="surface-bar">
+    <fieldset>
+      <legend class="visually-hidden">What is shown</legend>
+      ${SHOWN.map(
+        ({ shown, label }) =>
+          html`<label
+            ><input
+              type="radio"
+              name="shown"
+              .checked=${choices.shown === shown}
+              @change=${() => choose({ ...choices, shown })}
+            />${label}</label
+          >`,
+      )}
+    </fieldset>
+    <label
+      ><input
+        type="checkbox"
+        .checked=${choices.by_deviation}
+        @change=${() => choose({ ...choices, by_deviation: !choices.by_deviation })}
+      />Standard deviation</label
+    >
+    ${choices.by_deviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
+    <span class="muted">${surfaceWords(state)}</span>
+  </div>`;
+}
+
+function deviationLegend(top: number, ramp: readonly Rgb[]): TemplateResult {
+  const stops = ramp.filter((_, i) => i % 7 === 0).map((color) => cssColor(color));
+  return html`<span class="legend number"
+    ><span>0</span><i style="background: linear-gradient(to right, ${stops.join(', ')})"></i
+    ><span>${formatFixed(1000 * top, 1)} mm or more</span></span
+  >`;
+}
+
+/** How large it is, and what it is made of; empty without a surface. */
+export function surfaceWords({ mesh, num_frames }: SurfaceState): string {
+  if (!mesh) return '';
+  const size = plural(mesh.triangles.length / 3, 'triangle');
+  const of =
+    num_frames === mesh.num_frames
+      ? plural(num_frames, 'frame')
+      : `${formatCount(mesh.num_frames)} of ${plural(num_frames, 'frame')}`;
+  const left_out = num_frames === mesh.num_frames ? '' : ', those with a good pose';
+  const voxels = `voxels of ${formatFixed(100 * mesh.voxel_size, 0)} cm`;
+  const memory = mesh.voxel_size > 1.5 * VOXEL_SIZE ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
+  return `${size} of ${of}${left_out}; ${voxels}${memory}`;
+}
+
+export const surface_styles = css`
+  .surface-bar {
+    grid-area: legend;
+    display: flex;
+    flex-wrap: wrap;
+    align-items: center;
+    gap: 4px 16px;
+    padding: 4px 12px;
+    border-top: 1px solid var(--line);
+    background: var(--surface);
+    font-size: calc(13 * var(--px));
+  }
+  .surface-bar fieldset {
+    display: flex;
+    gap: 12px;
+    margin: 0;
+    padding: 0;
+    border: 0;
+  }
+  .surface-bar label {
+    display: flex;
+    align-items: center;
+    gap: 6px;
+    min-height: 28px;
+    cursor: pointer;
+  }
+  .surface-bar input {
+    margin: 0;
+    accent-color: var(--accent);
+  }
+  @media (pointer: coarse) {
+    .surface-bar label {
+      min-height: 36px;
+    }
+  }
+`;

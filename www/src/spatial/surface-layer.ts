@@ -1,0 +1,134 @@
+/** The surface on the graphics card: lit from the eye and from above, so that shape shows without lights to place. */
+import { BufferAttribute, BufferGeometry, FrontSide, Mesh, ShaderMaterial, Vector3 } from 'three';
+import type { SurfaceMesh } from '../engine/surface-protocol.js';
+import type { Rgb } from '../views/palette.js';
+import type { Vec3 } from '../views/vectors.js';
+import { rampTexture } from './point-cloud.js';
+
+/** What the colours are: of the pictures, none, or each vertex' standard deviation, height or direction. */
+export type SurfaceColors = 'image' | 'plain' | 'deviation' | 'height' | 'normal';
+const MODE_NUMBER: Record<SurfaceColors, number> = { image: 0, plain: 1, deviation: 2, height: 3, normal: 4 };
+
+const VERTEX = /* glsl */ `
+  attribute vec3 color;
+  attribute float deviation;
+  uniform vec3 u_up;
+  uniform float u_low, u_high, u_deviation;
+  uniform int u_mode;
+  uniform sampler2D u_ramp;
+  varying vec3 v_color, v_normal, v_position;
+  varying float v_height, v_upward;
+
+  void main() {
+    vec4 seen = modelViewMatrix * vec4(position, 1.0);
+    gl_Position = projectionMatrix * seen;
+    v_position = seen.xyz;
+    v_normal = normalMatrix * normal;
+    v_height = dot(position, u_up);
+    v_upward = dot(normal, u_up);
+    if (u_mode == 0) v_color = color;
+    else if (u_mode == 1) v_color = vec3(0.78);
+    else if (u_mode == 4) v_color = 0.5 + 0.5 * vec3(normal.x, -normal.y, -normal.z);
+    else {
+      float t = u_mode == 2 ? deviation / u_deviation : (v_height - u_low) / max(u_high - u_low, 1e-3);
+      v_color = texture2D(u_ramp, vec2(clamp(t, 0.0, 1.0), 0.5)).rgb;
+    }
+  }
+`;
+
+const FRAGMENT = /* glsl */ `
+  uniform float u_section;
+  uniform int u_mode;
+  varying vec3 v_color, v_normal, v_position;
+  varying float v_height, v_upward;
+
+  void main() {
+    if (v_height > u_section) discard;
+    vec3 eye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-v_position);
+    float light = 0.6 * abs(dot(normalize(v_normal), eye)) + 0.4 * (0.5 + 0.5 * v_upward);
+    // Pictures are lit already, and colours that stand for a value are to be found in the legend.
+    float dark = u_mode == 1 ? 0.35 : 0.7;
+    gl_FragColor = vec4(v_color * mix(dark, 1.05, light), 1.0);
+  }
+`;
+
+export interface SurfaceLook {
+  colors: SurfaceColors;
+  /** Standard deviation that has the last colour, m. */
+  deviation: number;
+  /** Highest height shown, m above the first camera. */
+  section: number;
+  /** Up, in the map's world. */
+  up: Vec3;
+  low: number;
+  high: number;
+  ramp: readonly Rgb[];
+}
+
+export class SurfaceLayer {
+  readonly object: Mesh<BufferGeometry, ShaderMaterial>;
+  #ramp: readonly Rgb[] | null = null;
+
+  constructor() {
+    const material = new ShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      // Seen from behind, walls are left out: a room is looked into from outside.
+      side: FrontSide,
+      // Points that lie on the surface are in front of it.
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 1,
+      uniforms: {
+        u_up: { value: new Vector3(0, -1, 0) },
+        u_section: { value: 1e9 },
+        u_low: { value: 0 },
+        u_high: { value: 1 },
+        u_deviation: { value: 1 },
+        u_mode: { value: 0 },
+        u_ramp: { value: rampTexture([[128, 128, 128]]) },
+      },
+    });
+    this.object = new Mesh(new BufferGeometry(), material);
+    this.object.visible = false;
+    this.object.frustumCulled = false;
+  }
+
+  /** Null: there is none. */
+  set(mesh: SurfaceMesh | null): void {
+    this.object.geometry.dispose();
+    const geometry = new BufferGeometry();
+    if (mesh) {
+      const { positions, normals, colors, deviations, triangles } = mesh;
+      geometry.setAttribute('position', new BufferAttribute(positions, 3));
+      geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+      if (colors.length > 0) geometry.setAttribute('color', new BufferAttribute(colors, 3, true));
+      geometry.setAttribute('deviation', new BufferAttribute(deviations, 1));
+      geometry.setIndex(new BufferAttribute(triangles, 1));
+    }
+    this.object.geometry = geometry;
+  }
+
+  look({ colors, deviation, section, up, low, high, ramp }: SurfaceLook): void {
+    const { uniforms } = this.object.material;
+    const values = {
+      u_mode: MODE_NUMBER[colors],
+      u_deviation: deviation,
+      u_section: section,
+      u_low: low,
+      u_high: high,
+    };
+    for (const [name, value] of Object.entries(values)) Object.assign(uniforms[name] ?? {}, { value });
+    uniforms.u_up?.value.set(...up);
+    if (ramp === this.#ramp || !uniforms.u_ramp) return;
+    this.#ramp = ramp;
+    uniforms.u_ramp.value.dispose();
+    uniforms.u_ramp.value = rampTexture(ramp);
+  }
+
+  dispose(): void {
+    this.object.geometry.dispose();
+    this.object.material.uniforms.u_ramp?.value.dispose();
+    this.object.material.dispose();
+  }
+}
