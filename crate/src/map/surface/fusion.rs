@@ -98,7 +98,7 @@ struct View<'a> {
     R: Mat3A,
     t: Vec3A,
     pixels: Vec<Pixel>,
-    /// Of each tile the depth up to which all of its rays are free (m); 0 where a tile has no depth.
+    /// Of each tile the depth up to which all of its rays are free (m); 0 where a pixel has no depth.
     free_depths: Vec<f32>,
     model: &'a DepthModel,
     voxel_size: f32,
@@ -228,12 +228,11 @@ impl<'a> View<'a> {
         let num_columns = width.div_ceil(TILE);
         let mut free = vec![f32::INFINITY; num_columns * self.image.camera.height.div_ceil(TILE)];
         for index in 0..self.image.depths.len() {
-            // Pixels of silhouettes count as well: something is there.
-            let Some(depth) = self.depth(index) else { continue };
             let free = &mut free[index / width / TILE * num_columns + index % width / TILE];
-            *free = free.min(depth - self.truncation(depth));
+            // A pixel without depth may be the edge of something thin.
+            *free = free.min(self.depth(index).map_or(0.0, |depth| depth - self.truncation(depth)));
         }
-        self.free_depths = free.into_iter().map(|free| if free.is_finite() { free } else { 0.0 }).collect();
+        self.free_depths = free;
     }
 
     fn read_pixel(&self, index: usize, ray: Vec3A) -> Option<Pixel> {
