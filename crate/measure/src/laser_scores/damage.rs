@@ -220,11 +220,11 @@ impl Input {
         let late: Vec<Pose2> = times.iter().map(|&time| told(time)).collect();
         let step = |scan: usize| late[scan - 1].inverse() * late[scan];
         let mut now = late[0];
-        for scan in 1..late.len() {
+        for (scan, pose) in poses.iter_mut().enumerate().skip(1) {
             let other = 1 + (uniform(scan, 1, 40) * (late.len() - 1) as f32) as usize;
             let is_foreign = uniform(scan, 2, 40) < FOREIGN_AND_MISSING.0;
             now *= step(if is_foreign { other.min(late.len() - 1) } else { scan });
-            poses[scan] = (uniform(scan, 3, 40) >= FOREIGN_AND_MISSING.1).then_some(now);
+            *pose = (uniform(scan, 3, 40) >= FOREIGN_AND_MISSING.1).then_some(now);
         }
     }
 

@@ -87,6 +87,7 @@ impl OdometryModel {
     /// Takes what a chain of registrations tells of the odometry: its wrong steps, the size of its metre and its noise. Steps of the
     /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
     /// the graph, in which contradicted steps are known less well.
+    #[must_use]
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
         let num_right = self.calibrate(estimates);
         self.replace_wrong_steps(num_right, estimates);
