@@ -34,7 +34,8 @@ Two planar clouds (z = 0) are registered in the plane.
 
 Options:
   --set NAME=VALUE     an option of the registration, as of register() in docs/api.md: metric=point_to_point,
-                       robust_kernel=none, max_correspondence_distance=1, init=global, voxel_size=0.25, step=gauss_newton, ...
+                       robust_kernel=none, max_correspondence_distance=1, init=global, voxel_size=0.25,
+                       step=gauss_newton, ...
   --trace FILE         every iteration with its pairs, weights and normal equations, as JSON
   --landscape FILE     the cost over two unknowns around the result, as PNG; dark is low
   --basin FILE         the basin of attraction on the same grid of starts, as PNG: green is the result, other colours

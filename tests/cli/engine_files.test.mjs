@@ -22,7 +22,7 @@ const ROOM = Object.entries(ROOM_FILES).map(([name, text]) => ({ name, content: 
 
 /**
  * All that can be asked of a reconstruction.
- * @param {{ Reconstruction: new () => Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'> }} engine
+ * @param {Pick<typeof first, 'Reconstruction'> | Pick<typeof full, 'Reconstruction'>} engine
  * @param {typeof SAMPLE} files
  * @param {Partial<full.Settings>} settings
  */

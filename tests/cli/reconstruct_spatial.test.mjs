@@ -347,7 +347,10 @@ test('archives that are none, or hostile, are told', async (t) => {
   const path = join(folder, 'walk.zip');
   writeFileSync(path, 'not an archive');
   const { status, stderr } = await scanstitch(['reconstruct', path]);
-  assert.match(stderr, /^walk\.zip: not used: this is not a ZIP archive, or its end is missing\. Download or pack it again\.\n/);
+  assert.match(
+    stderr,
+    /^walk\.zip: not used: this is not a ZIP archive, or its end is missing\. Download or pack it again\.\n/,
+  );
   assert.equal(status, 1);
 });
 

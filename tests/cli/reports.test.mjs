@@ -58,7 +58,7 @@ const ROWS = [
     path: 'ply_millimetres',
     check: ({ said, report }) => {
       assert.equal(report.cloud_unit, 0.001);
-      assert.match(said, /a unit is 0\.001 m \(assumed, confirmed\)/);
+      assert.match(said, /a unit is 0\.001 m \(assumed; the recording agrees\)/);
     },
   },
   {

@@ -80,8 +80,11 @@ test('an angle and a distance a line, of a laser that turns clockwise', async ({
       .reverse(),
   );
   await app.drop([{ name: 'turns.csv', content: `${rows.join('\n')}\n` }]);
+  expect((await app.stitched()).result.frames).toHaveLength(5);
+  await page.getByRole('button', { name: 'Change the columns' }).click();
   const dialog = page.getByRole('dialog');
   await expect(dialog.getByLabel('Each line is')).toHaveValue('reading');
+  await dialog.getByLabel('Unit').selectOption('cm');
   await dialog.getByLabel('Range column').fill('2');
   await dialog.getByLabel('Angle column').fill('1');
   await expect(dialog.getByLabel('On the command line')).toHaveValue(/^--table range=2,angle=1:1deg/);

@@ -120,5 +120,5 @@ fn pose_of(numbers: &[f64]) -> Option<Pose3> {
 }
 
 fn triples(vectors: &[glam::Vec3]) -> Vec<f32> {
-    vectors.iter().flat_map(|vector| vector.to_array()).collect()
+    vectors.iter().flat_map(glam::Vec3::to_array).collect()
 }

@@ -32,7 +32,10 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
     Reconstruction: new () => Reconstruction;
   };
 type LogReader = Pick<full.Reconstruction, 'add_log'>;
-type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file'> & Partial<LogReader>;
+/** That of the full engine tells more of a grid that was read from a file. */
+type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
+type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file' | 'occupancy_grid'> &
+  Partial<LogReader> & { occupancy_grid: (...given: Parameters<full.Reconstruction['occupancy_grid']>) => PlanarGrid };
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;

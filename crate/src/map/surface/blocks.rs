@@ -1,5 +1,7 @@
 //! Voxels in blocks of 8 x 8 x 8 that are found by hashing.
 
+#![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
+
 use rustc_hash::FxHashMap;
 
 /// Voxels along a side of a block.
