@@ -55,7 +55,10 @@ await runMain(async () => {
   const port = readPort();
   requireToolchain();
   const [tools, modules] = [buildTools(), ensureNodeModules()];
-  const planar = ensureWasmTarget().then(() => buildPart('planar', 'quick', tools));
+  // The page's modules name the part for E57 and LAZ, so it is there before the page is served; it is small.
+  const planar = ensureWasmTarget()
+    .then(() => buildPart('planar', 'quick', tools))
+    .then(() => buildPart('formats', 'quick', tools));
   const full = planar.then(() => buildPart('full', 'quick', tools));
   full.catch(() => undefined); // reported where it is awaited; until then something before it may fail
   await Promise.all([tools, modules, planar]);
@@ -63,7 +66,6 @@ await runMain(async () => {
   say(`\nReady after ${sinceStart()}. Open this address in a browser:\n\n    ${address}\n`);
   say('Planar PLY scans work at once; the full engine, for everything else, is being compiled.');
   await full;
-  await buildPart('formats', 'quick', tools);
   await buildPackage(); // for the command line
   say(`\nThe full engine is there after ${sinceStart()}: everything works.`);
   say('Ctrl+C stops the server. Changes under www/src show at once; after a change under crate/, start again.');
