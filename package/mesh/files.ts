@@ -4,7 +4,7 @@ import type { Surface } from '../../pkg/scanstitch.js';
 export const MESH_FORMATS = ['ply', 'obj', 'stl', 'glb'] as const;
 export type MeshFormat = (typeof MESH_FORMATS)[number];
 
-/** The surface as a file. What writes GLB is loaded when it is asked for. */
+/** The surface as a file. The writer of GLB is loaded on demand. */
 export async function meshFile(surface: Surface, format: MeshFormat): Promise<Uint8Array> {
   if (format !== 'glb') return surface.file(format);
   return (await import('./glb.js')).toGlb(surface);

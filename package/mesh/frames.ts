@@ -1,7 +1,7 @@
 /** The frames that the surface of a run is made of, and how they are added to it: the same for the page and the command line. */
 import type { SpatialResult } from '../../pkg/scanstitch.js';
 
-/** Side of a voxel (m) and memory of the field (MB), where nothing else is asked for: the engine's own. */
+/** Side of a voxel (m) and memory of the field (MB), by default: the engine's own. */
 export const VOXEL_SIZE = 0.02;
 export const MEMORY_MB = 400;
 
@@ -63,7 +63,7 @@ export async function addFrames(frames: readonly PlacedFrame[], steps: SurfaceSt
   }
 }
 
-/** What was read, or the error, thrown when it is asked for. Without its colours a frame is used as well. */
+/** A function that returns what was read or throws the error. A frame without its colours is used as well. */
 async function readFiles(files: FrameFiles | null): Promise<() => { depth?: Uint8Array; colors?: Uint8Array }> {
   if (!files) return () => ({});
   try {

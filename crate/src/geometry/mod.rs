@@ -4,6 +4,7 @@
 //! exponential, logarithm and adjoint behind [`RigidMotion`]. Read `pose` first.
 
 pub(crate) mod algebra;
+pub(crate) mod connected_parts;
 pub(crate) mod mahalanobis;
 pub(crate) mod point_cloud;
 pub(crate) mod pose;

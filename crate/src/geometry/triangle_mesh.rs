@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::connected_parts::connected_parts;
+
 /// Triangles over shared vertices, with what is known of each vertex. All vectors of vertices are of one length, but `colors`, which
 /// is empty where the source has none.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,32 +45,17 @@ impl TriangleMesh {
     /// Without the parts, joined by shared vertices, whose area is below this (m^2).
     #[must_use]
     pub fn without_islands(&self, min_area: f32) -> Self {
-        let parts = self.parts();
+        let edges = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [a, c]].map(|edge| edge.map(|vertex| vertex as usize)));
+        let parts = connected_parts(self.positions.len(), edges);
         let mut areas = vec![0.0; self.positions.len()];
         for &triangle in &self.triangles {
-            areas[parts[triangle[0] as usize] as usize] += self.area(triangle);
+            areas[parts[triangle[0] as usize]] += self.area(triangle);
         }
-        let is_kept: Vec<bool> = parts.iter().map(|&part| areas[part as usize] >= min_area).collect();
+        let is_kept: Vec<bool> = parts.iter().map(|&part| areas[part] >= min_area).collect();
         self.selected(&is_kept)
-    }
-
-    /// For each vertex the first vertex of the part that it belongs to.
-    fn parts(&self) -> Vec<u32> {
-        let mut parent: Vec<u32> = (0..self.positions.len() as u32).collect();
-        let find = |parent: &mut [u32], mut vertex: u32| {
-            while parent[vertex as usize] != vertex {
-                parent[vertex as usize] = parent[parent[vertex as usize] as usize];
-                vertex = parent[vertex as usize];
-            }
-            vertex
-        };
-        for &[a, b, c] in &self.triangles {
-            for other in [b, c] {
-                let (first, second) = (find(&mut parent, a), find(&mut parent, other));
-                parent[first.max(second) as usize] = first.min(second);
-            }
-        }
-        (0..parent.len() as u32).map(|vertex| find(&mut parent, vertex)).collect()
     }
 
     /// The vertices that are kept, and the triangles between them.

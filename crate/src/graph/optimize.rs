@@ -13,6 +13,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
+use crate::geometry::connected_parts::connected_parts;
 use crate::geometry::{Embedding, Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 use crate::io::pose_graph::{Edge, PoseGraph};
@@ -21,7 +22,7 @@ use crate::registration::solver::DAMPING_FACTOR;
 pub mod chordal;
 pub mod report;
 
-/// Converged when a step decreases the sum by less than this share of it: six digits less than files give.
+/// Converged when a step decreases the sum by less than this share of it, which is near the rounding of a sum of thousands of terms.
 const MIN_DECREASE: f64 = 1e-12;
 /// Share of the mean diagonal that is added to the normal matrix at first.
 const INITIAL_DAMPING: f64 = 1e-9;
@@ -201,19 +202,7 @@ impl Variables {
 
 /// For each node the first node of the part that it hangs together with.
 pub fn parts<M: RigidMotion>(graph: &PoseGraph<M>) -> Vec<usize> {
-    let mut parent: Vec<usize> = (0..graph.poses.len()).collect();
-    let find = |parent: &mut [usize], mut node: usize| {
-        while parent[node] != node {
-            parent[node] = parent[parent[node]];
-            node = parent[node];
-        }
-        node
-    };
-    for edge in &graph.edges {
-        let (a, b) = (find(&mut parent, edge.from), find(&mut parent, edge.to));
-        parent[a.max(b)] = a.min(b);
-    }
-    (0..parent.len()).map(|node| find(&mut parent, node)).collect()
+    connected_parts(graph.poses.len(), graph.edges.iter().map(|edge| [edge.from, edge.to]))
 }
 
 /// Fills the normal matrix with its damping; returns the gradient.

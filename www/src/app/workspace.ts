@@ -127,7 +127,7 @@ export class Workspace implements Shelf {
     return this.#open(files, asked, this.begin());
   }
 
-  /** Opens what the host page names, in place of what is open. Rejects with an AbortError where something else is asked for meanwhile. */
+  /** Opens what the host page names, in place of what is open. Rejects with an AbortError where something else is opened meanwhile. */
   async open(coming: (signal: AbortSignal) => Promise<GivenSet>, requested_at: number): Promise<void> {
     const signal = this.begin();
     try {

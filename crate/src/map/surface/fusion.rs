@@ -58,7 +58,7 @@ const MAX_TRUNCATION_VOXELS: f32 = 16.0;
 const MIN_COSINE: f32 = 0.1;
 /// Neighbouring pixels of one surface differ by less than so many times their distance across: a surface seen at 6 degrees.
 const MAX_SLOPE: f32 = 10.0;
-/// Side of the tiles of an image in which it is asked whether all rays pass a block (pixels).
+/// Side of the tiles of an image that tell whether all rays pass a block (pixels).
 const TILE: usize = 8;
 /// Bytes of a block: its voxels, and about as much for finding it as a corner and a number in a hash table take.
 const BLOCK_BYTES: usize = VOXELS * size_of::<Voxel>() + 64;
