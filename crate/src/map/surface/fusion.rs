@@ -85,11 +85,14 @@ struct Pixel {
     depth: f32,
     /// Where the field is truncated in front of the surface and behind it (m).
     truncation: f32,
+    /// The same along the optical axis: longer, the more slanted the surface is seen (m).
+    reach: f32,
     /// Inverse variance of the distance (1/m^2).
     information: f32,
 }
 
-const NO_DEPTH: Pixel = Pixel { normal: Vec3A::ZERO, offset: 0.0, depth: 0.0, truncation: 0.0, information: 0.0 };
+const NO_DEPTH: Pixel =
+    Pixel { normal: Vec3A::ZERO, offset: 0.0, depth: 0.0, truncation: 0.0, reach: 0.0, information: 0.0 };
 
 /// A depth image at its pose, as the field reads it.
 struct View<'a> {
@@ -247,6 +250,7 @@ impl<'a> View<'a> {
             offset: -facing.dot(ray * depth),
             depth,
             truncation: self.truncation(depth),
+            reach: -self.truncation(depth) / facing.dot(ray),
             information: cosine / (deviation * deviation),
         })
     }
@@ -309,9 +313,9 @@ impl<'a> View<'a> {
             }
             let ray = self.R * Vec3A::new(rays.x[column] as f32, rays.y[row] as f32, 1.0);
             // Along the ray in steps of half a block.
-            let num_steps = (4.0 * pixel.truncation / block_size).ceil().max(2.0);
+            let num_steps = (4.0 * pixel.reach / block_size).ceil().max(2.0);
             for step in 0..=num_steps as usize {
-                let along = pixel.depth + pixel.truncation * (2.0 * step as f32 / num_steps - 1.0);
+                let along = pixel.depth + pixel.reach * (2.0 * step as f32 / num_steps - 1.0);
                 let point = (ray * along + self.t) / block_size;
                 let corner = point.floor().to_array().map(|at| at as i32);
                 if corner != last {
@@ -342,8 +346,7 @@ impl<'a> View<'a> {
                 let Some(index) = self.pixel_at(point) else { continue };
                 let pixel = &self.pixels[index];
                 let distance = pixel.normal.dot(point) + pixel.offset;
-                // Pixels without depth have a truncation of zero and are left out as well.
-                if !(distance > -pixel.truncation && pixel.depth - point.z > -pixel.truncation) {
+                if !(distance > -pixel.truncation && pixel.depth > 0.0) {
                     continue;
                 }
                 let clamped = distance.min(pixel.truncation) * a_metre;
