@@ -143,15 +143,18 @@ test('what leaves no surface, or less of it, is told, and the points stay', asyn
 });
 
 test('a worker that runs out of memory is told, and it is tried again', async ({ spatial, page }) => {
-  let num_workers = 0;
-  page.on('worker', (worker) => {
-    if (!/surface-worker/.test(worker.url()) || num_workers++ > 0) return;
-    void worker.evaluate(() => {
-      addEventListener('message', ({ data }: MessageEvent<{ method: string }>) => {
-        if (data.method === 'add') throw new RangeError('Out of memory');
-      });
-    });
-  });
+  // The first worker fails from its first line on: a fault that is put in once it runs may come too late.
+  const fails = `addEventListener('message', ({ data }) => {
+    if (data.method === 'add') throw new RangeError('Out of memory');
+  });\n`;
+  await page.route(
+    /surface-worker/,
+    async (route) => {
+      const response = await route.fetch();
+      await route.fulfill({ response, body: fails + (await response.text()) });
+    },
+    { times: 1 },
+  );
   await spatial.drop(recording(4));
   await spatial.stitched();
   await button(page).click();
