@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+#[cfg(target_arch = "wasm32")]
+mod thrown;
+
 /// Result of everything in this crate that can be given bad input.
 pub type Result<T> = std::result::Result<T, Error>;
 
