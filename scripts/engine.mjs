@@ -24,7 +24,8 @@ export function buildTools({ withTestRunner = false, env = {} } = {}) {
   // Where all were built once: without their features, cargo would compile what they share anew.
   const all = withTestRunner || existsSync(TEST_RUNNER) ? ['--features', 'test-tools', '--bins'] : [];
   return step('Building the tool that makes WebAssembly modules (crate/xtask)', async () => {
-    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true });
+    // Compiling the engine waits for one thing after the other, and takes longer: the tools fill the gaps.
+    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true, isUrgent: false });
     if (code !== 0) throw new StepError('The tools of crate/xtask could not be built.');
     return output;
   });
