@@ -92,7 +92,7 @@ impl Projection {
             let scale = 1.0 / z[lane];
             let u = x[lane] * scale * f[0] + c[0];
             let v = y[lane] * scale * f[1] + c[1];
-            let is_inside = (z[lane] > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < size[0]) & (v < size[1]);
+            let is_inside = z[lane] > 0.0 && u >= 0.0 && v >= 0.0 && u < size[0] && v < size[1];
             let index = v as i32 * width + u as i32;
             indices[lane] = if is_inside { index } else { -1 };
         }
