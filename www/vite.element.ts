@@ -107,7 +107,7 @@ function withoutLargeSamples(): Plugin {
 }
 
 export default defineConfig(({ mode }) => {
-  const is_module = mode === 'module';
+  const isModule = mode === 'module';
   const isFirst = (path: string): boolean => basename(path) === FIRST_WORKER;
   const paths = workerPaths();
   const others = paths.filter((path) => !isFirst(path));
@@ -117,7 +117,7 @@ export default defineConfig(({ mode }) => {
     resolve: {
       alias: {
         ...FORMATS_ENGINE,
-        './engine-files.js': join(import.meta.dirname, `src/engine/engine-in-${is_module ? 'modules' : 'one-file'}.ts`),
+        './engine-files.js': join(import.meta.dirname, `src/engine/engine-in-${isModule ? 'modules' : 'one-file'}.ts`),
       },
     },
     build: {
@@ -125,10 +125,10 @@ export default defineConfig(({ mode }) => {
       outDir: join('dist', mode),
       emptyOutDir: true,
       chunkSizeWarningLimit: 4000,
-      ...(is_module && { lib: { entry: 'src/scanstitch-app.ts', formats: ['es'] } }),
+      ...(isModule && { lib: { entry: 'src/scanstitch-app.ts', formats: ['es'] } }),
       rolldownOptions: {
         input: 'src/scanstitch-app.ts',
-        output: is_module
+        output: isModule
           ? { entryFileNames: '[name].js', chunkFileNames: '[name].js', codeSplitting: { groups: MODULES } }
           : {
               format: 'iife',

@@ -82,7 +82,7 @@ export function queryOf(document: BevDocument): Query {
     marked: flat(markedPixels(document)),
     region: flat(regionCorners(document)),
     lines: flat(gridLines(document).flat()),
-    pair_tops: flat(document.pairs.map(({ top }) => top)),
+    pairTops: flat(document.pairs.map(({ top }) => top)),
     whole: document.whole,
   };
 }

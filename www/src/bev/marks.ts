@@ -23,25 +23,25 @@ export function tabledKind({ tool }: BevDocument): MarkKind {
 
 /** The change that puts a mark to another place; null where there is no such mark, or it lies there already. */
 export function movedTo(document: BevDocument, { kind, index }: Mark, at: Pixel): Partial<BevDocument> | null {
-  const is_there = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
+  const isThere = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
   const placed = (all: readonly Pixel[]) => all.map((pixel, i) => (i === index ? at : pixel));
   const paired = (change: { top: Pixel } | { front: Pixel }) => ({
     pairs: document.pairs.map((pair, i) => (i === index ? { ...pair, ...change } : pair)),
   });
   switch (kind) {
     case 'p':
-      return is_there(document.points[index]) ? null : { points: placed(document.points) };
+      return isThere(document.points[index]) ? null : { points: placed(document.points) };
     case 'c':
-      return is_there(document.corners[index]) ? null : { corners: placed(document.corners) };
+      return isThere(document.corners[index]) ? null : { corners: placed(document.corners) };
     case 't':
-      return is_there(document.pairs[index]?.top) ? null : paired({ top: at });
+      return isThere(document.pairs[index]?.top) ? null : paired({ top: at });
     case 'f':
-      return is_there(document.pairs[index]?.front) ? null : paired({ front: at });
+      return isThere(document.pairs[index]?.front) ? null : paired({ front: at });
   }
 }
 
 export function without(document: BevDocument, { kind, index }: Mark): Partial<BevDocument> {
-  const rest = <T>(all: readonly T[]) => all.filter((_, i) => i !== index);
+  const rest = <T,>(all: readonly T[]) => all.filter((_, i) => i !== index);
   if (kind === 'c') return { corners: rest(document.corners) };
   return kind === 'p' ? { points: rest(document.points) } : { pairs: rest(document.pairs) };
 }

@@ -53,7 +53,7 @@ export function refinementPanel(
   refine: (request: RefinementRequest) => Promise<void>,
 ): TemplateResult {
   const residuals = pairs.map(({ front }, index) => {
-    const projected = answer?.pair_points[index]?.projected;
+    const projected = answer?.pairPoints[index]?.projected;
     return front && projected ? ([projected[0] - front[0], projected[1] - front[1]] as const) : null;
   });
   return html`<section aria-label="Refinement">

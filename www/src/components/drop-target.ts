@@ -6,7 +6,7 @@ import type { ReactiveController, ReactiveControllerHost } from 'lit';
  * another one keeps what it takes to itself.
  */
 export class DropTarget implements ReactiveController {
-  is_over = false;
+  isOver = false;
   #depth = 0;
   #host: ReactiveControllerHost;
   #take: (transfer: DataTransfer, event: DragEvent) => void;
@@ -56,7 +56,7 @@ export class DropTarget implements ReactiveController {
 
   #become(depth: number): void {
     this.#depth = depth;
-    this.is_over = depth > 0;
+    this.isOver = depth > 0;
     this.#host.requestUpdate();
   }
 }

@@ -29,19 +29,19 @@ export interface MapToolbar {
   /** Buttons that this map alone has. */
   own: unknown;
   /** Whether the list of what is drawn is open. */
-  has_layers: boolean;
+  hasLayers: boolean;
   /** What that list is for. */
-  layers_hint: string;
+  layersHint: string;
   toggleLayers: () => void;
 }
 
 /** `styles`: map_styles. */
-export function mapToolbar({ zoom, fit, own, has_layers, layers_hint, toggleLayers }: MapToolbar): TemplateResult {
+export function mapToolbar({ zoom, fit, own, hasLayers, layersHint, toggleLayers }: MapToolbar): TemplateResult {
   return html`<div class="controls" role="toolbar" aria-label="Map view">
     ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}
     ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => zoom(-1))}
     ${mapButton('fit', 'Show the whole map', 'Show the whole map (F)', fit)} ${own}
-    ${mapButton('layers', 'Layers', layers_hint, toggleLayers, { expanded: has_layers })}
+    ${mapButton('layers', 'Layers', layersHint, toggleLayers, { expanded: hasLayers })}
   </div>`;
 }
 
@@ -67,13 +67,13 @@ export function layerList(entries: unknown): TemplateResult {
 export function layerBox(
   label: string,
   sign: string,
-  is_shown: boolean,
+  isShown: boolean,
   show: (shown: boolean) => void,
 ): TemplateResult {
   return html`<label>
     <input
       type="checkbox"
-      .checked=${is_shown}
+      .checked=${isShown}
       @change=${(event: Event) => show((event.target as HTMLInputElement).checked)}
     />
     <i class="sign ${sign}"></i>${label}

@@ -8,18 +8,18 @@ export interface Before<Settings, Overlay> {
   settings: Settings;
   measures: readonly Measure[];
   overlay: Overlay;
-  is_shown: boolean;
+  isShown: boolean;
 }
 
 export interface BeforeHooks {
-  show(is_shown: boolean): void;
+  show(isShown: boolean): void;
   goBack(): void;
   dismiss(): void;
 }
 
 /** `after`: null while it is computed. */
 export function beforeAfter<Settings extends object>(
-  { settings, measures, is_shown }: Before<Settings, unknown>,
+  { settings, measures, isShown }: Before<Settings, unknown>,
   now: Settings,
   after: readonly Measure[] | null,
   descriptions: readonly LabelledField<Settings>[],
@@ -30,7 +30,7 @@ export function beforeAfter<Settings extends object>(
     .changes=${changeWords(descriptions, settings, now)}
     .earlier=${measures}
     .later=${after}
-    ?shown=${is_shown}
+    ?shown=${isShown}
     @before-shown=${({ detail }: CustomEvent<boolean>) => show(detail)}
     @before-wanted=${goBack}
     @before-dismissed=${dismiss}

@@ -62,7 +62,7 @@ function link(id: string, label: string, want: WelcomeHooks['want']): TemplateRe
   return html`<a href="#" @click=${follow}>${label}</a>`;
 }
 
-export const welcome_styles = css`
+export const welcomeStyles = css`
   .welcome {
     position: relative;
     display: grid;

@@ -21,7 +21,7 @@ const MAX_LISTED = 5;
 export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
   /** Share of the way through the third unknown. */
   @state() private depth = 0.5;
-  protected override readonly is_basin = true;
+  protected override readonly isBasin = true;
   private painterOf = memoizeLast(basinPainter);
 
   /** In the plane all three unknowns. */

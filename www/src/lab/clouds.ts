@@ -117,7 +117,7 @@ function fromScans({ title, scans }: Scans, sample: string, source: string, targ
     read: async () => ({ kind: 'file' as const, name, bytes: new Uint8Array(bytes) }),
   }));
   const has = (name: string): boolean => clouds.some((cloud) => cloud.name === name);
-  const chosen_target = has(target) ? target : (clouds[0]?.name ?? '');
-  const chosen_source = has(source) ? source : (clouds.find(({ name }) => name !== chosen_target)?.name ?? '');
-  return givenClouds(title, sample, clouds, chosen_source, chosen_target);
+  const chosenTarget = has(target) ? target : (clouds[0]?.name ?? '');
+  const chosenSource = has(source) ? source : (clouds.find(({ name }) => name !== chosenTarget)?.name ?? '');
+  return givenClouds(title, sample, clouds, chosenSource, chosenTarget);
 }

@@ -25,8 +25,8 @@ const EXPORTS: readonly MenuItem[] = [
 ];
 
 /** Those that there are: clouds in space have no lines and dots, and some panels have no figure. */
-export const exportItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
-  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
+export const exportItems = (is_planar: boolean, hasFigure: boolean): readonly MenuItem[] =>
+  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (hasFigure || !id.startsWith('figure')));
 
 /** A picture of the source at a pose, as a PNG. */
 export type Shoot = (pose: Pose, iteration: LabIteration | null) => Promise<Blob>;

@@ -5,12 +5,12 @@ import './lab-side.js';
 import './plane-stage.js';
 import './space-stage.js';
 import { announcements } from '../components/announcer.js';
-import { layout_styles } from '../components/run-styles.js';
+import { layoutStyles } from '../components/run-styles.js';
 import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
-import { drop_styles, empty_styles, shared } from '../components/theme.js';
+import { dropStyles, emptyStyles, shared } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import { LastRequest } from '../engine/last-request.js';
@@ -31,7 +31,7 @@ import {
   SCENE_ITEMS,
   sceneClouds,
 } from './clouds.js';
-import { lab_styles } from './lab-styles.js';
+import { labStyles } from './lab-styles.js';
 import type { ScanstitchLabPlane } from './plane-stage.js';
 import { FIRST_LOOK, type PlaneScene, type StageLook, stageTheme } from './plane-painter.js';
 import type { LabFacts, Pose } from './protocol.js';
@@ -61,7 +61,7 @@ export class ScanstitchLab extends LitElement {
   @property() example = '';
   @property({ type: Boolean }) dark = false;
   /** What is shown stands in the page's address, as a link. */
-  @property({ type: Boolean, attribute: 'remember-link' }) remember_link = false;
+  @property({ type: Boolean, attribute: 'remember-link' }) remembersLink = false;
 
   @state() private tab: Tab = 'step';
   @state() private look = FIRST_LOOK;
@@ -73,14 +73,14 @@ export class ScanstitchLab extends LitElement {
   private readonly fetching = new LastRequest();
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
-  @query('#pick') private file_input!: HTMLInputElement;
+  @query('#pick') private fileInput!: HTMLInputElement;
   @query('scanstitch-lab-side') private side!: ScanstitchLabSide;
   @query('scanstitch-lab-space') private space!: ScanstitchLabSpace | null;
   @query('scanstitch-lab-plane') private plane!: ScanstitchLabPlane | null;
 
   private session = new LabSession(this);
   private colorsOf = memoizeLast(makeColors);
-  private drop_target = new DropTarget(this, (transfer) => void this.takeDrop(transfer));
+  private dropTarget = new DropTarget(this, (transfer) => void this.takeDrop(transfer));
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -114,7 +114,7 @@ export class ScanstitchLab extends LitElement {
 
   /** Opens what the page's address names, if it names anything. */
   private openAddress(hash: string): boolean {
-    const link = this.remember_link ? readLink(hash) : null;
+    const link = this.remembersLink ? readLink(hash) : null;
     if (!link?.source && !link?.sample) return false;
     this.openLink(link);
     return true;
@@ -149,19 +149,19 @@ export class ScanstitchLab extends LitElement {
   }
 
   protected override render(): TemplateResult {
-    const { session, drop_target } = this;
-    const is_empty = session.given === null;
+    const { session, dropTarget } = this;
+    const isEmpty = session.given === null;
     return html`<div
       class="lab run"
-      @dragenter=${drop_target.enter}
-      @dragover=${drop_target.over}
-      @dragleave=${drop_target.leave}
-      @drop=${drop_target.drop}
+      @dragenter=${dropTarget.enter}
+      @dragover=${dropTarget.over}
+      @dragleave=${dropTarget.leave}
+      @drop=${dropTarget.drop}
     >
-      ${is_empty ? this.renderEmpty() : this.renderLab()}
+      ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
       ${
-        drop_target.is_over
+        dropTarget.isOver
           ? html`<div class="drop-hint" aria-hidden="true">
               <div>${icon('download', 28)}Drop one or two clouds here</div>
             </div>`
@@ -173,7 +173,7 @@ export class ScanstitchLab extends LitElement {
 
   private renderEmpty(): TemplateResult {
     return emptyLab(this.statusOf(), {
-      choose: () => this.file_input.click(),
+      choose: () => this.fileInput.click(),
       sample: () => this.attend(sampleClouds()),
       example: (name) => this.showExample(name),
     });
@@ -195,11 +195,11 @@ export class ScanstitchLab extends LitElement {
           <div class="stage-area">
             ${this.renderStage(state)}
             ${
-              session.is_dragged
+              session.isDragged
                 ? html`<button class="primary run-from-here" @click=${() => void session.release()}>
                     Run from here (Enter)
                   </button>`
-                : session.at === 0 && !player.is_playing && trace
+                : session.at === 0 && !player.isPlaying && trace
                   ? html`<p class="hint" aria-hidden="true">
                       ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'Turn on the crossed arrows to drag the source; hold Shift to rotate it'}
                     </p>`
@@ -219,7 +219,7 @@ export class ScanstitchLab extends LitElement {
               look: this.seenLook(),
               iteration,
               is_planar: facts?.is_planar ?? true,
-              has_normals: (facts?.target_normals.length ?? 0) > 0,
+              hasNormals: (facts?.target_normals.length ?? 0) > 0,
               dark: this.dark,
               change: (look) => {
                 this.look = look;
@@ -268,7 +268,7 @@ export class ScanstitchLab extends LitElement {
         >
           ${icon('reset')}Reset start
         </button>
-        <button @click=${() => this.file_input.click()} title="Two clouds, or the poses of your own ICP">
+        <button @click=${() => this.fileInput.click()} title="Two clouds, or the poses of your own ICP">
           ${icon('open')}Open…
         </button>
         ${
@@ -300,8 +300,8 @@ export class ScanstitchLab extends LitElement {
     if (!facts.is_planar) {
       return html`<scanstitch-lab-space
         .scene=${this.sceneOf(facts)}
-        .fit_key=${session.generation}
-        .up=${session.is_of_camera ? 'camera' : 'z'}
+        .fitKey=${session.generation}
+        .up=${session.isOfCamera ? 'camera' : 'z'}
         .description=${state}
         @source-dragged=${onDragged}
         @source-released=${onReleased}
@@ -311,7 +311,7 @@ export class ScanstitchLab extends LitElement {
     return html`<scanstitch-lab-plane
       .scene=${this.sceneOf(facts)}
       .turns=${session.given?.turns ?? null}
-      .fit_key=${session.generation}
+      .fitKey=${session.generation}
       .description=${state}
       @source-dragged=${onDragged}
       @source-released=${onReleased}
@@ -322,7 +322,7 @@ export class ScanstitchLab extends LitElement {
   private sceneOf(facts: LabFacts): PlaneScene {
     const { session, dark, ghost } = this;
     const { selected } = this.colorsOf(dark);
-    const of = { session, facts, dark, look: this.seenLook(), shows_directions: this.tab === 'degeneracy' };
+    const of = { session, facts, dark, look: this.seenLook(), showsDirections: this.tab === 'degeneracy' };
     return stageScene(
       of,
       (run) => runColor(session, run, this.colorsOf(dark)),
@@ -332,7 +332,7 @@ export class ScanstitchLab extends LitElement {
 
   /** Beside the directions, pairs are coloured by what they say of the weakest one. */
   private seenLook(): StageLook {
-    return this.tab === 'degeneracy' ? { ...this.look, color_by: 'contribution' } : this.look;
+    return this.tab === 'degeneracy' ? { ...this.look, colorBy: 'contribution' } : this.look;
   }
 
   private onRunKey(key: RunKey): void {
@@ -341,7 +341,7 @@ export class ScanstitchLab extends LitElement {
     const actions: Record<RunKey, () => void> = {
       next: () => session.stepBy(1),
       previous: () => session.stepBy(-1),
-      play: () => (player.is_playing ? player.pause() : player.play()),
+      play: () => (player.isPlaying ? player.pause() : player.play()),
       run: () => void session.release(),
       first: () => player.seek(0),
       last: () => player.seek(player.count),
@@ -398,7 +398,7 @@ export class ScanstitchLab extends LitElement {
   }
 
   private rememberLink(): void {
-    if (!this.remember_link || this.hidden || !this.session.trace || this.session.player.is_playing) return;
+    if (!this.remembersLink || this.hidden || !this.session.trace || this.session.player.isPlaying) return;
     const link = this.link();
     if (link !== location.hash) history.replaceState(history.state, '', link);
   }
@@ -468,17 +468,17 @@ export class ScanstitchLab extends LitElement {
   ): void {
     const signal = this.fetching.begin();
     const before = this.session.given;
-    const is_wanted = (): boolean => !signal.aborted && this.session.given === before;
+    const isWanted = (): boolean => !signal.aborted && this.session.given === before;
     fetching.then(
-      (given) => (is_wanted() ? open(given) : undefined),
+      (given) => (isWanted() ? open(given) : undefined),
       (error: unknown) => {
-        if (!is_wanted()) return;
+        if (!isWanted()) return;
         this.session.report(`The clouds could not be fetched: ${messageOf(error)}`, 'Reload the page');
       },
     );
   }
 
-  static override styles = [shared, layout_styles, drop_styles, empty_styles, lab_styles];
+  static override styles = [shared, layoutStyles, dropStyles, emptyStyles, labStyles];
 }
 
 declare global {

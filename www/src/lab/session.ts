@@ -52,21 +52,21 @@ export class LabSession extends Session<LabClient> {
   /** The step from the pose, or from the one that the source has just left; null while it is unknown. */
   iteration: LabIteration | null = null;
   /** Steps done before `iteration`: those before `at` while the pairs there are searched; null where the source was dragged to. */
-  iteration_at: number | null = null;
+  iterationIndex: number | null = null;
   /** The source follows the hand. */
-  is_dragged = false;
+  isDragged = false;
   /** The clouds are in the frame of a camera: x right, y down, z forward. */
-  is_of_camera = false;
+  isOfCamera = false;
   /** Changes with the clouds, so that views are fitted again. */
   generation = 0;
   readonly player: Player;
   #iterations = new KeptIterations();
-  #next_id = 1;
+  #nextId = 1;
   readonly #opening = new LastRequest();
   readonly #looking = new LastRequest();
-  #is_to_be_told = false;
+  #isToBeTold = false;
   /** What was said of the start before. */
-  #start_problem = '';
+  #startProblem = '';
   #resting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
@@ -97,7 +97,7 @@ export class LabSession extends Session<LabClient> {
 
   /** The step from where the player is; null while it is computed, and where the source follows the hand. */
   get present(): LabIteration | null {
-    return this.iteration_at === this.at ? this.iteration : null;
+    return this.iterationIndex === this.at ? this.iteration : null;
   }
 
   protected override leave(): void {
@@ -111,7 +111,7 @@ export class LabSession extends Session<LabClient> {
     return new LabClient({
       crashed: (message) =>
         this.tellCrash(message, 'The clouds are still there.', 'Change the method or the start, and it runs again'),
-      slow: (is_slow) => this.onSlow(is_slow),
+      slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.onUnavailable(message),
     });
   }
@@ -130,7 +130,7 @@ export class LabSession extends Session<LabClient> {
     this.activity = 'Reading the clouds';
     this.messages = [];
     this.start = start ?? given.init_T_target_source;
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     const known = options ?? (given.options as Options | null) ?? this.run?.options ?? {};
     this.#reset([this.#makeRun(known)]);
     this.changed();
@@ -144,7 +144,7 @@ export class LabSession extends Session<LabClient> {
       );
       if (signal.aborted || !source || !target || !this.client) return;
       this.client.open(source, target);
-      this.is_of_camera = target.kind === 'depth' || (target.kind === 'positions' && target.is_of_camera === true);
+      this.isOfCamera = target.kind === 'depth' || (target.kind === 'positions' && target.isOfCamera === true);
       this.generation++;
       if (options === null && given.options === null) await this.#dropUnfit(known);
       await this.#runAll();
@@ -196,17 +196,17 @@ export class LabSession extends Session<LabClient> {
     const [first] = given;
     if (!client || !run || !trace || !first) return;
     const start = Array.from(poseAt(trace, 0));
-    const has_start = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
-    const all = has_start ? given : [start, ...given];
+    const hasStart = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
+    const all = hasStart ? given : [start, ...given];
     const own = this.#makeRun(run.options, name);
     const poses = Float64Array.from(all.flat());
-    const its_trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
+    const itsTrace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
     for (const { id } of this.runs.filter((one) => !others.includes(one))) {
       client.forget(id);
       this.#iterations.forget(id);
     }
-    this.runs = [...others, { ...own, trace: its_trace }];
+    this.runs = [...others, { ...own, trace: itsTrace }];
     try {
       const facts = await client.prepare(own.id, run.options);
       this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
@@ -239,8 +239,8 @@ export class LabSession extends Session<LabClient> {
   /** The source follows the hand: to this pose. */
   drag(T: Pose): void {
     this.player.stop();
-    this.is_dragged = true;
-    this.iteration_at = null;
+    this.isDragged = true;
+    this.iterationIndex = null;
     this.pose = T;
     const num_points = (this.facts?.source_points.length ?? 0) / 3;
     const stride = Math.max(1, Math.ceil(num_points / MAX_FOLLOWED_POINTS));
@@ -252,9 +252,9 @@ export class LabSession extends Session<LabClient> {
   }
 
   #follow(T: Pose, stride: number): void {
-    if (!this.is_dragged) return;
+    if (!this.isDragged) return;
     this.client?.follow(this.active, T, stride, (iteration) => {
-      if (!this.is_dragged) return;
+      if (!this.isDragged) return;
       this.iteration = iteration;
       this.changed();
     });
@@ -262,7 +262,7 @@ export class LabSession extends Session<LabClient> {
 
   /** A drag has ended: all methods run from the pose that it has left. */
   async release(plays = true): Promise<void> {
-    if (!this.is_dragged) return;
+    if (!this.isDragged) return;
     this.#endDrag();
     this.start = this.pose;
     await this.#runAll();
@@ -272,7 +272,7 @@ export class LabSession extends Session<LabClient> {
   #endDrag(): void {
     clearTimeout(this.#resting);
     this.client?.unfollow();
-    this.is_dragged = false;
+    this.isDragged = false;
   }
 
   /** From this start on; null is where the clouds lie as they are given. */
@@ -297,7 +297,7 @@ export class LabSession extends Session<LabClient> {
 
   /** Selects the next or the previous iteration, and announces it to screen readers. */
   stepBy(direction: 1 | -1): void {
-    this.#is_to_be_told = true;
+    this.#isToBeTold = true;
     this.player.step(direction);
   }
 
@@ -354,16 +354,16 @@ export class LabSession extends Session<LabClient> {
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
     const reach = this.run?.options.max_correspondence_distance ?? DEFAULTS.max_correspondence_distance;
-    this.forget(this.#start_problem);
+    this.forget(this.#startProblem);
     const problem = startProblem(trace, reach);
-    this.#start_problem = problem?.[0] ?? '';
+    this.#startProblem = problem?.[0] ?? '';
     if (problem) this.report(...problem);
     this.#startPlayer();
     const start = Array.from(poseAt(trace, 0));
     // What was computed at another pose is not shown as that of this start.
     if (start.some((value, i) => value !== this.pose[i])) this.iteration = null;
     this.pose = start;
-    this.#is_to_be_told = true;
+    this.#isToBeTold = true;
     this.player.seek(0);
   }
 
@@ -384,7 +384,7 @@ export class LabSession extends Session<LabClient> {
 
   #onMove(): void {
     const { trace, player } = this;
-    if (!trace || this.is_dragged) return;
+    if (!trace || this.isDragged) return;
     const before = Math.min(this.at, player.count);
     const share = player.at - before;
     const from = poseAt(trace, before);
@@ -405,12 +405,12 @@ export class LabSession extends Session<LabClient> {
     const signal = this.#looking.begin();
     try {
       const iteration = await this.iterationAt(run, at);
-      if (signal.aborted || this.is_dragged || !iteration) return;
+      if (signal.aborted || this.isDragged || !iteration) return;
       this.iteration = iteration;
-      this.iteration_at = at;
-      if (this.#is_to_be_told && !this.player.is_moving) {
+      this.iterationIndex = at;
+      if (this.#isToBeTold && !this.player.isMoving) {
         this.announce(stateWords(run, at, iteration));
-        this.#is_to_be_told = false;
+        this.#isToBeTold = false;
       }
       this.changed();
       // The next one is there when it is asked for.
@@ -421,7 +421,7 @@ export class LabSession extends Session<LabClient> {
   }
 
   #makeRun(options: Options, own = ''): LabRun {
-    return { id: this.#next_id++, options, facts: null, trace: null, problem: '', own, comparison: null };
+    return { id: this.#nextId++, options, facts: null, trace: null, problem: '', own, comparison: null };
   }
 
   #reset(runs: readonly LabRun[]): void {
@@ -431,7 +431,7 @@ export class LabSession extends Session<LabClient> {
     this.runs = runs;
     this.active = runs[0]?.id ?? 0;
     this.iteration = null;
-    this.is_dragged = false;
+    this.isDragged = false;
   }
 
   #change(id: number, change: Partial<LabRun>): void {

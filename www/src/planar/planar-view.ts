@@ -9,7 +9,7 @@ import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
-import { welcome, welcome_styles } from '../components/welcome.js';
+import { welcome, welcomeStyles } from '../components/welcome.js';
 import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
@@ -46,15 +46,15 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  */
 @customElement('scanstitch-planar')
 export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, BeforeMap> {
-  @state() private pairs_shown: ShownPairs = 'none';
-  @state() private is_welcome_closed = false;
+  @state() private pairsShown: ShownPairs = 'none';
+  @state() private isWelcomeClosed = false;
   /** All pairs of the selected scan; null while they are not wanted. */
   @state() private pairs: Float32Array | null = null;
-  @state() private wants_occupancy = false;
+  @state() private wantsOccupancy = false;
   @state() private occupancy: OccupancyPicture | null = null;
   /** The result that the grid is of, and whether its colours are for the dark. */
-  private occupancy_of: Snapshot | null = null;
-  private occupancy_dark = false;
+  private occupancyOf: Snapshot | null = null;
+  private occupancyDark = false;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   override session = this.newSession();
@@ -67,14 +67,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private piecesOf = memoizeLast(certainPieces);
   private longestOf = memoizeLast(longestPairs);
   private pieceColorsOf = memoizeLast(pieceColors);
-  private pairs_made_of: readonly unknown[] = [];
+  private pairsMadeOf: readonly unknown[] = [];
   /** Iterations of the selected scan. */
   @state() private history: readonly IterationRecord[] = NO_ROUNDS;
-  private history_of: readonly unknown[] = [];
+  private historyOf: readonly unknown[] = [];
 
   protected override newSession(): PlanarSession {
     const session = new PlanarSession(this);
-    session.has_link = this.remember_settings; // before the next update, which comes too late for a new session
+    session.hasLink = this.rememberSettings; // before the next update, which comes too late for a new session
     return session;
   }
 
@@ -144,7 +144,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return makeExport(id as ExportItem['id'], {
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
-      frame_names: result.frames.map(({ name }) => name),
+      frameNames: result.frames.map(({ name }) => name),
       report: this.reportSource(result, this.session.points.points, this.map.turned),
     });
   }
@@ -167,7 +167,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
-    this.session.has_link = this.remember_settings;
+    this.session.hasLink = this.rememberSettings;
     void this.fetchPairs();
     this.fetchHistory();
     this.fetchOccupancy();
@@ -176,17 +176,17 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** The occupancy grid of the result, if it is selected; drawn again when the theme changes. */
   private fetchOccupancy(): void {
     const { snapshot, phase } = this.session;
-    const of = this.wants_occupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
-    if (of === this.occupancy_of && this.occupancy_dark === this.dark) return;
-    this.occupancy_of = of;
-    this.occupancy_dark = this.dark;
+    const of = this.wantsOccupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
+    if (of === this.occupancyOf && this.occupancyDark === this.dark) return;
+    this.occupancyOf = of;
+    this.occupancyDark = this.dark;
     if (!of) {
       this.occupancy = null;
       return;
     }
     this.session.ask('occupancy_grid').then(
       (grid) => {
-        if (this.occupancy_of === of) this.occupancy = occupancyPicture(grid, this.dark);
+        if (this.occupancyOf === of) this.occupancy = occupancyPicture(grid, this.dark);
       },
       () => undefined, // the run was stopped or restarted: it is requested again
     );
@@ -215,23 +215,23 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .points=${session.points}
       .marks=${this.marksOf(
         frames,
-        session.look_direction,
+        session.lookDirection,
         result?.comparison?.reference ?? NO_REFERENCE,
         this.until ?? frames.length,
         this.selected,
         this.hovered,
-        this.pairs && this.pairs_shown === 'longest' ? this.longestOf(this.pairs).drawn : this.pairs,
+        this.pairs && this.pairsShown === 'longest' ? this.longestOf(this.pairs).drawn : this.pairs,
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
       .pieces=${this.pieces()}
       .map_before=${this.overlay}
-      .reference_name=${result?.comparison?.name ?? ''}
-      .fit_key=${this.fit_key}
-      .has_occupancy=${phase === 'done' || phase === 'stopped'}
+      .referenceName=${result?.comparison?.name ?? ''}
+      .fitKey=${this.fitKey}
+      .hasOccupancy=${phase === 'done' || phase === 'stopped'}
       .occupancy=${this.occupancy}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
-        this.wants_occupancy = detail;
+        this.wantsOccupancy = detail;
       }}
       .description=${this.mapWords()}
       ?bare=${this.controls === 'none'}
@@ -254,15 +254,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
-    const { snapshot, phase, num_unread } = this.session;
+    const { snapshot, phase, numUnread } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
-    const is_growing = phase === 'running';
+    const isGrowing = phase === 'running';
     const { num_frames } = this.loaded();
-    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, num_frames, num_unread);
+    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, isGrowing, num_frames, numUnread);
     return html`<scanstitch-headline
       part="figures"
       .figures=${figures}
-      ?compact=${this.is_compact}
+      ?compact=${this.isCompact}
     ></scanstitch-headline>`;
   }
 
@@ -288,17 +288,17 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const result = snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
     const errors = result?.comparison?.errors ?? NO_NUMBERS;
-    const reference_name = result?.comparison?.name ?? '';
+    const referenceName = result?.comparison?.name ?? '';
     if (this.selected === null) {
       return html`<scanstitch-overview
         .frames=${frames}
         .joint_history=${result?.joint_history ?? NO_ROUNDS}
         .notes=${result?.notes ?? NO_WORDS}
         .errors=${errors}
-        .reference_name=${reference_name}
+        .referenceName=${referenceName}
         .colors=${this.colors()}
         @why-wanted=${() => {
-          this.pairs_shown = 'longest';
+          this.pairsShown = 'longest';
         }}
       ></scanstitch-overview>`;
     }
@@ -309,13 +309,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .history=${this.history}
       .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
       .errors=${errors}
-      .reference_name=${reference_name}
+      .referenceName=${referenceName}
       .colors=${this.colors()}
       ?removable=${(dataset?.scans.length ?? 0) > 1}
-      .pairs_shown=${this.pairs_shown}
+      .pairsShown=${this.pairsShown}
       .longest=${this.pairs && this.longestOf(this.pairs)}
       @pairs-wanted=${({ detail }: CustomEvent<ShownPairs>) => {
-        this.pairs_shown = detail;
+        this.pairsShown = detail;
       }}
       @scan-removed=${({ detail }: CustomEvent<string>) => this.session.remove(detail)}
     ></scanstitch-why>`;
@@ -330,12 +330,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   private renderWelcome(): TemplateResult | typeof nothing {
-    if (this.is_welcome_closed || this.controls !== 'full' || !this.isSample()) return nothing;
+    if (this.isWelcomeClosed || this.controls !== 'full' || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
       copy: (text) => void this.copy(text, 'The lines were copied.'),
       close: () => {
-        this.is_welcome_closed = true;
+        this.isWelcomeClosed = true;
       },
     });
   }
@@ -374,13 +374,13 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private fetchHistory(): void {
     const { session, selected } = this;
     const of = [session.snapshot, selected];
-    if (of.every((value, i) => value === this.history_of[i])) return;
-    if (of[1] !== this.history_of[1]) this.history = NO_ROUNDS;
-    this.history_of = of;
+    if (of.every((value, i) => value === this.historyOf[i])) return;
+    if (of[1] !== this.historyOf[1]) this.history = NO_ROUNDS;
+    this.historyOf = of;
     if (selected === null || session.phase === 'crashed') return;
     session.ask('history', selected).then(
       (history) => {
-        if (this.history_of === of) this.history = history;
+        if (this.historyOf === of) this.history = history;
       },
       () => undefined, // a crash is reported by the session
     );
@@ -388,23 +388,23 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   /** The pairs of the selected frame are asked for once for every frame and result. */
   private async fetchPairs(): Promise<void> {
-    const { session, selected, pairs_shown } = this;
-    const made_of = [session.snapshot, selected, pairs_shown === 'none'];
-    if (made_of.every((value, i) => value === this.pairs_made_of[i])) return;
-    this.pairs_made_of = made_of;
-    if (pairs_shown === 'none' || selected === null || session.phase === 'crashed') {
+    const { session, selected, pairsShown } = this;
+    const madeOf = [session.snapshot, selected, pairsShown === 'none'];
+    if (madeOf.every((value, i) => value === this.pairsMadeOf[i])) return;
+    this.pairsMadeOf = madeOf;
+    if (pairsShown === 'none' || selected === null || session.phase === 'crashed') {
       this.pairs = null;
       return;
     }
     try {
       const pairs = await session.ask('correspondences', selected);
-      if (this.pairs_made_of === made_of) this.pairs = pairs;
+      if (this.pairsMadeOf === madeOf) this.pairs = pairs;
     } catch {
-      if (this.pairs_made_of === made_of) this.pairs = null; // a crash is reported by the session
+      if (this.pairsMadeOf === madeOf) this.pairs = null; // a crash is reported by the session
     }
   }
 
-  static override styles = [...RunView.styles, welcome_styles];
+  static override styles = [...RunView.styles, welcomeStyles];
 }
 
 /** How a table is read, and the way to change that. */
@@ -417,7 +417,7 @@ function tableLine(format: string, change: () => void): TemplateResult {
 
 function mapMarks(
   frames: readonly FrameResult[],
-  look_direction: number,
+  lookDirection: number,
   reference: readonly (PlanarPoint | null)[],
   until: number,
   selected: number | null,
@@ -427,8 +427,8 @@ function mapMarks(
   return {
     poses: frames.map(({ T_world_sensor }) => T_world_sensor),
     statuses: frames.map(({ status }) => status),
-    uncertain_links: uncertainLinks(frames),
-    look_direction,
+    uncertainLinks: uncertainLinks(frames),
+    lookDirection,
     until,
     selected,
     hovered,

@@ -9,8 +9,8 @@ const THIN_SPACE = '\u202f';
 export function formatFixed(value: number, decimals: number): string {
   if (!Number.isFinite(value)) return 'not a number';
   const text = value.toFixed(decimals);
-  const is_zero = Number(text) === 0;
-  return is_zero ? text.replace('-', '') : text.replace('-', MINUS);
+  const isZero = Number(text) === 0;
+  return isZero ? text.replace('-', '') : text.replace('-', MINUS);
 }
 
 /** A length in the unit that suits it: 0.4 mm, 15.7 mm, 121 mm, 1.23 m. */
