@@ -21,7 +21,6 @@ import {
   asTextOrSwitch,
 } from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
-import { icon } from './components/icons.js';
 import { openItems } from './components/open-menu.js';
 import { PageParts } from './components/page-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
@@ -238,13 +237,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         ${this.renderViews()}
         <input id="pick-files" type="file" multiple hidden @change=${this.onPicked} />
         <input id="pick-folder" type="file" webkitdirectory hidden @change=${this.onPicked} />
-        ${
-          dropTarget.isOver
-            ? html`<div class="drop-hint" aria-hidden="true">
-                <div>${icon('download', 28)}Drop scans, depth images or a folder here</div>
-              </div>`
-            : nothing
-        }
+        ${dropTarget.hint('Drop scans, depth images or a folder here')}
       </div>
       <aside
         class="host-side ${this.appearance.layout}"

@@ -112,13 +112,7 @@ export class ScanstitchBev extends LitElement {
       ${document ? this.renderControls(document) : nothing} ${problemList(this.session)}
       ${document ? this.renderWork(document) : nothing} ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
-      ${
-        dropTarget.isOver
-          ? html`<div class="drop-hint" aria-hidden="true">
-              <div>Drop the two views, a scene.json or a table of points</div>
-            </div>`
-          : nothing
-      }
+      ${dropTarget.hint('Drop the two views, a scene.json or a table of points')}
     </div>`;
   }
 
@@ -463,10 +457,4 @@ export class ScanstitchBev extends LitElement {
   }
 
   static override styles = [tokens, shared, pageStyles, dropStyles, fieldStyles, bevStyles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev': ScanstitchBev;
-  }
 }

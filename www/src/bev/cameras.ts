@@ -361,9 +361,3 @@ function replaced(values: readonly number[], index: number, value: number): [num
 function chosen(event: Event): string {
   return (event.target as HTMLSelectElement).value;
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-cameras': ScanstitchBevCameras;
-  }
-}

@@ -355,9 +355,3 @@ export function shortPixel([u, v]: Pixel): string {
 export function shortNumber(value: number, digits = 2): string {
   return Number.isInteger(value) ? String(value) : value.toFixed(digits);
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-picture': ScanstitchBevPicture;
-  }
-}

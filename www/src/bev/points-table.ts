@@ -145,9 +145,3 @@ export class ScanstitchBevPoints extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-points': ScanstitchBevPoints;
-  }
-}

@@ -154,9 +154,3 @@ export class ScanstitchBevRefinement extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-refinement': ScanstitchBevRefinement;
-  }
-}

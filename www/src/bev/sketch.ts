@@ -261,9 +261,3 @@ function drawCamera(sketch: Sketch, camera: DrawnCamera, color: string, name: st
 function foot({ up, ground }: BevLayout, position: Vec3): Vec3 {
   return added(position, up, dot(ground, up) - dot(position, up));
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-sketch': ScanstitchBevSketch;
-  }
-}

@@ -30,7 +30,7 @@ export interface Header {
   toggleFullScreen(): void;
 }
 
-/** `styles`: app_styles. */
+/** `styles`: appStyles. */
 export function appHeader(has: Header): TemplateResult {
   const shown: Tool = has.view === 'planar' || has.view === 'spatial' ? 'map' : has.view;
   const isAside = shown !== 'map';

@@ -1,5 +1,6 @@
 /** Files dragged over an element and dropped on it. */
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { html, nothing, type ReactiveController, type ReactiveControllerHost, type TemplateResult } from 'lit';
+import { icon } from './icons.js';
 
 /**
  * Bound to the four events of a drag. A counter distinguishes leaving the element from entering one of its children. A target inside
@@ -53,6 +54,14 @@ export class DropTarget implements ReactiveController {
     this.#become(0);
     this.#take(event.dataTransfer, event);
   };
+
+  /** Over all of the element, while files are over it. `styles`: dropStyles. */
+  hint(words: string): TemplateResult | typeof nothing {
+    if (!this.isOver) return nothing;
+    return html`<div class="drop-hint" aria-hidden="true">
+      <div>${icon('download', 28)}${words}</div>
+    </div>`;
+  }
 
   #become(depth: number): void {
     this.#depth = depth;

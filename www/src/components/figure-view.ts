@@ -213,9 +213,3 @@ function drawn(mark: Mark): SVGTemplateResult {
   const [x1, y1, x2, y2] = mark.line.map((value) => value.toFixed(1));
   return svg`<line x1=${x1} y1=${y1} x2=${x2} y2=${y2} stroke=${mark.color} stroke-width=${mark.width} />`;
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-figure': ScanstitchFigure;
-  }
-}

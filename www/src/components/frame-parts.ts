@@ -1,10 +1,9 @@
 /** Parts of the panels beside the map, the same for scans and for frames. */
 import { css, html, nothing, type TemplateResult } from 'lit';
 import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
-import { baseName, plural } from '../views/format.js';
+import { baseName, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
-import { sentence } from '../views/words.js';
 import { icon, type IconName } from './icons.js';
 import { statusBadge } from './status-badge.js';
 

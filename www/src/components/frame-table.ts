@@ -290,9 +290,3 @@ function spacer(height: number): TemplateResult | typeof nothing {
 function capital(word: string): string {
   return word.charAt(0).toUpperCase() + word.slice(1);
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-frame-table': ScanstitchFrameTable;
-  }
-}

@@ -152,9 +152,3 @@ export class ScanstitchMapLegend extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map-legend': ScanstitchMapLegend;
-  }
-}

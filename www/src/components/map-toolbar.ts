@@ -35,7 +35,7 @@ export interface MapToolbar {
   toggleLayers: () => void;
 }
 
-/** `styles`: map_styles. */
+/** `styles`: mapStyles. */
 export function mapToolbar({ zoom, fit, own, hasLayers, layersHint, toggleLayers }: MapToolbar): TemplateResult {
   return html`<div class="controls" role="toolbar" aria-label="Map view">
     ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}

@@ -376,9 +376,3 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map': ScanstitchMap;
-  }
-}

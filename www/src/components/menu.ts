@@ -159,9 +159,3 @@ export class ScanstitchMenu extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-menu': ScanstitchMenu;
-  }
-}

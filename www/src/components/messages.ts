@@ -1,7 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { plural } from '../views/format.js';
-import { sentence } from '../views/words.js';
+import { plural, sentence } from '../views/format.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
 
@@ -212,10 +211,4 @@ function title(messages: readonly Message[], num_errors: number): string {
   const numNotes = messages.length - num_errors;
   const counts = [num_errors > 0 ? plural(num_errors, 'problem') : '', numNotes > 0 ? plural(numNotes, 'note') : ''];
   return counts.filter(Boolean).join(', ');
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-messages': ScanstitchMessages;
-  }
 }

@@ -142,9 +142,3 @@ export class ScanstitchOverview extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-overview': ScanstitchOverview;
-  }
-}

@@ -3,7 +3,7 @@ import { css, html, nothing, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 import type { Former, Shelf } from './run-kind.js';
 
-/** `title`: of what is shown. `styles`: bar_styles. */
+/** `title`: of what is shown. `styles`: barStyles. */
 export function exchangeBar(title: string, former: Former, shelf: Shelf): TemplateResult {
   const { title: other, isUndone, canJoin } = former;
   const replaced =

@@ -21,9 +21,14 @@ export abstract class RunPanels extends LitElement {
 
   abstract readonly of: RunKind;
   protected abstract renderFigures(): TemplateResult | typeof nothing;
-  protected abstract renderTable(): TemplateResult;
-  protected abstract renderDetails(): TemplateResult;
+  protected abstract renderTable(): TemplateResult | typeof nothing;
+  protected abstract renderDetails(): TemplateResult | typeof nothing;
   protected abstract renderSettings(): TemplateResult;
+
+  /** What the panels are made of, with the first one that is unfolded. */
+  protected loadPanels(): void {
+    void import('./panels.js');
+  }
 
   /** Whether the figures have one line. */
   protected get isCompact(): boolean {
@@ -34,7 +39,7 @@ export abstract class RunPanels extends LitElement {
   protected shows(panel: Panel): boolean {
     const { layout, folds } = this;
     if (layout === 'narrow' || this.controls !== 'full' || !folds.has(panel)) return false;
-    if (panel !== 'figures') void import('./panels.js');
+    if (panel !== 'figures') this.loadPanels();
     return layout === 'wide' || panel !== 'settings' || !folds.has('details');
   }
 
@@ -71,7 +76,7 @@ export abstract class RunPanels extends LitElement {
       settings: () => this.renderSettings(),
     };
     const isOpen = this.folds.has('tabs');
-    if (isOpen) void import('./panels.js');
+    if (isOpen) this.loadPanels();
     const toggle = (): void => this.fold({ fold: 'tabs', isOpen: !isOpen, isLasting: true });
     const choose = (panel: Panel): void => {
       this.panel = panel;

@@ -12,7 +12,7 @@ export interface TabsFold {
   toggle(): void;
 }
 
-/** Tabs beside or below the map, with the panel of the one that is chosen unless that is folded. `styles`: layout_styles. */
+/** Tabs beside or below the map, with the panel of the one that is chosen unless that is folded. `styles`: layoutStyles. */
 export function tabs<T extends string>(
   names: readonly { tab: T; label: string }[],
   chosen: T,

@@ -272,9 +272,3 @@ export class ScanstitchSettings extends LitElement {
 function numberText(description: SettingField, value: number): string {
   return value === 0 && zeroWord(description.explanation) !== null ? '' : toScreen(description, value);
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-settings': ScanstitchSettings;
-  }
-}

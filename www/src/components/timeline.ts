@@ -217,9 +217,3 @@ function bands(colors: readonly Rgb[]): string {
     .map(({ value, first, last }) => `${cssColor(value)} ${percent(first)} ${percent(last + 1)}`)
     .join(', ');
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-timeline': ScanstitchTimeline;
-  }
-}

@@ -247,9 +247,3 @@ export class ScanstitchTopics extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-topics': ScanstitchTopics;
-  }
-}

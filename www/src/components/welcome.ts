@@ -15,7 +15,7 @@ export interface WelcomeHooks {
   close(): void;
 }
 
-/** `styles`: welcome_styles. */
+/** `styles`: welcomeStyles. */
 export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
   return html`<section class="welcome" aria-label="About">
     <div class="what">

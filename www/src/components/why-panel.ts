@@ -12,10 +12,11 @@ import {
   formatPercent,
   formatStep,
   plural,
+  sentence,
 } from '../views/format.js';
 import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
-import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
+import { cleaningWords, directionWords, frameSummary } from '../views/words.js';
 import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
 import { iterationTable } from './iteration-table.js';
@@ -252,10 +253,4 @@ export class ScanstitchWhy extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-why': ScanstitchWhy;
-  }
 }

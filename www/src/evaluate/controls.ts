@@ -242,9 +242,3 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   static override styles = [shared, fieldStyles, controlsStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluation-controls': ScanstitchEvaluationControls;
-  }
-}

@@ -77,8 +77,7 @@ export class ScanstitchEvaluate extends LitElement {
             ${this.renderResult()}`
       }
       <input id="pick-trajectories" type="file" multiple hidden @change=${this.onPicked} />
-      ${announcements(session.announcer)}
-      ${dropTarget.isOver ? html`<div class="drop-hint" aria-hidden="true"><div>Drop trajectories here</div></div>` : nothing}
+      ${announcements(session.announcer)} ${dropTarget.hint('Drop trajectories here')}
     </div>`;
   }
 
@@ -240,10 +239,4 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   static override styles = [tokens, shared, pageStyles, dropStyles, emptyStyles, evaluateStyles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluate': ScanstitchEvaluate;
-  }
 }

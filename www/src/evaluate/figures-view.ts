@@ -73,7 +73,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
   /** Whether everything is on the screen. */
   async isDrawn(): Promise<void> {
     await this.updateComplete;
-    const figures = this.renderRoot.querySelectorAll('scanstitch-figure');
+    const figures = this.renderRoot.querySelectorAll<ScanstitchFigure>('scanstitch-figure');
     await Promise.all([...figures].map((figure) => figure.updateComplete));
   }
 
@@ -255,7 +255,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
 
   private async save(event: Event, name: FigureName, form: 'PNG' | 'SVG'): Promise<void> {
     const section = (event.currentTarget as HTMLElement).closest('section');
-    const { size } = section?.querySelector('scanstitch-figure') ?? this.pathFigure;
+    const { size } = section?.querySelector<ScanstitchFigure>('scanstitch-figure') ?? this.pathFigure;
     // In the colours for paper, regardless of the theme.
     const painter = makePainter(name, this.makeScene(false), this.camera, this.project);
     const blob = await (form === 'SVG' ? svgFile : pngFile)(painter, size, LIGHT.background);
@@ -312,10 +312,4 @@ export class ScanstitchEvaluationFigures extends LitElement {
   }
 
   static override styles = [shared, sectionStyles, figuresStyles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluation-figures': ScanstitchEvaluationFigures;
-  }
 }

@@ -83,9 +83,3 @@ export class ScanstitchMapPanel extends LitElement {
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map-panel': ScanstitchMapPanel;
-  }
-}

@@ -141,9 +141,3 @@ export class ScanstitchRanking extends LitElement {
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-ranking': ScanstitchRanking;
-  }
-}

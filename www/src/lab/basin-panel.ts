@@ -158,9 +158,3 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     this.tellGhost(basin && end >= 0 ? basin.ends.T_target_source.subarray(16 * end, 16 * end + 16) : null);
   }
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-basin': ScanstitchLabBasin;
-  }
-}

@@ -23,7 +23,7 @@ export interface CompareFacts {
   measureBasins(): void;
 }
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function comparePanel(has: CompareFacts): TemplateResult {
   const { runs, presets, facts } = has;
   const reference = endOf(runs[0]);

@@ -126,7 +126,7 @@ export interface DegeneracyFacts {
 /** Farthest that the source is slid, m. */
 const REACH = 2;
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: DegeneracyFacts): TemplateResult {
   const directions = directionsOf(iteration);
   const [weakest] = directions;

@@ -23,7 +23,7 @@ const RESIDUALS: Record<CloudMetric, TemplateResult> = {
     ><sub>p</sub> <var>R</var>ᵀ)⁻¹ <var>d</var><sub>i</sub>, over the voxel of each point`,
 };
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function equation(iteration: LabIteration, metric: CloudMetric): TemplateResult {
   const { H, b, x } = iteration;
   const n = b.length;

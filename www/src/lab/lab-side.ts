@@ -232,9 +232,3 @@ export class ScanstitchLabSide extends LitElement {
 
   static override styles = [shared, layoutStyles, labStyles, sideStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-side': ScanstitchLabSide;
-  }
-}

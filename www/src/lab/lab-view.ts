@@ -160,14 +160,7 @@ export class ScanstitchLab extends LitElement {
     >
       ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
-      ${
-        dropTarget.isOver
-          ? html`<div class="drop-hint" aria-hidden="true">
-              <div>${icon('download', 28)}Drop one or two clouds here</div>
-            </div>`
-          : nothing
-      }
-      ${announcements(session.announcer)}
+      ${dropTarget.hint('Drop one or two clouds here')} ${announcements(session.announcer)}
     </div>`;
   }
 
@@ -479,10 +472,4 @@ export class ScanstitchLab extends LitElement {
   }
 
   static override styles = [shared, layoutStyles, dropStyles, emptyStyles, labStyles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab': ScanstitchLab;
-  }
 }

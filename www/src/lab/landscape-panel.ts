@@ -123,9 +123,3 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
     this.tellGhost(facts && this.nodePose(facts));
   }
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-landscape': ScanstitchLabLandscape;
-  }
-}

@@ -190,9 +190,3 @@ export class ScanstitchLabPlane extends LabStage {
 
   static override styles = [shared, mapStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-plane': ScanstitchLabPlane;
-  }
-}

@@ -189,9 +189,3 @@ function choice(
     </select></label
   >`;
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-search': ScanstitchLabSearch;
-  }
-}

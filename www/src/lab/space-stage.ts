@@ -251,9 +251,3 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-space': ScanstitchLabSpace;
-  }
-}

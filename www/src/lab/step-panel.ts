@@ -20,7 +20,7 @@ export interface StepFacts {
   num_source: number;
 }
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
   const { trace, iteration, at } = has;
   const count = numPoses(trace) - 1;

@@ -5,24 +5,31 @@ import type { ScanstitchMap } from '../components/map-view.js';
 import type { Measure } from '../components/before-after.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
+import { Fetched } from '../components/fetched.js';
 import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
-import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
 import { welcome, welcomeStyles } from '../components/welcome.js';
-import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
+import type {
+  FrameResult,
+  Grid,
+  IterationRecord,
+  PlanarPoint,
+  PlanarPose,
+  Settings,
+  Snapshot,
+} from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
-import { frameColumns } from '../views/frame-columns.js';
-import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
 import type { BeforeMap, MapMarks, Status } from '../views/map-painter.js';
 import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
 import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
-import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
+import { occupancyPicture } from '../views/occupancy.js';
+import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
 
 const PLANAR: RunKind = {
@@ -35,9 +42,6 @@ const PLANAR: RunKind = {
 
 // The same empty lists every time: a new one would be a change.
 const NO_FRAMES: readonly FrameResult[] = [];
-const NO_NUMBERS: readonly number[] = [];
-const NO_WORDS: readonly string[] = [];
-const NO_ROUNDS: readonly IterationRecord[] = [];
 const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
 
 /**
@@ -48,29 +52,25 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
 export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, BeforeMap> {
   @state() private pairsShown: ShownPairs = 'none';
   @state() private isWelcomeClosed = false;
-  /** All pairs of the selected scan; null while they are not wanted. */
-  @state() private pairs: Float32Array | null = null;
   @state() private wantsOccupancy = false;
-  @state() private occupancy: OccupancyPicture | null = null;
-  /** The result that the grid is of, and whether its colours are for the dark. */
-  private occupancyOf: Snapshot | null = null;
-  private occupancyDark = false;
+  /** Null until one is unfolded. */
+  @state() private panels: PlanarPanels | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   override session = this.newSession();
   override readonly of = PLANAR;
+  /** All pairs of the selected scan; null while they are not wanted. */
+  private pairs = new Fetched<Float32Array | null>(this, null);
+  /** Iterations of the selected scan. */
+  private history = new Fetched<readonly IterationRecord[]>(this, []);
+  private grid = new Fetched<Grid | null>(this, null);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
-  private rowsOf = memoizeLast(frameRows);
-  private columnsOf = memoizeLast(frameColumns);
+  private pictureOf = memoizeLast((grid: Grid | null, dark: boolean) => grid && occupancyPicture(grid, dark));
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
   private longestOf = memoizeLast(longestPairs);
   private pieceColorsOf = memoizeLast(pieceColors);
-  private pairsMadeOf: readonly unknown[] = [];
-  /** Iterations of the selected scan. */
-  @state() private history: readonly IterationRecord[] = NO_ROUNDS;
-  private historyOf: readonly unknown[] = [];
 
   protected override newSession(): PlanarSession {
     const session = new PlanarSession(this);
@@ -111,6 +111,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         { index, time, pose: inSpace(T_world_sensor), reference: reference && inSpace({ x, y, theta: heading ?? 0 }) },
       ];
     });
+    const { comparedWith, trajectoriesToEvaluate } = await import('../components/to-evaluate.js');
     return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }
 
@@ -168,28 +169,20 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     this.session.hasLink = this.rememberSettings;
-    void this.fetchPairs();
-    this.fetchHistory();
-    this.fetchOccupancy();
+    const { session, selected, wantsOccupancy } = this;
+    const { snapshot, phase } = session;
+    const scan = phase === 'crashed' ? null : selected;
+    this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
+    const hasPairs = this.pairsShown !== 'none';
+    const areWanted = hasPairs && scan !== null;
+    this.pairs.want(hasPairs, [snapshot, selected], areWanted ? () => session.ask('correspondences', scan) : null);
+    const gridOf = wantsOccupancy && this.isOver ? snapshot : null;
+    this.grid.want(wantsOccupancy, [gridOf], gridOf && (() => session.ask('occupancy_grid')));
   }
 
-  /** The occupancy grid of the result, if it is selected; drawn again when the theme changes. */
-  private fetchOccupancy(): void {
-    const { snapshot, phase } = this.session;
-    const of = this.wantsOccupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
-    if (of === this.occupancyOf && this.occupancyDark === this.dark) return;
-    this.occupancyOf = of;
-    this.occupancyDark = this.dark;
-    if (!of) {
-      this.occupancy = null;
-      return;
-    }
-    this.session.ask('occupancy_grid').then(
-      (grid) => {
-        if (this.occupancyOf === of) this.occupancy = occupancyPicture(grid, this.dark);
-      },
-      () => undefined, // the run was stopped or restarted: it is requested again
-    );
+  /** Whether there is a result that no frame will be added to. */
+  private get isOver(): boolean {
+    return this.session.phase === 'done' || this.session.phase === 'stopped';
   }
 
   /** By time where the map is one piece, else by piece. */
@@ -208,7 +201,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override renderMap(): TemplateResult {
     const { session } = this;
-    const { phase } = session;
+    const pairs = this.pairs.value;
     const result = session.snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
     return html`<scanstitch-map
@@ -220,7 +213,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         this.until ?? frames.length,
         this.selected,
         this.hovered,
-        this.pairs && this.pairsShown === 'longest' ? this.longestOf(this.pairs).drawn : this.pairs,
+        pairs && this.pairsShown === 'longest' ? this.longestOf(pairs).drawn : pairs,
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
@@ -228,8 +221,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .map_before=${this.overlay}
       .referenceName=${result?.comparison?.name ?? ''}
       .fitKey=${this.fitKey}
-      .hasOccupancy=${phase === 'done' || phase === 'stopped'}
-      .occupancy=${this.occupancy}
+      .hasOccupancy=${this.isOver}
+      .occupancy=${this.pictureOf(this.grid.value, this.dark)}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}
@@ -266,59 +259,43 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     ></scanstitch-headline>`;
   }
 
-  protected override renderTable(): TemplateResult {
-    const { snapshot } = this.session;
-    const rows = this.rowsOf(
-      snapshot?.result.frames ?? NO_FRAMES,
-      snapshot?.timing.frames ?? NO_NUMBERS,
-      snapshot?.result.comparison?.errors ?? NO_NUMBERS,
-    );
-    return html`<scanstitch-frame-table
-      part="table"
-      .rows=${rows}
-      .columns=${this.columnsOf(snapshot?.result.comparison?.name ?? '')}
-      .colors=${this.colors()}
-      .selected=${this.selected}
-    ></scanstitch-frame-table>`;
+  protected override loadPanels(): void {
+    if (this.panels) return;
+    void import('./panels.js').then(({ PlanarPanels }) => {
+      this.panels ??= new PlanarPanels();
+    });
   }
 
-  /** Of the selected scan, whose panel is loaded with the first one that is selected; of all scans while there is none. */
-  protected override renderDetails(): TemplateResult {
-    const { snapshot, dataset } = this.session;
-    const result = snapshot?.result;
-    const frames = result?.frames ?? NO_FRAMES;
-    const errors = result?.comparison?.errors ?? NO_NUMBERS;
-    const referenceName = result?.comparison?.name ?? '';
-    if (this.selected === null) {
-      return html`<scanstitch-overview
-        .frames=${frames}
-        .joint_history=${result?.joint_history ?? NO_ROUNDS}
-        .notes=${result?.notes ?? NO_WORDS}
-        .errors=${errors}
-        .referenceName=${referenceName}
-        .colors=${this.colors()}
-        @why-wanted=${() => {
-          this.pairsShown = 'longest';
-        }}
-      ></scanstitch-overview>`;
+  protected override renderTable(): TemplateResult | typeof nothing {
+    return this.panels?.table(this.session.snapshot, this.colors(), this.selected) ?? nothing;
+  }
+
+  protected override renderDetails(): TemplateResult | typeof nothing {
+    const { session, panels, selected } = this;
+    if (!panels) return nothing;
+    if (selected === null) {
+      return panels.overview(session.snapshot, this.colors(), () => {
+        this.pairsShown = 'longest';
+      });
     }
-    void import('../components/why-panel.js');
-    return html`<scanstitch-why
-      .frames=${frames}
-      .index=${this.selected}
-      .history=${this.history}
-      .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
-      .errors=${errors}
-      .referenceName=${referenceName}
-      .colors=${this.colors()}
-      ?removable=${(dataset?.scans.length ?? 0) > 1}
-      .pairsShown=${this.pairsShown}
-      .longest=${this.pairs && this.longestOf(this.pairs)}
-      @pairs-wanted=${({ detail }: CustomEvent<ShownPairs>) => {
-        this.pairsShown = detail;
-      }}
-      @scan-removed=${({ detail }: CustomEvent<string>) => this.session.remove(detail)}
-    ></scanstitch-why>`;
+    const longest = this.pairs.value && this.longestOf(this.pairs.value);
+    return panels.why(
+      session.snapshot,
+      this.colors(),
+      {
+        selected,
+        longest,
+        history: this.history.value,
+        pairsShown: this.pairsShown,
+        isRemovable: (session.dataset?.scans.length ?? 0) > 1,
+      },
+      {
+        showPairs: (which) => {
+          this.pairsShown = which;
+        },
+        remove: (name) => session.remove(name),
+      },
+    );
   }
 
   /** Above the sample that the page opens first; not shown for scans that a host page gives. */
@@ -370,40 +347,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return `${shown} of ${plural(frames.length, 'scan')}, ${plural(points.points.length / 2, 'point')}.${chosen}`;
   }
 
-  /** The iterations of the selected frame are asked for once for every frame and result. */
-  private fetchHistory(): void {
-    const { session, selected } = this;
-    const of = [session.snapshot, selected];
-    if (of.every((value, i) => value === this.historyOf[i])) return;
-    if (of[1] !== this.historyOf[1]) this.history = NO_ROUNDS;
-    this.historyOf = of;
-    if (selected === null || session.phase === 'crashed') return;
-    session.ask('history', selected).then(
-      (history) => {
-        if (this.historyOf === of) this.history = history;
-      },
-      () => undefined, // a crash is reported by the session
-    );
-  }
-
-  /** The pairs of the selected frame are asked for once for every frame and result. */
-  private async fetchPairs(): Promise<void> {
-    const { session, selected, pairsShown } = this;
-    const madeOf = [session.snapshot, selected, pairsShown === 'none'];
-    if (madeOf.every((value, i) => value === this.pairsMadeOf[i])) return;
-    this.pairsMadeOf = madeOf;
-    if (pairsShown === 'none' || selected === null || session.phase === 'crashed') {
-      this.pairs = null;
-      return;
-    }
-    try {
-      const pairs = await session.ask('correspondences', selected);
-      if (this.pairsMadeOf === madeOf) this.pairs = pairs;
-    } catch {
-      if (this.pairsMadeOf === madeOf) this.pairs = null; // a crash is reported by the session
-    }
-  }
-
   static override styles = [...RunView.styles, welcomeStyles];
 }
 
@@ -441,10 +384,4 @@ function mapMarks(
 /** A pose of the plane as one of space. */
 function inSpace({ x, y, theta }: PlanarPose): SpatialPose {
   return { x, y, z: 0, qx: 0, qy: 0, qz: Math.sin(theta / 2), qw: Math.cos(theta / 2) };
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-planar': ScanstitchPlanar;
-  }
 }

@@ -4,8 +4,7 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import { dialogStyles, shared } from '../components/theme.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { TableFacts } from '../engine/protocol.js';
-import { baseName, plural } from '../views/format.js';
-import { sentence } from '../views/words.js';
+import { baseName, plural, sentence } from '../views/format.js';
 import { number, select } from './form-fields.js';
 import { drawScan } from './scan-preview.js';
 import {
@@ -401,10 +400,4 @@ function firstGuess(num_columns: number): string {
 
 function cellWords(value: number | null | undefined): string {
   return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-table-import': ScanstitchTableImport;
-  }
 }

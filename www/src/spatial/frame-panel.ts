@@ -14,9 +14,10 @@ import {
   formatLength,
   formatPercent,
   plural,
+  sentence,
 } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
-import { frameSummary, sentence } from '../views/words.js';
+import { frameSummary } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
@@ -323,10 +324,4 @@ export class ScanstitchFramePanel extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-frame-panel': ScanstitchFramePanel;
-  }
 }

@@ -445,9 +445,3 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   static override styles = [shared, mapStyles, map3dStyles, surfaceStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map3d': ScanstitchMap3d;
-  }
-}

@@ -204,9 +204,3 @@ export class ScanstitchReadingCard extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-reading-card': ScanstitchReadingCard;
-  }
-}

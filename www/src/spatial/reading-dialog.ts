@@ -152,9 +152,3 @@ export class ScanstitchReadingDialog extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-reading-dialog': ScanstitchReadingDialog;
-  }
-}

@@ -5,6 +5,7 @@ import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
 import type { Measure } from '../components/before-after.js';
+import { Fetched } from '../components/fetched.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
@@ -56,13 +57,13 @@ const DEPTH_SCALE = 1000;
 export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, BeforePath> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
-  /** The first depth image from above, and what it is of. */
-  @state() private topView: { key: unknown; view: TopView | null } = { key: null, view: null };
   /** The question that was answered or dismissed. */
   @state() private dismissed = '';
 
   override session = this.newSession();
   override readonly of = SPATIAL;
+  /** The first depth image from above. */
+  private topView = new Fetched<TopView | null>(this, null);
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
   private runSurface = new RunSurface(this);
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
@@ -260,7 +261,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ? html`<scanstitch-reading-card
           .suggestion=${asked.suggestion}
           .question=${asked.open}
-          .view=${this.topView.view}
+          .view=${this.topView.value}
           ?dark=${this.dark}
           @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
         ></scanstitch-reading-card>`
@@ -292,14 +293,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   private wantTopView(): void {
     const camera = this.session.snapshot?.result.camera;
     const key = this.session.dataset?.jobs[0]?.file ?? null;
-    if (!camera || !this.question()?.open || key === this.topView.key) return;
-    this.topView = { key, view: null };
-    this.session.topView(camera.fx).then(
-      (view) => {
-        if (this.topView.key === key) this.topView = { key, view };
-      },
-      () => undefined, // the question stands without a picture
-    );
+    if (camera && this.question()?.open) this.topView.want(key, [], () => this.session.topView(camera.fx));
   }
 
   protected override renderTable(): TemplateResult {
@@ -384,9 +378,3 @@ function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
 // The same empty list every time: a new one would be a change.
 const NO_REFERENCE: SpatialMarks['reference'] = [];
 const NO_ASSUMPTIONS: readonly Assumption[] = [];
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-spatial': ScanstitchSpatial;
-  }
-}

@@ -345,9 +345,3 @@ export class ScanstitchStrategies extends LitElement {
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles, pageStyles, emptyStyles, strategyStyles];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-strategies': ScanstitchStrategies;
-  }
-}

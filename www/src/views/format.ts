@@ -68,3 +68,9 @@ export function formatStep(metres: number): string {
   const sign = metres < 0 ? '\u2212' : '';
   return sign + (size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size));
 }
+
+/** With a capital at the start and a full stop at the end. */
+export function sentence(text: string): string {
+  const trimmed = text.trim();
+  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
+}
