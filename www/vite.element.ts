@@ -11,6 +11,7 @@ import { basename, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
 import { FORMATS_ENGINE, oneScript } from './chunks.js';
+import { scansAsRanges } from './ranges.js';
 
 const WORKER = /\?worker&url$/;
 const WORKERS = /^virtual:workers-(\d)$/;
@@ -113,7 +114,7 @@ export default defineConfig(({ mode }) => {
   const others = paths.filter((path) => !isFirst(path));
   return {
     ...shared,
-    plugins: [workersInside([others, paths.filter(isFirst)]), packedInside(), withoutLargeSamples()],
+    plugins: [scansAsRanges, workersInside([others, paths.filter(isFirst)]), packedInside(), withoutLargeSamples()],
     resolve: {
       alias: {
         ...FORMATS_ENGINE,
