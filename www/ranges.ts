@@ -35,7 +35,7 @@ function rangeOf(row: string, angle: number): string {
     [y, Math.sin(angle)],
   ].flatMap(([value = 0, share = 0]) => {
     const [middle, reach] = [value / share, ROUNDING / Math.abs(share)];
-    return [{ low: middle - reach, high: middle + reach }];
+    return share === 0 ? [] : [{ low: middle - reach, high: middle + reach }];
   });
   const low = Math.max(...bounds.map((bound) => bound.low)) + MARGIN;
   const high = Math.min(...bounds.map((bound) => bound.high)) - MARGIN;
