@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
+import { viewsBeside } from './app/beside.js';
 import { isRun, isViewName, Navigation, type ViewName, VIEWS } from './app/navigation.js';
 import { Workspace } from './app/workspace.js';
 import { appHeader } from './components/app-header.js';
@@ -26,7 +27,7 @@ import { PageParts } from './components/page-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
 import { activityBox } from './components/run-parts.js';
 import { dropStyles, shared, tokens } from './components/theme.js';
-import type { Run, Tool, View } from './components/tools.js';
+import type { Run, Tool } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
 import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
 import type { Note } from './datasets/note.js';
@@ -257,8 +258,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.parts.attend(() => this.handover.follow());
       this.parts.attend(() => this.navigation.compareDropped());
     };
-    const drawn = (view: View, template: () => TemplateResult): TemplateResult | typeof nothing =>
-      this.navigation.opened.has(view) ? template() : nothing;
     return html`<div
       class="views"
       @facts-changed=${onFacts}
@@ -267,47 +266,15 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
-      ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
-      ${drawn('icp', () => this.renderLab())} ${drawn('bev', () => this.renderBev())} ${this.renderPlanar()}
-      ${drawn('spatial', () => this.renderSpatial())}
+      ${viewsBeside(this.navigation, this.handover, {
+        isDark: this.isDark(),
+        ownsAddress: this.ownsAddress,
+        sourceOf: (view) => this.sourceOf(view),
+        scene: this.scene,
+        isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
+      })}
+      ${this.renderPlanar()} ${this.navigation.opened.has('spatial') ? this.renderSpatial() : nothing}
     </div>`;
-  }
-
-  private renderEvaluation(): TemplateResult {
-    return html`<scanstitch-evaluate
-      ?hidden=${this.navigation.shown !== 'evaluation'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.evaluated}
-    ></scanstitch-evaluate>`;
-  }
-
-  private renderStrategies(): TemplateResult {
-    return html`<scanstitch-strategies
-      ?hidden=${this.navigation.shown !== 'strategies'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.compared}
-    ></scanstitch-strategies>`;
-  }
-
-  private renderLab(): TemplateResult {
-    return html`<scanstitch-lab
-      ?hidden=${this.navigation.shown !== 'icp'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.lookedInto}
-      src=${this.sourceOf('icp')}
-      example=${this.scene}
-      ?remember-link=${this.ownsAddress && this.navigation.shown === 'icp'}
-    ></scanstitch-lab>`;
-  }
-
-  private renderBev(): TemplateResult {
-    return html`<scanstitch-bev
-      ?hidden=${this.navigation.shown !== 'bev'}
-      ?dark=${this.isDark()}
-      src=${this.sourceOf('bev')}
-      ?without-sample=${this.sourceView === 'bev' && this.src !== 'sample'}
-      ?remember-scene=${this.ownsAddress}
-    ></scanstitch-bev>`;
   }
 
   private renderPlanar(): TemplateResult {

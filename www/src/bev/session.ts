@@ -7,7 +7,7 @@ import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
 import { BevClient } from './client.js';
 import { type BevDocument, begun, changed, continued, type History, newDocument, queryOf } from './document.js';
-import { redone, undone } from './document.js';
+import { redone, resized, undone } from './document.js';
 import { decodePicture, fetchBlob, fetchSampleFile, hasSample, type Picture, pixelsOf, roleOfName } from './images.js';
 import { ownerOf } from '../views/settings-link.js';
 import { readFragment } from './link.js';
@@ -363,24 +363,11 @@ export class BevSession extends Session<BevClient> {
     }
   }
 
-  /** Gives a camera the size of its picture; focal lengths grow along. */
+  /** Gives a camera the size of its picture. */
   private useSize(role: BevRole, width: number, height: number): void {
     const { document } = this;
     if (!document) return;
-    const camera = document.scene[role];
-    const { intrinsics } = camera;
-    const [alongU, alongV] = [width / camera.width, height / camera.height];
-    const scaled =
-      intrinsics.kind === 'focal'
-        ? {
-            ...intrinsics,
-            fx: intrinsics.fx * alongU,
-            cx: intrinsics.cx * alongU,
-            fy: intrinsics.fy * alongV,
-            cy: intrinsics.cy * alongV,
-          }
-        : intrinsics;
-    this.setScene({ ...document.scene, [role]: { ...camera, width, height, intrinsics: scaled } });
+    this.setScene({ ...document.scene, [role]: resized(document.scene[role], width, height) });
   }
 
   // Problems.

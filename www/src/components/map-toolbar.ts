@@ -46,7 +46,7 @@ export function mapToolbar({ zoom, fit, own, hasLayers, layersHint, toggleLayers
 }
 
 /** Closes the list of what is drawn by Escape, wherever on the map the focus is, and gives the focus back to its button. */
-export function closeByEscape(event: KeyboardEvent, close: () => void): void {
+function closeByEscape(event: KeyboardEvent, close: () => void): void {
   if (event.key !== 'Escape') return;
   event.stopPropagation();
   event.preventDefault();
@@ -78,4 +78,39 @@ export function layerBox(
     />
     <i class="sign ${sign}"></i>${label}
   </label>`;
+}
+
+export interface MapFrame {
+  /** Which elements describe the map. */
+  describedBy: string;
+  /** The canvas, and words for those who do not see it. */
+  stage: unknown;
+  onKey: (event: KeyboardEvent) => void;
+  /** Beside the map. */
+  before?: unknown;
+  /** On the map. */
+  over: unknown;
+  /** The list of what is drawn, while it is open. */
+  layers: TemplateResult | null;
+  toggleLayers: () => void;
+  /** Below it. */
+  after: unknown;
+}
+
+/** How the parts of a map lie; Escape closes the list of what is drawn. `styles`: mapStyles. */
+export function mapFrame(parts: MapFrame): TemplateResult {
+  const { describedBy, stage, onKey, before = nothing, over, layers, toggleLayers, after } = parts;
+  const onEscape = (event: KeyboardEvent): void => {
+    if (layers) closeByEscape(event, toggleLayers);
+  };
+  return html`<div class="frame" @keydown=${{ handleEvent: onEscape, capture: true }}>
+    ${before}
+    <div class="view">
+      <div class="stage" tabindex="0" role="group" aria-label="Map" aria-describedby=${describedBy} @keydown=${onKey}>
+        ${stage}
+      </div>
+      ${over}
+    </div>
+    ${layers ?? nothing} ${after}
+  </div>`;
 }

@@ -25,7 +25,7 @@ import {
 import { mapStyles } from './map-styles.js';
 import './map-legend.js';
 import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
-import { closeByEscape, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
+import { mapFrame, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
@@ -187,27 +187,16 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     const toggleLayers = (): void => {
       this.layersOpen = !this.layersOpen;
     };
-    const onKey = (event: KeyboardEvent): void => {
-      if (this.layersOpen) closeByEscape(event, toggleLayers);
-    };
-    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
-      <div class="view">
-        <div
-          class="stage"
-          tabindex="0"
-          role="group"
-          aria-label="Map"
-          aria-describedby="map-description map-keys"
-          @keydown=${this.onKey}
-        >
-          <canvas aria-hidden="true"></canvas>
-          <p id="map-description" class="visually-hidden">${this.description}</p>
-          <p id="map-keys" class="visually-hidden">
-            Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-            scan before and after.
-          </p>
-        </div>
-        <div class="readout number" aria-hidden="true" ?hidden=${!world}>
+    return mapFrame({
+      describedBy: 'map-description map-keys',
+      onKey: (event) => this.onKey(event),
+      stage: html`<canvas aria-hidden="true"></canvas>
+        <p id="map-description" class="visually-hidden">${this.description}</p>
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
+          scan before and after.
+        </p>`,
+      over: html`<div class="readout number" aria-hidden="true" ?hidden=${!world}>
           ${
             world &&
             html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
@@ -228,18 +217,18 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
           hasLayers: this.layersOpen,
           layersHint: 'Layers',
           toggleLayers,
-        })}
-      </div>
-      ${this.layersOpen ? this.renderLayers() : nothing}
-      <scanstitch-map-legend
+        })}`,
+      layers: this.layersOpen ? this.renderLayers() : null,
+      toggleLayers,
+      after: html`<scanstitch-map-legend
         .pieces=${this.pieces}
         .shown=${this.shownPiece}
         .numUncertain=${this.marks.uncertainLinks.filter(Boolean).length}
         .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
         ?compact=${size.width < SMALL_WIDTH}
         @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
-      ></scanstitch-map-legend>
-    </div>`;
+      ></scanstitch-map-legend>`,
+    });
   }
 
   private renderLayers(): TemplateResult {

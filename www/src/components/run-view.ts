@@ -24,7 +24,7 @@ import type { Measure } from './before-after.js';
 import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
-import { type Before, beforeAfter } from './run-before.js';
+import { ResultBefore } from './run-before.js';
 import { barStyles, exchangeBar } from './run-exchange.js';
 import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
@@ -60,8 +60,6 @@ export abstract class RunView<
   /** Number of frames shown; null: all there are. */
   @state() protected until: number | null = null;
   @state() protected hovered: number | null = null;
-  /** The result before a setting was changed. */
-  @state() private resultBefore: Before<Settings, Overlay> | null = null;
   @state() private isExporting = false;
 
   /** What the header shows. */
@@ -73,8 +71,8 @@ export abstract class RunView<
   private shownGeneration = 0;
   /** Changes where the view is to be fitted anew. */
   protected fitKey = 0;
-  /** The recording of the result before. */
-  private comparedOf: unknown = null;
+  /** The result before a setting was changed. */
+  private resultBefore = new ResultBefore<Settings, Overlay>(this);
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
@@ -228,10 +226,9 @@ export abstract class RunView<
     const { session, num_frames } = this;
     const isSet = this.hasUpdated && (changed.has('initialSettings') || changed.has('preset'));
     if (isSet && session.facts) session.configure(this.settingsToBegin(session.facts));
-    if (session.dataset !== this.comparedOf) this.resultBefore = null;
-    this.comparedOf = session.dataset;
+    this.resultBefore.follow(session.dataset);
     // The two are to be compared in one frame.
-    if (!this.resultBefore) this.fitKey = session.generation;
+    if (!this.resultBefore.isThere) this.fitKey = session.generation;
     if (this.shownGeneration !== session.generation || num_frames === 0) {
       this.shownGeneration = session.generation;
       this.selected = null;
@@ -305,23 +302,14 @@ export abstract class RunView<
 
   /** What the map draws of the result before, while that is wanted. */
   protected get overlay(): Overlay | null {
-    return this.resultBefore?.isShown ? this.resultBefore.overlay : null;
+    return this.resultBefore.overlay;
   }
 
   private renderBefore(): TemplateResult | typeof nothing {
-    const { resultBefore: before } = this;
     const { snapshot, phase, facts, settings } = this.session;
-    if (!before || !facts || !settings || this.controls !== 'full') return nothing;
+    if (!facts || !settings || this.controls !== 'full') return nothing;
     const after = snapshot && phase === 'done' ? this.measures(snapshot) : null;
-    return beforeAfter(before, settings, after, facts.descriptions, {
-      show: (isShown) => {
-        this.resultBefore = { ...before, isShown };
-      },
-      goBack: () => this.applySettings(before.settings),
-      dismiss: () => {
-        this.resultBefore = null;
-      },
-    });
+    return this.resultBefore.render(settings, after, facts.descriptions, (earlier) => this.applySettings(earlier));
   }
 
   private renderExchange(): TemplateResult | typeof nothing {
@@ -408,8 +396,11 @@ export abstract class RunView<
   protected applySettings(settings: Settings): void {
     const { snapshot, phase, settings: present } = this.session;
     if (snapshot && phase === 'done' && present && !sameSettings(present, settings)) {
-      const [measures, overlay] = [this.measures(snapshot), this.overlayOf(snapshot)];
-      this.resultBefore = { settings: present, measures, overlay, isShown: true };
+      this.resultBefore.keep({
+        settings: present,
+        measures: this.measures(snapshot),
+        overlay: this.overlayOf(snapshot),
+      });
     }
     this.session.configure(settings);
     this.writeAddress();

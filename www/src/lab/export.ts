@@ -11,7 +11,8 @@ import { pngOf } from '../views/canvas.js';
 import { penOn } from '../views/pen.js';
 import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
-import { type LabRun, type LabSession, pairName } from './session.js';
+import { type LabRun, pairName } from './runs.js';
+import { type LabSession } from './session.js';
 import { numPoses, poseAt } from './trace.js';
 
 const EXPORTS: readonly MenuItem[] = [

@@ -5,14 +5,14 @@ import { Session } from '../components/session.js';
 import { LastRequest } from '../engine/last-request.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
-import type { Colors } from '../views/axes.js';
-import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
+import { readPair, withChoice } from './clouds.js';
 import { DEFAULTS } from './defaults.js';
 import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
-import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
+import type { LabFacts, LabIteration, LabTrace, Options, Pose } from './protocol.js';
+import { type LabRun, newRun, startProblem, traceOfPoses, withStart } from './runs.js';
 import { MOST_POINTS, voxelFor } from '../../../package/lab/thinning.js';
 import { numLargest, tooLarge } from './thinning.js';
 import { numPoses, poseAt } from './trace.js';
@@ -20,26 +20,10 @@ import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
-/** Entries of poses that differ by less are equal: a file of nine digits. */
-const SAME_POSE = 1e-8;
 /** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
 const MAX_FOLLOWED_POINTS = 8000;
 /** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
-
-/** One method, and what came of it. */
-export interface LabRun {
-  id: number;
-  options: Options;
-  facts: LabFacts | null;
-  trace: LabTrace | null;
-  /** Why there is no trace. */
-  problem: string;
-  /** Poses of somebody else's program: the name of its file; empty for the engine's own runs. */
-  own: string;
-  /** Of such poses with the engine's steps. */
-  comparison: OwnComparison | null;
-}
 
 export class LabSession extends Session<LabClient> {
   given: GivenClouds | null = null;
@@ -135,14 +119,8 @@ export class LabSession extends Session<LabClient> {
     this.#reset([this.#makeRun(known)]);
     this.changed();
     try {
-      const [source, target] = await Promise.all(
-        [given.source, given.target].map((name) => {
-          const cloud = given.clouds.find((one) => one.name === name);
-          if (!cloud) throw new Error(`${name} is not among the clouds`);
-          return cloud.read();
-        }),
-      );
-      if (signal.aborted || !source || !target || !this.client) return;
+      const [source, target] = await readPair(given);
+      if (signal.aborted || !this.client) return;
       this.client.open(source, target);
       this.isOfCamera = target.kind === 'depth' || (target.kind === 'positions' && target.isOfCamera === true);
       this.generation++;
@@ -164,11 +142,7 @@ export class LabSession extends Session<LabClient> {
   /** Another cloud of the same list as source or target. */
   choose(role: 'source' | 'target', name: string): void {
     if (!this.given) return;
-    const { source, target } = this.given;
-    // The same cloud twice makes no sense: source and target are exchanged.
-    const swaps = name === (role === 'source' ? target : source);
-    const chosen = swaps ? { source: target, target: source } : { source, target, [role]: name };
-    void this.open({ ...this.given, ...chosen, init_T_target_source: null }, this.run?.options ?? null);
+    void this.open(withChoice(this.given, role, name), this.run?.options ?? null);
   }
 
   /** Sets the options of the selected method. */
@@ -193,20 +167,15 @@ export class LabSession extends Session<LabClient> {
   /** Poses of somebody else's program, beside the engine's: one an iteration, with or without the start before them. */
   async addOwn(name: string, given: readonly (readonly number[])[]): Promise<void> {
     const { client, run, trace } = this;
-    const [first] = given;
-    if (!client || !run || !trace || !first) return;
-    const start = Array.from(poseAt(trace, 0));
-    const hasStart = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
-    const all = hasStart ? given : [start, ...given];
-    const own = this.#makeRun(run.options, name);
-    const poses = Float64Array.from(all.flat());
-    const itsTrace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
+    if (!client || !run || !trace || given.length === 0) return;
+    const all = withStart(given, Array.from(poseAt(trace, 0)));
+    const own = { ...this.#makeRun(run.options, name), trace: traceOfPoses(all) };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
     for (const { id } of this.runs.filter((one) => !others.includes(one))) {
       client.forget(id);
       this.#iterations.forget(id);
     }
-    this.runs = [...others, { ...own, trace: itsTrace }];
+    this.runs = [...others, own];
     try {
       const facts = await client.prepare(own.id, run.options);
       this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
@@ -329,13 +298,8 @@ export class LabSession extends Session<LabClient> {
     try {
       const facts = await client.prepare(id, options);
       if (options.voxel_size === undefined && !facts.is_planar && numLargest(facts) > MOST_POINTS) {
-        const voxel_size = await voxelFor(facts.target_points, async (size) =>
-          numLargest(await client.prepare(id, { ...options, voxel_size: size })),
-        );
-        this.tell([tooLarge(facts, voxel_size)]);
-        this.#change(id, { options: { ...options, voxel_size } });
-        await this.#runOne(id);
-        return;
+        await this.#thin(client, id, options, facts);
+        return this.#runOne(id);
       }
       const trace = await client.trace(id, start);
       const run = this.runs.find((one) => one.id === id);
@@ -349,6 +313,15 @@ export class LabSession extends Session<LabClient> {
       this.#change(id, { problem: messageOf(error) });
       if (id === this.active) this.#onProblem(error);
     }
+  }
+
+  /** Downsamples clouds of so many points that an iteration would take seconds. */
+  async #thin(client: LabClient, id: number, options: Options, facts: LabFacts): Promise<void> {
+    const voxel_size = await voxelFor(facts.target_points, async (size) =>
+      numLargest(await client.prepare(id, { ...options, voxel_size: size })),
+    );
+    this.tell([tooLarge(facts, voxel_size)]);
+    this.#change(id, { options: { ...options, voxel_size } });
   }
 
   #onTrace(trace: LabTrace): void {
@@ -421,7 +394,7 @@ export class LabSession extends Session<LabClient> {
   }
 
   #makeRun(options: Options, own = ''): LabRun {
-    return { id: this.#nextId++, options, facts: null, trace: null, problem: '', own, comparison: null };
+    return newRun(this.#nextId++, options, own);
   }
 
   #reset(runs: readonly LabRun[]): void {
@@ -439,31 +412,3 @@ export class LabSession extends Session<LabClient> {
     this.changed();
   }
 }
-
-/** Why a start gives no registration, and the remedy. `reach`: the largest distance of a pair, m. */
-function startProblem({ records, end_reason }: LabTrace, reach: number): [problem: string, remedy: string] | null {
-  const [first] = records;
-  if (first?.num_correspondences === 0) {
-    return [
-      `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
-      'Drag the source onto the target, or raise the largest pair distance under Methods',
-    ];
-  }
-  if (end_reason !== 'no_step') return null;
-  return first?.num_inliers === 0
-    ? [
-        'Every pair is rejected from this start: by distance, by the normals, or as the target has none',
-        'Drag the source nearer to the target, or raise the largest distance or normal angle under Methods',
-      ]
-    : [
-        'The pairs do not determine a step: there are too few, or the target has no normals to measure along',
-        'Choose point to point under Methods, or clouds of more points',
-      ];
-}
-
-export function runColor({ runs }: LabSession, run: LabRun, { estimates }: Colors): string {
-  return estimates[runs.indexOf(run) % estimates.length] ?? 'currentColor';
-}
-
-/** "2.ply to 1.ply" */
-export const pairName = ({ source, target }: GivenClouds): string => `${baseName(source)} to ${baseName(target)}`;

@@ -4,7 +4,8 @@ import { arrowsOf, ellipseOf } from './degeneracy.js';
 import type { PlaneScene, StageLook } from './plane-painter.js';
 import { acted, centroid } from './poses.js';
 import type { LabFacts, LabTrace, Pose } from './protocol.js';
-import type { LabRun, LabSession } from './session.js';
+import type { LabRun } from './runs.js';
+import type { LabSession } from './session.js';
 import { numPoses, poseAt } from './trace.js';
 
 export interface StageOf {

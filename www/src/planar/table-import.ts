@@ -8,13 +8,19 @@ import { baseName, plural, sentence } from '../views/format.js';
 import { number, select } from './form-fields.js';
 import { drawScan } from './scan-preview.js';
 import {
+  ANGLE_UNITS,
+  cellWords,
   changed,
   columnsOf,
   degreesOf,
+  firstGuess,
   type FormatParts,
+  LENGTHS,
   partsOf,
   POSE_KINDS,
   textOf,
+  TIME_UNITS,
+  unitOfAngles,
   usesOf,
 } from './table-format.js';
 import { importStyles } from './table-import-styles.js';
@@ -370,34 +376,4 @@ export class ScanstitchTableImport extends LitElement {
   }
 
   static override styles = [shared, dialogStyles, importStyles];
-}
-
-const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres', in: 'inches', ft: 'feet' };
-const ANGLE_UNITS = {
-  deg: 'degrees',
-  rad: 'radians',
-  '0.9deg': 'gon',
-  '-1deg': 'degrees, clockwise',
-  '-1': 'radians, clockwise',
-  '-0.9deg': 'gon, clockwise',
-};
-/** One radian in degrees, as the engine writes it. */
-const RADIAN = '57.2958';
-const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
-
-/** The choice that an angle's unit is; another one is a choice of its own. */
-function unitOfAngles(unit: string): string {
-  if (!unit.endsWith('deg')) return unit === 'gon' ? '0.9deg' : unit;
-  if (unit === 'deg') return unit;
-  const degrees = String(Number(unit.slice(0, -3)));
-  const known: Record<string, string> = { '1': 'deg', [RADIAN]: 'rad', [`-${RADIAN}`]: '-1' };
-  return known[degrees] ?? `${degrees}deg`;
-}
-
-function firstGuess(num_columns: number): string {
-  return num_columns < 24 ? `range=${Math.min(2, num_columns)},unit=m,start=0deg,step=1deg` : `ranges=1:${num_columns}`;
-}
-
-function cellWords(value: number | null | undefined): string {
-  return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
 }

@@ -1,10 +1,10 @@
-import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
 import { Graphics, type GraphicsUser } from '../components/graphics.js';
 import { mapStyles } from '../components/map-styles.js';
-import { closeByEscape, mapToolbar } from '../components/map-toolbar.js';
+import { mapFrame, mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { Viewpoint } from './viewpoint.js';
@@ -26,7 +26,7 @@ import {
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
-import type { Camera, Pose } from './poses.js';
+import { type BeforePath, NO_MARKS, type SpatialMarks } from './path-marks.js';
 import type { MapScene, SceneLook } from './scene.js';
 import {
   NO_SURFACE,
@@ -37,23 +37,6 @@ import {
   type SurfaceState,
 } from './surface-bar.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
-
-/** Layers over the points. */
-export interface SpatialMarks {
-  poses: readonly Pose[];
-  reference: readonly (Pose | null)[];
-  camera: Camera | null;
-  /** Frames shown, from the first on. */
-  until: number;
-  selected: number | null;
-}
-
-/** The path of a result that another one has replaced. */
-export interface BeforePath {
-  poses: readonly Pose[];
-}
-
-const NO_MARKS: SpatialMarks = { poses: [], reference: [], camera: null, until: 0, selected: null };
 
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
@@ -163,33 +146,22 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     const toggleLayers = (): void => {
       this.layersOpen = !this.layersOpen;
     };
-    const onKey = (event: KeyboardEvent): void => {
-      if (this.layersOpen) closeByEscape(event, toggleLayers);
-    };
-    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
-      ${sectionSlider(section, (height) => this.choose({ section: height }))}
-      <div class="view">
-        <div
-          class="stage"
-          tabindex="0"
-          role="group"
-          aria-label="Map"
-          aria-describedby="map-keys"
-          @keydown=${this.onKey}
-        >
-          ${keyed(this.graphics.canvasNumber, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
-          <p id="map-keys" class="visually-hidden">
-            Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from
-            above, P changes between perspective and plan, M makes the surface or changes between it and the points,
-            comma and full stop select the frame before and after.
-          </p>
-        </div>
-        ${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
-        ${this.renderControls(section, toggleLayers)}
-      </div>
-      ${this.layersOpen ? this.renderLayers() : nothing}
-      ${surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change))}
-    </div>`;
+    return mapFrame({
+      describedBy: 'map-keys',
+      onKey: (event) => this.onKey(event),
+      before: sectionSlider(section, (height) => this.choose({ section: height })),
+      stage: html`${keyed(this.graphics.canvasNumber, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
+          P changes between perspective and plan, M makes the surface or changes between it and the points, comma and
+          full stop select the frame before and after.
+        </p>`,
+      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
+      ${this.renderControls(section, toggleLayers)}`,
+      layers: this.layersOpen ? this.renderLayers() : null,
+      toggleLayers,
+      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change)),
+    });
   }
 
   private renderControls(section: Section, toggleLayers: () => void): TemplateResult {
