@@ -11,26 +11,20 @@ import { download } from '../export/download.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bevStyles } from './bev-styles.js';
-import './cameras.js';
-import type { PoseKindRequest } from './cameras.js';
-import { type BevDocument, flat, hiddenWords, HINTS, markedPixels, wholePairs } from './document.js';
-import { pointsJson } from './export.js';
+import { type BevDocument, markedPixels, wholePairs } from './document.js';
+import { exportFile } from './export.js';
 import { fragmentOf } from './link.js';
-import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without } from './marks.js';
+import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, withMark, without } from './marks.js';
 import { frontOverlay, topOverlay } from './paint.js';
 import './picture.js';
 import { type HandleMove, type ScanstitchBevPicture } from './picture.js';
-import './points-table.js';
 import type { TypedPixel } from './points-table.js';
-import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
+import type { BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
 import { homographyPanel, type Pointed, readout } from './readout.js';
-import { blendSlider, problemList, refinementPanel } from './panels.js';
+import { blendSlider, pointsPanel, problemList, refinementPanel, scenePanels } from './panels.js';
 import type { RefinementRequest } from './refinement.js';
 import { BevSession } from './session.js';
-import './sketch.js';
 import { openItems, toolbar } from './toolbar.js';
-
-const NO_POINTS: readonly BevPoint[] = [];
 
 /**
  * Bird's-eye view: points marked in a top view land in a front view.
@@ -145,27 +139,12 @@ export class ScanstitchBev extends LitElement {
               )
             : nothing
         }
-        <section aria-label="Sketch">
-          <scanstitch-bev-sketch
-            .layout=${answer?.layout ?? null}
-            .points=${answer?.points ?? NO_POINTS}
-            ?dark=${this.dark}
-          ></scanstitch-bev-sketch>
-        </section>
-        <section aria-label="Cameras">
-          <header><h2>Cameras and ground</h2></header>
-          <div class="panel">
-            <scanstitch-bev-cameras
-              .scene=${document.scene}
-              .layout=${answer?.layout ?? null}
-              @scene-changed=${({ detail }: CustomEvent<BevScene>) => this.setScene(detail)}
-              @axes-chosen=${({ detail: axes }: CustomEvent<BevAxes>) =>
-                this.rewrite(this.session.client?.call('inAxes', { scene: document.scene, axes }))}
-              @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindRequest>) =>
-                this.rewrite(this.session.client?.call('withPoses', { scene: document.scene, ...detail }))}
-            ></scanstitch-bev-cameras>
-          </div>
-        </section>
+        ${scenePanels(document.scene, answer ?? null, this.dark, {
+          set: (scene) => this.setScene(scene),
+          turnAxes: (axes) => this.rewrite(this.session.client?.call('inAxes', { scene: document.scene, axes })),
+          choosePoses: (kind) =>
+            this.rewrite(this.session.client?.call('withPoses', { scene: document.scene, ...kind })),
+        })}
         ${answer ? homographyPanel(answer.homography, (text) => this.copyHomography(text)) : nothing}
       </div>
     </div>`;
@@ -214,30 +193,12 @@ export class ScanstitchBev extends LitElement {
   }
 
   private renderPoints(document: BevDocument): TemplateResult {
-    const { answered } = this.session;
     const { width, height } = document.scene.top;
-    const middle: Pixel = [Math.floor(width / 2), Math.floor(height / 4)];
-    return html`<section aria-label="Points">
-      <header>
-        <h2>Points</h2>
-        <span class="file">${answered ? hiddenWords(answered.answer) : ''}</span>
-        <button class="quiet" ?hidden=${document.tool === 'grid'} @click=${() => this.addInTop(document, middle)}>
-          ${icon('plus', 14)}Add
-        </button>
-      </header>
-      ${
-        markedPixels(document).length === 0
-          ? html`<p class="hint">${HINTS[document.tool]}</p>`
-          : html`<scanstitch-bev-points
-              .document=${document}
-              .points=${answered?.answer.reported ?? NO_POINTS}
-              .selected=${this.selected}
-              @pixel-typed=${({ detail }: CustomEvent<TypedPixel>) => this.onTyped(document, detail)}
-              @row-removed=${({ detail: index }: CustomEvent<number>) =>
-                this.removeMark({ kind: tabledKind(document), index })}
-            ></scanstitch-bev-points>`
-      }
-    </section>`;
+    return pointsPanel(document, this.session.answered?.answer ?? null, this.selected, {
+      add: () => this.addInTop(document, [Math.floor(width / 2), Math.floor(height / 4)]),
+      type: (typed) => this.onTyped(document, typed),
+      remove: (index) => this.removeMark({ kind: tabledKind(document), index }),
+    });
   }
 
   // Changes.
@@ -297,17 +258,9 @@ export class ScanstitchBev extends LitElement {
   }
 
   private addInTop(document: BevDocument, at: Pixel): void {
-    if (document.tool === 'grid') {
-      const corners = document.corners.length < 2 ? [...document.corners, at] : [at];
-      void this.mark({ corners }, { kind: 'c', index: corners.length - 1 });
-    } else if (document.tool === 'pairs') {
-      // A pair whose second place was not marked is given up.
-      const complete = document.pairs.filter(({ front }) => front !== null);
-      void this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
-      this.session.announce('Now click the same place in the front view.');
-    } else {
-      void this.mark({ points: [...document.points, at] }, { kind: 'p', index: document.points.length });
-    }
+    const { change, mark } = withMark(document, at);
+    void this.mark(change, mark);
+    if (mark.kind === 't') this.session.announce('Now click the same place in the front view.');
   }
 
   private async addInFront(document: BevDocument, at: Pixel): Promise<void> {
@@ -413,24 +366,13 @@ export class ScanstitchBev extends LitElement {
   }
 
   private async onExport({ detail }: CustomEvent<string>): Promise<void> {
-    const { document, answered, client, version } = this.session;
-    if (!document || !client) return;
-    const save = (name: string, content: string | Blob) =>
-      download({ name, blob: typeof content === 'string' ? new Blob([content], { type: 'text/plain' }) : content });
+    const { document } = this.session;
+    if (!document) return;
     await this.session.attempt('export', async () => {
-      if (detail === 'csv') {
-        const given = { scene: document.scene, marked: flat(markedPixels(document)), whole: document.whole };
-        save('points.csv', await client.call('points_csv', given));
-      } else if (detail === 'json' && answered) {
-        save('bev.json', pointsJson(version, answered.document, answered.answer));
-      } else if (detail === 'scene') {
-        save('scene.json', `${JSON.stringify(document.scene, null, 2)}\n`);
-      } else if (detail === 'link') {
-        await this.copyLink(document);
-      } else {
-        const picture = detail === 'top' ? this.topPicture : this.frontPicture;
-        if (picture) save(`${detail}_view.png`, await picture.png());
-      }
+      if (detail === 'link') return this.copyLink(document);
+      const picture = detail === 'top' ? this.topPicture : this.frontPicture;
+      const file = await exportFile(detail, this.session, document, picture);
+      if (file) download(file);
     });
   }
 

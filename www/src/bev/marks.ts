@@ -41,7 +41,7 @@ export function movedTo(document: BevDocument, { kind, index }: Mark, at: Pixel)
 }
 
 export function without(document: BevDocument, { kind, index }: Mark): Partial<BevDocument> {
-  const rest = <T,>(all: readonly T[]) => all.filter((_, i) => i !== index);
+  const rest = <T>(all: readonly T[]) => all.filter((_, i) => i !== index);
   if (kind === 'c') return { corners: rest(document.corners) };
   return kind === 'p' ? { points: rest(document.points) } : { pairs: rest(document.pairs) };
 }
@@ -75,4 +75,19 @@ export function frontHandles(answered: { document: BevDocument; answer: Projecti
       ? [{ key: `p${index}`, at: projected, label: `Point ${index + 1} in the front view` }]
       : [],
   );
+}
+
+/** A mark put where there is none in the top view, by the tool that is chosen. */
+export function withMark(document: BevDocument, at: Pixel): { change: Partial<BevDocument>; mark: Mark } {
+  if (document.tool === 'grid') {
+    const corners = document.corners.length < 2 ? [...document.corners, at] : [at];
+    return { change: { corners }, mark: { kind: 'c', index: corners.length - 1 } };
+  }
+  if (document.tool === 'pairs') {
+    // A pair whose second place was not marked is given up.
+    const complete = document.pairs.filter(({ front }) => front !== null);
+    const pairs = [...complete, { top: at, front: null }];
+    return { change: { pairs }, mark: { kind: 't', index: complete.length } };
+  }
+  return { change: { points: [...document.points, at] }, mark: { kind: 'p', index: document.points.length } };
 }
