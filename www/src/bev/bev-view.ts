@@ -118,8 +118,8 @@ export class ScanstitchBev extends LitElement {
       canRedo,
       open: (event) => this.onOpen(event),
       export: (event) => this.onExport(event),
-      undo: () => this.undo(),
-      redo: () => this.redo(),
+      undo: () => this.goBack('undo'),
+      redo: () => this.goBack('redo'),
       change: (wanted, keepsSelection) => this.change(wanted, keepsSelection ? this.selected : null),
     });
   }
@@ -226,16 +226,10 @@ export class ScanstitchBev extends LitElement {
     });
   }
 
-  private undo(): void {
+  private goBack(step: 'undo' | 'redo'): void {
     this.selected = null;
     this.refined = null;
-    this.session.undo();
-  }
-
-  private redo(): void {
-    this.selected = null;
-    this.refined = null;
-    this.session.redo();
+    this.session[step]();
   }
 
   private refine(document: BevDocument, { camera, parameters }: RefinementRequest): Promise<void> {
@@ -335,8 +329,8 @@ export class ScanstitchBev extends LitElement {
     const isField = target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement;
     if (isField || (key !== 'z' && key !== 'y')) return;
     event.preventDefault();
-    if (key === 'y' || event.shiftKey) this.redo();
-    else this.undo();
+    if (key === 'y' || event.shiftKey) this.goBack('redo');
+    else this.goBack('undo');
   }
 
   // Files.
