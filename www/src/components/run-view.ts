@@ -19,19 +19,19 @@ import {
   settingsToBegin,
 } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
-import { activity_styles, layout_styles } from './run-styles.js';
+import { activityStyles, layoutStyles } from './run-styles.js';
 import type { Measure } from './before-after.js';
 import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
-import { type Before, beforeAfter } from './run-before.js';
-import { bar_styles, exchangeBar } from './run-exchange.js';
+import { ResultBefore } from './run-before.js';
+import { barStyles, exchangeBar } from './run-exchange.js';
 import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { RunPanels } from './run-panels.js';
 import { activity, fullScreenButton, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
-import { empty_styles, shared } from './theme.js';
+import { emptyStyles, shared } from './theme.js';
 
 /** What all results have in common. */
 interface RunSnapshot {
@@ -49,9 +49,9 @@ export abstract class RunView<
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
   Overlay,
 > extends RunPanels {
-  @property({ attribute: false }) initial_settings = '';
+  @property({ attribute: false }) initialSettings = '';
   @property({ attribute: false }) preset = '';
-  @property({ attribute: false }) remember_settings = false;
+  @property({ attribute: false }) rememberSettings = false;
   @property({ type: Boolean }) dark = false;
   /** Where recordings are exchanged. */
   @property({ attribute: false }) shelf: Shelf | null = null;
@@ -60,9 +60,7 @@ export abstract class RunView<
   /** Number of frames shown; null: all there are. */
   @state() protected until: number | null = null;
   @state() protected hovered: number | null = null;
-  /** The result before a setting was changed. */
-  @state() private result_before: Before<Settings, Overlay> | null = null;
-  @state() private is_exporting = false;
+  @state() private isExporting = false;
 
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
@@ -70,16 +68,16 @@ export abstract class RunView<
   /** What is open. */
   abstract session: Session;
   private events = new RunEvents(this);
-  private shown_generation = 0;
+  private shownGeneration = 0;
   /** Changes where the view is to be fitted anew. */
-  protected fit_key = 0;
-  /** The recording of the result before. */
-  private compared_of: unknown = null;
+  protected fitKey = 0;
+  /** The result before a setting was changed. */
+  private resultBefore = new ResultBefore<Settings, Overlay>(this);
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
   get exports(): readonly MenuItem[] {
-    return this.remember_settings ? [...this.of.exports, COPY_LINK] : this.of.exports;
+    return this.rememberSettings ? [...this.of.exports, COPY_LINK] : this.of.exports;
   }
 
   override connectedCallback(): void {
@@ -115,7 +113,7 @@ export abstract class RunView<
   }
 
   /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
-  get is_own(): boolean {
+  get isOwn(): boolean {
     return this.session.snapshot !== null && !this.isSample();
   }
 
@@ -132,13 +130,13 @@ export abstract class RunView<
     const { snapshot } = this.session;
     if (!snapshot) return;
     if (id === COPY_LINK.id) return this.copy(location.href, 'The link was copied.');
-    this.is_exporting = true;
+    this.isExporting = true;
     try {
       download(await this.makeExport(id, snapshot));
     } catch (error) {
       this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
-      this.is_exporting = false;
+      this.isExporting = false;
     }
   }
 
@@ -164,13 +162,13 @@ export abstract class RunView<
   }
 
   /** Whether files are being read or a run is under way, or the engine is starting. */
-  get is_busy(): boolean {
+  get isBusy(): boolean {
     return ['starting', 'reading', 'running'].includes(this.session.phase);
   }
 
   /** The same, but for an engine that is only starting. */
-  get is_under_way(): boolean {
-    return this.is_busy && this.session.phase !== 'starting';
+  get isUnderWay(): boolean {
+    return this.isBusy && this.session.phase !== 'starting';
   }
 
   abstract get map_points(): ScanstitchMapPoints | null;
@@ -207,8 +205,8 @@ export abstract class RunView<
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }
-  /** What the user is asked, over the map. */
-  protected renderQuestion(): TemplateResult | typeof nothing {
+  /** What the user is asked: above the map, or over its edge where there is little room. */
+  protected renderQuestion(_isOverMap: boolean): TemplateResult | typeof nothing {
     return nothing;
   }
   protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
@@ -226,14 +224,13 @@ export abstract class RunView<
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     this.revertWhereUseless();
     const { session, num_frames } = this;
-    const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
-    if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
-    if (session.dataset !== this.compared_of) this.result_before = null;
-    this.compared_of = session.dataset;
+    const isSet = this.hasUpdated && (changed.has('initialSettings') || changed.has('preset'));
+    if (isSet && session.facts) session.configure(this.settingsToBegin(session.facts));
+    this.resultBefore.follow(session.dataset);
     // The two are to be compared in one frame.
-    if (!this.result_before) this.fit_key = session.generation;
-    if (this.shown_generation !== session.generation || num_frames === 0) {
-      this.shown_generation = session.generation;
+    if (!this.resultBefore.isThere) this.fitKey = session.generation;
+    if (this.shownGeneration !== session.generation || num_frames === 0) {
+      this.shownGeneration = session.generation;
       this.selected = null;
       this.until = null;
     }
@@ -242,13 +239,13 @@ export abstract class RunView<
 
   protected override updated(): void {
     this.events.tellProgress(this.session);
-    if (!this.is_busy) this.events.settle(this.session, () => this.outcome);
+    if (!this.isBusy) this.events.settle(this.session, () => this.outcome);
     const { snapshot, phase } = this.session;
     // A map that nobody sees is not painted.
     if (phase === 'done' && (document.hidden || this.clientHeight === 0)) this.onPainted();
     const { title, count, reference } = this.loaded();
-    const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
-    const facts: ViewFacts = { title, count, reference, can_export, result: snapshot };
+    const canExport = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.isExporting;
+    const facts: ViewFacts = { title, count, reference, canExport, result: snapshot };
     if (sameFacts(facts, this.facts)) return;
     this.facts = facts;
     this.dispatchEvent(new CustomEvent('facts-changed', { bubbles: true }));
@@ -257,11 +254,12 @@ export abstract class RunView<
   protected override render(): TemplateResult {
     const { session, layout, controls, num_frames } = this;
     const { snapshot, phase } = session;
-    const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
-    const is_narrow = layout === 'narrow';
+    const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
+    const isNarrow = layout === 'narrow';
+    const isOverMap = isNarrow || this.isLow;
     return html`
       <div
-        class="run ${this.of.kind} ${layout} ${this.is_low ? 'low' : ''}"
+        class="run ${this.of.kind} ${layout} ${this.isLow ? 'low' : ''}"
         @frame-selected=${({ detail }: CustomEvent<number | null>) => {
           this.select(detail);
           if (detail !== null) this.unfoldDetails();
@@ -271,14 +269,15 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
-        ${controls === 'minimal' || (controls === 'full' && !is_narrow) ? this.renderFigures() : nothing}
-        <main ?hidden=${is_empty}>
+        ${isEmpty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
+        ${controls === 'minimal' || (controls === 'full' && !isNarrow) ? this.renderFigures() : nothing}
+        <main ?hidden=${isEmpty}>
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            ${this.renderBefore()} ${messages(session, true)}
+            ${this.renderBefore()} ${messages(session, true)} ${isOverMap ? nothing : this.renderQuestion(false)}
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)}
+              ${isOverMap ? this.renderQuestion(true) : nothing}
             </div>
             ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
           </div>
@@ -289,7 +288,7 @@ export abstract class RunView<
                 </aside>`
               : nothing
           }
-          ${is_narrow && controls === 'full' ? this.renderTabs() : nothing}
+          ${isNarrow && controls === 'full' ? this.renderTabs() : nothing}
         </main>
         ${announcements(session.announcer)}
       </div>
@@ -305,23 +304,14 @@ export abstract class RunView<
 
   /** What the map draws of the result before, while that is wanted. */
   protected get overlay(): Overlay | null {
-    return this.result_before?.is_shown ? this.result_before.overlay : null;
+    return this.resultBefore.overlay;
   }
 
   private renderBefore(): TemplateResult | typeof nothing {
-    const { result_before: before } = this;
     const { snapshot, phase, facts, settings } = this.session;
-    if (!before || !facts || !settings || this.controls !== 'full') return nothing;
+    if (!facts || !settings || this.controls !== 'full') return nothing;
     const after = snapshot && phase === 'done' ? this.measures(snapshot) : null;
-    return beforeAfter(before, settings, after, facts.descriptions, {
-      show: (is_shown) => {
-        this.result_before = { ...before, is_shown };
-      },
-      goBack: () => this.applySettings(before.settings),
-      dismiss: () => {
-        this.result_before = null;
-      },
-    });
+    return this.resultBefore.render(settings, after, facts.descriptions, (earlier) => this.applySettings(earlier));
   }
 
   private renderExchange(): TemplateResult | typeof nothing {
@@ -348,7 +338,7 @@ export abstract class RunView<
 
   /** Below the map: the slider that builds it, and what unfolds the panels around it. */
   private renderBar(): TemplateResult {
-    const { num_frames, full_screen } = this;
+    const { num_frames, fullScreen } = this;
     return html`<div class="below">
       <scanstitch-timeline
         .count=${num_frames}
@@ -360,7 +350,7 @@ export abstract class RunView<
         @until-changed=${this.onUntil}
       ></scanstitch-timeline>
       ${this.renderFolds()}
-      ${full_screen === null ? nothing : fullScreenButton(full_screen, () => this.want('full-screen'))}
+      ${fullScreen === null ? nothing : fullScreenButton(fullScreen, () => this.want('full-screen'))}
     </div>`;
   }
 
@@ -395,9 +385,9 @@ export abstract class RunView<
   }
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
-    const fragment = this.remember_settings ? location.hash : '';
-    this.events.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
-    return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
+    const fragment = this.rememberSettings ? location.hash : '';
+    this.events.settingFaults = faultsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
+    return settingsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
   }
 
   private onSettings({ detail }: CustomEvent<Settings>): void {
@@ -408,8 +398,11 @@ export abstract class RunView<
   protected applySettings(settings: Settings): void {
     const { snapshot, phase, settings: present } = this.session;
     if (snapshot && phase === 'done' && present && !sameSettings(present, settings)) {
-      const [measures, overlay] = [this.measures(snapshot), this.overlayOf(snapshot)];
-      this.result_before = { settings: present, measures, overlay, is_shown: true };
+      this.resultBefore.keep({
+        settings: present,
+        measures: this.measures(snapshot),
+        overlay: this.overlayOf(snapshot),
+      });
     }
     this.session.configure(settings);
     this.writeAddress();
@@ -418,18 +411,18 @@ export abstract class RunView<
   /** Writes its settings into the page's address, where that holds those of this element. */
   writeAddress(): void {
     const { facts, settings } = this.session;
-    if (this.remember_settings) rememberSettings(this.of.kind, facts, settings);
+    if (this.rememberSettings) rememberSettings(this.of.kind, facts, settings);
   }
 
   private onHash = (): void => {
     const { facts } = this.session;
-    if (!this.remember_settings || !facts || ownerOf(location.hash) !== this.of.kind) return;
+    if (!this.rememberSettings || !facts || ownerOf(location.hash) !== this.of.kind) return;
     const settings = this.settingsToBegin(facts);
     // Back and forward come here, too, and a run is not to be computed again for them.
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, empty_styles, layout_styles, activity_styles, bar_styles];
+  static override styles = [shared, emptyStyles, layoutStyles, activityStyles, barStyles];
 }
 
 /** The settings stand in the address already. */

@@ -20,7 +20,7 @@ const TITLES = {
 const MOST_PICTURES = 3;
 
 /**
- * A question over the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
+ * A question about the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
  * the one that the ground truth suggests.
  *
  * Fires `reading-chosen` with a `ReadingChoice`.
@@ -32,6 +32,8 @@ export class ScanstitchReadingCard extends LitElement {
   @property({ attribute: false }) question: Assumption | null = null;
   @property({ attribute: false }) view: TopView | null = null;
   @property({ type: Boolean }) dark = false;
+  /** Above the map, and not over its edge. */
+  @property({ type: Boolean, reflect: true }) strip = false;
 
   protected override render(): TemplateResult | typeof nothing {
     const { suggestion, question } = this;
@@ -69,11 +71,11 @@ export class ScanstitchReadingCard extends LitElement {
 
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
-    const is_cloud = setting === 'cloud_unit';
-    const unit = is_cloud ? 'm' : 'per metre';
+    const isCloud = setting === 'cloud_unit';
+    const unit = isCloud ? 'm' : 'per metre';
     return html`<p>
         ${
-          is_cloud
+          isCloud
             ? `No file says the unit of the clouds' coordinates: ${valueText(value)} m is assumed, as ${why}.`
             : `No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image from above, at each scale:`
         }
@@ -89,8 +91,7 @@ export class ScanstitchReadingCard extends LitElement {
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
                 <span class="number"
-                  >${valueText(scale)} ${is_cloud ? unit : ''}
-                  ${scale === value ? 'assumed' : is_cloud ? '' : unit}</span
+                  >${valueText(scale)} ${isCloud ? unit : ''} ${scale === value ? 'assumed' : isCloud ? '' : unit}</span
                 >
                 ${
                   this.view
@@ -102,9 +103,7 @@ export class ScanstitchReadingCard extends LitElement {
         )}
       </ul>
       <p class="actions">
-        <button @click=${() => this.choose({ choice: 'more' })}>
-          ${is_cloud ? 'Another unit…' : 'Another scale…'}
-        </button>
+        <button @click=${() => this.choose({ choice: 'more' })}>${isCloud ? 'Another unit…' : 'Another scale…'}</button>
         <button class="primary" @click=${() => this.choose({ choice: 'dismiss' })}>Keep ${valueText(value)}</button>
       </p>`;
   }
@@ -139,6 +138,20 @@ export class ScanstitchReadingCard extends LitElement {
         box-shadow: var(--shadow);
         font-size: calc(13 * var(--px));
         pointer-events: auto;
+      }
+      :host([strip]) {
+        position: static;
+        flex: none;
+        width: auto;
+        max-height: 45%;
+      }
+      :host([strip]) .card {
+        border-width: 0 0 1px 3px;
+        border-radius: 0;
+        box-shadow: none;
+      }
+      :host([strip]) ul {
+        grid-template-columns: repeat(auto-fit, minmax(105px, 140px));
       }
       header {
         display: flex;
@@ -206,10 +219,4 @@ export class ScanstitchReadingCard extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-reading-card': ScanstitchReadingCard;
-  }
 }
