@@ -32,16 +32,27 @@ impl PreparedCloud {
     /// # Errors
     /// When an option is out of its limits.
     pub fn new(cloud: &PointCloud, options: &CloudOptions) -> Result<Self> {
+        Ok(Self::with_normals(Self::downsampled(cloud, options)?, options))
+    }
+
+    /// The points that [`new`](Self::new) keeps of a cloud, without normals.
+    ///
+    /// # Errors
+    /// When an option is out of its limits.
+    pub fn downsampled(cloud: &PointCloud, options: &CloudOptions) -> Result<PointCloud> {
         options.check()?;
         refuse_map_coordinates(cloud)?;
         let finite = cloud.positions.iter().filter(|p| p.is_finite());
         let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
         let corner = lowest.as_dvec3() - 0.5 * options.voxel_size;
-        let mut cloud = if cloud.normals.is_some() {
-            voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner)?
-        } else {
-            voxel_downsample_from(cloud, options.voxel_size, corner)?
-        };
+        if cloud.normals.is_some() {
+            return voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner);
+        }
+        voxel_downsample_from(cloud, options.voxel_size, corner)
+    }
+
+    /// Estimates the normals of a cloud that is [`downsampled`](Self::downsampled).
+    pub(crate) fn with_normals(mut cloud: PointCloud, options: &CloudOptions) -> Self {
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
         let estimate = if options.clear_normals { estimate_clear_normals } else { estimate_normals };
         let normals = estimate(&cloud.positions, &tree, options.normals, options.viewpoint);
@@ -49,7 +60,7 @@ impl PreparedCloud {
             normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3())
         };
         cloud.normals = Some(normals.iter().map(single).collect());
-        Ok(Self::with_tree(cloud, normals, tree))
+        Self::with_tree(cloud, normals, tree)
     }
 
     /// From a cloud that was prepared before, as [`cloud`](Self::cloud) gives it, possibly in another worker.

@@ -133,6 +133,15 @@ impl DecodeConfig {
         Ok(Self { depth: Some(depth), ..config })
     }
 
+    /// For methods that take sweeps as they are: the times of points are not read.
+    #[must_use]
+    pub(crate) fn without_point_times(mut self) -> Self {
+        if let Some(cloud) = &mut self.cloud {
+            cloud.clock = None;
+        }
+        self
+    }
+
     /// What was assumed of the frames.
     pub(crate) fn assumptions(&self) -> &[Assumption] {
         let of_depth = self.depth.as_ref().map(|depth| &depth.assumptions);
@@ -312,8 +321,11 @@ impl MapPoints {
         match self {
             Self::Image(image, _) => image.depths.len() * if image.colors.is_some() { 8 } else { 5 },
             Self::Cloud(cloud) => {
-                let a_point =
-                    12 + if cloud.normals.is_some() { 12 } else { 0 } + if cloud.colors.is_some() { 3 } else { 0 };
+                let a_point = 12
+                    + [(cloud.normals.is_some(), 12), (cloud.colors.is_some(), 3), (cloud.times.is_some(), 4)]
+                        .map(|(is_there, bytes)| usize::from(is_there) * bytes)
+                        .iter()
+                        .sum::<usize>();
                 cloud.len() * a_point
             }
         }
@@ -400,7 +412,7 @@ impl PreparedFrame {
             let problem = "This is a cloud, and the first frame is a depth image";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
-        let whole = reading.read(&read_cloud(&label.name, bytes)?);
+        let whole = reading.read(&read_cloud(&label.name, bytes)?, label.time);
         let limits = if reading.is_sensor_at_origin { settings.min_range..=settings.max_range } else { 0.0..=f64::MAX };
         let cloud = in_range(&whole, *limits.start() as f32, *limits.end() as f32);
         let in_file = |error: Error| error.in_file(&label.name);
@@ -408,7 +420,13 @@ impl PreparedFrame {
             let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
             return Err(in_file(Error::whole(problem, "Give other limits of the range")));
         }
-        let prepared = PreparedCloud::new(&cloud, &decode_config.cloud_options()).map_err(in_file)?.cloud().clone();
+        let options = decode_config.cloud_options();
+        let prepared = if cloud.times.is_some() {
+            // Its normals are those of the straightened sweep, which registration makes of it.
+            PreparedCloud::downsampled(&cloud, &options).map_err(in_file)?
+        } else {
+            PreparedCloud::new(&cloud, &options).map_err(in_file)?.cloud().clone()
+        };
         let map_points = if settings.map_voxel_size < settings.voxel_size {
             voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
         } else {
@@ -454,6 +472,7 @@ fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
         colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
         origin: cloud.origin,
         rounded_off: None,
+        times: cloud.times.as_ref().map(|times| times.selected(kept)),
     }
 }
 
