@@ -45,6 +45,29 @@ impl PointCloud {
         self.positions.is_empty()
     }
 
+    /// Every `stride`th point.
+    #[must_use]
+    pub(crate) fn every(&self, stride: usize) -> Self {
+        let kept: Vec<usize> = (0..self.len()).step_by(stride).collect();
+        self.selected(&kept)
+    }
+
+    /// The points with these indices.
+    #[must_use]
+    pub(crate) fn selected(&self, kept: &[usize]) -> Self {
+        fn of<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
+            kept.iter().map(|&point| all[point]).collect()
+        }
+        Self {
+            positions: of(&self.positions, kept),
+            normals: self.normals.as_ref().map(|normals| of(normals, kept)),
+            colors: self.colors.as_ref().map(|colors| of(colors, kept)),
+            origin: self.origin,
+            rounded_off: self.rounded_off.as_ref().map(|rest| of(rest, kept)),
+            times: self.times.as_ref().map(|times| times.selected(kept)),
+        }
+    }
+
     /// A point in the precision of the file (m), relative to `origin`.
     ///
     /// # Panics

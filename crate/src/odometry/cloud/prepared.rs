@@ -18,6 +18,9 @@ use crate::registration::icp::Source;
 use crate::registration::target::OrientedTarget;
 use crate::search::KdTree;
 
+/// A cloud keeps at most this many points, evenly chosen, with normals from the neighbours among all of them.
+const MAX_POINTS: usize = 5000;
+
 /// A downsampled cloud with normals and a k-d tree. Preparing it is most of the work and needs no other cloud.
 pub struct PreparedCloud {
     cloud: PointCloud,
@@ -53,9 +56,18 @@ impl PreparedCloud {
 
     /// Estimates the normals of a cloud that is [`downsampled`](Self::downsampled).
     pub(crate) fn with_normals(mut cloud: PointCloud, options: &CloudOptions) -> Self {
-        let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        let estimate = if options.clear_normals { estimate_clear_normals } else { estimate_normals };
-        let normals = estimate(&cloud.positions, &tree, options.normals, options.viewpoint);
+        let mut tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
+        let normals = if options.clear_normals {
+            let stride = cloud.len().div_ceil(MAX_POINTS).max(1);
+            let normals = estimate_clear_normals(&cloud.positions, &tree, stride, options.normals, options.viewpoint);
+            if stride > 1 {
+                cloud = cloud.every(stride);
+                tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
+            }
+            normals
+        } else {
+            estimate_normals(&cloud.positions, &tree, options.normals, options.viewpoint)
+        };
         let single = |normal: &Option<Vector3<f64>>| {
             normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3())
         };

@@ -339,7 +339,7 @@ impl MapPoints {
             Self::Image(image, _) => *image = image.thinned(phase % 2, phase / 2),
             Self::Cloud(cloud) => {
                 let kept: Vec<usize> = (phase..cloud.len()).step_by(4).collect();
-                *cloud = selected(cloud, &kept);
+                *cloud = cloud.selected(&kept);
             }
         }
     }
@@ -462,18 +462,7 @@ pub(crate) fn map_image(
 fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
     let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
     let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
-    selected(cloud, &kept)
-}
-
-fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
-    PointCloud {
-        positions: kept.iter().map(|&point| cloud.positions[point]).collect(),
-        normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),
-        colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
-        origin: cloud.origin,
-        rounded_off: None,
-        times: cloud.times.as_ref().map(|times| times.selected(kept)),
-    }
+    cloud.selected(&kept)
 }
 
 fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
