@@ -5,9 +5,10 @@ import { printable } from '../base/printable.js';
 import type { Offered, OpenSocket, Socket } from '../live/source.js';
 import { type End, LiveStream } from '../live/stream.js';
 import { type Command, CommandError, type Engine, EXIT, readArguments, table, untilInterrupt } from './command.js';
+import { invocation } from './invocation.js';
 import { LiveMap } from './live_map.js';
 import { reconstruct } from './reconstruct.js';
-import { note, print, progressLine, tell } from './terminal.js';
+import { note, print, tell } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 const OPTIONS = {
@@ -28,10 +29,10 @@ export const live: Command = {
   help: () => `scanstitch live ws://HOST:PORT [OPTION]...
 
 Asks a Foxglove bridge (ros2 launch foxglove_bridge foxglove_bridge_launch.xml, port 8765) or a rosbridge with rosapi
-(port 9090) for its laser scans, depth images with their camera, clouds, odometry and transforms. All messages are kept in
-DIR/${RECORDING}, as they were sent. While they come, clouds and depth images are registered; those that come faster than
-that are left out of the growing map and counted. Ctrl-C, the end of the stream or --seconds stops; the recording is then
-reconstructed from all its messages, as scanstitch reconstruct DIR/${RECORDING} does.
+(port 9090) for its laser scans, depth images with their camera, clouds, odometry and transforms. All messages are
+kept in DIR/${RECORDING}, as they were sent. While they come, clouds and depth images are registered; those that come
+faster than that are left out of the growing map and counted. Ctrl-C, the end of the stream or --seconds stops; then
+all messages are reconstructed, as scanstitch reconstruct DIR/${RECORDING} does.
 
 Options:
   --out DIR          folder of the recording and the results, created if missing (default: ${OPTIONS.out.default})
@@ -76,17 +77,19 @@ type Task = { url: string; path: string; names: ReadonlySet<string> | null; seco
 /** Receives until the stream ends, is stopped or the time is over. */
 async function record(engine: Engine, { url, path, names, seconds }: Task) {
   const openSocket = await socketOpener();
-  const file = openSync(path, 'w');
+  let file: number | null = null;
   const map = new LiveMap(engine);
-  const shown = progressLine(0, 'messages');
+  const { stderr } = invocation();
   let [isHeard, isTold] = [true, false];
   try {
     return await untilInterrupt(async (signal) => {
       const onMessage = (topic: Offered, data: Uint8Array) => {
         isHeard = true;
         map.take(topic, data);
+        if (stderr.isTTY) stderr.write(`\r${stream.numMessages} messages, ${map.numPlaced} frames in the map`);
       };
       const write = (bytes: Uint8Array) => {
+        file ??= openSync(path, 'w');
         writeSync(file, bytes);
       };
       const stream = new LiveStream({ url, openSocket, write, names, onMessage });
@@ -104,8 +107,8 @@ async function record(engine: Engine, { url, path, names, seconds }: Task) {
       return { stream, end, map };
     });
   } finally {
-    shown.clear();
-    closeSync(file);
+    if (stderr.isTTY) stderr.write('\r\x1b[K');
+    if (file !== null) closeSync(file);
   }
 }
 

@@ -77,7 +77,6 @@ export class LiveStream {
       const isFoxglove = SUBPROTOCOLS.some((name) => name === socket.protocol);
       isOpen = true;
       this.protocol = isFoxglove ? 'Foxglove' : 'rosbridge';
-      this.#mcap ??= new McapWriter(this.#options.write);
       this.#source = (isFoxglove ? foxgloveSource : rosbridgeSource)(socket, this.#listener());
       this.#timer = setInterval(() => this.received.size === 0 && this.#source?.ask(), ASK_AGAIN);
     };
@@ -113,7 +112,9 @@ export class LiveStream {
         const received = this.received.get(topic);
         if (!received) return;
         received.count += 1;
-        this.#mcap?.message(topic, time, data);
+        // A recording of an earlier stream is not written over until there is one of this.
+        this.#mcap ??= new McapWriter(this.#options.write);
+        this.#mcap.message(topic, time, data);
         this.#options.onMessage?.(topic, data);
       },
       problem: (problem: string) => this.#problem(problem),

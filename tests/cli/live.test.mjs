@@ -1,7 +1,7 @@
 // @ts-check
 /** `scanstitch live`: what a stream leaves is what a bag of the same messages would give, however the stream ends. */
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { bytesInMemory } from '../../npm/archive/open.js';
@@ -150,6 +150,7 @@ test('a stream that breaks, with half a message and a topic whose type changes: 
 test('servers that are none of a robot are told, with what they offer', async (t) => {
   const folder = temporaryFolder(t);
   const run = (/** @type {string} */ url) => scanstitch(['live', url, '--out', folder]);
+  writeFileSync(join(folder, 'stream.mcap'), 'an earlier recording');
   const echo = await listen(t, { handleProtocols: () => false }, (connection) => {
     connection.send('hello');
     connection.close(1000);
@@ -169,9 +170,9 @@ test('servers that are none of a robot are told, with what they offer', async (t
       connection.close(1000);
     },
   );
-  t.after(() => {});
   const unread = await scanstitch(['live', foreign, '--out', folder, '--seconds', '1']);
   assert.match(unread.stderr, /nothing was recorded. It offers \/points \(foxglove.PointCloud, protobuf\)/);
+  assert.equal(readFileSync(join(folder, 'stream.mcap'), 'utf8'), 'an earlier recording');
   for (const args of [[], ['localhost'], ['ws://a', 'ws://b'], ['ws://a', '--seconds', 'soon']]) {
     assert.equal((await scanstitch(['live', ...args])).status, 1);
   }

@@ -51,7 +51,7 @@ export function playFoxglove(t, topics, messages, then = (connection) => connect
   server.on('subscribe', () => {
     missing -= 1;
     if (missing !== 0 || !client) return;
-    for (const { topic, time, data } of messages) server.sendMessage(ids.get(topic) ?? 0, time, data);
+    for (const { topic, time, data } of messages) server.sendMessage(ids.get(topic) ?? 0, time, new Uint8Array(data));
     then(client, server);
   });
   const handleProtocols = (/** @type {Set<string>} */ offered) => server.handleProtocols(offered);

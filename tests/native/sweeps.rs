@@ -22,7 +22,7 @@ fn room() -> Space {
         material: 0,
     };
     let wall = |number: usize| {
-        let (axis, side) = (number / 2, if number % 2 == 0 { 1.0 } else { -1.0 });
+        let (axis, side) = (number / 2, if number.is_multiple_of(2) { 1.0 } else { -1.0 });
         let mut half = Vector3::from(HALF).add_scalar(1.0);
         half[axis] = 0.5;
         solid(half, Vector3::ith(axis, side * (HALF[axis] + 0.5)))

@@ -3,6 +3,7 @@
 //! `--write DIR` to write the sweeps for other programs (x y z t as
 //! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to time sweeps of 120,000 points instead.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -97,7 +98,7 @@ fn write(folder: &Path, drive: &Drive, clouds: &[PointCloud]) {
         let bytes: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
         std::fs::write(folder.join(format!("{number:04}.bin")), bytes).unwrap();
         let t = (drive.pose(0.0).inverse() * drive.pose(drive.start(number))).translation.vector;
-        truth += &format!("{} {} {}\n", t.x, t.y, t.z);
+        let _ = writeln!(truth, "{} {} {}", t.x, t.y, t.z);
     }
     std::fs::write(folder.join("truth.txt"), truth).unwrap();
 }

@@ -45,13 +45,6 @@ impl PointCloud {
         self.positions.is_empty()
     }
 
-    /// Every `stride`th point.
-    #[must_use]
-    pub(crate) fn every(&self, stride: usize) -> Self {
-        let kept: Vec<usize> = (0..self.len()).step_by(stride).collect();
-        self.selected(&kept)
-    }
-
     /// The points with these indices.
     #[must_use]
     pub(crate) fn selected(&self, kept: &[usize]) -> Self {

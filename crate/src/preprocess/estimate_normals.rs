@@ -29,17 +29,17 @@ pub fn estimate_normals(
     normals(points, tree, 0..points.len(), neighborhood, viewpoint, f64::INFINITY)
 }
 
-/// As [`estimate_normals`], but of every `stride`th point alone, and `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
+/// As [`estimate_normals`], but of these points alone, and `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
 /// laser lie on a line as thick as the noise: every normal across it fits, and many such normals would bias a registration
 /// towards no motion.
 pub fn estimate_clear_normals(
     points: &[Vec3],
     tree: &KdTree<3>,
-    stride: usize,
+    chosen: &[usize],
     neighborhood: Neighborhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, (0..points.len()).step_by(stride), neighborhood, viewpoint, MAX_CLEAR_THICKNESS)
+    normals(points, tree, chosen.iter().copied(), neighborhood, viewpoint, MAX_CLEAR_THICKNESS)
 }
 
 /// `max_thickness`: largest ratio of the smallest spread to the second largest (variances).

@@ -25,6 +25,8 @@ pub struct CloudReading {
     pub is_sensor_at_origin: bool,
     /// How the times of points are read; none where the points have no times that could be those of a sweep.
     pub clock: Option<PointClock>,
+    /// Whether all points of a cloud are registered, however many.
+    pub is_whole: bool,
     /// What was assumed.
     pub assumptions: Vec<Assumption>,
     /// What is worth knowing of that, in whole sentences.
@@ -69,7 +71,7 @@ impl CloudReading {
         let notes = on_place.into_iter().chain(on_clock).collect();
         let assumptions = assumption.into_iter().collect();
         let (origin, viewpoint) = (origin.to_array(), viewpoint.to_array());
-        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, clock, assumptions, notes };
+        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, clock, is_whole: false, assumptions, notes };
         (reading, unit * quantile(&mut sizes.clone(), 0.5).unwrap_or(1.0))
     }
 

@@ -133,11 +133,11 @@ impl DecodeConfig {
         Ok(Self { depth: Some(depth), ..config })
     }
 
-    /// For methods that take sweeps as they are: the times of points are not read.
+    /// For methods that take clouds as they are: the times of points are not read, and all points are registered.
     #[must_use]
-    pub(crate) fn without_point_times(mut self) -> Self {
+    pub(crate) fn with_whole_clouds(mut self) -> Self {
         if let Some(cloud) = &mut self.cloud {
-            cloud.clock = None;
+            (cloud.clock, cloud.is_whole) = (None, true);
         }
         self
     }
@@ -165,6 +165,7 @@ impl DecodeConfig {
         self.cloud.as_ref().map_or(options, |cloud| CloudOptions {
             viewpoint: cloud.viewpoint.into(),
             tests_free_space: cloud.is_sensor_at_origin,
+            max_points: if cloud.is_whole { usize::MAX } else { options.max_points },
             ..options
         })
     }
