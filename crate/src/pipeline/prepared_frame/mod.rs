@@ -397,7 +397,7 @@ impl PreparedFrame {
             // Courses take every value for what it says.
             let taken = if settings.method == Method::Course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
-            let options = CloudOptions { clear_normals: false, ..settings.cloud_options() };
+            let options = CloudOptions { clear_normals: false, max_points: usize::MAX, ..settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
