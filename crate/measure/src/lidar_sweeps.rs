@@ -1,11 +1,10 @@
 //! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
 //! straightened, and with skew left in, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
 //! `--write DIR` to write the sweeps for other programs (x y z t as
-//! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to time sweeps of 120,000 points instead.
+//! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Instant;
 
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::odometry::assessment::Status;
@@ -16,6 +15,7 @@ use scanstitch_scene::plaza::{around_the_plaza, plaza};
 use scanstitch_scene::space::Space;
 
 use crate::arguments::{argument, flag};
+use crate::depth::processor_time::seconds_used;
 
 /// A drive around the square.
 struct Drive<'a> {
@@ -113,10 +113,10 @@ fn time(space: &Space, num_sweeps: usize) {
     let (mut spent, mut num_kept, mut found) = ([0.0; 3], 0, Vec::new());
     for cloud in &clouds {
         let cloud = PointCloud::from_positions(cloud.positions.clone());
-        let mut last = Instant::now();
+        let mut last = seconds_used();
         let mut lap = |stage: usize| {
-            spent[stage] += last.elapsed().as_secs_f64() * 1e3 / num_sweeps as f64;
-            last = Instant::now();
+            spent[stage] += (seconds_used() - last) * 1e3 / num_sweeps as f64;
+            last = seconds_used();
         };
         num_kept += PreparedCloud::downsampled(&cloud, &options).unwrap().len() / num_sweeps;
         lap(0);
