@@ -10,8 +10,8 @@ use crate::registration::spatial::register_in_space;
 
 /// Fewest sweeps that decide.
 const MIN_SWEEPS: usize = 5;
-/// Least mean over its standard error. By chance one recording in 170 has as much with five sweeps, and one in 10,000 of an undecided one
-/// with 20.
+/// Least mean over its standard error. By chance one recording in 130 has as much with five sweeps, and one in 13,000 with 20 (Student's
+/// t, both sides).
 const SIGNIFICANT: f64 = 5.0;
 
 /// The test, until it is decided.

@@ -20,8 +20,9 @@ use crate::preprocess::deskew::deskew;
 /// A sweep is straightened at most so often. The error of the velocity falls at each time by the ratio of the bend that is left to the
 /// way between two sweeps, which is a small one.
 const MAX_PASSES: usize = 4;
-/// Straightening once more must move the sweep's ends by this (voxels) to be worth it.
-const MIN_BEND: f64 = 0.02;
+/// Straightening once more must move the sweep's ends by this (voxels): a fifth of the last step of a registration that has converged,
+/// so that what is left is lost in that.
+const MIN_BEND: f64 = 0.2 * super::MOVING_STEP;
 
 /// A sweep's estimate, and the motion that straightens its points.
 pub struct SweepEstimate {
