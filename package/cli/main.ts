@@ -16,6 +16,7 @@ const COMMANDS: Record<string, () => Promise<Command>> = {
   'map-quality': async () => (await import('./map_quality.js')).mapQuality,
   consistency: async () => (await import('./consistency.js')).consistency,
   strategies: async () => (await import('./strategies.js')).strategies,
+  live: async () => (await import('./live.js')).live,
   optimize: async () => (await import('./optimize.js')).optimize,
   bev: async () => (await import('./bev.js')).bev,
   icp: async () => (await import('./icp.js')).icp,

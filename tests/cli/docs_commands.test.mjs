@@ -118,7 +118,7 @@ function shellOf(folder) {
 }
 
 /** What is not run in the made-up folder: it runs all of this, or has a test of its own. */
-const ELSEWHERE = ['npm start', 'npm test'];
+const ELSEWHERE = ['npm start', 'npm test', 'npx scanstitch live ws://localhost:8765 --seconds 60 --out lap'];
 /** The pages with commands to run. */
 const RUN = PAGES.map((page) => ({
   page,

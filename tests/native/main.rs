@@ -40,4 +40,5 @@ mod spatial_loops;
 mod spatial_reconstruction;
 mod strategies;
 mod surface;
+mod sweeps;
 mod trajectory;
