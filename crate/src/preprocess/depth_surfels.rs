@@ -325,7 +325,7 @@ struct WeightTable {
 
 impl WeightTable {
     fn new(image: &DepthImage, model: &DepthModel) -> Self {
-        let largest = image.values.iter().copied().max().unwrap_or(0);
+        let largest = image.largest();
         let weight = |value| match model.depth(value) {
             // d(1/z) = dz / z^2
             Some(depth) => {

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::odometry::depth::ColorUse;
-use crate::odometry::depth::{DepthOptions, Effort, Verification};
+use crate::odometry::depth::{DepthOptions, Effort};
 use crate::pipeline::settings::description::{check_limits, check_range};
 use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
@@ -34,9 +34,6 @@ pub struct SpatialSettings {
     pub color: ColorUse,
     /// Degrees of freedom of the sensor's motion.
     pub motion: Motion,
-    /// Surfels: whether frames are verified. For experiments only; neither the page nor a file can set it.
-    #[serde(skip)]
-    pub verification: Verification,
     /// Focal length along the rows (pixels); 0: from the field of view.
     pub fx: f64,
     /// Focal length along the columns (pixels), its sign, which left-handed renderers have, left out; 0: that along the rows.
@@ -87,7 +84,6 @@ impl Default for SpatialSettings {
             effort: Effort::Thorough,
             color: ColorUse::default(),
             motion: Motion::Free,
-            verification: Verification::On,
             fx: 0.0,
             fy: 0.0,
             cx: 0.0,
@@ -189,8 +185,8 @@ impl SpatialSettings {
 
     /// The options of the odometry of depth images.
     pub fn depth_options(&self) -> DepthOptions {
-        let Self { motion, effort, color, verification, .. } = *self;
-        DepthOptions { motion, effort, color, verification, noise: DepthNoise::default() }
+        let Self { motion, effort, color, .. } = *self;
+        DepthOptions { motion, effort, color, noise: DepthNoise::default() }
     }
 
     /// The options of the odometry of clouds, once nothing is left open.
