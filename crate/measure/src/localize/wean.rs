@@ -1,0 +1,38 @@
+//! CMU's Wean Hall: a map, and a log without an initial pose.
+
+use scanstitch::geometry::Pose2;
+use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::io::occupancy_map;
+use scanstitch::map::occupancy_grid::OccupancyGrid;
+use scanstitch::pipeline::Settings;
+use scanstitch::pipeline::planar::{Localization, Reconstruction};
+
+use super::{number, run};
+use crate::arguments::argument;
+
+fn localization(log: &LaserLog, grid: &OccupancyGrid, from: usize) -> Localization {
+    let mut reconstruction = Reconstruction::new(Settings::default()).expect("the settings are right");
+    reconstruction.add_log("log", &LaserLog { scans: log.scans[from..].to_vec(), ..log.clone() });
+    reconstruction.localization(grid).expect("the map is usable")
+}
+
+pub fn main() {
+    let map = argument("--map").expect("--map: wean.dat, unpacked");
+    let log = argument("--log").unwrap_or_else(|| "../shared/data/laser/text/cmu_wean_robotdata1.log".to_owned());
+    let read = |file: &str| std::fs::read(file).expect("the file can be read");
+    let map = occupancy_map::read_probabilities(&read(&map)).expect("the map is sound");
+    let grid = OccupancyGrid::of_map(&map);
+    let log = laser_log::read(&read(&log)).expect("the log is sound");
+    let mut whole = localization(&log, &grid, 0);
+    run(&mut whole, None).print("the whole log");
+    println!("{}\n{:?}", whole.result().summary, whole.result().notes);
+    if let Some(file) = argument("--out") {
+        std::fs::write(file, whole.trajectory_tum()).expect("it can be written");
+    }
+    // Where the whole log has no place, no other run may have a certain one.
+    let reference: Vec<Pose2> = whole.poses().into_iter().map(|pose| pose.unwrap_or_default()).collect();
+    let starts = number("--starts", 20);
+    for from in (0..starts).map(|start| start * (log.scans.len() - 20) / starts) {
+        run(&mut localization(&log, &grid, from), Some(&reference[from..])).print(&format!("from scan {from}"));
+    }
+}
