@@ -106,7 +106,6 @@ fn a_square_room_gives_its_four_places_and_none_of_them_is_certain() {
     assert!(places.iter().all(|place| place.probability < 0.9));
     assert_eq!((last.status, localizer.verdict()), (Status::Doubtful, Verdict::Undecided));
     let truth = recording.T_world_sensor[7];
-    let is_truth =
-        |place: &&&Place| (place.T_world_sensor.inverse() * truth).translation_norm() < 0.1;
+    let is_truth = |place: &&&Place| (place.T_world_sensor.inverse() * truth).translation_norm() < 0.1;
     assert_eq!(places.iter().filter(is_truth).count(), 1, "one of them is the true one");
 }

@@ -73,6 +73,15 @@ pub(super) struct Belief {
 }
 
 impl Belief {
+    /// Of the places of a window, at its last scan. The best of many thousand poses fits by chance, too: what chose it does not speak
+    /// for it against being elsewhere, only the scans to come do.
+    pub(super) fn begun(places: &[FoundPlace], T_middle_last: &Pose2) -> Self {
+        let best = places.first().map_or(0.0, |best| best.log_odds.max(0.0));
+        let mut belief = Self::of(places, T_middle_last);
+        belief.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.log_odds -= best);
+        belief
+    }
+
     /// Of the places of a window, at its last scan.
     pub(super) fn of(places: &[FoundPlace], T_middle_last: &Pose2) -> Self {
         let hypothesis = |place: &FoundPlace| Hypothesis {
@@ -98,8 +107,7 @@ impl Belief {
         let least = self.hypotheses.first().map_or(0.0, |best| best.log_odds.max(0.0)) - NEGLIGIBLE;
         let mut kept: Vec<Hypothesis> = Vec::new();
         for hypothesis in std::mem::take(&mut self.hypotheses) {
-            let is_twin =
-                kept.iter().any(|known| are_one_place(&known.estimate.pose, &hypothesis.estimate.pose));
+            let is_twin = kept.iter().any(|known| are_one_place(&known.estimate.pose, &hypothesis.estimate.pose));
             if hypothesis.log_odds > least && !is_twin {
                 kept.push(hypothesis);
             }

@@ -19,12 +19,12 @@ pub(super) struct Wall {
 #[derive(Debug, Clone)]
 pub struct MapField {
     /// Side of a cell (m).
-    pub resolution: f64,
-    pub width: usize,
-    pub height: usize,
+    pub(super) resolution: f64,
+    pub(super) width: usize,
+    pub(super) height: usize,
     /// The grid in the world.
-    pub T_world_grid: Pose2,
-    pub cells: Vec<Cell>,
+    pub(super) T_world_grid: Pose2,
+    pub(super) cells: Vec<Cell>,
     /// Index of the nearest wall; `NONE` in a map without walls.
     nearest: Vec<u32>,
     walls: Vec<Wall>,
@@ -58,12 +58,6 @@ impl MapField {
         field
     }
 
-    /// Free area of the map (m^2).
-    pub fn free_area(&self) -> f64 {
-        let free = self.cells.iter().filter(|cell| **cell == Cell::Free).count();
-        free as f64 * self.resolution * self.resolution
-    }
-
     /// Whether it has both walls and free space.
     pub fn is_usable(&self) -> bool {
         !self.walls.is_empty() && self.cells.contains(&Cell::Free)
@@ -74,11 +68,6 @@ impl MapField {
         let (x, y) = ((point.x / self.resolution).floor(), (point.y / self.resolution).floor());
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         is_inside.then(|| y as usize * self.width + x as usize)
-    }
-
-    /// The state of the cell at a point; unknown outside.
-    pub(super) fn cell(&self, point: &Vector2<f64>) -> Cell {
-        self.index(point).map_or(Cell::Unknown, |index| self.cells[index])
     }
 
     /// The wall nearest to the middle of a cell.

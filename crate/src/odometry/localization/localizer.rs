@@ -13,10 +13,10 @@ use super::belief::{Belief, Estimate, Hypothesis};
 use super::field::MapField;
 use super::likelihood::{Beam, BeamModel, Fit};
 use super::location::{Location, Place, Verdict};
-use super::places::{CERTAIN, Places, log_odds, places};
+use super::places::{CERTAIN, Places, log_odds, odds_of, places};
 use super::search::Search;
 use super::window::{Window, beams_of};
-use crate::geometry::{Pose2, RigidMotion};
+use crate::geometry::Pose2;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::MeasuredMotion;
 use crate::odometry::planar::information::CERTAIN_SIGMA;
@@ -109,7 +109,7 @@ impl Localizer {
     /// What is known after all scans.
     pub fn verdict(&self) -> Verdict {
         let is_elsewhere = || match &self.state {
-            State::Searching(Some((places, _))) => places.is_complete && places.elsewhere() >= CERTAIN,
+            State::Searching(Some((places, _))) => places.are_all_wrong(),
             _ => false,
         };
         if self.locations.iter().any(|location| location.status == Status::Good) {
@@ -160,23 +160,17 @@ impl Localizer {
         }
         let found = places(&self.field, &self.model, &self.search, &joined);
         let T_window_middle = self.window.scans[joined.middle].pose;
-        let is_known = found.is_complete && found.elsewhere() < 1.0 - CERTAIN && found.places.len() <= MAX_FOLLOWED;
+        let is_known = found.is_complete && found.elsewhere() < CERTAIN && found.places.len() <= MAX_FOLLOWED;
         match self.window.scans.last() {
             Some(last) if is_known => {
-                State::Following(Belief::of(&found.places, &(T_window_middle.inverse() * last.pose)))
+                State::Following(Belief::begun(&found.places, &(T_window_middle.inverse() * last.pose)))
             }
             _ => State::Searching(Some((found, T_window_middle))),
         }
     }
 
     /// Follows all places where the robot may be, until one stands alone.
-    fn follow(
-        &mut self,
-        mut belief: Belief,
-        beams: &[Beam],
-        motion: &MeasuredMotion,
-        num_new: Option<usize>,
-    ) -> State {
+    fn follow(&mut self, mut belief: Belief, beams: &[Beam], motion: &MeasuredMotion, num_new: Option<usize>) -> State {
         belief.move_on(motion);
         let Some(num_new) = num_new else { return State::Following(belief) };
         belief.weigh(&self.field, &self.model, beams, num_new);
@@ -313,9 +307,4 @@ impl Localizer {
             is_known_at_once: false,
         }
     }
-}
-
-/// The logarithm of the odds of a probability.
-fn odds_of(probability: f64) -> f64 {
-    (probability / (1.0 - probability)).ln()
 }

@@ -65,8 +65,9 @@ impl Location {
     }
 }
 
-/// Standard deviations of what a map is off where a scan is (rad, m), which no number of scans makes smaller.
-const MAP_SIGMA: (f64, f64) = (0.004, 0.02);
+/// Standard deviations of what a map is off where a scan is (rad, m), which no number of scans makes smaller: with two thirds of these, 86 %
+/// of the poses of fr079 lie in their 95 % region.
+const MAP_SIGMA: (f64, f64) = (0.006, 0.03);
 
 impl Place {
     /// Of a pose in the grid's frame with its covariance (perturbation on the right, rotation first).

@@ -31,13 +31,7 @@ const DAMPING: f64 = 1e-6;
 const SMALL_STEP: f64 = 1e-5;
 
 /// Registers beams from a pose.
-pub fn refine(
-    field: &MapField,
-    model: &BeamModel,
-    beams: &[Beam],
-    from: &Pose2,
-    prior: Option<&Prior>,
-) -> Refined {
+pub fn refine(field: &MapField, model: &BeamModel, beams: &[Beam], from: &Pose2, prior: Option<&Prior>) -> Refined {
     let mut pose = *from;
     for (iteration, width) in WIDTHS.iter().enumerate() {
         let (mut H, mut b) = equations(field, model, beams, &pose, width * model.sigma);

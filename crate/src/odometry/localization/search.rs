@@ -43,24 +43,15 @@ pub struct Wanted {
     pub margin: f64,
 }
 
-/// A place that was found, as a pose of the lattice.
-#[derive(Debug, Clone, Copy)]
-pub struct LatticePlace {
-    /// The frame of the returns in the grid's.
-    pub pose: Pose2,
-    /// Sum of the scores of the returns.
-    pub score: f64,
-}
-
 /// What a search found.
 #[derive(Debug, Clone, Default)]
 pub struct Found {
-    /// The places, the best one first.
-    pub places: Vec<LatticePlace>,
+    /// Poses of the lattice, the best one first: the frame of the returns in the grid's.
+    pub places: Vec<Pose2>,
     /// Whether there are no others.
     pub is_complete: bool,
-    /// Number of blocks that were looked into.
-    pub num_blocks: usize,
+    /// The sum of scores that no other place exceeds.
+    pub others_at_most: f64,
 }
 
 /// A map ready to be searched.
@@ -128,7 +119,7 @@ impl Search {
     pub fn places(&self, ends: &[Vector2<f64>], wanted: &Wanted, budget: &Budget) -> Found {
         let mut found = Places::default();
         if ends.is_empty() {
-            return found.done(self, ends.len(), 0, true);
+            return Found { is_complete: true, ..Found::default() };
         }
         let turns = Turns::new(self.side, ends);
         let floor = self.value_of(wanted.least_mean * ends.len() as f64, ends.len());
@@ -137,13 +128,12 @@ impl Search {
         let mut num_blocks = 0;
         while let Some(block) = blocks.pop() {
             let least = floor.max(found.best.saturating_sub(margin));
-            if block.bound < least {
-                return found.done(self, ends.len(), num_blocks, true);
+            let is_out_of_budget = num_blocks >= budget.blocks || found.places.len() >= budget.places;
+            if block.bound < least || is_out_of_budget {
+                let others_at_most = self.score_of(block.bound.max(least), ends.len());
+                return Found { places: found.places, is_complete: block.bound < least, others_at_most };
             }
             num_blocks += 1;
-            if num_blocks > budget.blocks || found.places.len() >= budget.places {
-                return found.done(self, ends.len(), num_blocks, false);
-            }
             let pose = self.pose(&turns, &block);
             if block.level <= 1 && found.is_known(&pose) {
                 continue;
@@ -154,7 +144,13 @@ impl Search {
                 self.divide(&turns, &block, least, &mut blocks);
             }
         }
-        found.done(self, ends.len(), num_blocks, true)
+        let least = floor.max(found.best.saturating_sub(margin));
+        Found { places: found.places, is_complete: true, others_at_most: self.score_of(least, ends.len()) }
+    }
+
+    /// The sum of scores of a sum of values.
+    fn score_of(&self, value: u32, num_ends: usize) -> f64 {
+        self.scale.0 * num_ends as f64 + self.scale.1 * f64::from(value)
     }
 
     /// The sum of values with this sum of scores.
@@ -277,7 +273,7 @@ fn joined(groups: &[Vec<Reach>]) -> Vec<Reach> {
 /// Places found so far.
 #[derive(Default)]
 struct Places {
-    places: Vec<(Pose2, u32)>,
+    places: Vec<Pose2>,
     /// The largest sum.
     best: u32,
     /// The places by where they are.
@@ -304,18 +300,100 @@ impl Places {
         let turns = [turn - 1, turn, turn + 1].map(|turn| turn.rem_euclid(last + 1));
         let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
         let mut cells = around.flat_map(|(x, y)| turns.map(|turn| [x, y, turn]));
-        cells.any(|cell| self.known.get(&cell).is_some_and(|known| known.iter().any(|known| are_one_place(known, pose))))
+        cells
+            .any(|cell| self.known.get(&cell).is_some_and(|known| known.iter().any(|known| are_one_place(known, pose))))
     }
 
     fn add(&mut self, pose: Pose2, sum: u32) {
         self.known.entry(neighbourhood(&pose)).or_default().push(pose);
         self.best = self.best.max(sum);
-        self.places.push((pose, sum));
+        self.places.push(pose);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::RigidMotion;
+    use crate::map::occupancy_grid::OccupancyGrid;
+    use crate::preprocess::planar_scan::PlanarScan;
+
+    /// Returns from the walls of an L-shaped room, seen from here.
+    fn scan_from(at: Vector2<f64>) -> PlanarScan {
+        let corners =
+            [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [2.5, 3.0], [2.5, 5.0], [0.0, 5.0], [0.0, 0.0]].map(Vector2::from);
+        let range = |direction: Vector2<f64>| {
+            let hit = |pair: &[Vector2<f64>]| {
+                let (along, offset) = (pair[1] - pair[0], pair[0] - at);
+                let determinant = direction.perp(&along);
+                let (range, share) = (offset.perp(&along) / determinant, offset.perp(&direction) / determinant);
+                (range > 0.0 && (0.0..=1.0).contains(&share)).then_some(range)
+            };
+            corners.windows(2).filter_map(hit).fold(f64::INFINITY, f64::min)
+        };
+        let directions =
+            (0..180).map(|beam| f64::from(2 * beam).to_radians().sin_cos()).map(|(sin, cos)| Vector2::new(cos, sin));
+        PlanarScan::new(directions.map(|direction| direction * range(direction)).collect())
     }
 
-    fn done(self, search: &Search, num_ends: usize, num_blocks: usize, is_complete: bool) -> Found {
-        let score = |sum: u32| search.scale.0 * num_ends as f64 + search.scale.1 * f64::from(sum);
-        let places = self.places.into_iter().map(|(pose, sum)| LatticePlace { pose, score: score(sum) });
-        Found { places: places.collect(), is_complete, num_blocks }
+    /// The map of the room, and the returns seen from a pose in it.
+    fn room_and_scan(truth: &Pose2) -> (MapField, Vec<Vector2<f64>>) {
+        let places = [[1.0, 1.0], [5.0, 1.0], [1.0, 4.0], [3.0, 2.0]].map(Vector2::from);
+        let scans = places.map(scan_from);
+        let placed: Vec<_> = scans.iter().zip(places).map(|(scan, at)| (scan, Pose2::new(at, 0.0))).collect();
+        let seen = scan_from(truth.translation.vector);
+        let ends = seen.points.iter().step_by(6).map(|point| truth.rotation.inverse() * point).collect();
+        (MapField::new(&OccupancyGrid::new(&placed, &[], 0.05)), ends)
+    }
+
+    #[test]
+    fn every_pose_of_the_lattice_that_scores_enough_is_at_a_place_that_was_found() {
+        let truth = Pose2::new(Vector2::new(4.3, 1.7), 2.0);
+        let (field, ends) = room_and_scan(&truth);
+        let search = Search::new(&field);
+        let (margin, budget) = (1.2 * ends.len() as f64, Budget { blocks: usize::MAX, places: usize::MAX });
+        let found = search.places(&ends, &Wanted { least_mean: 0.0, margin }, &budget);
+        assert!(found.is_complete);
+        let off = field.in_world(&found.places[0]).inverse() * truth;
+        assert!(off.translation_norm() < 0.2 && off.rotation_angle() < 0.1, "{off}");
+        // Every pose of the lattice, looked at one by one.
+        let turns = Turns::new(search.side, &ends);
+        let (width, height) = search.scores.size();
+        let cells = || (0..width * height).map(|cell| (cell % width, cell / width));
+        let sum = |turn: usize, (x, y): (i32, i32)| {
+            turns.levels[0][turn].iter().map(|end| end.max(&search.scores, x, y)).sum::<u32>()
+        };
+        let all: Vec<(usize, (i32, i32), u32)> = (0..turns.levels[0].len())
+            .flat_map(|turn| cells().map(move |at| (turn, at)))
+            .filter(|(_, (x, y))| search.free.max(0, *x, *y) > 0)
+            .map(|(turn, at)| (turn, at, sum(turn, at)))
+            .collect();
+        let best = all.iter().map(|(.., sum)| *sum).max().unwrap();
+        let enough = best - (margin / search.scale.1).floor() as u32;
+        let scoring: Vec<_> = all.iter().filter(|(.., sum)| *sum >= enough).collect();
+        assert!(scoring.len() > 10, "{}", scoring.len());
+        for (turn, (x, y), bound) in scoring {
+            let pose = search.pose(&turns, &Block { bound: *bound, level: 0, turn: *turn, x: *x, y: *y });
+            // A block of two cells may reach beyond the place in whose neighbourhood its middle lies.
+            let is_near = |place: &Pose2| {
+                let off = place.inverse() * pose;
+                off.translation_norm() < SAME_PLACE.0 + search.side && off.rotation_angle() < SAME_PLACE.1 + turns.step
+            };
+            assert!(found.places.iter().any(is_near), "{pose} was not found");
+        }
+        assert!(search.score_of(enough, ends.len()) + search.scale.1 >= found.others_at_most);
+    }
+
+    #[test]
+    fn a_search_out_of_budget_says_what_the_others_may_score() {
+        let truth = Pose2::new(Vector2::new(1.2, 3.0), -1.0);
+        let (field, ends) = room_and_scan(&truth);
+        let search = Search::new(&field);
+        let wanted = Wanted { least_mean: 0.0, margin: 100.0 };
+        let some = search.places(&ends, &wanted, &Budget { blocks: 40, places: 100 });
+        let all = search.places(&ends, &wanted, &Budget { blocks: usize::MAX, places: 1000 });
+        assert!(!some.is_complete && all.is_complete);
+        assert!(some.places.len() < all.places.len() && some.others_at_most > all.others_at_most);
+        assert!(search.places(&[], &wanted, &Budget { blocks: 40, places: 100 }).places.is_empty());
     }
 }

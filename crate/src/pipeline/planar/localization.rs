@@ -179,7 +179,10 @@ impl Localization {
                     format!(", {doubtful} may be wrong and {} have none", all - good - doubtful)
                 };
                 let found = self.num_scans_to_find().map(|num| format!(" The place was certain after {num} scans."));
-                format!("Found in the map: {good} of {all} scans have a certain place{rest}.{}", found.unwrap_or_default())
+                format!(
+                    "Found in the map: {good} of {all} scans have a certain place{rest}.{}",
+                    found.unwrap_or_default()
+                )
             }
             Verdict::NotInMap => {
                 "Not in this map: the scans fit nowhere in it, or it has changed beyond recognition.".to_owned()
@@ -215,6 +218,8 @@ fn motion(
     measured: Option<&MeasuredMotion>,
 ) -> Option<MeasuredMotion> {
     match estimate.link {
+        // Without wheels, a registration that something speaks against may be a place that looks alike.
+        Link::Doubted if measured.is_none() => None,
         Link::Registered | Link::Doubted => {
             let registered = seen_from(&estimate.information, T_world_before);
             let of_wheels = measured.filter(|_| !estimate.refutes_odometry);
