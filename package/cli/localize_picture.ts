@@ -9,11 +9,7 @@ const DOUBTFUL: Color = [230, 120, 0];
 /** Most scans whose returns are drawn. */
 const MOST_SCANS = 500;
 
-export function localizationPicture(
-  grid: OccupancyGrid,
-  localization: Localization,
-  { scans }: LocalizationResult,
-) {
+export function localizationPicture(grid: OccupancyGrid, localization: Localization, { scans }: LocalizationResult) {
   const { width, height, resolution, yaw } = grid;
   const [x0 = 0, y0 = 0] = grid.origin;
   const rgb = new Uint8Array(3 * width * height);
