@@ -127,6 +127,13 @@ impl MapField {
         fit
     }
 
+    /// The sum of the scores of returns in a sensor's frame, at a pose in the world: the logarithm of their likelihood over that of returns
+    /// from anywhere, if they were independent.
+    pub fn score(&self, ends: &[Vector2<f64>], T_world_sensor: &Pose2) -> f64 {
+        let (model, T_grid_sensor) = (BeamModel::of(self), self.T_world_grid.inverse() * T_world_sensor);
+        ends.iter().map(|end| self.score_of_end(&model, &T_grid_sensor.act(end))).sum()
+    }
+
     /// The score of a return.
     pub(super) fn score_of_end(&self, model: &BeamModel, end: &Vector2<f64>) -> f64 {
         let Some(cell) = self.index(end) else { return 0.0 };
