@@ -3,16 +3,16 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::memory::grow_ahead;
-use super::occupancy_grid::OccupancyGrid;
-use super::{from_object, plain, read_ply};
-use crate::io::{ply, trajectory};
-use crate::map::occupancy_grid::RESOLUTION;
-use crate::pipeline::planar::{Reconstruction as Engine, ScanToMap as Pair};
-use crate::pipeline::report::{FrameResult, PlanarPose, Progress, ReconstructionResult};
-use crate::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
-use crate::preprocess::clean::CleaningReport;
-use crate::registration::icp::IterationRecord;
+use crate::memory::grow_ahead;
+use crate::occupancy_grid::OccupancyGrid;
+use crate::{from_object, plain, read_ply};
+use scanstitch::io::{ply, trajectory};
+use scanstitch::map::occupancy_grid::RESOLUTION;
+use scanstitch::pipeline::planar::{Reconstruction as Engine, ScanToMap as Pair};
+use scanstitch::pipeline::report::{FrameResult, PlanarPose, Progress, ReconstructionResult};
+use scanstitch::pipeline::settings::{Preset, SettingDescription, Settings, descriptions};
+use scanstitch::preprocess::clean::CleaningReport;
+use scanstitch::registration::icp::IterationRecord;
 
 type PlanarFrame = FrameResult<PlanarPose, CleaningReport>;
 
@@ -38,7 +38,7 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
 pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
-    Ok(crate::pipeline::settings::presets().iter().map(plain).collect())
+    Ok(scanstitch::pipeline::settings::presets().iter().map(plain).collect())
 }
 
 /// A registration of a run: a scan, and the local map to which it was registered. Call `free()` when it is no longer used.
@@ -74,7 +74,7 @@ impl ScanToMap {
 /// Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct Reconstruction {
-    pub(super) engine: Engine,
+    pub(crate) engine: Engine,
 }
 
 #[wasm_bindgen]
@@ -105,7 +105,7 @@ impl Reconstruction {
     /// When the file is not a trajectory with headings.
     pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
         #[cfg(feature = "full")]
-        let of_wheels = crate::io::laser_log::table::read_wheel_paths(bytes, self.engine.settings().wheel_track);
+        let of_wheels = scanstitch::io::laser_log::table::read_wheel_paths(bytes, self.engine.settings().wheel_track);
         #[cfg(not(feature = "full"))]
         let of_wheels = None;
         let odometry = of_wheels.unwrap_or_else(|| trajectory::read(bytes)).map_err(|error| error.in_file(name))?;

@@ -3,16 +3,18 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::memory::grow_ahead;
-use super::point_cloud::{MapFormat, map_format};
-use super::spatial::PartialSpatialSettings;
-use super::{from_object, plain};
-use crate::error::Error;
-use crate::io::{intrinsics, point_cloud, trajectory};
-use crate::odometry::voxel::VoxelOdometrySettings;
-use crate::pipeline::prepared_frame::PreparedFrame;
-use crate::pipeline::settings::{Preset, SettingDescription};
-use crate::pipeline::strategies::{StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions};
+use crate::memory::grow_ahead;
+use crate::point_cloud::{MapFormat, map_format};
+use crate::spatial::PartialSpatialSettings;
+use crate::{from_object, plain};
+use scanstitch::error::Error;
+use scanstitch::io::{intrinsics, point_cloud, trajectory};
+use scanstitch::odometry::voxel::VoxelOdometrySettings;
+use scanstitch::pipeline::prepared_frame::PreparedFrame;
+use scanstitch::pipeline::settings::{Preset, SettingDescription};
+use scanstitch::pipeline::strategies::{
+    StrategyComparison as Engine, StrategyFrame, StrategyResult, strategy_descriptions,
+};
 
 #[wasm_bindgen]
 extern "C" {
@@ -36,7 +38,7 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
 pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
-    Ok(crate::pipeline::strategies::strategy_presets().iter().map(plain).collect())
+    Ok(scanstitch::pipeline::strategies::strategy_presets().iter().map(plain).collect())
 }
 
 /// A comparison of strategies: `begin` with the first file, `offer` each prepared frame, and `step` every strategy that

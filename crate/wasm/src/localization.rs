@@ -3,10 +3,10 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::occupancy_grid::OccupancyGrid;
-use super::{Reconstruction, plain};
-use crate::geometry::RigidMotion;
-use crate::pipeline::planar::{Localization as Run, LocalizationResult};
+use crate::occupancy_grid::OccupancyGrid;
+use crate::{Reconstruction, plain};
+use scanstitch::geometry::RigidMotion;
+use scanstitch::pipeline::planar::{Localization as Run, LocalizationResult};
 
 /// The scans of a reconstruction, located in a map: call `step()` until it returns false, and `result()` at any time. Call `free()`
 /// when it is no longer used.

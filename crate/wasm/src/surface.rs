@@ -4,12 +4,12 @@ use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use wasm_bindgen::prelude::*;
 
-use super::from_object;
-use crate::error::Error;
-use crate::geometry::{Pose3, TriangleMesh};
-use crate::io::mesh::{self, MeshFormat};
-use crate::pipeline::prepared_frame::ColorFile;
-use crate::pipeline::surface::SurfaceReconstruction;
+use crate::from_object;
+use scanstitch::error::Error;
+use scanstitch::geometry::{Pose3, TriangleMesh};
+use scanstitch::io::mesh::{self, MeshFormat};
+use scanstitch::pipeline::prepared_frame::ColorFile;
+use scanstitch::pipeline::surface::SurfaceReconstruction;
 
 #[wasm_bindgen]
 extern "C" {

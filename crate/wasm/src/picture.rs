@@ -10,14 +10,14 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen::{Clamped, JsCast};
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement, ImageData, OffscreenCanvas};
 
-use super::spatial::SpatialReconstruction;
-use super::{Reconstruction, from_object};
-use crate::error::Error;
-use crate::geometry::Pose3;
-use crate::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
-use crate::map::voxel::{MapPoint, VoxelMap};
-use crate::odometry::assessment::Status;
-use crate::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
+use crate::spatial::SpatialReconstruction;
+use crate::{Reconstruction, from_object};
+use scanstitch::error::Error;
+use scanstitch::geometry::Pose3;
+use scanstitch::map::picture::{Margin, PicturedPoint, PlaneView, Rgb, frame_colors, look_direction};
+use scanstitch::map::voxel::{MapPoint, VoxelMap};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::report::{FrameResult, PlanarPose, SpatialPose};
 
 #[wasm_bindgen]
 extern "C" {

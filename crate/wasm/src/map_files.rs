@@ -2,10 +2,10 @@
 
 use wasm_bindgen::prelude::*;
 
-use super::occupancy_grid::OccupancyGrid;
-use crate::error::Result as EngineResult;
-use crate::io::occupancy_map::{self, MapYaml, OccupancyMap};
-use crate::map::occupancy_grid::OccupancyGrid as Grid;
+use crate::occupancy_grid::OccupancyGrid;
+use scanstitch::error::Result as EngineResult;
+use scanstitch::io::occupancy_map::{self, MapYaml, OccupancyMap};
+use scanstitch::map::occupancy_grid::OccupancyGrid as Grid;
 
 /// Name of the picture that a YAML file of ROS's map_server belongs to.
 ///

@@ -4,15 +4,15 @@ use js_sys::JSON;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain};
-use crate::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMNS, points_csv, read_pixels};
-use crate::camera::bev::refine::refine;
-use crate::camera::bev::warp::warp_rows;
-use crate::camera::bev::{
+use crate::{from_object, plain};
+use scanstitch::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMNS, points_csv, read_pixels};
+use scanstitch::camera::bev::refine::refine;
+use scanstitch::camera::bev::warp::warp_rows;
+use scanstitch::camera::bev::{
     BevAxes, BevLayout, BevPair, BevPoint, BevPolygon, BevPoseKind, BevPreset, BevRefinement, BevRefinementOptions,
     BevRole, BevScene, BevSegment, EulerOrder, PlaneTransfer, WholePixels, presets,
 };
-use crate::error::Error;
+use scanstitch::error::Error;
 
 #[wasm_bindgen]
 extern "C" {

@@ -6,19 +6,19 @@ use js_sys::{Float32Array, Int16Array, Uint8Array, Uint32Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::memory::grow_ahead;
-use super::point_cloud::{MapFormat, map_format};
-use super::{from_object, plain};
-use crate::error::Error;
-use crate::geometry::{PointCloud, Pose3};
-use crate::io::{depth_image, intrinsics, pcd, ply, point_cloud, trajectory};
-use crate::map::voxel::VoxelMap;
-use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
-use crate::pipeline::report::Progress;
-use crate::pipeline::settings::{Preset, SettingDescription};
-use crate::pipeline::spatial::SpatialReconstruction as Engine;
-use crate::pipeline::spatial_report::{MapSize, SpatialResult};
-use crate::pipeline::spatial_settings::{SpatialSettings, spatial_descriptions};
+use crate::memory::grow_ahead;
+use crate::point_cloud::{MapFormat, map_format};
+use crate::{from_object, plain};
+use scanstitch::error::Error;
+use scanstitch::geometry::{PointCloud, Pose3};
+use scanstitch::io::{depth_image, intrinsics, pcd, ply, point_cloud, trajectory};
+use scanstitch::map::voxel::VoxelMap;
+use scanstitch::pipeline::prepared_frame::{ColorFile, DecodeConfig, FrameLabel, PreparedFrame};
+use scanstitch::pipeline::report::Progress;
+use scanstitch::pipeline::settings::{Preset, SettingDescription};
+use scanstitch::pipeline::spatial::SpatialReconstruction as Engine;
+use scanstitch::pipeline::spatial_settings::{SpatialSettings, spatial_descriptions};
+use scanstitch::pipeline::{MapSize, SpatialResult};
 
 /// Points of the map that are copied to JavaScript in one call.
 const SENT_TOGETHER: usize = 1024;
@@ -45,13 +45,13 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
 pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
-    Ok(crate::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect())
+    Ok(scanstitch::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect())
 }
 
 /// A depth image as it is in its file. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct DepthPixels {
-    image: crate::camera::DepthImage,
+    image: scanstitch::camera::DepthImage,
 }
 
 #[wasm_bindgen]
@@ -88,7 +88,7 @@ impl DepthPixels {
 /// A depth image in colours. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct DepthPicture {
-    picture: crate::camera::DepthPicture,
+    picture: scanstitch::camera::DepthPicture,
 }
 
 #[wasm_bindgen]
@@ -213,7 +213,7 @@ fn parse_decode_config(json: &str) -> Result<(String, DecodeConfig), Error> {
 /// `done`; call `result()` at any time. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct SpatialReconstruction {
-    pub(super) engine: Engine,
+    pub(crate) engine: Engine,
 }
 
 #[wasm_bindgen]

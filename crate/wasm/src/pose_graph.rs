@@ -3,9 +3,9 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain};
-use crate::graph::optimize::report::{GraphReport, optimize_graph};
-use crate::io::pose_graph::{self, AnyPoseGraph};
+use crate::{from_object, plain};
+use scanstitch::graph::optimize::report::{GraphReport, optimize_graph};
+use scanstitch::io::pose_graph::{self, AnyPoseGraph};
 
 #[wasm_bindgen]
 extern "C" {
@@ -51,7 +51,7 @@ impl PoseGraph {
     }
 }
 
-fn flat(pose: &crate::geometry::Pose3) -> [f64; 7] {
+fn flat(pose: &scanstitch::geometry::Pose3) -> [f64; 7] {
     let (t, q) = (pose.translation.vector, pose.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
 }

@@ -6,6 +6,8 @@
 //!
 //! Without the feature `full` only planar scans have bindings, and the linker drops the rest of the engine. Read `planar` first.
 
+#![cfg(target_arch = "wasm32")]
+#![allow(non_snake_case)] // T_target_source: the field's notation.
 #![allow(
     clippy::unnecessary_wraps,
     reason = "what returns an object is declared to return a `Result`: see `objects::plain`"

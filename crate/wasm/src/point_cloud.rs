@@ -3,12 +3,12 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::{from_object, plain, read_ply};
-use crate::error::Error;
-use crate::geometry::PointCloud as Cloud;
-use crate::io::ply;
-use crate::io::point_cloud::CloudFormat;
-use crate::registration::align::{RegistrationOptions, RegistrationResult, register_clouds};
+use crate::{from_object, plain, read_ply};
+use scanstitch::error::Error;
+use scanstitch::geometry::PointCloud as Cloud;
+use scanstitch::io::ply;
+use scanstitch::io::point_cloud::CloudFormat;
+use scanstitch::registration::align::{RegistrationOptions, RegistrationResult, register_clouds};
 
 #[wasm_bindgen]
 extern "C" {
@@ -25,7 +25,7 @@ extern "C" {
     pub type MapFormat;
 }
 
-pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
+pub(crate) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
     let name = JsValue::from(format).as_string().unwrap_or_default();
     Ok(CloudFormat::named(&name)?)
 }
@@ -33,7 +33,7 @@ pub(super) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
 /// Points in metres, with normals and colours where the file has them. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct PointCloud {
-    pub(super) cloud: Cloud,
+    pub(crate) cloud: Cloud,
 }
 
 #[wasm_bindgen]

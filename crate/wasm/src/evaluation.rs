@@ -6,21 +6,21 @@ use serde::Serialize;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::spatial::PartialSpatialSettings;
-use super::{PointCloud, from_object, plain};
-use crate::error::Error;
-use crate::evaluation::depth_consistency::ConsistencyReport;
-use crate::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
-use crate::evaluation::frame_clouds::{FrameResidual, FrameResidualOptions};
-use crate::evaluation::map_quality::{MapQuality, MapQualityOptions};
-use crate::evaluation::path::Path;
-use crate::evaluation::relation_times::time_tolerance;
-use crate::evaluation::relations::RelationErrors;
-use crate::evaluation::{evaluate as engine, frame_clouds, map_quality as quality, relations as known};
-use crate::io::intrinsics;
-use crate::io::relations::read as read_relations;
-use crate::io::trajectory::{self, Contents, TrajectoryFormat};
-use crate::pipeline::depth_consistency as consistency;
+use crate::spatial::PartialSpatialSettings;
+use crate::{PointCloud, from_object, plain};
+use scanstitch::error::Error;
+use scanstitch::evaluation::depth_consistency::ConsistencyReport;
+use scanstitch::evaluation::evaluate::{EvaluationOptions, EvaluationSummary, roll_pitch_yaw};
+use scanstitch::evaluation::frame_clouds::{FrameResidual, FrameResidualOptions};
+use scanstitch::evaluation::map_quality::{MapQuality, MapQualityOptions};
+use scanstitch::evaluation::path::Path;
+use scanstitch::evaluation::relation_times::time_tolerance;
+use scanstitch::evaluation::relations::RelationErrors;
+use scanstitch::evaluation::{evaluate as engine, frame_clouds, map_quality as quality, relations as known};
+use scanstitch::io::intrinsics;
+use scanstitch::io::relations::read as read_relations;
+use scanstitch::io::trajectory::{self, Contents, TrajectoryFormat};
+use scanstitch::pipeline::depth_consistency as consistency;
 
 #[wasm_bindgen]
 extern "C" {
@@ -288,7 +288,7 @@ impl PointCloud {
     /// # Errors
     /// When the file has neither format, or is damaged.
     pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
-        Ok(Self { cloud: crate::io::point_cloud::read(bytes).map_err(|error| error.in_file(name))? })
+        Ok(Self { cloud: scanstitch::io::point_cloud::read(bytes).map_err(|error| error.in_file(name))? })
     }
 }
 

@@ -2,12 +2,12 @@
 
 use wasm_bindgen::prelude::*;
 
-use crate::map::occupancy_grid::OccupancyGrid as Grid;
+use scanstitch::map::occupancy_grid::OccupancyGrid as Grid;
 
 /// A grid of free, occupied and unknown cells. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct OccupancyGrid {
-    pub(super) grid: Grid,
+    pub(crate) grid: Grid,
 }
 
 #[wasm_bindgen]

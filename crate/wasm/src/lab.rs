@@ -4,18 +4,17 @@ use js_sys::{Float64Array, Int16Array, Object, Reflect, Uint8Array, Uint16Array,
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::memory::grow_ahead;
-use super::objects::set;
-use super::point_cloud::PartialRegistrationOptions;
-use super::{PointCloud, from_object, plain};
-use crate::error::Error;
-use crate::registration::correlative::{SearchWindow, SearchedBlock};
-use crate::registration::icp::EndReason;
-use crate::registration::lab::basin::{Ends, Minimum};
-use crate::registration::lab::grid::GridOptions;
-use crate::registration::lab::iteration::TracedIteration;
-use crate::registration::lab::landscape::{self, LocalMinimum};
-use crate::registration::lab::{IcpLab as Engine, IcpTrace};
+use crate::memory::grow_ahead;
+use crate::point_cloud::PartialRegistrationOptions;
+use crate::{PointCloud, from_object, plain};
+use scanstitch::error::Error;
+use scanstitch::registration::correlative::{SearchWindow, SearchedBlock};
+use scanstitch::registration::icp::EndReason;
+use scanstitch::registration::lab::basin::{Ends, Minimum};
+use scanstitch::registration::lab::grid::GridOptions;
+use scanstitch::registration::lab::iteration::TracedIteration;
+use scanstitch::registration::lab::landscape::{self, LocalMinimum};
+use scanstitch::registration::lab::{IcpLab as Engine, IcpTrace};
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = "
@@ -301,4 +300,9 @@ fn end_reason(number: u8) -> EndReason {
         2 => EndReason::MaxIterations,
         _ => EndReason::NoStep,
     }
+}
+
+/// Setting a field of a fresh object cannot fail.
+fn set(object: &Object, name: &str, value: &JsValue) {
+    let _ = Reflect::set(object, &JsValue::from_str(name), value);
 }

@@ -3,11 +3,11 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
-use super::point_cloud::{MapFormat, map_format};
-use super::{Reconstruction, plain};
-use crate::io::laser_log::table::{self, TableFacts};
-use crate::io::{laser_log, point_cloud};
-use crate::pipeline::report::AddedLog;
+use crate::point_cloud::{MapFormat, map_format};
+use crate::{Reconstruction, plain};
+use scanstitch::io::laser_log::table::{self, TableFacts};
+use scanstitch::io::{laser_log, point_cloud};
+use scanstitch::pipeline::report::AddedLog;
 
 #[wasm_bindgen]
 impl Reconstruction {
