@@ -23,7 +23,7 @@ fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
 /// The grid of a recording at its true poses.
 fn grid_of(recording: &PlanarRecording, scans: &[PlanarScan]) -> OccupancyGrid {
     let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().copied()).collect();
-    OccupancyGrid::new(&placed, &[recording.T_world_sensor.clone()], 0.05)
+    OccupancyGrid::new(&placed, std::slice::from_ref(&recording.T_world_sensor), 0.05)
 }
 
 /// The motions between poses as wheels measure them, with 5 % of noise.

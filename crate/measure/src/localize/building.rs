@@ -68,7 +68,11 @@ impl Building {
         };
         let scans: Vec<PlanarScan> = self.log.scans.iter().map(scan).collect();
         let poses: Vec<Pose2> = self.reference.iter().map(|pose| pose * self.log.T_robot_laser).collect();
-        OccupancyGrid::new(&scans.iter().zip(poses.iter().copied()).collect::<Vec<_>>(), &[poses.clone()], RESOLUTION)
+        OccupancyGrid::new(
+            &scans.iter().zip(poses.iter().copied()).collect::<Vec<_>>(),
+            std::slice::from_ref(&poses),
+            RESOLUTION,
+        )
     }
 
     /// Prepares to locate its scans.

@@ -32,8 +32,12 @@ pub fn main() {
     if let Some(file) = argument("--out") {
         std::fs::write(file, whole.trajectory_tum()).expect("it can be written");
     }
-    // Where the whole log has no place, no other run may have a certain one.
-    let reference: Vec<Pose2> = whole.poses().into_iter().map(|pose| pose.unwrap_or_default()).collect();
+    // A scan without a certain place in the whole log counts as wrong, by a kilometre: look at it.
+    let is_certain = whole.locations().iter().map(|location| location.status == Status::Good);
+    let certain = whole.poses().into_iter().zip(is_certain).map(|(pose, is_certain)| pose.filter(|_| is_certain));
+    // Far off the map.
+    let nowhere = Pose2::translation(-1e3, 0.0);
+    let reference: Vec<Pose2> = certain.map(|pose| pose.unwrap_or(nowhere)).collect();
     let starts = number("--starts", 20);
     for from in (0..starts).map(|start| start * (log.scans.len() - 20) / starts) {
         run(&mut localization(&log, &grid, from), Some(&reference[from..])).print(&format!("from scan {from}"));

@@ -22,7 +22,7 @@ pub fn main() {
             .map(|scan| PlanarScan::new(scan.iter().copied().filter(|p| p.norm() < 49.9).collect()))
             .collect();
         let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().copied()).collect();
-        let grid = OccupancyGrid::new(&placed, &[recording.T_world_sensor.clone()], RESOLUTION);
+        let grid = OccupancyGrid::new(&placed, std::slice::from_ref(&recording.T_world_sensor), RESOLUTION);
         let drive = Drive::new(&recording, &DriveOptions { seed: 100 + seed, ..DriveOptions::default() });
         let log = laser_log::read(drive.carmen().as_bytes()).expect("the log is sound");
         let mut reconstruction = Reconstruction::new(Settings::default()).expect("the settings are right");

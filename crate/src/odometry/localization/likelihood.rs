@@ -92,16 +92,16 @@ impl BeamModel {
 
     /// The score of a return at this distance from a wall (m).
     fn score(&self, distance: f64) -> f64 {
-        (NEW + self.peak * self.hit(distance, self.sigma)).ln()
+        (NEW + self.peak * Self::hit(distance, self.sigma)).ln()
     }
 
     /// The probability that a return at this distance is of the wall, by a given standard deviation.
     pub(super) fn weight(&self, distance: f64, sigma: f64) -> f64 {
-        let hit = self.peak * self.hit(distance, sigma);
+        let hit = self.peak * Self::hit(distance, sigma);
         hit / (NEW + hit)
     }
 
-    fn hit(&self, distance: f64, sigma: f64) -> f64 {
+    fn hit(distance: f64, sigma: f64) -> f64 {
         (-0.5 * (distance / sigma).powi(2)).exp()
     }
 

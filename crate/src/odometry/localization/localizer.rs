@@ -160,10 +160,10 @@ impl Localizer {
         }
         let found = places(&self.field, &self.model, &self.search, &joined);
         let T_window_middle = self.window.scans[joined.middle].pose;
-        let is_known = found.is_complete && found.elsewhere() < CERTAIN && found.places.len() <= MAX_FOLLOWED;
+        let is_known = found.is_complete && found.elsewhere() < CERTAIN && found.all.len() <= MAX_FOLLOWED;
         match self.window.scans.last() {
             Some(last) if is_known => {
-                State::Following(Belief::begun(&found.places, &(T_window_middle.inverse() * last.pose)))
+                State::Following(Belief::begun(&found.all, &(T_window_middle.inverse() * last.pose)))
             }
             _ => State::Searching(Some((found, T_window_middle))),
         }
@@ -270,7 +270,7 @@ impl Localizer {
             State::Searching(None) => Location::unknown("too little was seen so far to tell a place"),
             State::Searching(Some((found, T_window_middle))) => {
                 let last = self.window.scans.last().map_or_else(Pose2::identity, |last| last.pose);
-                self.undecided(&Belief::of(&found.places, &(T_window_middle.inverse() * last)), found.is_complete)
+                self.undecided(&Belief::of(&found.all, &(T_window_middle.inverse() * last)), found.is_complete)
             }
         }
     }

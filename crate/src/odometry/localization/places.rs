@@ -43,7 +43,7 @@ pub(super) struct FoundPlace {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Places {
     /// The most likely one first.
-    pub places: Vec<FoundPlace>,
+    pub all: Vec<FoundPlace>,
     /// Whether there are no others of weight.
     pub is_complete: bool,
     /// The logarithm of the odds to being elsewhere that no other place exceeds.
@@ -53,13 +53,13 @@ pub(super) struct Places {
 impl Places {
     /// Whether it is certain that none of the places, found or not, is the right one.
     pub(super) fn are_all_wrong(&self) -> bool {
-        let best = self.places.first().map_or(self.others, |best| best.log_odds.max(self.others));
+        let best = self.all.first().map_or(self.others, |best| best.log_odds.max(self.others));
         best < -odds_of(CERTAIN) && self.elsewhere() >= CERTAIN
     }
 
     /// Probability of being elsewhere.
     pub(super) fn elsewhere(&self) -> f64 {
-        probabilities(&self.places.iter().map(|place| place.log_odds).collect::<Vec<_>>()).1
+        probabilities(&self.all.iter().map(|place| place.log_odds).collect::<Vec<_>>()).1
     }
 }
 
@@ -90,7 +90,7 @@ pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joine
     let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - NEGLIGIBLE;
     places.retain(|place| place.log_odds > least);
     let others = log_odds(joined.num_pieces, found.others_at_most / ends.len().max(1) as f64 + LATTICE_LOSS);
-    Places { places, is_complete: found.is_complete, others }
+    Places { all: places, is_complete: found.is_complete, others }
 }
 
 /// The probabilities of places with these log odds, and of being elsewhere.

@@ -29,7 +29,8 @@ impl Pooled {
     /// Of the cells' values, row by row.
     pub(super) fn new(values: Vec<u8>, width: usize, outside: u8) -> Self {
         let height = values.len() / width.max(1);
-        let mut layers = vec![Layer { width: width as i32, height: height as i32, margin: 0, values }];
+        let cells = |count: usize| i32::try_from(count).unwrap_or(i32::MAX);
+        let mut layers = vec![Layer { width: cells(width), height: cells(height), margin: 0, values }];
         for pair in SIDES.windows(2) {
             let below = &layers[layers.len() - 1];
             layers.push(below.widened(pair[1] - pair[0], outside));

@@ -128,10 +128,10 @@ impl Search {
         let mut num_blocks = 0;
         while let Some(block) = blocks.pop() {
             let least = floor.max(found.best.saturating_sub(margin));
-            let is_out_of_budget = num_blocks >= budget.blocks || found.places.len() >= budget.places;
+            let is_out_of_budget = num_blocks >= budget.blocks || found.poses.len() >= budget.places;
             if block.bound < least || is_out_of_budget {
                 let others_at_most = self.score_of(block.bound.max(least), ends.len());
-                return Found { places: found.places, is_complete: block.bound < least, others_at_most };
+                return Found { places: found.poses, is_complete: block.bound < least, others_at_most };
             }
             num_blocks += 1;
             let pose = self.pose(&turns, &block);
@@ -145,7 +145,7 @@ impl Search {
             }
         }
         let least = floor.max(found.best.saturating_sub(margin));
-        Found { places: found.places, is_complete: true, others_at_most: self.score_of(least, ends.len()) }
+        Found { places: found.poses, is_complete: true, others_at_most: self.score_of(least, ends.len()) }
     }
 
     /// The sum of scores of a sum of values.
@@ -273,7 +273,7 @@ fn joined(groups: &[Vec<Reach>]) -> Vec<Reach> {
 /// Places found so far.
 #[derive(Default)]
 struct Places {
-    places: Vec<Pose2>,
+    poses: Vec<Pose2>,
     /// The largest sum.
     best: u32,
     /// The places by where they are.
@@ -307,7 +307,7 @@ impl Places {
     fn add(&mut self, pose: Pose2, sum: u32) {
         self.known.entry(neighbourhood(&pose)).or_default().push(pose);
         self.best = self.best.max(sum);
-        self.places.push(pose);
+        self.poses.push(pose);
     }
 }
 
