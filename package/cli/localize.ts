@@ -47,15 +47,15 @@ Options:
   --json             report.json on stdout instead of a table
 
 Written into DIR:
-  trajectory.tum     a line for each scan whose place is certain: time, or index without, x y z qx qy qz qw, the pose of the
-                     robot, or of its laser where a log does not say where on the robot it sits, in the world of the map
-  report.json        the verdict; for each scan its status, its most likely place with covariance and probability, and its
-                     rivals
+  trajectory.tum     a line for each scan whose place is certain: time, or index without, x y z qx qy qz qw, the pose
+                     of the robot, or of its laser where a log does not say where on the robot it sits
+  report.json        the verdict; for each scan its status, its most likely place with covariance and probability,
+                     and its rivals
   localization.png   the scans over the map, with the trajectory
 
-A scan is good where its place is certain (99.9 %), doubtful where several places are possible or what it sees is not in
-the map, lost where it has no place or was taken elsewhere. Where no place is certain, the verdict is "undecided" or "not
-in this map". The exit code is 2 where not all scans have a certain place.
+A scan is good where its place is certain (99.9 %), doubtful where several places are possible or what it sees is not
+in the map, lost where it has no place or was taken elsewhere. Where no place is certain, the verdict is "undecided" or
+"not in this map". The exit code is 2 where not all scans have a certain place.
 
 Examples:
   scanstitch localize map.yaml drive.log --out where

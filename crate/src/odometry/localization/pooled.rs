@@ -84,7 +84,7 @@ mod tests {
         let values: Vec<u8> = (0..width * height).map(|i| ((i * 37 + i * i * 11) % 251) as u8).collect();
         let pooled = Pooled::new(values, width as usize, 90);
         for (layer, side) in SIDES.into_iter().enumerate() {
-            for (x, y) in (-side - 1..width + 1).flat_map(|x| (-side - 1..height + 1).map(move |y| (x, y))) {
+            for (x, y) in (-side - 1..=width).flat_map(|x| (-side - 1..=height).map(move |y| (x, y))) {
                 let square = (0..side * side).map(|i| pooled.max(0, x + i % side, y + i / side));
                 assert_eq!(pooled.max(layer, x, y), square.max().unwrap(), "side {side} at {x}, {y}");
             }
