@@ -24,6 +24,7 @@ mod laser_fans;
 mod laser_logs;
 mod laser_tables;
 mod laser_worlds;
+mod localization;
 mod long_sequences;
 mod map_quality;
 mod odometry_check;

@@ -29,6 +29,8 @@ mod evaluation;
 #[cfg(feature = "full")]
 mod lab;
 #[cfg(feature = "full")]
+mod localization;
+#[cfg(feature = "full")]
 mod map_files;
 mod memory;
 mod objects;
