@@ -26,7 +26,7 @@ import {
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
-import { type BeforePath, NO_MARKS, type SpatialMarks } from './path-marks.js';
+import { type BeforePath, NO_MARKS, showMarks, type SpatialMarks } from './path-marks.js';
 import type { MapScene, SceneLook } from './scene.js';
 import {
   NO_SURFACE,
@@ -40,10 +40,6 @@ import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened }
 
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
-/** How far a camera's image is drawn before it, m; the selected one's is larger, to be seen. */
-const CAMERA_DEPTH = 0.16;
-const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
-
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
@@ -240,17 +236,9 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private passMarks(before: SpatialMarks | null): void {
-    const { marks, survey } = this;
+    const { marks, survey, image } = this;
     const { scene } = this.graphics;
-    if (!scene) return;
-    const isNew = before === null || before.poses !== marks.poses || before.reference !== marks.reference;
-    if (isNew) {
-      scene.setPaths(marks.poses, marks.reference, marks.camera, CAMERA_DEPTH);
-      const shown = this.onFloor();
-      if (shown.length > 0) scene.setGround(survey.R_view_map, shown, survey.heights.floor, survey.straight);
-    }
-    const pose = marks.selected === null ? null : (marks.poses[marks.selected] ?? null);
-    scene.setSelected(pose, marks.camera, SELECTED_DEPTH, this.image);
+    if (scene) showMarks(scene, marks, before, image, { ...survey, onFloor: () => this.onFloor() });
   }
 
   /** What the squares on the floor lie under. */
