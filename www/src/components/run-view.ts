@@ -200,8 +200,8 @@ export abstract class RunView<
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }
-  /** What the user is asked: above the map, or over its edge where there is little room. */
-  protected renderQuestion(_isOverMap: boolean): TemplateResult | typeof nothing {
+  /** What the user is asked, over the map. */
+  protected renderQuestion(): TemplateResult | typeof nothing {
     return nothing;
   }
   protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
@@ -249,7 +249,6 @@ export abstract class RunView<
     const { snapshot, phase } = session;
     const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     const isNarrow = layout === 'narrow';
-    const isOverMap = isNarrow || this.isLow;
     return html`
       <div
         class="run ${this.of.kind} ${layout} ${this.isLow ? 'low' : ''}"
@@ -267,10 +266,9 @@ export abstract class RunView<
         <main ?hidden=${isEmpty}>
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            ${this.renderBefore()} ${messages(session, true)} ${isOverMap ? nothing : this.renderQuestion(false)}
+            ${this.renderBefore()} ${messages(session, true)}
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)}
-              ${isOverMap ? this.renderQuestion(true) : nothing}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
             </div>
             ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
           </div>
