@@ -78,3 +78,17 @@ export interface RunKind {
   /** The panels in the order of their buttons or tabs. */
   order: readonly Panel[];
 }
+
+/** The settings stand in the address already. */
+export const COPY_LINK: MenuItem = {
+  id: 'link',
+  label: 'Copy link',
+  detail: 'to this page with these settings; files of your own are not in it',
+};
+
+export function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
+  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
+}
+
+// The same empty list every time: a new one would be a change.
+export const EMPTY_LIST: readonly never[] = [];

@@ -1,10 +1,21 @@
 /** The panels around the map of a run: which of them are unfolded, and what unfolds them. */
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
+import type { Status } from '../views/map-painter.js';
+import type { Rgb } from '../views/palette.js';
 import type { Controls } from './controls.js';
 import { type Fold, type FoldChange, NONE_OPEN } from './folds.js';
 import type { Panel, RunKind } from './run-kind.js';
-import { type Layout, tabs } from './run-parts.js';
+import { fullScreenButton, type Layout, tabs } from './run-parts.js';
+import './timeline.js';
+
+interface TimelineFacts {
+  count: number;
+  until: number;
+  statuses: readonly Status[];
+  colors: readonly Rgb[] | null;
+  dark: boolean;
+}
 
 /** Fires `panel-folded` where one is to be unfolded or folded. */
 export abstract class RunPanels extends LitElement {
@@ -50,7 +61,7 @@ export abstract class RunPanels extends LitElement {
   }
 
   /** Buttons beside the slider; a narrow map has tabs instead. */
-  protected renderFolds(): TemplateResult | typeof nothing {
+  private renderFolds(): TemplateResult | typeof nothing {
     const { of, layout } = this;
     if (layout === 'narrow' || this.controls !== 'full') return nothing;
     return html`<div class="folds" role="group" aria-label="Panels">
@@ -84,6 +95,32 @@ export abstract class RunPanels extends LitElement {
     };
     const names = order.map((tab) => ({ tab, label: panels[tab] }));
     return tabs(names, this.panel, isOpen ? contents[this.panel]() : nothing, choose, { isOpen, toggle });
+  }
+
+  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
+  protected renderBelow(
+    { count, until, statuses, colors, dark }: TimelineFacts,
+    onUntil: (event: CustomEvent<number>) => void,
+  ): TemplateResult {
+    const { fullScreen } = this;
+    return html`<div class="below">
+      <scanstitch-timeline
+        .count=${count}
+        .until=${until}
+        .statuses=${statuses}
+        .colors=${colors}
+        noun=${this.of.noun}
+        ?dark=${dark}
+        @until-changed=${onUntil}
+      ></scanstitch-timeline>
+      ${this.renderFolds()}
+      ${fullScreen === null ? nothing : fullScreenButton(fullScreen, () => this.want('full-screen'))}
+    </div>`;
+  }
+
+  /** Asks the page's frame to open something. */
+  protected want(detail: string): void {
+    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
   }
 
   private fold(detail: FoldChange): void {

@@ -2,7 +2,6 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
 import './headline.js';
-import './timeline.js';
 import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
 import type { ReportSource } from '../export/exports.js';
@@ -26,10 +25,19 @@ import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
 import { ResultBefore } from './run-before.js';
 import { barStyles, exchangeBar } from './run-exchange.js';
-import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
+import {
+  COPY_LINK,
+  EMPTY_LIST,
+  type GivenFiles,
+  type Loaded,
+  NO_FACTS,
+  sameFacts,
+  type Shelf,
+  type ViewFacts,
+} from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { RunPanels } from './run-panels.js';
-import { activity, fullScreenButton, messages } from './run-parts.js';
+import { activity, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
 import { emptyStyles, shared } from './theme.js';
 
@@ -129,7 +137,7 @@ export abstract class RunView<
   async runExport(id: string): Promise<void> {
     const { snapshot } = this.session;
     if (!snapshot) return;
-    if (id === COPY_LINK.id) return this.copy(location.href, 'The link was copied.');
+    if (id === COPY_LINK.id) return this.session.copy(location.href, 'The link was copied.');
     this.isExporting = true;
     try {
       download(await this.makeExport(id, snapshot));
@@ -137,19 +145,6 @@ export abstract class RunView<
       this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
       this.isExporting = false;
-    }
-  }
-
-  /** `told`: what is said when it is done. */
-  protected async copy(text: string, told: string): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.session.announce(told);
-    } catch {
-      this.session.report(
-        'The browser did not allow copying',
-        'Select the lines, or the address of the page, and copy them',
-      );
     }
   }
 
@@ -205,8 +200,8 @@ export abstract class RunView<
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }
-  /** What the user is asked: above the map, or over its edge where there is little room. */
-  protected renderQuestion(_isOverMap: boolean): TemplateResult | typeof nothing {
+  /** What the user is asked, over the map. */
+  protected renderQuestion(): TemplateResult | typeof nothing {
     return nothing;
   }
   protected abstract outcomeOf(snapshot: Snapshot): ScanstitchResult;
@@ -214,8 +209,6 @@ export abstract class RunView<
   protected abstract measures(snapshot: Snapshot): readonly Measure[];
   /** What the map draws of a result that another replaces. */
   protected abstract overlayOf(snapshot: Snapshot): Overlay;
-
-  // What they have in common.
 
   protected get num_frames(): number {
     return this.session.snapshot?.result.frames.length ?? 0;
@@ -256,7 +249,6 @@ export abstract class RunView<
     const { snapshot, phase } = session;
     const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     const isNarrow = layout === 'narrow';
-    const isOverMap = isNarrow || this.isLow;
     return html`
       <div
         class="run ${this.of.kind} ${layout} ${this.isLow ? 'low' : ''}"
@@ -274,10 +266,9 @@ export abstract class RunView<
         <main ?hidden=${isEmpty}>
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
-            ${this.renderBefore()} ${messages(session, true)} ${isOverMap ? nothing : this.renderQuestion(false)}
+            ${this.renderBefore()} ${messages(session, true)}
             <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)}
-              ${isOverMap ? this.renderQuestion(true) : nothing}
+              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
             </div>
             ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
           </div>
@@ -332,31 +323,15 @@ export abstract class RunView<
       .descriptions=${facts?.descriptions ?? EMPTY_LIST}
       .presets=${facts?.presets ?? EMPTY_LIST}
       .values=${settings}
-      @settings-changed=${this.onSettings}
+      @settings-changed=${({ detail }: CustomEvent<Settings>) => this.applySettings(detail)}
     ></scanstitch-settings>`;
   }
 
-  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
   private renderBar(): TemplateResult {
-    const { num_frames, fullScreen } = this;
-    return html`<div class="below">
-      <scanstitch-timeline
-        .count=${num_frames}
-        .until=${this.until ?? num_frames}
-        .statuses=${this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST)}
-        .colors=${this.trackColors()}
-        noun=${this.of.noun}
-        ?dark=${this.dark}
-        @until-changed=${this.onUntil}
-      ></scanstitch-timeline>
-      ${this.renderFolds()}
-      ${fullScreen === null ? nothing : fullScreenButton(fullScreen, () => this.want('full-screen'))}
-    </div>`;
-  }
-
-  /** Asks the page's frame to open something. */
-  protected want(detail: string): void {
-    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
+    const { num_frames, until, dark } = this;
+    const statuses = this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST);
+    const slider = { count: num_frames, until: until ?? num_frames, statuses, colors: this.trackColors(), dark };
+    return this.renderBelow(slider, this.onUntil);
   }
 
   /** One colour for each frame there will be, also while only some are registered. */
@@ -379,19 +354,15 @@ export abstract class RunView<
     if (frame !== null && this.until !== null && frame >= this.until) this.until = frame + 1;
   }
 
-  private onUntil({ detail }: CustomEvent<number>): void {
+  private onUntil = ({ detail }: CustomEvent<number>): void => {
     this.until = detail >= this.num_frames ? null : detail;
     this.selected = detail - 1;
-  }
+  };
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
     const fragment = this.rememberSettings ? location.hash : '';
     this.events.settingFaults = faultsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
     return settingsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
-  }
-
-  private onSettings({ detail }: CustomEvent<Settings>): void {
-    this.applySettings(detail);
   }
 
   /** Computes again with these settings, and keeps them. */
@@ -423,18 +394,4 @@ export abstract class RunView<
   };
 
   static override styles = [shared, emptyStyles, layoutStyles, activityStyles, barStyles];
-}
-
-/** The settings stand in the address already. */
-const COPY_LINK: MenuItem = {
-  id: 'link',
-  label: 'Copy link',
-  detail: 'to this page with these settings; files of your own are not in it',
-};
-
-// The same empty list every time: a new one would be a change.
-const EMPTY_LIST: readonly never[] = [];
-
-function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
-  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
 }

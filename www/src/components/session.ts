@@ -95,6 +95,16 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.#host.requestUpdate();
   }
 
+  /** `told`: what is said when it is done. */
+  async copy(text: string, told: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.announce(told);
+    } catch {
+      this.report('The browser did not allow copying', 'Select the lines, or the address of the page, and copy them');
+    }
+  }
+
   announce(text: string): void {
     this.announcer.announce(text);
   }

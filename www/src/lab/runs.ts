@@ -21,7 +21,8 @@ export interface LabRun {
   comparison: OwnComparison | null;
 }
 
-export function newRun(id: number, options: Options, own: string): LabRun {
+/** `own`: the name of the file of somebody else's poses. */
+export function newRun(id: number, options: Options, own = ''): LabRun {
   return { id, options, facts: null, trace: null, problem: '', own, comparison: null };
 }
 

@@ -13,15 +13,12 @@ import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
 import type { LabFacts, LabIteration, LabTrace, Options, Pose } from './protocol.js';
 import { type LabRun, newRun, startProblem, traceOfPoses, withStart } from './runs.js';
-import { MOST_POINTS, voxelFor } from '../../../package/lab/thinning.js';
-import { numLargest, tooLarge } from './thinning.js';
+import { followedStride, isTooLarge, tooLarge, voxelToThin } from './thinning.js';
 import { numPoses, poseAt } from './trace.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
-/** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
-const MAX_FOLLOWED_POINTS = 8000;
 /** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
 
@@ -116,7 +113,7 @@ export class LabSession extends Session<LabClient> {
     this.start = start ?? given.init_T_target_source;
     this.requestedAt = performance.now();
     const known = options ?? (given.options as Options | null) ?? this.run?.options ?? {};
-    this.#reset([this.#makeRun(known)]);
+    this.#reset([newRun(this.#nextId++, known)]);
     this.changed();
     try {
       const [source, target] = await readPair(given);
@@ -157,7 +154,7 @@ export class LabSession extends Session<LabClient> {
   async addRun(options: Options): Promise<void> {
     if (this.runs.length >= MAX_RUNS) return;
     // Until it is prepared, the clouds are shown as they are known.
-    const run = { ...this.#makeRun(options), facts: this.facts };
+    const run = { ...newRun(this.#nextId++, options), facts: this.facts };
     this.runs = [...this.runs, run];
     this.active = run.id;
     this.iteration = null;
@@ -169,7 +166,7 @@ export class LabSession extends Session<LabClient> {
     const { client, run, trace } = this;
     if (!client || !run || !trace || given.length === 0) return;
     const all = withStart(given, Array.from(poseAt(trace, 0)));
-    const own = { ...this.#makeRun(run.options, name), trace: traceOfPoses(all) };
+    const own = { ...newRun(this.#nextId++, run.options, name), trace: traceOfPoses(all) };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
     for (const { id } of this.runs.filter((one) => !others.includes(one))) {
       client.forget(id);
@@ -211,8 +208,7 @@ export class LabSession extends Session<LabClient> {
     this.isDragged = true;
     this.iterationIndex = null;
     this.pose = T;
-    const num_points = (this.facts?.source_points.length ?? 0) / 3;
-    const stride = Math.max(1, Math.ceil(num_points / MAX_FOLLOWED_POINTS));
+    const stride = followedStride(this.facts);
     clearTimeout(this.#resting);
     this.#follow(T, stride);
     // All of them once the hand rests.
@@ -233,9 +229,7 @@ export class LabSession extends Session<LabClient> {
   async release(plays = true): Promise<void> {
     if (!this.isDragged) return;
     this.#endDrag();
-    this.start = this.pose;
-    await this.#runAll();
-    if (plays) this.player.play();
+    await this.startFrom(this.pose, plays);
   }
 
   #endDrag(): void {
@@ -297,8 +291,10 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
-      if (options.voxel_size === undefined && !facts.is_planar && numLargest(facts) > MOST_POINTS) {
-        await this.#thin(client, id, options, facts);
+      if (options.voxel_size === undefined && isTooLarge(facts)) {
+        const voxel_size = await voxelToThin(facts, (size) => client.prepare(id, { ...options, voxel_size: size }));
+        this.tell([tooLarge(facts, voxel_size)]);
+        this.#change(id, { options: { ...options, voxel_size } });
         return this.#runOne(id);
       }
       const trace = await client.trace(id, start);
@@ -313,15 +309,6 @@ export class LabSession extends Session<LabClient> {
       this.#change(id, { problem: messageOf(error) });
       if (id === this.active) this.#onProblem(error);
     }
-  }
-
-  /** Downsamples clouds of so many points that an iteration would take seconds. */
-  async #thin(client: LabClient, id: number, options: Options, facts: LabFacts): Promise<void> {
-    const voxel_size = await voxelFor(facts.target_points, async (size) =>
-      numLargest(await client.prepare(id, { ...options, voxel_size: size })),
-    );
-    this.tell([tooLarge(facts, voxel_size)]);
-    this.#change(id, { options: { ...options, voxel_size } });
   }
 
   #onTrace(trace: LabTrace): void {
@@ -391,10 +378,6 @@ export class LabSession extends Session<LabClient> {
     } catch (error) {
       if (!signal.aborted && !(error instanceof WorkerDied)) this.#onProblem(error);
     }
-  }
-
-  #makeRun(options: Options, own = ''): LabRun {
-    return newRun(this.#nextId++, options, own);
   }
 
   #reset(runs: readonly LabRun[]): void {

@@ -310,7 +310,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     if (this.isWelcomeClosed || this.controls !== 'full' || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
-      copy: (text) => void this.copy(text, 'The lines were copied.'),
+      copy: (text) => void this.session.copy(text, 'The lines were copied.'),
       close: () => {
         this.isWelcomeClosed = true;
       },

@@ -26,7 +26,7 @@ import {
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
-import { type BeforePath, NO_MARKS, type SpatialMarks } from './path-marks.js';
+import { type BeforePath, NO_MARKS, showMarks, type SpatialMarks } from './path-marks.js';
 import type { MapScene, SceneLook } from './scene.js';
 import {
   NO_SURFACE,
@@ -40,16 +40,11 @@ import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened }
 
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
-/** How far a camera's image is drawn before it, m; the selected one's is larger, to be seen. */
-const CAMERA_DEPTH = 0.16;
-const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
-
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
  * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, `map-painted` when a new set of
- * points is on the screen, and
- * `graphics-changed` with 'lost', 'restored' or 'unavailable'.
+ * points is on the screen, and `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
 export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
@@ -81,8 +76,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   @query('.stage') readonly stage!: HTMLElement;
   @query('canvas') readonly canvas!: HTMLCanvasElement;
 
-  /** The text beside the map is updated when a flight of the camera ends: updating it at every picture would take longer
-   * than drawing the picture. */
+  /** The text beside the map is updated when a flight ends: at every picture that would take longer than drawing it. */
   private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
   private surface = new DrawingSurface(this);
@@ -130,8 +124,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   /** Looks straight down. */
   fromAbove(): void {
     this.viewpoint.isMoved = false;
-    const { straight } = this.survey;
-    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: straight, elevation: STRAIGHT_DOWN }), false);
+    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: this.survey.straight, elevation: STRAIGHT_DOWN }), false);
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */
@@ -143,9 +136,6 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   protected override render(): TemplateResult {
     const section = { heights: this.survey.heights, cut: this.cut() };
-    const toggleLayers = (): void => {
-      this.layersOpen = !this.layersOpen;
-    };
     return mapFrame({
       describedBy: 'map-keys',
       onKey: (event) => this.onKey(event),
@@ -156,15 +146,18 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
           P changes between perspective and plan, M makes the surface or changes between it and the points, comma and
           full stop select the frame before and after.
         </p>`,
-      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
-      ${this.renderControls(section, toggleLayers)}`,
+      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
-      toggleLayers,
+      toggleLayers: this.toggleLayers,
       after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change)),
     });
   }
 
-  private renderControls(section: Section, toggleLayers: () => void): TemplateResult {
+  private toggleLayers = (): void => {
+    this.layersOpen = !this.layersOpen;
+  };
+
+  private renderControls(section: Section): TemplateResult {
     const { choices, viewpoint, hasColors } = this;
     return html`${readout(section, {
       hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
@@ -182,7 +175,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       })}`,
       hasLayers: this.layersOpen,
       layersHint: 'Layers and colours',
-      toggleLayers,
+      toggleLayers: this.toggleLayers,
     })}`;
   }
 
@@ -240,29 +233,19 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private passMarks(before: SpatialMarks | null): void {
-    const { marks, survey } = this;
+    const { marks, survey, image } = this;
     const { scene } = this.graphics;
-    if (!scene) return;
-    const isNew = before === null || before.poses !== marks.poses || before.reference !== marks.reference;
-    if (isNew) {
-      scene.setPaths(marks.poses, marks.reference, marks.camera, CAMERA_DEPTH);
-      const shown = this.onFloor();
-      if (shown.length > 0) scene.setGround(survey.R_view_map, shown, survey.heights.floor, survey.straight);
-    }
-    const pose = marks.selected === null ? null : (marks.poses[marks.selected] ?? null);
-    scene.setSelected(pose, marks.camera, SELECTED_DEPTH, this.image);
+    if (scene) showMarks(scene, marks, before, image, { ...survey, onFloor: () => this.onFloor() });
   }
 
   /** What the squares on the floor lie under. */
   private onFloor(): readonly Vec3[] {
-    const { sampled, R_view_map } = this.survey;
-    return [...sampled, ...positions(this.marks.poses, R_view_map)];
+    return [...this.survey.sampled, ...positions(this.marks.poses, this.survey.R_view_map)];
   }
 
   private takeSurvey(): void {
     const { poses, camera } = this.marks;
-    const kind = { hasCamera: camera !== null, isRough: this.growing };
-    this.survey = leveled(this.survey, this.points, poses, kind);
+    this.survey = leveled(this.survey, this.points, poses, { hasCamera: camera !== null, isRough: this.growing });
     const { width, height } = this.surface.size;
     this.survey = straightened(this.survey, poses, { cut: this.cut(), isWide: width >= height });
   }
@@ -272,12 +255,10 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private look(): SceneLook {
-    const { hasColors, voxel_size, dark, marks, runSurface } = this;
-    const { until, selected, poses } = marks;
-    const { heights } = this.survey;
-    const { mesh } = runSurface;
-    const facts = { hasColors, voxel_size, heights, num_frames: poses.length, until, selected, mesh, dark };
-    return sceneLook(this.choices, facts);
+    const { hasColors, voxel_size, dark, runSurface, survey } = this;
+    const { until, selected, poses } = this.marks;
+    const of = { num_frames: poses.length, until, selected, mesh: runSurface.mesh, heights: survey.heights };
+    return sceneLook(this.choices, { hasColors, voxel_size, dark, ...of });
   }
 
   // Painting.

@@ -20,7 +20,7 @@ const TITLES = {
 const MOST_PICTURES = 3;
 
 /**
- * A question about the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
+ * A question over the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
  * the one that the ground truth suggests.
  *
  * Fires `reading-chosen` with a `ReadingChoice`.
@@ -32,8 +32,6 @@ export class ScanstitchReadingCard extends LitElement {
   @property({ attribute: false }) question: Assumption | null = null;
   @property({ attribute: false }) view: TopView | null = null;
   @property({ type: Boolean }) dark = false;
-  /** Above the map, and not over its edge. */
-  @property({ type: Boolean, reflect: true }) strip = false;
 
   protected override render(): TemplateResult | typeof nothing {
     const { suggestion, question } = this;
@@ -138,20 +136,6 @@ export class ScanstitchReadingCard extends LitElement {
         box-shadow: var(--shadow);
         font-size: calc(13 * var(--px));
         pointer-events: auto;
-      }
-      :host([strip]) {
-        position: static;
-        flex: none;
-        width: auto;
-        max-height: 45%;
-      }
-      :host([strip]) .card {
-        border-width: 0 0 1px 3px;
-        border-radius: 0;
-        box-shadow: none;
-      }
-      :host([strip]) ul {
-        grid-template-columns: repeat(auto-fit, minmax(105px, 140px));
       }
       header {
         display: flex;

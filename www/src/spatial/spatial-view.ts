@@ -201,36 +201,30 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const result = snapshot?.result ?? null;
     const frames = result?.frames ?? NO_FRAMES;
     return html`<scanstitch-map3d
-        .points=${session.points}
-        .marks=${this.marksOf(
-          this.posesOf(frames),
-          result?.comparison?.reference ?? NO_REFERENCE,
-          result?.camera ?? null,
-          this.until ?? frames.length,
-          this.selected,
-        )}
-        .runSurface=${this.runSurface.stateOf(session)}
-        .names=${this.namesOf(frames)}
-        .referenceName=${result?.comparison?.name ?? ''}
-        .voxel_size=${result?.settings.map_voxel_size || 0.05}
-        .hasColors=${session.points.colors.length > 0}
-        .pathBefore=${this.overlay}
-        .fitKey=${this.fitKey}
-        .description=${this.mapWords(result)}
-        .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
-        ?growing=${phase === 'running'}
-        ?bare=${this.controls === 'none'}
-        ?dark=${this.dark}
-        @surface-wanted=${() => this.runSurface.make(session)}
-        @map-painted=${() => this.onPainted()}
-        @graphics-changed=${this.onGraphics}
-      ></scanstitch-map3d>
-      ${this.renderMaking()}
-      <scanstitch-reading-dialog
-        .assumptions=${result?.assumptions ?? NO_ASSUMPTIONS}
-        .camera=${result?.camera ?? null}
-        @readings-chosen=${({ detail }: CustomEvent<Readings>) => this.useReadings(detail.values)}
-      ></scanstitch-reading-dialog>`;
+      .points=${session.points}
+      .marks=${this.marksOf(
+        this.posesOf(frames),
+        result?.comparison?.reference ?? NO_REFERENCE,
+        result?.camera ?? null,
+        this.until ?? frames.length,
+        this.selected,
+      )}
+      .runSurface=${this.runSurface.stateOf(session)}
+      .names=${this.namesOf(frames)}
+      .referenceName=${result?.comparison?.name ?? ''}
+      .voxel_size=${result?.settings.map_voxel_size || 0.05}
+      .hasColors=${session.points.colors.length > 0}
+      .pathBefore=${this.overlay}
+      .fitKey=${this.fitKey}
+      .description=${this.mapWords(result)}
+      .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
+      ?growing=${phase === 'running'}
+      ?bare=${this.controls === 'none'}
+      ?dark=${this.dark}
+      @surface-wanted=${() => this.runSurface.make(session)}
+      @map-painted=${() => this.onPainted()}
+      @graphics-changed=${this.onGraphics}
+    ></scanstitch-map3d>`;
   }
 
   private renderMaking(): TemplateResult | typeof nothing {
@@ -261,17 +255,23 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return (suggestion || open) && key !== this.dismissed ? { suggestion, open, key } : null;
   }
 
-  protected override renderQuestion(isOverMap: boolean): TemplateResult | typeof nothing {
+  protected override renderQuestion(): TemplateResult {
     const asked = this.question();
-    if (!asked) return nothing;
-    return html`<scanstitch-reading-card
-      ?strip=${!isOverMap}
-      .suggestion=${asked.suggestion}
-      .question=${asked.open}
-      .view=${this.topView.value}
-      ?dark=${this.dark}
-      @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
-    ></scanstitch-reading-card>`;
+    const { result } = this.session.snapshot ?? {};
+    const card = asked
+      ? html`<scanstitch-reading-card
+          .suggestion=${asked.suggestion}
+          .question=${asked.open}
+          .view=${this.topView.value}
+          ?dark=${this.dark}
+          @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
+        ></scanstitch-reading-card>`
+      : nothing;
+    return html`${this.renderMaking()}${card}<scanstitch-reading-dialog
+        .assumptions=${result?.assumptions ?? NO_ASSUMPTIONS}
+        .camera=${result?.camera ?? null}
+        @readings-chosen=${({ detail }: CustomEvent<Readings>) => this.useReadings(detail.values)}
+      ></scanstitch-reading-dialog>`;
   }
 
   private onReading(chosen: ReadingChoice, key: string): void {
