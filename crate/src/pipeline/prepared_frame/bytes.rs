@@ -202,7 +202,7 @@ fn put_prepared(bytes: &mut Vec<u8>, PreparedSurfels { image, picked, coarse, te
 fn take_prepared(grid: &Grid, rest: &mut &[u8]) -> Result<PreparedSurfels> {
     let image = take_surfels(grid, rest)?;
     let picked = PickedCells::from_lists([take(rest)?, take(rest)?, take(rest)?, take(rest)?]);
-    let coarse = take::<[u32; 8]>(rest)?.into_iter().map(PackedSurfel::from_bits).collect();
+    let coarse = Arc::new(take::<[u32; 8]>(rest)?.into_iter().map(PackedSurfel::from_bits).collect());
     let (patches, numbers) = (take::<u32>(rest)?, take::<[f64; 6]>(rest)?);
     if patches.len() != numbers.len() || patches.iter().any(|&patch| patch as usize >= image.cells.len()) {
         return Err(no_frame());
@@ -226,7 +226,7 @@ fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured, .. }: &Prepa
 /// The filled cells, each with its piece of surface.
 fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
     bytes.extend((image.surfels().count() as u64).to_le_bytes());
-    for (cell, surfel) in (0u32..).zip(&image.cells) {
+    for (cell, surfel) in (0u32..).zip(image.cells.iter()) {
         if let Some(surfel) = surfel {
             bytes.extend_from_slice(bytemuck::bytes_of(&cell));
             bytes.extend_from_slice(bytemuck::bytes_of(&numbers_of(surfel)));
@@ -292,7 +292,7 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
     }
     let Grid { camera, cell_size, columns, rows, .. } = *grid;
-    Ok(SurfelImage { camera, cell_size, columns, rows, cells, brightness: None })
+    Ok(SurfelImage { camera, cell_size, columns, rows, cells: Arc::new(cells), brightness: None })
 }
 
 /// Number of a cell, and the numbers of its piece of surface.
