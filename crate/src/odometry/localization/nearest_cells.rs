@@ -89,6 +89,6 @@ mod tests {
             assert!(is_wall[nearest as usize]);
             assert_eq!(Some(sq_distance(cell, nearest as usize)), best, "cell {cell}");
         }
-        assert!(nearest_cells(&vec![false; 12], 4, 3).iter().all(|&cell| cell == NONE));
+        assert!(nearest_cells(&[false; 12], 4, 3).iter().all(|&cell| cell == NONE));
     }
 }
