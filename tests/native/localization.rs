@@ -41,7 +41,7 @@ fn motions(poses: &[Pose2], seed: u64) -> Vec<Option<MeasuredMotion>> {
 }
 
 fn localizer(grid: &OccupancyGrid) -> Localizer {
-    Localizer::new(Rc::new(MapField::new(grid)))
+    Localizer::new(Rc::new(MapField::new(grid)), true)
 }
 
 fn is_wrong(location: &Location, truth: &Pose2) -> bool {

@@ -26,7 +26,7 @@ pub fn halves() {
             let (starts, size) = (number("--starts", 1), halves[located].log.scans.len());
             for first in (0..starts).map(|start| start * size / starts) {
                 let part = halves[located].part(first..size);
-                let score = run(&mut part.localization(&grid, !flag("--alone")), Some(&part.reference));
+                let score = run(&mut part.localization(&grid, !flag("--alone")), |frame| Some(part.reference[frame]));
                 score.print(&format!("{}, half {located} from scan {first}", building.name));
                 sum.add(&score);
             }
@@ -42,7 +42,7 @@ pub fn others() {
     for (map, grid) in grids.iter().enumerate() {
         for (_, building) in buildings.iter().enumerate().filter(|(index, _)| *index != map) {
             let part = building.part(0..building.log.scans.len().min(number("--scans", 400)));
-            let score = run(&mut part.localization(grid, !flag("--alone")), None);
+            let score = run(&mut part.localization(grid, !flag("--alone")), |_| None);
             num_wrong += usize::from(score.good > 0);
             score.print(&format!("{} in {}", building.name, buildings[map].name));
         }

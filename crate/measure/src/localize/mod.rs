@@ -78,8 +78,8 @@ impl Score {
     }
 }
 
-/// Locates all scans; their places against true ones, where those are known.
-fn run(localization: &mut Localization, truth: Option<&[Pose2]>) -> Score {
+/// Locates all scans; their places against the true one of each frame, where that is known.
+fn run(localization: &mut Localization, truth: impl Fn(usize) -> Option<Pose2>) -> Score {
     let mut score = Score::default();
     let mut num_after = 0;
     let mut more = true;
@@ -102,7 +102,7 @@ fn run(localization: &mut Localization, truth: Option<&[Pose2]>) -> Score {
     score.num = result.scans.len();
     for (frame, scan) in result.scans.iter().enumerate().filter(|(_, scan)| scan.status == Status::Good) {
         score.good += 1;
-        let Some((place, truth)) = scan.place.zip(truth.map(|truth| truth[frame])) else { continue };
+        let Some((place, truth)) = scan.place.zip(truth(frame)) else { continue };
         let off = offset(&place, &truth);
         if is_wrong(&off) {
             score.wrong += 1;

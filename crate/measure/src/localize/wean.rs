@@ -27,20 +27,17 @@ pub fn main() {
     let grid = OccupancyGrid::of_map(&map);
     let log = laser_log::read(&read(&log)).expect("the log is sound");
     let mut whole = localization(&log, &grid, 0);
-    run(&mut whole, None).print("the whole log");
+    run(&mut whole, |_| None).print("the whole log");
     println!("{}\n{:?}", whole.result().summary, whole.result().notes);
     if let Some(file) = argument("--out") {
         std::fs::write(file, whole.trajectory_tum()).expect("it can be written");
     }
-    // A scan without a certain place in the whole log counts as wrong, by a kilometre: look at it.
     let is_certain = whole.locations().iter().map(|location| location.status == Status::Good);
     let certain = whole.poses().into_iter().zip(is_certain).map(|(pose, is_certain)| pose.filter(|_| is_certain));
-    // Far off the map.
-    let nowhere = Pose2::translation(-1e3, 0.0);
-    let reference: Vec<Pose2> = certain.map(|pose| pose.unwrap_or(nowhere)).collect();
+    let certain: Vec<Option<Pose2>> = certain.collect();
     let starts = number("--starts", 20);
     for from in (0..starts).map(|start| start * (log.scans.len() - 20) / starts) {
-        run(&mut localization(&log, &grid, from), Some(&reference[from..])).print(&format!("from scan {from}"));
+        run(&mut localization(&log, &grid, from), |frame| certain[from + frame]).print(&format!("from scan {from}"));
     }
     if let Some(count) = argument("--particles").map(|count| count.parse().expect("a number")) {
         particles(&log, &whole, &grid, count);

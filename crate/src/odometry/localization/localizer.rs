@@ -80,6 +80,7 @@ impl NextSearch {
 /// Locates scans in a map.
 pub struct Localizer {
     field: Rc<MapField>,
+    has_odometry: bool,
     model: BeamModel,
     search: Search,
     state: State,
@@ -89,11 +90,12 @@ pub struct Localizer {
 }
 
 impl Localizer {
-    /// Prepares a map.
-    pub fn new(field: Rc<MapField>) -> Self {
+    /// Prepares a map. Where no odometry measures the motions, no place is called certain: of 1,226 such places in halves of four
+    /// buildings 4 were wrong, by up to 3 m (`cargo measure localize halves --alone`).
+    pub fn new(field: Rc<MapField>, has_odometry: bool) -> Self {
         let (model, search) = (BeamModel::of(&field), Search::new(&field));
         let (state, window) = (State::Searching(None), Window::default());
-        Self { field, model, search, state, window, next_search: NextSearch::NOW, locations: Vec::new() }
+        Self { field, has_odometry, model, search, state, window, next_search: NextSearch::NOW, locations: Vec::new() }
     }
 
     /// The map.
@@ -245,6 +247,8 @@ impl Localizer {
         } else if position > CERTAIN_SIGMA.1 || heading > CERTAIN_SIGMA.0 {
             let heading = heading.to_degrees();
             format!("its pose is uncertain by {position:.2} m and {heading:.1} degrees (one standard deviation)")
+        } else if !self.has_odometry {
+            "registrations of scans alone can mislead: with odometry it would be certain".to_owned()
         } else {
             String::new()
         };

@@ -112,7 +112,7 @@ impl Reconstruction {
         let checked = chosen.checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned();
         let options = PlanarOptions { without: self.without, ..self.settings.odometry_options() };
         Ok(Localization {
-            localizer: Localizer::new(Rc::new(field)),
+            localizer: Localizer::new(Rc::new(field), chosen.model.steps.iter().any(Option::is_some)),
             labels: self.labels().collect(),
             scans: (0..self.recorded.len()).map(|frame| recorded.cleaned(frame)).collect(),
             times: self.stamps().times,
