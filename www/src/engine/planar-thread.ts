@@ -34,7 +34,7 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
 type LogReader = Pick<full.Reconstruction, 'add_log'>;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
-type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file' | 'occupancy_grid'> &
+type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'localization' | 'map_file' | 'occupancy_grid'> &
   Partial<LogReader> & { occupancy_grid: (...given: Parameters<full.Reconstruction['occupancy_grid']>) => PlanarGrid };
 
 /** The page is answered at least this often, unless one step takes longer. */
