@@ -74,11 +74,8 @@ export class LiveMap {
     const isImage = typeOf(topic.type) === 'sensor_msgs/msg/Image';
     const file = isImage ? depthFile(decodeImage(bytes)) : cloudFile(decodeOf(topic)(bytes));
     const [name, index, time] = [topic.name, this.numPlaced + this.numDropped, sec + nsec / 1e9];
-    const known = this.#reconstruction;
-    const reconstruction = known ?? new this.#engine.SpatialReconstruction();
-    if (!known && isImage) this.#setCamera(reconstruction, topic);
+    const reconstruction = (this.#reconstruction ??= this.#begun(topic, isImage));
     const config = reconstruction.begin(name, file);
-    this.#reconstruction = reconstruction;
     const prepared = isImage
       ? this.#engine.prepare_frame(config, name, index, time, file, null, undefined, undefined)
       : this.#engine.prepare_cloud(config, name, index, time, file);
@@ -86,12 +83,16 @@ export class LiveMap {
     while (reconstruction.step().stage !== 'done');
   }
 
-  #setCamera(reconstruction: SpatialReconstruction, topic: Offered) {
+  #begun(topic: Offered, isImage: boolean) {
+    const { SpatialReconstruction } = this.#engine;
+    if (!isImage) return new SpatialReconstruction();
     const camera = this.#camera && pinholeOf(decodeCamera(this.#camera.bytes), this.#camera.topic.name, topic.name);
     if (!camera) throw new RangeError('the camera is not known yet');
     const text = new TextEncoder().encode(JSON.stringify(camera));
     const { camera: read } = cameraFor('camera.json', text, camera);
+    const reconstruction = new SpatialReconstruction();
     reconstruction.set_intrinsics('camera.json', engineCamera(read));
+    return reconstruction;
   }
 }
 

@@ -23,7 +23,7 @@ export interface StreamOptions {
 /** A topic with what came of it. */
 export type Received = { topic: Offered; count: number };
 
-/** While no topic is there that can be used, the server is asked again after this time (ms). */
+/** Period of repeated queries for topics, while there is none that can be used (ms). */
 const ASK_AGAIN = 2000;
 /** The code of a socket that was closed without a word. */
 const NO_GOODBYE = 1006;

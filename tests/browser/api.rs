@@ -23,7 +23,7 @@ fn clouds_come_back_as_they_were_given() {
 #[wasm_bindgen_test]
 fn what_is_thrown_names_file_place_problem_and_remedy() {
     let bytes = include_bytes!("../data/cut_off.ply");
-    let thrown = PointCloud::from_ply(bytes, "cut_off.ply").err().expect("the file is cut off");
+    let thrown: JsValue = PointCloud::from_ply(bytes, "cut_off.ply").err().expect("the file is cut off").into();
     let error: &Error = thrown.dyn_ref().expect("an Error");
     assert_eq!(String::from(error.name()), "ScanstitchError");
     assert_eq!(field(&thrown, "file").as_string().as_deref(), Some("cut_off.ply"));

@@ -80,6 +80,30 @@ test('a drive is found in the map of another one, and not in that of another bui
   assert.match(other.stdout, /Not in this map|Undecided/);
 });
 
+test('where the odometry has a gap, the robot is searched for again', async (t) => {
+  const folder = temporaryFolder(t);
+  const poses = Array.from({ length: 58 }, (_, index) => {
+    const way = 0.2 * (8 + index);
+    return way < 9.5 ? [way, 0, Math.max(0, way - 8.5) * (Math.PI / 2)] : [9.9, way - 9.5, Math.PI / 2];
+  });
+  const rows = poses.map((pose, index) => `${index} ${pose.join(' ')}\n`);
+  const [drive = '', later = '', whole = '', broken = ''] = writeFiles(folder, {
+    'drive.log': driveLog(BUILDING, 0, 66),
+    'later.log': driveLog(BUILDING, 8, 66),
+    'whole.txt': rows.join(''),
+    'broken.txt': rows.filter((_, index) => index < 30 || index > 33).join(''),
+  });
+  const maps = join(folder, 'maps');
+  assert.equal((await scanstitch(['reconstruct', drive, '--out', maps])).status, 0);
+  const located = async (/** @type {string} */ odometry) => {
+    const args = ['localize', join(maps, 'map.yaml'), later, '--odometry', odometry, '--out', folder, '--json'];
+    return JSON.parse((await scanstitch(args)).stdout).scans[31];
+  };
+  const [followed, afterGap] = [await located(whole), await located(broken)];
+  assert.deepEqual([followed.status, followed.is_known_at_once], ['good', true]);
+  assert.notDeepEqual([afterGap.status, afterGap.is_known_at_once], ['good', true]);
+});
+
 test('arguments that cannot be used have their own message', async (t) => {
   const [log = '', picture = '', yaml = ''] = writeFiles(temporaryFolder(t), {
     'drive.log': driveLog(BUILDING, 0, 2),

@@ -133,6 +133,24 @@ fn sweeps_that_are_straight_already_are_left_as_they_are() {
 }
 
 /// As an Ouster's driver writes it: nanoseconds from the stamp, in 32 bits.
+#[test]
+fn the_second_usable_sweep_tells_the_velocity_of_the_first_one() {
+    let clouds = Place::Room.sweeps(&MovingLidar::rings(16, 720), 2, true);
+    let options = CloudOptions::new(0.1);
+    let mut odometry = SweepOdometry::new(options).unwrap();
+    let nothing = PointCloud { positions: vec![glam::Vec3::X; 3], ..PointCloud::default() };
+    let lost = odometry.register_sweep(nothing, Some(start(0)));
+    assert_eq!((lost.estimate.assessment.status, lost.velocities.len()), (Status::Lost, 0));
+    let mut numbers = Vec::new();
+    for (number, cloud) in clouds.iter().enumerate() {
+        let cloud = PreparedCloud::downsampled(cloud, &options).unwrap();
+        let found = odometry.register_sweep(cloud, Some(start(number + 1)));
+        assert_eq!(found.estimate.assessment.status, Status::Good, "{number}");
+        numbers.push(found.velocities.iter().map(|(number, _)| *number).collect::<Vec<_>>());
+    }
+    assert_eq!(numbers, [vec![], vec![2, 1]]);
+}
+
 fn pcd(cloud: &PointCloud) -> Vec<u8> {
     let count = cloud.len();
     let header = format!(

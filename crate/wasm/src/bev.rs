@@ -4,6 +4,8 @@ use js_sys::JSON;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::{from_object, plain};
 use scanstitch::camera::bev::points::{FRONT_POINT_COLUMNS, PAIR_COLUMNS, POINT_COLUMNS, points_csv, read_pixels};
 use scanstitch::camera::bev::refine::refine;
@@ -56,7 +58,7 @@ impl BirdsEyeView {
     /// # Errors
     /// When a camera or the plane is invalid, or the plane passes through a camera.
     #[wasm_bindgen(constructor)]
-    pub fn new(scene: &BevSceneObject) -> Result<BirdsEyeView, JsValue> {
+    pub fn new(scene: &BevSceneObject) -> Result<BirdsEyeView, Thrown> {
         let scene = scene_of(scene)?;
         Ok(Self { front_from_top: scene.front_from_top()?, top_from_front: scene.top_from_front()? })
     }
@@ -70,7 +72,7 @@ impl BirdsEyeView {
         marked: &[f64],
         from: &BevRoleName,
         whole: Option<WholePixelsName>,
-    ) -> Result<Vec<Ts<BevPoint>>, JsValue> {
+    ) -> Result<Vec<Ts<BevPoint>>, Thrown> {
         Ok(self.followed(marked, from, whole)?.iter().map(plain).collect())
     }
 
@@ -83,7 +85,7 @@ impl BirdsEyeView {
         marked: &[f64],
         from: &BevRoleName,
         whole: Option<WholePixelsName>,
-    ) -> Result<String, JsValue> {
+    ) -> Result<String, Thrown> {
         let points = self.followed(marked, from, whole)?;
         Ok(match role_of(from)? {
             BevRole::Top => points_csv(&points, "top", "front"),
@@ -95,7 +97,7 @@ impl BirdsEyeView {
     ///
     /// # Errors
     /// As `points`.
-    pub fn polygon(&self, corners: &[f64], from: &BevRoleName) -> Result<Ts<BevPolygon>, JsValue> {
+    pub fn polygon(&self, corners: &[f64], from: &BevRoleName) -> Result<Ts<BevPolygon>, Thrown> {
         Ok(plain(&self.transfer(from)?.polygon(&pixels(corners)?)))
     }
 
@@ -103,7 +105,7 @@ impl BirdsEyeView {
     ///
     /// # Errors
     /// As `points`.
-    pub fn segments(&self, ends: &[f64], from: &BevRoleName) -> Result<Vec<Ts<BevSegment>>, JsValue> {
+    pub fn segments(&self, ends: &[f64], from: &BevRoleName) -> Result<Vec<Ts<BevSegment>>, Thrown> {
         let transfer = self.transfer(from)?;
         let lines = pixels(ends)?;
         let seen = lines.chunks_exact(2).filter_map(|line| transfer.segment([line[0], line[1]]));
@@ -114,7 +116,7 @@ impl BirdsEyeView {
     ///
     /// # Errors
     /// When the name is unknown.
-    pub fn homography(&self, from: &BevRoleName) -> Result<Vec<f64>, JsValue> {
+    pub fn homography(&self, from: &BevRoleName) -> Result<Vec<f64>, Thrown> {
         Ok(self.transfer(from)?.homography().transpose().as_slice().to_vec())
     }
 
@@ -122,11 +124,11 @@ impl BirdsEyeView {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn layout(&self, max_depth: f64) -> Result<Ts<BevLayout>, JsValue> {
+    pub fn layout(&self, max_depth: f64) -> Result<Ts<BevLayout>, Thrown> {
         Ok(plain(&BevLayout::new(&self.front_from_top, max_depth)))
     }
 
-    fn transfer(&self, from: &BevRoleName) -> Result<&PlaneTransfer, JsValue> {
+    fn transfer(&self, from: &BevRoleName) -> Result<&PlaneTransfer, Thrown> {
         Ok(match role_of(from)? {
             BevRole::Top => &self.front_from_top,
             BevRole::Front => &self.top_from_front,
@@ -138,7 +140,7 @@ impl BirdsEyeView {
         marked: &[f64],
         from: &BevRoleName,
         whole: Option<WholePixelsName>,
-    ) -> Result<Vec<BevPoint>, JsValue> {
+    ) -> Result<Vec<BevPoint>, Thrown> {
         let whole: WholePixels = from_object(whole.map(JsValue::from))?;
         let transfer = self.transfer(from)?;
         Ok(pixels(marked)?.into_iter().map(|pixel| transfer.point(pixel).in_whole_pixels(whole)).collect())
@@ -164,7 +166,7 @@ impl BevImage {
     ///
     /// # Errors
     /// When the size of the picture is not that of the top camera's image.
-    pub fn warp_rows(&self, view: &BirdsEyeView, first_row: usize, num_rows: usize) -> Result<Vec<u8>, JsValue> {
+    pub fn warp_rows(&self, view: &BirdsEyeView, first_row: usize, num_rows: usize) -> Result<Vec<u8>, Thrown> {
         Ok(warp_rows(&view.top_from_front, &self.rgba, first_row, num_rows)?)
     }
 }
@@ -174,7 +176,7 @@ impl BevImage {
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen]
-pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
+pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, Thrown> {
     Ok(presets().iter().map(plain).collect())
 }
 
@@ -183,7 +185,7 @@ pub fn bev_presets() -> Result<Vec<Ts<BevPreset>>, JsValue> {
 /// # Errors
 /// When the file is not a scene.
 #[wasm_bindgen]
-pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue> {
+pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, Thrown> {
     Ok(plain(&BevScene::read(bytes).map_err(|error| error.in_file(name))?))
 }
 
@@ -192,7 +194,7 @@ pub fn read_bev_scene(bytes: &[u8], name: &str) -> Result<Ts<BevScene>, JsValue>
 /// # Errors
 /// When a line does not consist of two numbers.
 #[wasm_bindgen]
-pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<Vec<f64>, JsValue> {
+pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<Vec<f64>, Thrown> {
     let columns = match role_of(from)? {
         BevRole::Top => POINT_COLUMNS,
         BevRole::Front => FRONT_POINT_COLUMNS,
@@ -206,7 +208,7 @@ pub fn read_bev_points(bytes: &[u8], name: &str, from: &BevRoleName) -> Result<V
 /// # Errors
 /// When a line does not consist of four numbers.
 #[wasm_bindgen]
-pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsValue> {
+pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, Thrown> {
     let rows = read_pixels(bytes, PAIR_COLUMNS).map_err(|error| error.in_file(name))?;
     Ok(rows.iter().map(|&[tu, tv, fu, fv]| plain(&BevPair { top: [tu, tv], front: [fu, fv] })).collect())
 }
@@ -216,7 +218,7 @@ pub fn read_bev_pairs(bytes: &[u8], name: &str) -> Result<Vec<Ts<BevPair>>, JsVa
 /// # Errors
 /// When a camera is invalid or the name is unknown.
 #[wasm_bindgen]
-pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, JsValue> {
+pub fn bev_in_axes(scene: &BevSceneObject, axes: &AxesName) -> Result<Ts<BevScene>, Thrown> {
     let axes: BevAxes = from_object(Some(axes.into()))?;
     Ok(plain(&scene_of(scene)?.in_axes(axes)?))
 }
@@ -230,7 +232,7 @@ pub fn bev_with_poses(
     scene: &BevSceneObject,
     kind: &BevPoseKindName,
     order: &EulerOrderName,
-) -> Result<Ts<BevScene>, JsValue> {
+) -> Result<Ts<BevScene>, Thrown> {
     let kind: BevPoseKind = from_object(Some(kind.into()))?;
     let order: EulerOrder = from_object(Some(order.into()))?;
     Ok(plain(&scene_of(scene)?.with_poses(kind, order)?))
@@ -245,7 +247,7 @@ pub fn bev_refine(
     scene: &BevSceneObject,
     pairs: &BevPairObjects,
     options: Option<PartialBevRefinementOptions>,
-) -> Result<Ts<BevRefinement>, JsValue> {
+) -> Result<Ts<BevRefinement>, Thrown> {
     let pairs: Vec<BevPair> = from_object(Some(pairs.into()))?;
     let options: BevRefinementOptions = from_object(options.map(JsValue::from))?;
     Ok(plain(&refine(&scene_of(scene)?, &pairs, &options)?))
@@ -256,7 +258,7 @@ pub fn bev_refine(
 /// # Errors
 /// When it has another size; the error gives both.
 #[wasm_bindgen]
-pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize, height: usize) -> Result<(), JsValue> {
+pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize, height: usize) -> Result<(), Thrown> {
     let scene = scene_of(scene)?;
     let (camera, name) = match role_of(role)? {
         BevRole::Top => (&scene.top, "top"),
@@ -265,18 +267,18 @@ pub fn check_bev_image(scene: &BevSceneObject, role: &BevRoleName, width: usize,
     Ok(camera.check_image(name, width, height)?)
 }
 
-fn scene_of(scene: &BevSceneObject) -> Result<BevScene, JsValue> {
+fn scene_of(scene: &BevSceneObject) -> Result<BevScene, Thrown> {
     // Of `undefined` and functions, there is no text.
     let json = JsValue::from(JSON::stringify(scene)?).as_string();
     let json = json
         .ok_or_else(|| Error::whole("The scene is not a plain object", "Give a scene as bev_presets() returns it"))?;
     BevScene::read(json.as_bytes()).map_err(|error| {
         // Nobody has seen the lines of this text.
-        JsValue::from(Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))
+        Thrown::from(Error::whole(format!("The scene is not valid: {}", error.problem), error.remedy))
     })
 }
 
-fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
+fn role_of(name: &BevRoleName) -> Result<BevRole, Thrown> {
     match JsValue::from(name).as_string().as_deref() {
         Some("top") => Ok(BevRole::Top),
         Some("front") => Ok(BevRole::Front),
@@ -287,7 +289,7 @@ fn role_of(name: &BevRoleName) -> Result<BevRole, JsValue> {
     }
 }
 
-fn pixels(flat: &[f64]) -> Result<Vec<[f64; 2]>, JsValue> {
+fn pixels(flat: &[f64]) -> Result<Vec<[f64; 2]>, Thrown> {
     if !flat.len().is_multiple_of(2) {
         let problem = format!("{} numbers are not pairs of u and v", flat.len());
         return Err(Error::whole(problem, "Give u and v of every pixel").into());

@@ -6,6 +6,8 @@ use serde::Serialize;
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::spatial::PartialSpatialSettings;
 use crate::{PointCloud, from_object, plain};
 use scanstitch::error::Error;
@@ -57,7 +59,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When the file is not a trajectory.
-    pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, JsValue> {
+    pub fn read(bytes: &[u8], name: &str, format: Option<FormatName>) -> Result<Trajectory, Thrown> {
         let format = format.map(JsValue::from).filter(|format| !format.is_undefined() && !format.is_null());
         let format = format.map(|format| format_named(&format)).transpose()?;
         let contents = trajectory::read_lenient(bytes, format).map_err(|error| error.in_file(name))?;
@@ -68,7 +70,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When a file is not a pose; the error names it.
-    pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, JsValue> {
+    pub fn read_frames(names: &Names, files: &Files) -> Result<Trajectory, Thrown> {
         if !Array::is_array(names) || !Array::is_array(files) {
             return Err(Error::whole("The names or the files are not an array", "Give an array of each").into());
         }
@@ -86,7 +88,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When the file has another format or another number of times than there are poses.
-    pub fn set_stamps(&mut self, bytes: &[u8], name: &str) -> Result<(), JsValue> {
+    pub fn set_stamps(&mut self, bytes: &[u8], name: &str) -> Result<(), Thrown> {
         let stamps = trajectory::read_times(bytes).map_err(|error| error.in_file(name))?;
         let timed = self.contents.trajectory.clone().with_stamps(stamps);
         self.contents.trajectory = timed.map_err(|error| error.in_file(name))?;
@@ -104,7 +106,7 @@ impl Trajectory {
     /// # Errors
     /// No input causes an error.
     #[wasm_bindgen(getter)]
-    pub fn format(&self) -> Result<Ts<TrajectoryFormat>, JsValue> {
+    pub fn format(&self) -> Result<Ts<TrajectoryFormat>, Thrown> {
         Ok(plain(&self.contents.format))
     }
 
@@ -134,7 +136,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// When the format is unknown, or needs orientations and there are none.
-    pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, JsValue> {
+    pub fn write(&self, format: &FormatName) -> Result<Vec<u8>, Thrown> {
         let format = format_named(&JsValue::from(format))?;
         Ok(trajectory::write(&self.contents.trajectory, format)?)
     }
@@ -152,7 +154,7 @@ impl Evaluation {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn summary(&self) -> Result<Ts<EvaluationSummary>, JsValue> {
+    pub fn summary(&self) -> Result<Ts<EvaluationSummary>, Thrown> {
         Ok(plain(&self.evaluation.summary))
     }
 
@@ -218,7 +220,7 @@ pub fn evaluate(
     reference: &Trajectory,
     estimate: &Trajectory,
     options: Option<PartialEvaluationOptions>,
-) -> Result<Evaluation, JsValue> {
+) -> Result<Evaluation, Thrown> {
     let options: EvaluationOptions = from_object(options.map(JsValue::from))?;
     let evaluation = engine::evaluate(&reference.contents.trajectory, &estimate.contents.trajectory, &options);
     Ok(Evaluation { evaluation: evaluation? })
@@ -229,7 +231,7 @@ pub fn evaluate(
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen]
-pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, JsValue> {
+pub fn evaluation_defaults() -> Result<Ts<EvaluationOptions>, Thrown> {
     Ok(plain(&EvaluationOptions::default()))
 }
 
@@ -248,7 +250,7 @@ pub fn relation_errors(
     max_diff: Option<f64>,
     loops_only: bool,
     offset: Option<f64>,
-) -> Result<Ts<RelationErrors>, JsValue> {
+) -> Result<Ts<RelationErrors>, Thrown> {
     let mut relations = read_relations(relations).map_err(|error| error.in_file(name))?;
     relations.retain(|relation| !(loops_only && relation.is_step()));
     let trajectory = &estimate.contents.trajectory;
@@ -265,13 +267,13 @@ pub fn relation_errors(
 /// # Errors
 /// When no point has enough neighbours.
 #[wasm_bindgen]
-pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, JsValue> {
+pub fn map_quality(map: &PointCloud, options: Option<PartialMapQualityOptions>) -> Result<Ts<MapQuality>, Thrown> {
     let options: MapQualityOptions = from_object(options.map(JsValue::from))?;
     let points: Vec<[f32; 3]> = map.cloud.positions.iter().map(glam::Vec3::to_array).collect();
     Ok(plain(&quality_of(&points, map.cloud.is_planar(), &options)?))
 }
 
-fn quality_of(points: &[[f32; 3]], is_planar: bool, options: &MapQualityOptions) -> Result<MapQuality, JsValue> {
+fn quality_of(points: &[[f32; 3]], is_planar: bool, options: &MapQualityOptions) -> Result<MapQuality, Thrown> {
     let found = if is_planar {
         let flat: Vec<[f32; 2]> = points.iter().map(|&[x, y, _]| [x, y]).collect();
         quality::map_quality(&flat, options)
@@ -287,7 +289,7 @@ impl PointCloud {
     ///
     /// # Errors
     /// When the file has neither format, or is damaged.
-    pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
+    pub fn read(bytes: &[u8], name: &str) -> Result<PointCloud, Thrown> {
         Ok(Self { cloud: scanstitch::io::point_cloud::read(bytes).map_err(|error| error.in_file(name))? })
     }
 }
@@ -322,7 +324,7 @@ impl FrameClouds {
     ///
     /// # Errors
     /// When the cloud has no finite point.
-    pub fn add(&mut self, cloud: &PointCloud, name: &str) -> Result<(), JsValue> {
+    pub fn add(&mut self, cloud: &PointCloud, name: &str) -> Result<(), Thrown> {
         self.clouds.push(&cloud.cloud).map_err(|error| error.in_file(name))?;
         self.is_planar &= cloud.cloud.is_planar();
         Ok(())
@@ -343,12 +345,12 @@ impl FrameClouds {
         trajectory: &Trajectory,
         residual_options: Option<PartialFrameResidualOptions>,
         map_options: Option<PartialMapQualityOptions>,
-    ) -> Result<Ts<FrameQuality>, JsValue> {
+    ) -> Result<Ts<FrameQuality>, Thrown> {
         let residual_options: FrameResidualOptions = from_object(residual_options.map(JsValue::from))?;
         let map_options: MapQualityOptions = from_object(map_options.map(JsValue::from))?;
         let poses = trajectory.contents.trajectory.poses().ok_or_else(|| {
             let problem = "The trajectory has positions alone, and frames cannot be placed by them";
-            JsValue::from(Error::whole(problem, "Give a trajectory with orientations"))
+            Thrown::from(Error::whole(problem, "Give a trajectory with orientations"))
         })?;
         let residual = self.clouds.residual(&poses, &residual_options)?;
         let points = self.clouds.map(&poses)?;
@@ -378,7 +380,7 @@ impl DepthConsistency {
         num_frames: usize,
         times: Option<Vec<f64>>,
         settings: Option<PartialSpatialSettings>,
-    ) -> Result<DepthConsistency, JsValue> {
+    ) -> Result<DepthConsistency, Thrown> {
         let settings = from_object(settings.map(JsValue::from))?;
         let comparison =
             consistency::DepthConsistency::new(settings, &trajectory.contents, num_frames, times.as_deref());
@@ -389,7 +391,7 @@ impl DepthConsistency {
     ///
     /// # Errors
     /// When the file has no camera, or after the first frame.
-    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
         Ok(self.comparison.set_intrinsics(camera)?)
     }
@@ -398,7 +400,7 @@ impl DepthConsistency {
     ///
     /// # Errors
     /// When it is damaged, has no depth, or differs from the first one in size.
-    pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         Ok(self.comparison.add(name, bytes)?)
     }
 
@@ -417,7 +419,7 @@ impl DepthConsistency {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn report(&self) -> Result<Ts<ConsistencyReport>, JsValue> {
+    pub fn report(&self) -> Result<Ts<ConsistencyReport>, Thrown> {
         Ok(plain(&self.comparison.report()))
     }
 }
@@ -430,10 +432,10 @@ fn angles(path: &Path) -> Option<Vec<f64>> {
     roll_pitch_yaw(path).map(|angles| flat(&angles))
 }
 
-fn format_named(format: &JsValue) -> Result<TrajectoryFormat, JsValue> {
+fn format_named(format: &JsValue) -> Result<TrajectoryFormat, Thrown> {
     let name = format.as_string().unwrap_or_default();
     serde_json::from_value(name.clone().into()).map_err(|_| {
         let remedy = "Use tum, kitti, euroc, pose_table, matrices, npy, positions or planar";
-        JsValue::from(Error::whole(format!("\"{name}\" is not a trajectory format"), remedy))
+        Thrown::from(Error::whole(format!("\"{name}\" is not a trajectory format"), remedy))
     })
 }

@@ -4,8 +4,11 @@ use js_sys::{Float64Array, Int16Array, Object, Reflect, Uint8Array, Uint16Array,
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::memory::grow_ahead;
 use crate::point_cloud::PartialRegistrationOptions;
+use crate::thrown::set;
 use crate::{PointCloud, from_object, plain};
 use scanstitch::error::Error;
 use scanstitch::registration::correlative::{SearchWindow, SearchedBlock};
@@ -94,7 +97,7 @@ impl IcpLab {
         source: &PointCloud,
         target: &PointCloud,
         options: Option<PartialRegistrationOptions>,
-    ) -> Result<IcpLab, JsValue> {
+    ) -> Result<IcpLab, Thrown> {
         let options = from_object(options.map(JsValue::from))?;
         let engine = Engine::new(&source.cloud, &target.cloud, &options)?;
         Ok(Self { engine })
@@ -115,7 +118,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When it is not finite.
-    pub fn initial(&self) -> Result<Vec<f64>, JsValue> {
+    pub fn initial(&self) -> Result<Vec<f64>, Thrown> {
         Ok(self.engine.initial()?.to_vec())
     }
 
@@ -138,7 +141,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When the pose is not a rigid motion.
-    pub fn trace(&mut self, init_T_target_source: Option<Vec<f64>>) -> Result<Ts<IcpTrace>, JsValue> {
+    pub fn trace(&mut self, init_T_target_source: Option<Vec<f64>>) -> Result<Ts<IcpTrace>, Thrown> {
         let init = init_T_target_source.map(|rows| pose(&rows)).transpose()?;
         Ok(plain(&self.engine.trace(init.as_ref())?))
     }
@@ -148,7 +151,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When the pose is not a rigid motion, or the stride is 0.
-    pub fn iteration(&self, T_target_source: &[f64], stride: Option<usize>) -> Result<IcpIteration, JsValue> {
+    pub fn iteration(&self, T_target_source: &[f64], stride: Option<usize>) -> Result<IcpIteration, Thrown> {
         let of = self.engine.sampled_iteration(&pose(T_target_source)?, stride.unwrap_or(1));
         Ok(iteration(&of?))
     }
@@ -158,7 +161,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When there is no such iteration.
-    pub fn traced_iteration(&self, index: usize) -> Result<IcpIteration, JsValue> {
+    pub fn traced_iteration(&self, index: usize) -> Result<IcpIteration, Thrown> {
         Ok(iteration(&self.engine.traced_iteration(index)?))
     }
 
@@ -167,7 +170,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When the centre is not a rigid motion, or there are not as many offsets as unknowns.
-    pub fn pose_at(&self, T_center: &[f64], offsets: &[f64]) -> Result<Vec<f64>, JsValue> {
+    pub fn pose_at(&self, T_center: &[f64], offsets: &[f64]) -> Result<Vec<f64>, Thrown> {
         Ok(self.engine.pose_at(&pose(T_center)?, offsets)?.to_vec())
     }
 
@@ -175,7 +178,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When one of them is not a rigid motion.
-    pub fn offsets(&self, T_center: &[f64], T_target_source: &[f64]) -> Result<Vec<f64>, JsValue> {
+    pub fn offsets(&self, T_center: &[f64], T_target_source: &[f64]) -> Result<Vec<f64>, Thrown> {
         Ok(self.engine.offsets(&pose(T_center)?, &pose(T_target_source)?)?)
     }
 
@@ -185,7 +188,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When the grid does not fit.
-    pub fn cost_landscape(&self, grid: GridObject) -> Result<Vec<f64>, JsValue> {
+    pub fn cost_landscape(&self, grid: GridObject) -> Result<Vec<f64>, Thrown> {
         Ok(self.engine.cost_landscape(&grid_options(grid)?)?)
     }
 
@@ -193,7 +196,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When the grid does not fit.
-    pub fn basin_of_attraction(&self, grid: GridObject) -> Result<BasinEnds, JsValue> {
+    pub fn basin_of_attraction(&self, grid: GridObject) -> Result<BasinEnds, Thrown> {
         grow_ahead();
         let ends = self.engine.basin_of_attraction(&grid_options(grid)?)?;
         let object = Object::new();
@@ -215,7 +218,7 @@ impl IcpLab {
         T_center: &[f64],
         translation: f64,
         rotation: f64,
-    ) -> Result<Vec<Ts<SearchedBlock>>, JsValue> {
+    ) -> Result<Vec<Ts<SearchedBlock>>, Thrown> {
         let window = SearchWindow { translation, rotation };
         let path = self.engine.search_path(&pose(T_center)?, window)?;
         Ok(path.iter().map(plain).collect())
@@ -226,7 +229,7 @@ impl IcpLab {
     ///
     /// # Errors
     /// When a pose is not a rigid motion.
-    pub fn label_ends(&self, ends: &BasinEnds, reference: &[f64]) -> Result<BasinLabels, JsValue> {
+    pub fn label_ends(&self, ends: &BasinEnds, reference: &[f64]) -> Result<BasinLabels, Thrown> {
         let ends = ends_from(ends)?;
         let basin = self.engine.label_ends(&ends, &pose(reference)?)?;
         let object = Object::new();
@@ -243,7 +246,7 @@ impl IcpLab {
 /// # Errors
 /// When the costs are not whole rows of `width` nodes.
 #[wasm_bindgen]
-pub fn local_minima(costs: &[f64], width: usize) -> Result<Vec<Ts<LocalMinimum>>, JsValue> {
+pub fn local_minima(costs: &[f64], width: usize) -> Result<Vec<Ts<LocalMinimum>>, Thrown> {
     if width == 0 || !costs.len().is_multiple_of(width) {
         let problem = format!("{} costs are not rows of {width} nodes", costs.len());
         return Err(Error::whole(problem, "Give the number of nodes in a row of the landscape").into());
@@ -251,15 +254,15 @@ pub fn local_minima(costs: &[f64], width: usize) -> Result<Vec<Ts<LocalMinimum>>
     Ok(landscape::local_minima(costs, width).iter().map(plain).collect())
 }
 
-fn grid_options(grid: GridObject) -> Result<GridOptions, JsValue> {
+fn grid_options(grid: GridObject) -> Result<GridOptions, Thrown> {
     let grid: Option<GridOptions> = from_object(Some(grid.into()))?;
     Ok(grid.ok_or_else(|| Error::whole("No grid was given", "Give T_center, axes, half_widths and size"))?)
 }
 
-fn pose(rows: &[f64]) -> Result<[f64; 16], JsValue> {
+fn pose(rows: &[f64]) -> Result<[f64; 16], Thrown> {
     rows.try_into().map_err(|_| {
         let problem = format!("A pose of {} numbers", rows.len());
-        JsValue::from(Error::whole(problem, "Give 16 numbers, row by row"))
+        Thrown::from(Error::whole(problem, "Give 16 numbers, row by row"))
     })
 }
 
@@ -276,7 +279,7 @@ fn iteration(traced: &TracedIteration) -> IcpIteration {
     object.unchecked_into()
 }
 
-fn ends_from(object: &BasinEnds) -> Result<Ends, JsValue> {
+fn ends_from(object: &BasinEnds) -> Result<Ends, Thrown> {
     let field = |name: &str| Reflect::get(object, &JsValue::from_str(name));
     let poses = Float64Array::new(&field("T_target_source")?).to_vec();
     let reasons = Uint8Array::new(&field("end_reason")?).to_vec();
@@ -300,9 +303,4 @@ fn end_reason(number: u8) -> EndReason {
         2 => EndReason::MaxIterations,
         _ => EndReason::NoStep,
     }
-}
-
-/// Setting a field of a fresh object cannot fail.
-fn set(object: &Object, name: &str, value: &JsValue) {
-    let _ = Reflect::set(object, &JsValue::from_str(name), value);
 }

@@ -50,6 +50,7 @@ mod spatial;
 mod strategies;
 #[cfg(feature = "full")]
 mod surface;
+mod thrown;
 
 /// Makes a panic, which is always a defect of the engine, report its source location.
 #[wasm_bindgen(start)]

@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::occupancy_grid::OccupancyGrid;
 use crate::{Reconstruction, plain};
 use scanstitch::geometry::RigidMotion;
@@ -21,7 +23,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the map has no walls or no free space.
-    pub fn localization(&self, map: &OccupancyGrid) -> Result<Localization, JsValue> {
+    pub fn localization(&self, map: &OccupancyGrid) -> Result<Localization, Thrown> {
         Ok(Localization { run: self.engine.localization(&map.grid)? })
     }
 }
@@ -47,7 +49,7 @@ impl Localization {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn result(&self) -> Result<Ts<LocalizationResult>, JsValue> {
+    pub fn result(&self) -> Result<Ts<LocalizationResult>, Thrown> {
         Ok(plain(&self.run.result()))
     }
 

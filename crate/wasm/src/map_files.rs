@@ -2,6 +2,8 @@
 
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::occupancy_grid::OccupancyGrid;
 use scanstitch::error::Result as EngineResult;
 use scanstitch::io::occupancy_map::{self, MapYaml, OccupancyMap};
@@ -12,7 +14,7 @@ use scanstitch::map::occupancy_grid::OccupancyGrid as Grid;
 /// # Errors
 /// When the file is not such a file.
 #[wasm_bindgen]
-pub fn map_image_name(name: &str, yaml: &[u8]) -> Result<String, JsValue> {
+pub fn map_image_name(name: &str, yaml: &[u8]) -> Result<String, Thrown> {
     Ok(MapYaml::read(yaml).map_err(|error| error.in_file(name))?.image)
 }
 
@@ -22,7 +24,7 @@ impl OccupancyGrid {
     ///
     /// # Errors
     /// When one of them is not valid.
-    pub fn of_yaml(name: &str, yaml: &[u8], picture_name: &str, picture: &[u8]) -> Result<OccupancyGrid, JsValue> {
+    pub fn of_yaml(name: &str, yaml: &[u8], picture_name: &str, picture: &[u8]) -> Result<OccupancyGrid, Thrown> {
         let yaml = MapYaml::read(yaml).map_err(|error| error.in_file(name))?;
         of_map(picture_name, occupancy_map::of_picture(&yaml, picture))
     }
@@ -31,7 +33,7 @@ impl OccupancyGrid {
     ///
     /// # Errors
     /// When the picture is not valid or the side is not positive.
-    pub fn of_picture(name: &str, picture: &[u8], resolution: f64) -> Result<OccupancyGrid, JsValue> {
+    pub fn of_picture(name: &str, picture: &[u8], resolution: f64) -> Result<OccupancyGrid, Thrown> {
         let yaml = MapYaml::of_scale(resolution).map_err(|error| error.in_file(name))?;
         of_map(name, occupancy_map::of_picture(&yaml, picture))
     }
@@ -40,7 +42,7 @@ impl OccupancyGrid {
     ///
     /// # Errors
     /// When the file is not such a map.
-    pub fn of_probabilities(name: &str, bytes: &[u8]) -> Result<OccupancyGrid, JsValue> {
+    pub fn of_probabilities(name: &str, bytes: &[u8]) -> Result<OccupancyGrid, Thrown> {
         of_map(name, occupancy_map::read_probabilities(bytes))
     }
 
@@ -57,6 +59,6 @@ impl OccupancyGrid {
     }
 }
 
-fn of_map(name: &str, map: EngineResult<OccupancyMap>) -> Result<OccupancyGrid, JsValue> {
+fn of_map(name: &str, map: EngineResult<OccupancyMap>) -> Result<OccupancyGrid, Thrown> {
     Ok(OccupancyGrid { grid: Grid::of_map(&map.map_err(|error| error.in_file(name))?) })
 }

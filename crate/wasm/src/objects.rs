@@ -6,22 +6,24 @@ use serde::de::DeserializeOwned;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use scanstitch::error::Error;
 use scanstitch::geometry::PointCloud as Cloud;
 use scanstitch::io::ply;
 
-pub(crate) fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, JsValue> {
+pub(crate) fn read_ply(name: &str, bytes: &[u8]) -> Result<Cloud, Thrown> {
     Ok(ply::read(bytes).map_err(|error| error.in_file(name))?)
 }
 
 /// Options from a plain object, by way of its JSON: serde then names unknown fields and wrong types.
-pub(crate) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>) -> Result<T, JsValue> {
+pub(crate) fn from_object<T: DeserializeOwned + Default>(object: Option<JsValue>) -> Result<T, Thrown> {
     let Some(object) = object.filter(|value| !value.is_undefined() && !value.is_null()) else {
         return Ok(T::default());
     };
     let refused = |reason: String| {
         let problem = format!("The options are not valid: {reason}");
-        JsValue::from(Error::whole(problem, "Give only the options that the documentation names"))
+        Thrown::from(Error::whole(problem, "Give only the options that the documentation names"))
     };
     // Functions and symbols have no JSON.
     let json = JsValue::from(JSON::stringify(&object)?).as_string();

@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use tsify::Tsify;
 use wasm_bindgen::prelude::*;
+
+use crate::thrown::Thrown;
 use wasm_bindgen::{Clamped, JsCast};
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement, ImageData, OffscreenCanvas};
 
@@ -50,7 +52,7 @@ impl Default for PictureOptions {
 }
 
 impl PictureOptions {
-    fn read(options: Option<PartialPictureOptions>) -> Result<Self, JsValue> {
+    fn read(options: Option<PartialPictureOptions>) -> Result<Self, Thrown> {
         from_object(options.map(JsValue::from))
     }
 }
@@ -80,7 +82,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When it is no canvas that can be drawn on, or an option is unknown.
-    pub fn draw(&self, canvas: &AnyCanvas, options: Option<PartialPictureOptions>) -> Result<(), JsValue> {
+    pub fn draw(&self, canvas: &AnyCanvas, options: Option<PartialPictureOptions>) -> Result<(), Thrown> {
         let options = PictureOptions::read(options)?;
         let frames = self.engine.frames_from(0);
         let colors = frame_colors(frames.len(), options.dark);
@@ -108,7 +110,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When it is no canvas that can be drawn on, or an option is unknown.
-    pub fn draw(&mut self, canvas: &AnyCanvas, options: Option<PartialPictureOptions>) -> Result<(), JsValue> {
+    pub fn draw(&mut self, canvas: &AnyCanvas, options: Option<PartialPictureOptions>) -> Result<(), Thrown> {
         let options = PictureOptions::read(options)?;
         let result = self.engine.result();
         let axes = if result.camera.is_some() { CAMERA_AXES } else { LASER_AXES };
@@ -180,7 +182,7 @@ const MARK_RADIUS: f64 = 8.0;
 const MARK_CELL: f64 = 20.0;
 
 impl Picture {
-    fn draw(&self, canvas: &AnyCanvas, options: &PictureOptions) -> Result<(), JsValue> {
+    fn draw(&self, canvas: &AnyCanvas, options: &PictureOptions) -> Result<(), Thrown> {
         let (context, size) = context_of(canvas)?;
         let theme = if options.dark { DARK } else { LIGHT };
         let path: Vec<[f64; 2]> = self.poses.iter().map(|pose| pose.position).collect();
@@ -198,7 +200,7 @@ impl Picture {
         Ok(())
     }
 
-    fn draw_path(&self, context: &CanvasRenderingContext2d, view: &PlaneView, theme: &Theme) -> Result<(), JsValue> {
+    fn draw_path(&self, context: &CanvasRenderingContext2d, view: &PlaneView, theme: &Theme) -> Result<(), Thrown> {
         context.save();
         context.reset_transform()?;
         context.set_line_join("round");
@@ -259,10 +261,10 @@ fn stroke(context: &CanvasRenderingContext2d, color: &str, width: f64) {
 }
 
 /// Both kinds of canvas have contexts with the same methods.
-fn context_of(canvas: &AnyCanvas) -> Result<(CanvasRenderingContext2d, [usize; 2]), JsValue> {
+fn context_of(canvas: &AnyCanvas) -> Result<(CanvasRenderingContext2d, [usize; 2]), Thrown> {
     let refused = |problem: &str| {
         let remedy = "Give a canvas element or an OffscreenCanvas whose context is 2d and which has a size";
-        JsValue::from(Error::whole(problem, remedy))
+        Thrown::from(Error::whole(problem, remedy))
     };
     let (context, width, height) = if let Some(canvas) = canvas.dyn_ref::<HtmlCanvasElement>() {
         (canvas.get_context("2d")?, canvas.width(), canvas.height())

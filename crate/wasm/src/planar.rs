@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::memory::grow_ahead;
 use crate::occupancy_grid::OccupancyGrid;
 use crate::{from_object, plain, read_ply};
@@ -28,7 +30,7 @@ extern "C" {
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen]
-pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, Thrown> {
     Ok(descriptions().iter().map(plain).collect())
 }
 
@@ -37,7 +39,7 @@ pub fn describe_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<Settings>[]")]
-pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, JsValue> {
+pub fn presets() -> Result<Vec<Ts<Preset<Settings>>>, Thrown> {
     Ok(scanstitch::pipeline::settings::presets().iter().map(plain).collect())
 }
 
@@ -84,7 +86,7 @@ impl Reconstruction {
     /// # Errors
     /// When a setting is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
-    pub fn new(settings: Option<PartialSettings>) -> Result<Reconstruction, JsValue> {
+    pub fn new(settings: Option<PartialSettings>) -> Result<Reconstruction, Thrown> {
         let engine = Engine::new(from_object(settings.map(JsValue::from))?)?;
         Ok(Self { engine })
     }
@@ -93,7 +95,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the file is not a valid planar scan; scans added before are kept.
-    pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, JsValue> {
+    pub fn add_scan(&mut self, name: &str, bytes: &[u8]) -> Result<Ts<CleaningReport>, Thrown> {
         let cloud = read_ply(name, bytes)?;
         Ok(plain(&self.engine.add_scan(name, cloud)?))
     }
@@ -103,7 +105,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the file is not a trajectory with headings.
-    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         #[cfg(feature = "full")]
         let of_wheels = scanstitch::io::laser_log::table::read_wheel_paths(bytes, self.engine.settings().wheel_track);
         #[cfg(not(feature = "full"))]
@@ -121,7 +123,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When a setting is unknown or out of its limits; the old settings are then kept.
-    pub fn set_settings(&mut self, settings: PartialSettings) -> Result<(), JsValue> {
+    pub fn set_settings(&mut self, settings: PartialSettings) -> Result<(), Thrown> {
         Ok(self.engine.set_settings(from_object(Some(settings.into()))?)?)
     }
 
@@ -129,7 +131,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the file is not a trajectory.
-    pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents);
         Ok(())
@@ -144,7 +146,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+    pub fn step(&mut self) -> Result<Ts<Progress>, Thrown> {
         grow_ahead();
         Ok(plain(&self.engine.step()))
     }
@@ -153,7 +155,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn result(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
+    pub fn result(&self) -> Result<Ts<ReconstructionResult>, Thrown> {
         Ok(plain(&self.engine.result()))
     }
 
@@ -161,7 +163,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn summary(&self) -> Result<Ts<ReconstructionResult>, JsValue> {
+    pub fn summary(&self) -> Result<Ts<ReconstructionResult>, Thrown> {
         let mut result = self.engine.result();
         result.frames.iter_mut().for_each(|frame| frame.history = Vec::new());
         Ok(plain(&result))
@@ -172,7 +174,7 @@ impl Reconstruction {
     /// # Errors
     /// No input causes an error.
     #[wasm_bindgen(unchecked_return_type = "FrameResult<PlanarPose, CleaningReport>[]")]
-    pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, JsValue> {
+    pub fn frames_from(&self, first: usize) -> Result<Vec<Ts<PlanarFrame>>, Thrown> {
         let frames = self.engine.frames_from(first).into_iter();
         Ok(frames.map(|frame| plain(&PlanarFrame { history: Vec::new(), ..frame })).collect())
     }
@@ -181,7 +183,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn history(&self, frame: usize) -> Result<Vec<Ts<IterationRecord>>, JsValue> {
+    pub fn history(&self, frame: usize) -> Result<Vec<Ts<IterationRecord>>, Thrown> {
         Ok(self.engine.history(frame).iter().map(plain).collect())
     }
 

@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::point_cloud::{MapFormat, map_format};
 use crate::{Reconstruction, plain};
 use scanstitch::io::laser_log::table::{self, TableFacts};
@@ -17,7 +19,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the file is not a valid log, or `table` not a valid format; scans added before are kept.
-    pub fn add_log(&mut self, name: &str, bytes: &[u8], table: Option<String>) -> Result<Ts<AddedLog>, JsValue> {
+    pub fn add_log(&mut self, name: &str, bytes: &[u8], table: Option<String>) -> Result<Ts<AddedLog>, Thrown> {
         let log = match table {
             None => laser_log::read(bytes),
             Some(format) => table::read_given(bytes, &format),
@@ -30,7 +32,7 @@ impl Reconstruction {
     ///
     /// # Errors
     /// When the format is unknown.
-    pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+    pub fn map_file(&self, format: &MapFormat) -> Result<Vec<u8>, Thrown> {
         Ok(point_cloud::write(&self.engine.map().to_cloud(), map_format(format)?))
     }
 }
@@ -42,12 +44,7 @@ impl Reconstruction {
 /// When the file has no lines of numbers.
 #[wasm_bindgen]
 #[allow(clippy::needless_pass_by_value, reason = "optional strings cross by value")]
-pub fn describe_table(
-    name: &str,
-    bytes: &[u8],
-    format: Option<String>,
-    scan: usize,
-) -> Result<Ts<TableFacts>, JsValue> {
+pub fn describe_table(name: &str, bytes: &[u8], format: Option<String>, scan: usize) -> Result<Ts<TableFacts>, Thrown> {
     let facts = table::describe(bytes, format.as_deref(), scan).map_err(|error| error.in_file(name))?;
     Ok(plain(&facts))
 }

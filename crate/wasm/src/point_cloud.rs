@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::{from_object, plain, read_ply};
 use scanstitch::error::Error;
 use scanstitch::geometry::PointCloud as Cloud;
@@ -25,7 +27,7 @@ extern "C" {
     pub type MapFormat;
 }
 
-pub(crate) fn map_format(format: &MapFormat) -> Result<CloudFormat, JsValue> {
+pub(crate) fn map_format(format: &MapFormat) -> Result<CloudFormat, Thrown> {
     let name = JsValue::from(format).as_string().unwrap_or_default();
     Ok(CloudFormat::named(&name)?)
 }
@@ -42,7 +44,7 @@ impl PointCloud {
     ///
     /// # Errors
     /// When the file is not a valid PLY file.
-    pub fn from_ply(bytes: &[u8], name: &str) -> Result<PointCloud, JsValue> {
+    pub fn from_ply(bytes: &[u8], name: &str) -> Result<PointCloud, Thrown> {
         Ok(Self { cloud: read_ply(name, bytes)? })
     }
 
@@ -50,7 +52,7 @@ impl PointCloud {
     ///
     /// # Errors
     /// When the length is not a multiple of three, or the numbers of normals and points differ.
-    pub fn from_positions(xyz: &[f32], normals: Option<Vec<f32>>) -> Result<PointCloud, JsValue> {
+    pub fn from_positions(xyz: &[f32], normals: Option<Vec<f32>>) -> Result<PointCloud, Thrown> {
         if !xyz.len().is_multiple_of(3) {
             let problem = format!("{} numbers are not a multiple of three", xyz.len());
             return Err(Error::whole(problem, "Give x, y and z of every point").into());
@@ -100,7 +102,7 @@ impl PointCloud {
     ///
     /// # Errors
     /// When the format is unknown.
-    pub fn to_ply(&self, format: &PlyFormat) -> Result<Vec<u8>, JsValue> {
+    pub fn to_ply(&self, format: &PlyFormat) -> Result<Vec<u8>, Thrown> {
         let format = match JsValue::from(format).as_string().as_deref() {
             Some("ascii") => ply::Format::Ascii,
             Some("binary_little_endian") => ply::Format::BinaryLittleEndian,
@@ -122,7 +124,7 @@ pub fn register(
     source: &PointCloud,
     target: &PointCloud,
     options: Option<PartialRegistrationOptions>,
-) -> Result<Ts<RegistrationResult>, JsValue> {
+) -> Result<Ts<RegistrationResult>, Thrown> {
     let options: RegistrationOptions = from_object(options.map(JsValue::from))?;
     Ok(plain(&register_clouds(&source.cloud, &target.cloud, &options)?))
 }

@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::{from_object, plain};
 use scanstitch::graph::optimize::report::{GraphReport, optimize_graph};
 use scanstitch::io::pose_graph::{self, AnyPoseGraph};
@@ -26,7 +28,7 @@ impl PoseGraph {
     ///
     /// # Errors
     /// When the file is not a pose graph; the error names the line.
-    pub fn read(bytes: &[u8], name: &str) -> Result<PoseGraph, JsValue> {
+    pub fn read(bytes: &[u8], name: &str) -> Result<PoseGraph, Thrown> {
         let graph = pose_graph::read(bytes).map_err(|error| error.in_file(name))?;
         Ok(Self { graph })
     }
@@ -35,7 +37,7 @@ impl PoseGraph {
     ///
     /// # Errors
     /// When the options are not valid.
-    pub fn optimize(&mut self, options: Option<PartialGraphOptions>) -> Result<Ts<GraphReport>, JsValue> {
+    pub fn optimize(&mut self, options: Option<PartialGraphOptions>) -> Result<Ts<GraphReport>, Thrown> {
         let options = from_object(options.map(JsValue::from))?;
         Ok(plain(&optimize_graph(&mut self.graph, &options)))
     }

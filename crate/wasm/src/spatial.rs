@@ -6,6 +6,8 @@ use js_sys::{Float32Array, Int16Array, Uint8Array, Uint32Array};
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::memory::grow_ahead;
 use crate::point_cloud::{MapFormat, map_format};
 use crate::{from_object, plain};
@@ -35,7 +37,7 @@ extern "C" {
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen]
-pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, Thrown> {
     Ok(spatial_descriptions().iter().map(plain).collect())
 }
 
@@ -44,7 +46,7 @@ pub fn describe_spatial_settings() -> Result<Vec<Ts<SettingDescription>>, JsValu
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<SpatialSettings>[]")]
-pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, JsValue> {
+pub fn spatial_presets() -> Result<Vec<Ts<Preset<SpatialSettings>>>, Thrown> {
     Ok(scanstitch::pipeline::spatial_settings::spatial_presets().iter().map(plain).collect())
 }
 
@@ -122,7 +124,7 @@ impl DepthPicture {
 /// # Errors
 /// When the file is not a valid depth image.
 #[wasm_bindgen]
-pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, JsValue> {
+pub fn decode_depth(name: &str, bytes: &[u8]) -> Result<DepthPixels, Thrown> {
     let image = depth_image::read(bytes).map_err(|error| error.in_file(name))?;
     Ok(DepthPixels { image })
 }
@@ -147,7 +149,7 @@ pub fn prepare_frame(
     color_name: Option<String>,
     color_problem: Option<String>,
     into: Option<Uint8Array>,
-) -> Result<Uint8Array, JsValue> {
+) -> Result<Uint8Array, Thrown> {
     let label = FrameLabel { name: name.to_owned(), index, time };
     with_decode_config(decode_config, into, |decode_config| {
         let name = color_name.as_deref().unwrap_or("its colour image");
@@ -169,7 +171,7 @@ pub fn prepare_cloud(
     time: Option<f64>,
     cloud: &[u8],
     into: Option<Uint8Array>,
-) -> Result<Uint8Array, JsValue> {
+) -> Result<Uint8Array, Thrown> {
     let label = FrameLabel { name: name.to_owned(), index, time };
     with_decode_config(decode_config, into, |decode_config| PreparedFrame::from_cloud(decode_config, label, cloud))
 }
@@ -195,7 +197,7 @@ fn with_decode_config(
     json: &str,
     into: Option<Uint8Array>,
     prepare: impl FnOnce(&DecodeConfig) -> Result<PreparedFrame, Error>,
-) -> Result<Uint8Array, JsValue> {
+) -> Result<Uint8Array, Thrown> {
     let frame = LAST_DECODE_CONFIG.with_borrow_mut(|last| {
         let known = last.take().filter(|(known, _)| known == json).map_or_else(|| parse_decode_config(json), Ok)?;
         prepare(&last.insert(known).1)
@@ -223,7 +225,7 @@ impl SpatialReconstruction {
     /// # Errors
     /// When a setting is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
-    pub fn new(settings: Option<PartialSpatialSettings>) -> Result<SpatialReconstruction, JsValue> {
+    pub fn new(settings: Option<PartialSpatialSettings>) -> Result<SpatialReconstruction, Thrown> {
         let engine = Engine::new(from_object(settings.map(JsValue::from))?)?;
         Ok(Self { engine })
     }
@@ -232,7 +234,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When the file has no camera, or after `begin`.
-    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
         Ok(self.engine.set_intrinsics(camera)?)
     }
@@ -241,7 +243,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
+    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, Thrown> {
         let decode_config = self.engine.begin(name, first_frame)?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
@@ -256,7 +258,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When the bytes are not a prepared frame, or the frame comes before the last one.
-    pub fn add_prepared(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
+    pub fn add_prepared(&mut self, prepared: &[u8]) -> Result<(), Thrown> {
         let frame = PreparedFrame::from_bytes(prepared);
         Ok(frame.and_then(|frame| self.engine.add(frame))?)
     }
@@ -272,7 +274,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn step(&mut self) -> Result<Ts<Progress>, JsValue> {
+    pub fn step(&mut self) -> Result<Ts<Progress>, Thrown> {
         grow_ahead();
         Ok(plain(&self.engine.step()))
     }
@@ -288,7 +290,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When the file is not a trajectory.
-    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), Thrown> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents, num_recorded);
         Ok(())
@@ -304,7 +306,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// No input causes an error.
-    pub fn result(&self, in_file_coordinates: Option<bool>) -> Result<Ts<SpatialResult>, JsValue> {
+    pub fn result(&self, in_file_coordinates: Option<bool>) -> Result<Ts<SpatialResult>, Thrown> {
         let is_of_files = in_file_coordinates == Some(true);
         Ok(plain(&if is_of_files { self.engine.file_result() } else { self.engine.result() }))
     }
@@ -343,7 +345,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When a size is less than a millimetre or not finite.
-    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Result<Vec<Ts<MapSize>>, JsValue> {
+    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Result<Vec<Ts<MapSize>>, Thrown> {
         if let Some(size) = voxel_sizes.iter().find(|&&size| !(size >= 1e-3 && size.is_finite())) {
             let problem = format!("The voxel size {size} m is out of range");
             return Err(Error::whole(problem, "Give sizes of a millimetre or more").into());
@@ -386,7 +388,7 @@ impl SpatialReconstruction {
     ///
     /// # Errors
     /// When the format is unknown.
-    pub fn map_file(&mut self, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+    pub fn map_file(&mut self, format: &MapFormat) -> Result<Vec<u8>, Thrown> {
         let format = map_format(format)?;
         Ok(point_cloud::write(&self.map_cloud(), format))
     }

@@ -3,6 +3,8 @@
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::memory::grow_ahead;
 use crate::point_cloud::{MapFormat, map_format};
 use crate::spatial::PartialSpatialSettings;
@@ -28,7 +30,7 @@ extern "C" {
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen]
-pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsValue> {
+pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, Thrown> {
     Ok(strategy_descriptions().iter().map(plain).collect())
 }
 
@@ -37,7 +39,7 @@ pub fn describe_strategy_settings() -> Result<Vec<Ts<SettingDescription>>, JsVal
 /// # Errors
 /// No input causes an error.
 #[wasm_bindgen(unchecked_return_type = "Preset<VoxelOdometrySettings>[]")]
-pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, JsValue> {
+pub fn strategy_presets() -> Result<Vec<Ts<Preset<VoxelOdometrySettings>>>, Thrown> {
     Ok(scanstitch::pipeline::strategies::strategy_presets().iter().map(plain).collect())
 }
 
@@ -59,7 +61,7 @@ impl StrategyComparison {
     pub fn new(
         strategies: PartialStrategies,
         settings: Option<PartialSpatialSettings>,
-    ) -> Result<StrategyComparison, JsValue> {
+    ) -> Result<StrategyComparison, Thrown> {
         let strategies: Vec<VoxelOdometrySettings> = from_object(Some(strategies.into()))?;
         let engine = Engine::new(strategies, from_object(settings.map(JsValue::from))?);
         Ok(Self { engine: engine? })
@@ -69,7 +71,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When the file holds no camera, and after `begin`.
-    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    pub fn set_intrinsics(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
         let camera = intrinsics::read(bytes).map_err(|error| error.in_file(name))?;
         Ok(self.engine.set_intrinsics(camera)?)
     }
@@ -78,7 +80,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When it is neither a depth image nor a cloud, holds nothing, or the settings make no camera.
-    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, JsValue> {
+    pub fn begin(&mut self, name: &str, first_frame: &[u8]) -> Result<String, Thrown> {
         let decode_config = self.engine.begin(name, first_frame)?;
         Ok(serde_json::to_string(decode_config).unwrap_or_default())
     }
@@ -87,7 +89,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When the bytes are no prepared frame, or the frame comes before the last one.
-    pub fn offer(&mut self, prepared: &[u8]) -> Result<(), JsValue> {
+    pub fn offer(&mut self, prepared: &[u8]) -> Result<(), Thrown> {
         let frame = PreparedFrame::from_bytes(prepared);
         Ok(frame.and_then(|frame| self.engine.offer(frame))?)
     }
@@ -96,7 +98,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// Where there is no such strategy, or it has placed that frame.
-    pub fn step(&mut self, strategy: usize) -> Result<Ts<StrategyFrame>, JsValue> {
+    pub fn step(&mut self, strategy: usize) -> Result<Ts<StrategyFrame>, Thrown> {
         grow_ahead();
         let frame = self.engine.step(strategy).ok_or_else(|| {
             let problem = format!("Strategy {strategy} has no frame to place");
@@ -110,7 +112,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// When the file is no trajectory.
-    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), JsValue> {
+    pub fn set_reference(&mut self, name: &str, bytes: &[u8], num_recorded: usize) -> Result<(), Thrown> {
         let contents = trajectory::read_lenient(bytes, None).map_err(|error| error.in_file(name))?;
         self.engine.set_reference(name, contents, num_recorded);
         Ok(())
@@ -120,7 +122,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// Where there is no such strategy.
-    pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Result<Ts<StrategyResult>, JsValue> {
+    pub fn result(&self, strategy: usize, milliseconds: &[f64]) -> Result<Ts<StrategyResult>, Thrown> {
         Ok(plain(&self.engine.result(strategy, milliseconds).ok_or_else(|| no_strategy(strategy))?))
     }
 
@@ -128,7 +130,7 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// Where there is no such strategy or format.
-    pub fn map_file(&self, strategy: usize, format: &MapFormat) -> Result<Vec<u8>, JsValue> {
+    pub fn map_file(&self, strategy: usize, format: &MapFormat) -> Result<Vec<u8>, Thrown> {
         let map = self.engine.map(strategy).ok_or_else(|| no_strategy(strategy))?;
         Ok(point_cloud::write(&map, map_format(format)?))
     }
@@ -137,12 +139,12 @@ impl StrategyComparison {
     ///
     /// # Errors
     /// Where there is no such strategy.
-    pub fn trajectory_tum(&self, strategy: usize) -> Result<String, JsValue> {
+    pub fn trajectory_tum(&self, strategy: usize) -> Result<String, Thrown> {
         let (times, poses) = self.engine.trajectory(strategy).ok_or_else(|| no_strategy(strategy))?;
         Ok(trajectory::tum_text(times.as_deref(), &poses))
     }
 }
 
-fn no_strategy(strategy: usize) -> JsValue {
-    JsValue::from(Error::whole(format!("There is no strategy {strategy}"), "Strategies are counted from 0"))
+fn no_strategy(strategy: usize) -> Thrown {
+    Thrown::from(Error::whole(format!("There is no strategy {strategy}"), "Strategies are counted from 0"))
 }

@@ -4,6 +4,8 @@ use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use wasm_bindgen::prelude::*;
 
+use crate::thrown::Thrown;
+
 use crate::from_object;
 use scanstitch::error::Error;
 use scanstitch::geometry::{Pose3, TriangleMesh};
@@ -35,7 +37,7 @@ impl Surface {
     /// # Errors
     /// When an option is unknown or out of its limits, or the frames of the run are clouds.
     #[wasm_bindgen(constructor)]
-    pub fn new(decode_config: &str, options: Option<PartialSurfaceOptions>) -> Result<Surface, JsValue> {
+    pub fn new(decode_config: &str, options: Option<PartialSurfaceOptions>) -> Result<Surface, Thrown> {
         let decode_config = serde_json::from_str(decode_config)
             .map_err(|_| Error::whole("This is not a decode configuration", "Pass on what decode_config() returned"))?;
         let options = from_object(options.map(JsValue::from))?;
@@ -47,7 +49,7 @@ impl Surface {
     /// # Errors
     /// When the depth image is damaged or of another size than the first of the run, or the pose is none.
     #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
-    pub fn add(&mut self, name: &str, depth: &[u8], color: Option<Vec<u8>>, pose: &[f64]) -> Result<(), JsValue> {
+    pub fn add(&mut self, name: &str, depth: &[u8], color: Option<Vec<u8>>, pose: &[f64]) -> Result<(), Thrown> {
         let T_world_camera = pose_of(pose).ok_or_else(|| {
             Error::whole("The pose is not seven finite numbers", "Give x y z qx qy qz qw").in_file(name)
         })?;
@@ -103,7 +105,7 @@ impl Surface {
     ///
     /// # Errors
     /// When the format is unknown.
-    pub fn file(&mut self, format: &MeshFormatName) -> Result<Vec<u8>, JsValue> {
+    pub fn file(&mut self, format: &MeshFormatName) -> Result<Vec<u8>, Thrown> {
         let format = MeshFormat::named(&JsValue::from(format).as_string().unwrap_or_default())?;
         Ok(mesh::write(self.mesh(), format))
     }

@@ -28,18 +28,18 @@ const MIN_BEND: f64 = 0.2 * super::MOVING_STEP;
 pub struct SweepEstimate {
     /// The pose of the sensor at the time stamp of the frame, in the frame of the first one at its own.
     pub estimate: CloudEstimate,
-    /// Velocity of the sensor during the sweep: the tangent of its motion in its own frame in a second (rotation first).
-    pub velocity: Vector6<f64>,
-    /// The velocity during the first sweep, where this sweep is the one that told it.
-    pub first_velocity: Option<Vector6<f64>>,
+    /// Velocities of the sensor during sweeps that are known from now on, with the numbers of the sweeps: the tangent of its motion in its
+    /// own frame in a second (rotation first). That of the first sweep comes with the second one's.
+    pub velocities: Vec<(usize, Vector6<f64>)>,
 }
 
 /// Odometry of sweeps whose points have times. The world frame is that of the sensor at the time stamp of the first sweep.
 pub struct SweepOdometry {
     clouds: CloudOdometry,
     options: CloudOptions,
-    /// The first sweep, as long as it is not straightened.
-    first: Option<Sweep>,
+    num_sweeps: usize,
+    /// The first sweep with its number, as long as it is not straightened.
+    first: Option<(usize, Sweep)>,
     T_world_stamp_of_first: Pose3,
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
@@ -101,6 +101,7 @@ impl SweepOdometry {
         Ok(Self {
             clouds: CloudOdometry::new(options)?,
             options,
+            num_sweeps: 0,
             first: None,
             T_world_stamp_of_first: Pose3::identity(),
             last_time: None,
@@ -132,18 +133,20 @@ impl SweepOdometry {
 
     /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
     pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
-        let sweep = Sweep::new(cloud, stamp);
+        let (sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
+        self.num_sweeps += 1;
         if self.clouds.last.is_none() {
-            return self.begin(sweep);
+            return self.begin(number, sweep);
         }
         let (velocity, frame, found) = match self.find(&sweep) {
             Ok(found) => found,
-            Err(lost) => return self.lost(&sweep, *lost),
+            Err(lost) => return self.lost(number, &sweep, *lost),
         };
-        let first_velocity = self.first.take().map(|first| {
+        let mut velocities = vec![(number, velocity)];
+        if let Some((first_number, first)) = self.first.take() {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
-            velocity
-        });
+            velocities.push((first_number, velocity));
+        }
         self.test_skew(&sweep, &velocity, &frame, &found);
         let mut estimate = self.clouds.accept(frame, found);
         if let Some(as_it_is) = self.last_as_it_is.take_if(|_| self.skew_test.verdict.is_some())
@@ -154,7 +157,7 @@ impl SweepOdometry {
         (self.last_time, self.velocity) = (sweep.time, Some(velocity));
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocity, first_velocity }
+        SweepEstimate { estimate, velocities }
     }
 
     /// Registers a sweep and straightens it by what that finds, until both agree.
@@ -170,7 +173,7 @@ impl SweepOdometry {
                 break;
             }
             velocity = next;
-            if let Some(first) = &self.first {
+            if let Some((_, first)) = &self.first {
                 self.clouds.begin(first.straight(&velocity, &self.options));
             }
             self.clouds.last_motion = motion;
@@ -200,20 +203,19 @@ impl SweepOdometry {
         by_stamps.filter(|interval| *interval > 0.0).unwrap_or(if sweep.span > 0.0 { sweep.span } else { 1.0 })
     }
 
-    fn begin(&mut self, sweep: Sweep) -> SweepEstimate {
-        let velocity = Vector6::zeros();
-        let estimate = self.clouds.begin(sweep.straight(&velocity, &self.options));
+    fn begin(&mut self, number: usize, sweep: Sweep) -> SweepEstimate {
+        let estimate = self.clouds.begin(sweep.straight(&Vector6::zeros(), &self.options));
         if estimate.assessment.status != Status::Lost {
             self.last_time = sweep.time;
-            self.first = Some(sweep);
+            self.first = Some((number, sweep));
         }
-        SweepEstimate { estimate, velocity, first_velocity: None }
+        SweepEstimate { estimate, velocities: Vec::new() }
     }
 
-    fn lost(&self, sweep: &Sweep, mut estimate: CloudEstimate) -> SweepEstimate {
+    fn lost(&self, number: usize, sweep: &Sweep, mut estimate: CloudEstimate) -> SweepEstimate {
         let velocity = self.velocity.unwrap_or_default();
         estimate.T_world_sensor = self.in_world(sweep, &estimate.T_world_sensor, &velocity);
-        SweepEstimate { estimate, velocity, first_velocity: None }
+        SweepEstimate { estimate, velocities: vec![(number, velocity)] }
     }
 
     fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {

@@ -113,13 +113,12 @@ impl Window {
         let keyframes: Vec<usize> = (0..self.scans.len()).filter(|&scan| self.scans[scan].is_keyframe).collect();
         let Some(&middle) = keyframes.get(keyframes.len() / 2) else { return JoinedBeams::default() };
         let T_middle_first = self.scans[middle].pose.inverse();
-        let mut pieces = HashSet::new();
         let mut beams = Vec::new();
         for scan in keyframes.iter().map(|&scan| &self.scans[scan]) {
             let T_middle_scan = T_middle_first * scan.pose;
             beams.extend(scan.beams.iter().map(|beam| beam.moved(&T_middle_scan)));
         }
-        pieces.extend(beams.iter().map(|beam| cell_of(&beam.end, PIECE)));
+        let pieces: HashSet<_> = beams.iter().map(|beam: &Beam| cell_of(&beam.end, PIECE)).collect();
         JoinedBeams { beams, middle, num_pieces: pieces.len() }
     }
 }

@@ -33,6 +33,7 @@ pub struct Localization {
     T_laser_robot: Vec<Pose2>,
     /// The motion by the wheels to each scan, where it is measured.
     measured: Vec<Option<MeasuredMotion>>,
+    has_odometry: bool,
     odometry: Odometry,
     T_world_last: Pose2,
     notes: Vec<String>,
@@ -111,8 +112,10 @@ impl Reconstruction {
         let chosen = ChosenOdometry::new(self.odometry.as_ref(), &recorded);
         let checked = chosen.checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned();
         let options = PlanarOptions { without: self.without, ..self.settings.odometry_options() };
+        let has_odometry = chosen.model.steps.iter().any(Option::is_some);
         Ok(Localization {
-            localizer: Localizer::new(Rc::new(field), chosen.model.steps.iter().any(Option::is_some)),
+            localizer: Localizer::new(Rc::new(field), has_odometry),
+            has_odometry,
             labels: self.labels().collect(),
             scans: (0..self.recorded.len()).map(|frame| recorded.cleaned(frame)).collect(),
             times: self.stamps().times,
@@ -131,7 +134,9 @@ impl Localization {
         let frame = self.localizer.locations().len();
         let Some(scan) = self.scans.get(frame).cloned() else { return false };
         let estimate = self.odometry.register_frame(&scan, self.measured[frame].as_ref());
-        let motion = motion(&estimate, &self.T_world_last, self.measured[frame].as_ref());
+        // Where the odometry has a gap, registration alone may mislead: the robot is searched for again.
+        let is_gap = self.has_odometry && self.measured[frame].is_none();
+        let motion = motion(&estimate, &self.T_world_last, self.measured[frame].as_ref()).filter(|_| !is_gap);
         self.T_world_last = estimate.T_world_sensor;
         self.localizer.add_scan(&scan, motion.as_ref());
         frame + 1 < self.scans.len()

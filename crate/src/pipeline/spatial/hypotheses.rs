@@ -192,10 +192,8 @@ impl QuantisationHypothesis {
                 of_cloud(odometry.register_frame(PreparedCloud::from_cloud(cloud.clone())))
             }
             (Odometry::Sweep(odometry), Surfaces::Cloud(cloud)) => {
-                let found = odometry.register_sweep(cloud.clone(), stamp);
-                let SweepEstimate { estimate, velocity, first_velocity } = found;
-                self.velocities.extend(first_velocity.map(|velocity| (0, velocity)));
-                self.velocities.push((self.estimates.len(), velocity));
+                let SweepEstimate { estimate, velocities } = odometry.register_sweep(cloud.clone(), stamp);
+                self.velocities.extend(velocities);
                 of_cloud(estimate)
             }
             // Preparation, which knows the method, makes no other pairs.

@@ -47,13 +47,10 @@ impl StoredFrames {
         true
     }
 
-    /// Straightens the points of a sweep, as they are seen from where the sensor was at the frame's time stamp. Points of the first
-    /// frame keep their times until another frame has told its velocity.
+    /// Straightens the points of a sweep, as they are seen from where the sensor was at the frame's time stamp.
     pub(super) fn straighten(&mut self, number: usize, velocity: &Vector6<f64>) {
         let Some(Frame { map_points: MapPoints::Cloud(cloud), .. }) = self.frames.get_mut(number) else { return };
-        if number > 0 || *velocity != Vector6::zeros() {
-            *cloud = deskew(std::mem::take(cloud), velocity, 0.0);
-        }
+        *cloud = deskew(std::mem::take(cloud), velocity, 0.0);
     }
 
     pub(super) fn len(&self) -> usize {
