@@ -17,15 +17,15 @@ const TEST_RUNNER = join(TARGET_DIR, 'tools', 'wasm-bindgen-test-runner');
 /**
  * Builds the tool of crate/xtask that makes JavaScript modules of compiled ones; for `wasm-pack test` wasm-bindgen and its test
  * runner as well.
- * @param {{ withTestRunner?: boolean, env?: NodeJS.ProcessEnv }} [options]
+ * @param {{ withTestRunner?: boolean, env?: NodeJS.ProcessEnv, isUrgent?: boolean }} [options] not urgent: compiling the engine takes
+ * longer, and the tools fill its gaps
  * @returns {Promise<string>} what cargo says
  */
-export function buildTools({ withTestRunner = false, env = {} } = {}) {
+export function buildTools({ withTestRunner = false, env = {}, isUrgent = false } = {}) {
   // Where all were built once: without their features, cargo would compile what they share anew.
   const all = withTestRunner || existsSync(TEST_RUNNER) ? ['--features', 'test-tools', '--bins'] : [];
   return step('Building the tool that makes WebAssembly modules (crate/xtask)', async () => {
-    // Compiling the engine waits for one thing after the other, and takes longer: the tools fill the gaps.
-    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true, isUrgent: false });
+    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true, isUrgent });
     if (code !== 0) throw new StepError('The tools of crate/xtask could not be built.');
     return output;
   });

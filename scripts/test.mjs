@@ -85,7 +85,7 @@ const wasmTarget = {
 };
 
 /** Where wasm-pack runs, with the tools that it needs: they share what is compiled. */
-const tools = once(() => buildTools({ withTestRunner: isCI, env: BY_CLIPPY }));
+const tools = once(() => buildTools({ withTestRunner: isCI, env: BY_CLIPPY, isUrgent: true }));
 
 /** @type {Task} */
 const planarEngine = {

@@ -17,6 +17,7 @@ export interface ScanstitchError extends Error {
 ";
 
 /// What is thrown.
+#[derive(Debug)]
 pub enum Thrown {
     /// An error of the engine, as a `ScanstitchError`.
     Engine(Error),
