@@ -174,10 +174,14 @@ test('npm start serves the page', ofStart, async (t) => {
   });
   t.after(() => process.kill(-(server.pid ?? 0), 'SIGTERM'));
   let output = '';
-  for await (const chunk of server.stdout) {
-    output += chunk;
-    if (output.includes('The full engine is there')) break;
-  }
+  // Read to its end: leaving a loop over the stream closes it, and the server ends at its next line.
+  await new Promise((resolve, reject) => {
+    server.stdout.on('data', (chunk) => {
+      output += chunk;
+      if (output.includes('The full engine is there')) resolve(undefined);
+    });
+    server.on('exit', (code) => reject(new Error(`npm start ended with exit code ${code}:\n${output}`)));
+  });
   const [address = ''] = /http:\/\/localhost:\d+\S*/.exec(output) ?? [];
   assert.match(await (await fetch(address)).text(), /<scanstitch-app/);
 });
