@@ -4,14 +4,16 @@
  * of. `node scripts/sizes.mjs` prints tables of www/dist as it is; `npm run bench` has the same as JSON.
  */
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
-import { extname, join } from 'node:path';
+import { basename, extname, join } from 'node:path';
 import { brotliCompressSync, gzipSync } from 'node:zlib';
-import { ROOT, StepError, TARGET_DIR } from './steps.mjs';
+import { ROOT, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
 const DIST = join(ROOT, 'www', 'dist');
 /** The engine as it was linked, with the names of its functions. */
-const LINKED = join(TARGET_DIR, 'wasm32-unknown-unknown', 'release');
-const ENGINES = ['scanstitch_planar', 'scanstitch'];
+const ENGINES = ['small/scanstitch_planar', 'release/scanstitch'].map((path) => ({
+  name: basename(path),
+  linked: join(TARGET_DIR, WASM_TARGET, `${path}.linked.wasm`),
+}));
 /** Sections of a WebAssembly module. */
 const [CUSTOM, IMPORT, CODE] = [0, 2, 10];
 /** Kinds of imports, and how many numbers describe each. */
@@ -34,8 +36,8 @@ export function fileSizes() {
 
 /** Bytes of code by part, before compression, of each of the engine's files that was built here. */
 export function engineParts() {
-  const built = ENGINES.filter((name) => existsSync(join(LINKED, `${name}.linked.wasm`)));
-  return Object.fromEntries(built.map((name) => [name, partsOf(readFileSync(join(LINKED, `${name}.linked.wasm`)))]));
+  const built = ENGINES.filter(({ linked }) => existsSync(linked));
+  return Object.fromEntries(built.map(({ name, linked }) => [name, partsOf(readFileSync(linked))]));
 }
 
 /** Reads numbers and names of a module. */

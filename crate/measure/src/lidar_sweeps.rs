@@ -74,7 +74,17 @@ fn without_times(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
         let found = odometry.register_frame(PreparedCloud::new(&cloud, &options).unwrap());
         (found.T_world_sensor, found.assessment.status)
     };
-    clouds.iter().map(register).collect()
+    let found = clouds.iter().map(register).collect();
+    within_largest_part(found, &odometry.are_in_largest_part())
+}
+
+/// Good sweeps are doubtful where a doubtful one lies between them and most.
+fn within_largest_part(mut found: Vec<(Pose3, Status)>, are_inside: &[bool]) -> Vec<(Pose3, Status)> {
+    let registered = found.iter_mut().filter(|(_, status)| *status != Status::Lost).zip(are_inside);
+    for ((_, status), _) in registered.filter(|((_, status), is_inside)| *status == Status::Good && !**is_inside) {
+        *status = Status::Doubtful;
+    }
+    found
 }
 
 fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
@@ -85,7 +95,8 @@ fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
             odometry.register_sweep(PreparedCloud::downsampled(cloud, &options).unwrap(), Some(0.1 * number as f64));
         (found.estimate.T_world_sensor, found.estimate.assessment.status)
     };
-    clouds.iter().enumerate().map(register).collect()
+    let found = clouds.iter().enumerate().map(register).collect();
+    within_largest_part(found, &odometry.are_in_largest_part())
 }
 
 fn write(folder: &Path, drive: &Drive, clouds: &[PointCloud]) {

@@ -12,6 +12,8 @@ struct Voxel {
     point: Vector3<f64>,
     normal: Vector3<f64>,
     count: f64,
+    /// Number of the cloud that it was first seen by.
+    cloud: u32,
 }
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
@@ -26,15 +28,22 @@ impl CloudMap {
         Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new() }
     }
 
-    /// Adds points with normals (sensor frame) from `T_world_sensor`; points without a normal are left out.
-    pub(crate) fn insert(&mut self, points: &[Vector3<f64>], normals: &[Option<Vector3<f64>>], T_world_sensor: &Pose3) {
+    /// Adds the points with normals (sensor frame) of the cloud of this number from `T_world_sensor`; points without a normal are left
+    /// out.
+    pub(crate) fn insert(
+        &mut self,
+        cloud: u32,
+        points: &[Vector3<f64>],
+        normals: &[Option<Vector3<f64>>],
+        T_world_sensor: &Pose3,
+    ) {
         for (point, normal) in points.iter().zip(normals) {
             let Some(normal) = normal else { continue };
             let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
             let normal = T_world_sensor.rotation * normal;
             let Some(voxel) = self.hash.voxel(&point) else { continue };
             match self.voxels.get_mut(self.hash.insert(voxel) as usize) {
-                None => self.voxels.push(Voxel { point, normal, count: 1.0 }),
+                None => self.voxels.push(Voxel { point, normal, count: 1.0, cloud }),
                 // The two sides of a thin wall must not be averaged: the side seen first is kept.
                 Some(voxel) if voxel.normal.dot(&normal) > 0.0 => {
                     voxel.point += point;
@@ -44,6 +53,12 @@ impl CloudMap {
                 Some(_) => {}
             }
         }
+    }
+
+    /// The number of the cloud that first saw the voxel of a point (world frame), if any did.
+    pub(crate) fn first_seen_by(&self, point: &Vector3<f64>) -> Option<u32> {
+        let number = self.hash.number(&self.hash.voxel(point)?)?;
+        Some(self.voxels[number as usize].cloud)
     }
 
     /// All points with their unit normals (world frame), in the order in which their voxels were first met.
@@ -67,13 +82,15 @@ mod tests {
     fn a_voxel_holds_the_mean_of_its_points_and_one_side_of_a_wall() {
         let mut map = CloudMap::new(0.5);
         let points = [Vector3::new(0.1, 0.1, 0.1), Vector3::new(0.3, 0.1, 0.1), Vector3::new(-0.1, 0.1, 0.1)];
-        map.insert(&points, &[Some(Vector3::z()), Some(Vector3::z()), None], &Pose3::identity());
-        map.insert(&points[..1], &[Some(-Vector3::z())], &Pose3::identity());
+        map.insert(7, &points, &[Some(Vector3::z()), Some(Vector3::z()), None], &Pose3::identity());
+        map.insert(8, &points[..1], &[Some(-Vector3::z())], &Pose3::identity());
         assert_eq!(map.voxels.len(), 1);
         let (point, normal) = map.points().next().unwrap();
         assert!((point - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && normal == Vector3::z());
-        map.insert(&points[..1], &[Some(Vector3::x())], &Pose3::translation(5.0, 0.0, 0.0));
+        map.insert(9, &points[..1], &[Some(Vector3::x())], &Pose3::translation(5.0, 0.0, 0.0));
         assert_eq!(map.voxels.len(), 2);
+        let seen_by = |x| map.first_seen_by(&Vector3::new(x, 0.1, 0.1));
+        assert_eq!([0.2, 5.2, -0.1].map(seen_by), [Some(7), Some(9), None]);
         assert_eq!(map.around(&Vector3::zeros(), 1.0).points().len(), 1);
     }
 }

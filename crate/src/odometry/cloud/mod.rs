@@ -5,18 +5,21 @@
 //! doubtful. Read [`CloudOdometry::register_frame`] first. [`SweepOdometry`] straightens the sweeps of a lidar that moves while it turns.
 
 pub mod options;
+mod parts;
 pub mod prepared;
 mod skew_test;
 pub mod sweeps;
 
 use std::slice;
 
-use nalgebra::Vector3;
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 pub use self::options::{CloudMethod, CloudOptions, GlobalRegistrationUse};
+use self::parts::Parts;
 pub use self::prepared::PreparedCloud;
 pub use self::sweeps::{SweepEstimate, SweepOdometry};
 use crate::error::Result;
+use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
@@ -48,6 +51,9 @@ const MOVING_STEP: f64 = 0.1;
 const WELL_MEASURED_SHARE: f64 = 0.02;
 /// A motion whose turn moves the points this many times as far as its shift is a turn.
 const PURE_TURN: f64 = 3.0;
+/// Turns that are tried about each axis, either way: with steps of 0.15 rad (stages of 6 voxels, of which a median range has 40), 26 degrees
+/// with what the last one reaches, after which a sensor of 70 degrees sees too little of the map.
+const NUM_TURNS: i32 = 2;
 /// Margin (m) of the part of the map that is registered to, beyond the cloud's range: the sensor has moved.
 const MAP_MARGIN: f64 = 2.0;
 
@@ -73,6 +79,7 @@ pub struct CloudOdometry {
     map: CloudMap,
     T_world_last: Pose3,
     last_motion: Pose3,
+    parts: Parts,
     /// Clouds are described for global registrations in voxels of this side (m), told from the first one.
     global_voxel_size: f64,
 }
@@ -128,6 +135,7 @@ impl CloudOdometry {
             map: CloudMap::new(options.voxel_size),
             T_world_last: Pose3::identity(),
             last_motion: Pose3::identity(),
+            parts: Parts::default(),
             global_voxel_size: options.voxel_size,
         })
     }
@@ -142,6 +150,13 @@ impl CloudOdometry {
             Ok(found) => self.accept(frame, found),
             Err(lost) => *lost,
         }
+    }
+
+    /// For each cloud that is not lost, in the order of registration, whether it belongs to the largest set of clouds that are certain
+    /// relative to each other: to be asked after the last one. Good clouds outside are good relative to one another, but a doubtful one lies
+    /// between them and the others.
+    pub fn are_in_largest_part(&self) -> Vec<bool> {
+        self.parts.are_in_largest()
     }
 
     /// Where a cloud is that comes after the first one; it is not added to the map.
@@ -192,6 +207,9 @@ impl CloudOdometry {
             return self.lost(Assessment::too_few_points(num_points), None);
         }
         self.map = CloudMap::new(self.options.voxel_size);
+        if self.parts.len() == 0 {
+            self.parts.add(true, []);
+        }
         self.global_voxel_size = self.options.global_voxel_size(frame.cloud());
         self.keep(frame, true);
         CloudEstimate {
@@ -233,8 +251,9 @@ impl CloudOdometry {
             return nearby;
         }
         let wide = || Some(self.nearby_guess(task, &self.options.wide_stages()));
+        let turned = || Some(self.turned_guess(task));
         let by_features = || self.features_guess(task).ok();
-        let further: [(&dyn Fn() -> Option<Pose3>, bool); 2] = [(&wide, false), (&by_features, true)];
+        let further: [(&dyn Fn() -> Option<Pose3>, bool); 3] = [(&wide, false), (&turned, false), (&by_features, true)];
         let mut best: Option<Candidate> = None;
         for (guess, is_global) in further {
             let Some(guess) = guess() else { continue };
@@ -290,6 +309,33 @@ impl CloudOdometry {
         let from = |guess| register_in_space(metric, sample.source(), task.target, guess, (first, finer), &solver);
         let (resting, moving) = (from(task.T_target_last), from(task.T_target_last * self.last_motion));
         if moving.fitness > resting.fitness { moving.T_target_source } else { resting.T_target_source }
+    }
+
+    /// The last pose turned about an axis of the sensor as far as most of its points fit best, moved to where they do: the sensor may have
+    /// begun to turn.
+    fn turned_guess(&self, task: &Task<'_>) -> Pose3 {
+        let (first, solver) = (self.options.stages().0, self.options.motion.solver());
+        let sample = task.frame.at_most(ROUGH_POINTS);
+        let mut ranges: Vec<f64> = sample.points.iter().map(Vector3::norm).collect();
+        // Registrations of neighbouring turns reach each other at the median range.
+        let step = first.rejection.max_correspondence_distance / quantile(&mut ranges, 0.5).unwrap_or(1.0);
+        let turns = (1..=NUM_TURNS).flat_map(|turn| [turn, -turn]).map(|turn| f64::from(turn) * step);
+        let axes = [Vector3::z_axis(), Vector3::y_axis(), Vector3::x_axis()];
+        let guesses =
+            axes.iter().flat_map(|axis| turns.clone().map(move |turn| UnitQuaternion::from_axis_angle(axis, turn)));
+        let from = |turn| {
+            let guess = self.options.motion.nearest(&Pose3::from_parts(Translation3::identity(), turn));
+            register_in_space(
+                self.options.metric,
+                sample.source(),
+                task.target,
+                task.T_target_last * guess,
+                (&first, &[]),
+                &solver,
+            )
+        };
+        let best = guesses.map(from).max_by(|a, b| a.fitness.total_cmp(&b.fitness));
+        best.map_or(task.T_target_last, |best| best.T_target_source)
     }
 
     /// The motion that features of this cloud and the last one tell.
@@ -362,14 +408,34 @@ impl CloudOdometry {
         let Candidate { registration, is_global, assessment } = candidate;
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
+        self.parts.add(assessment.status == Status::Good, self.parts_under(&frame, &T_world_sensor, overlap));
         self.keep(frame, assessment.agreement >= LIMITS.doubtful_agreement);
         CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
+    }
+
+    /// The first clouds of the parts on which so much of a cloud lies that it is registered to them alone.
+    fn parts_under(&self, frame: &PreparedCloud, T_world_sensor: &Pose3, overlap: f64) -> Vec<usize> {
+        let firsts = self.parts.firsts();
+        if self.parts.are_one() || self.options.method == CloudMethod::CloudToCloud {
+            return firsts.last().copied().into_iter().collect();
+        }
+        let mut counts = vec![0; firsts.len()];
+        for point in frame.at_most(ROUGH_POINTS).points {
+            let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
+            if let Some(cloud) = self.map.first_seen_by(&point) {
+                counts[firsts[cloud as usize]] += 1;
+            }
+        }
+        let all: usize = counts.iter().sum();
+        let enough = LIMITS.doubtful_overlap * all as f64 / overlap;
+        (0..counts.len()).filter(|&first| counts[first] > 0 && counts[first] as f64 >= enough).collect()
     }
 
     /// Keeps the cloud as the reference of the next one, and inserts it into the map where it is uncontradicted.
     fn keep(&mut self, frame: PreparedCloud, is_uncontradicted: bool) {
         if is_uncontradicted && self.options.method == CloudMethod::CloudMap {
-            self.map.insert(frame.target().points(), frame.target().normals(), &self.T_world_last);
+            let number = self.parts.len() as u32 - 1;
+            self.map.insert(number, frame.target().points(), frame.target().normals(), &self.T_world_last);
         }
         self.last = Some(frame);
     }

@@ -17,12 +17,14 @@ use crate::geometry::{PointCloud, Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
 use crate::preprocess::deskew::deskew;
 
-/// A sweep is straightened at most so often. The error of the velocity falls at each time by the ratio of the bend that is left to the
-/// way between two sweeps, which is a small one.
-const MAX_PASSES: usize = 4;
+/// A sweep is straightened at most so often, and is doubtful where that is not enough. Once the velocity is nearly known, its error falls at
+/// each time by the ratio of the bend that is left to the way between two sweeps, which is a small one; from rest at 2 rad/s up to nine
+/// were needed in four worlds.
+const MAX_PASSES: usize = 12;
 /// Straightening once more must move the sweep's ends by this (voxels): a fifth of the last step of a registration that has converged,
 /// so that what is left is lost in that.
 const MIN_BEND: f64 = 0.2 * super::MOVING_STEP;
+const STILL_CHANGING: &str = "the velocity by which it is straightened was still changing with each registration";
 
 /// A sweep's estimate, and the motion that straightens its points.
 pub struct SweepEstimate {
@@ -131,6 +133,11 @@ impl SweepOdometry {
         self.skew_test.verdict == Some(false)
     }
 
+    /// As [`CloudOdometry::are_in_largest_part`].
+    pub fn are_in_largest_part(&self) -> Vec<bool> {
+        self.clouds.are_in_largest_part()
+    }
+
     /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
     pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
         let (sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
@@ -166,12 +173,18 @@ impl SweepOdometry {
         let mut velocity = self.velocity.filter(|_| !self.is_refuted()).unwrap_or_default();
         let mut frame = sweep.straight(&velocity, &self.options);
         let mut found = self.clouds.find(&frame)?;
-        for _ in 1..if self.is_refuted() { 1 } else { MAX_PASSES } {
+        let mut num_passes = 1;
+        while !self.is_refuted() {
             let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
             let next = motion.log() / interval;
             if sweep.bend(&(next - velocity)) < MIN_BEND * self.options.voxel_size {
                 break;
             }
+            if num_passes == MAX_PASSES {
+                found.candidate.assessment.doubt(STILL_CHANGING);
+                break;
+            }
+            num_passes += 1;
             velocity = next;
             if let Some((_, first)) = &self.first {
                 self.clouds.begin(first.straight(&velocity, &self.options));

@@ -98,6 +98,18 @@ impl Hypotheses {
         }
     }
 
+    /// Numbers of the clouds outside the largest set of clouds that are certain relative to each other.
+    pub(super) fn outside_majority(&self) -> Vec<usize> {
+        let Some(hypothesis) = self.best() else { return Vec::new() };
+        let are_inside = match &hypothesis.odometry {
+            Odometry::Depth(_) => return Vec::new(),
+            Odometry::Cloud(odometry) => odometry.are_in_largest_part(),
+            Odometry::Sweep(odometry) => odometry.are_in_largest_part(),
+        };
+        let registered = (0..).zip(&hypothesis.estimates).filter(|(_, estimate)| estimate.is_in_map);
+        registered.zip(are_inside).filter(|(_, is_inside)| !is_inside).map(|((number, _), _)| number).collect()
+    }
+
     /// Whether a frame fitted about as well at another position within reach of the sensor.
     pub(super) fn surfaces_repeat(&self) -> bool {
         let odometry = self.best().map(|hypothesis| &hypothesis.odometry);

@@ -208,6 +208,7 @@ impl SpatialReconstruction {
     /// How far the pose of each frame is to be trusted, as far as is known now.
     pub fn assessments(&self) -> Vec<Assessment> {
         let mut assessments = continuity::assessments(self.estimates(), self.hypotheses.surfaces_repeat());
+        self.hypotheses.outside_majority().iter().for_each(|&frame| assessments[frame].mark_outside_majority());
         self.range_use.doubt(&mut assessments);
         assessments
     }
