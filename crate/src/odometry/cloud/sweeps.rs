@@ -31,7 +31,8 @@ pub struct SweepEstimate {
     /// The pose of the sensor at the time stamp of the frame, in the frame of the first one at its own.
     pub estimate: CloudEstimate,
     /// Velocities of the sensor during sweeps that are known from now on, with the numbers of the sweeps: the tangent of its motion in its
-    /// own frame in a second (rotation first). That of the first sweep comes with the second one's.
+    /// own frame in a second (rotation first). That of the first sweep comes with the second one's; where sweeps turn out to have been
+    /// straightened already, all are zero.
     pub velocities: Vec<(usize, Vector6<f64>)>,
 }
 
@@ -160,8 +161,9 @@ impl SweepOdometry {
             && self.is_refuted()
         {
             self.clouds.begin(as_it_is);
+            velocities = (0..=number).map(|number| (number, Vector6::zeros())).collect();
         }
-        (self.last_time, self.velocity) = (sweep.time, Some(velocity));
+        (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
         SweepEstimate { estimate, velocities }

@@ -175,7 +175,7 @@ impl SpatialReconstruction {
         if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
             depth.decided = depth.decided.or(decided);
         }
-        let mut is_map_stale = self.frames.push(Frame { label: frame.label, map_points: frame.map_points });
+        let mut is_map_stale = self.frames.push(Frame::new(frame.label, frame.map_points));
         for (number, velocity) in self.hypotheses.take_velocities() {
             self.frames.straighten(number, &velocity);
             // That of a frame before this one may be in the map already.

@@ -6,6 +6,7 @@
 
 use nalgebra::Vector6;
 
+use crate::geometry::PointCloud;
 use crate::pipeline::prepared_frame::{FrameLabel, MapPoints};
 use crate::preprocess::deskew::deskew;
 
@@ -17,6 +18,15 @@ const MOST_BYTES: usize = 1 << 28;
 pub(super) struct Frame {
     pub label: FrameLabel,
     pub map_points: MapPoints,
+    /// Velocity of the sensor by which the points are straightened; zeros where they are not.
+    straightened_by: Vector6<f64>,
+}
+
+impl Frame {
+    /// As it was prepared.
+    pub(super) fn new(label: FrameLabel, map_points: MapPoints) -> Self {
+        Self { label, map_points, straightened_by: Vector6::zeros() }
+    }
 }
 
 /// The frames, in order.
@@ -47,10 +57,18 @@ impl StoredFrames {
         true
     }
 
-    /// Straightens the points of a sweep, as they are seen from where the sensor was at the frame's time stamp.
+    /// Straightens the points of a sweep by this velocity, as they are seen from where the sensor was at the frame's time stamp, in
+    /// place of an earlier one.
     pub(super) fn straighten(&mut self, number: usize, velocity: &Vector6<f64>) {
-        let Some(Frame { map_points: MapPoints::Cloud(cloud), .. }) = self.frames.get_mut(number) else { return };
-        *cloud = deskew(std::mem::take(cloud), velocity, 0.0);
+        let Some(Frame { map_points: MapPoints::Cloud(cloud), straightened_by, .. }) = self.frames.get_mut(number)
+        else {
+            return;
+        };
+        for velocity in [-*straightened_by, *velocity].iter().filter(|velocity| **velocity != Vector6::zeros()) {
+            let times = cloud.times.clone();
+            *cloud = PointCloud { times, ..deskew(std::mem::take(cloud), velocity, 0.0) };
+        }
+        *straightened_by = *velocity;
     }
 
     pub(super) fn len(&self) -> usize {
@@ -90,7 +108,7 @@ mod tests {
     use crate::preprocess::map_image::MapImage;
 
     fn frame(index: usize, map_points: MapPoints) -> Frame {
-        Frame { label: FrameLabel { name: index.to_string(), index, time: None }, map_points }
+        Frame::new(FrameLabel { name: index.to_string(), index, time: None }, map_points)
     }
 
     /// Depth from which the pixel follows.
