@@ -87,8 +87,8 @@ impl Reconstruction {
     /// When a setting is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
     pub fn new(settings: Option<PartialSettings>) -> Result<Reconstruction, Thrown> {
-        let engine = Engine::new(from_object(settings.map(JsValue::from))?)?;
-        Ok(Self { engine })
+        let begin = if cfg!(feature = "full") { Engine::new } else { Engine::without_joining };
+        Ok(Self { engine: begin(from_object(settings.map(JsValue::from))?)? })
     }
 
     /// Adds the next scan, a PLY file, and restarts the run.

@@ -47,6 +47,8 @@ const STOP_PATIENCE_MS = 4000;
 
 /** More than this is computed sooner by the full engine, though it has to be fetched: about 100 scans as text. */
 const MAX_FIRST_BYTES = 1e6;
+/** The pieces of longer recordings are searched for in each other, which the full engine alone can. */
+const MAX_FIRST_SCANS = 99;
 
 type Host = WorkerHost<PlanarApi, PlanarEvent>;
 
@@ -283,7 +285,8 @@ export class PlanarClient {
 /** A few scans and no logs. */
 function isForFirst({ scans, odometry }: Inputs): boolean {
   const num_bytes = scans.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
-  return !odometry && num_bytes <= MAX_FIRST_BYTES && !scans.some(({ isLog, table }) => isLog || table !== undefined);
+  const isSmall = num_bytes <= MAX_FIRST_BYTES && scans.length <= MAX_FIRST_SCANS;
+  return !odometry && isSmall && !scans.some(({ isLog, table }) => isLog || table !== undefined);
 }
 
 function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {

@@ -14,8 +14,10 @@ mod places;
 mod pooled;
 mod refine;
 mod search;
+mod stretches;
 mod window;
 
 pub use field::MapField;
 pub use localizer::Localizer;
 pub use location::{Location, Place, Verdict};
+pub use stretches::{LONGEST_STRETCH, StretchSearch};

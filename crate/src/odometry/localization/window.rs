@@ -16,7 +16,7 @@ const BEAM_SPACING: f64 = 0.2;
 /// Side of the cells by which different pieces of walls are counted (m).
 const PIECE: f64 = 0.3;
 /// Longest way (m): over a longer one the chain bends by more than a cell of the search.
-const LONGEST: f64 = 12.0;
+pub(super) const LONGEST: f64 = 12.0;
 
 /// One of its scans.
 #[derive(Debug, Clone)]

@@ -40,7 +40,7 @@ const MAX_OPENNESS: f64 = 0.1;
 const MAIN_PIECE_RATIO: usize = 4;
 /// Frames of a piece beside the main one are as sure as those of the main one if it has so many keyframes: a few that fit
 /// each other say little.
-const MIN_SURE_KEYFRAMES: usize = 20;
+pub const MIN_SURE_KEYFRAMES: usize = 20;
 /// Keyframes that each keyframe is matched with among those just before it ...
 const NUM_MATCHED_BEFORE: usize = 3;
 /// ... and, at most, among the earlier ones that saw the same place.

@@ -3,6 +3,7 @@
 mod chosen_odometry;
 mod counterparts;
 mod fan;
+mod joining;
 mod joint;
 mod keyframe_graph;
 mod localization;
@@ -30,8 +31,9 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+use joining::Joining;
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
-use run::Run;
+use run::{BeginJoining, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
 
@@ -46,6 +48,7 @@ pub struct Reconstruction {
     reference: Option<(String, Contents)>,
     odometry: Option<(String, Trajectory)>,
     without: Ablation,
+    begin_joining: Option<BeginJoining>,
     run: Option<Run>,
 }
 
@@ -55,8 +58,18 @@ impl Reconstruction {
     /// # Errors
     /// When a setting is out of its limits.
     pub fn new(settings: Settings) -> Result<Self> {
+        Ok(Self { begin_joining: Some(Joining::begin), ..Self::without_joining(settings)? })
+    }
+
+    /// One that does not search for pieces of the map in each other: they are told of maps of a hundred scans and more alone, and the search
+    /// takes room.
+    ///
+    /// # Errors
+    /// When a setting is out of its limits.
+    pub fn without_joining(settings: Settings) -> Result<Self> {
         settings.validate()?;
         Ok(Self {
+            begin_joining: None,
             settings,
             names: Vec::new(),
             recorded: Vec::new(),
@@ -188,8 +201,8 @@ impl Reconstruction {
 
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
-        let Self { settings, recorded, odometry, without, run, .. } = self;
-        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry.as_ref()));
+        let Self { settings, recorded, odometry, without, begin_joining, run, .. } = self;
+        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry.as_ref(), *begin_joining));
         run.advance(recorded, settings)
     }
 

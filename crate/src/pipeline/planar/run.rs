@@ -5,6 +5,7 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 
 use super::chosen_odometry::ChosenOdometry;
+use super::joining::Joining;
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
@@ -29,6 +30,9 @@ use crate::registration::icp::IterationRecord;
 /// Most iterations of the joint registration of a long sequence: it starts close to the solution, and one iteration takes long.
 const MAX_ITERATIONS_OF_LONG: usize = 8;
 
+/// See [`Joining::begin`]: given as a value, so that the part of the engine that a page begins with does without.
+pub type BeginJoining = fn(&KeyframeGraph, &[Rc<PlanarScan>]) -> Option<Joining>;
+
 /// The state of a run.
 pub struct Run {
     num_scans: usize,
@@ -50,6 +54,9 @@ pub struct Run {
     pub poses: Vec<Pose2>,
     /// Keyframes with what connects them; `None` without the joint solution.
     graph: Option<KeyframeGraph>,
+    /// How pieces that nothing connects are searched for, if they are.
+    begin_joining: Option<BeginJoining>,
+    joining: Option<Joining>,
     joint: Option<Joint>,
     meter: Option<SharpnessMeter>,
     pub sharpness: Option<Sharpness>,
@@ -63,6 +70,7 @@ impl Run {
         without: Ablation,
         recorded: &[RecordedScan],
         odometry: Option<&(String, Trajectory)>,
+        begin_joining: Option<BeginJoining>,
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let options = PlanarOptions { without, ..settings.odometry_options() };
@@ -82,6 +90,8 @@ impl Run {
             estimates: Vec::new(),
             poses: Vec::new(),
             graph: None,
+            begin_joining,
+            joining: None,
             joint: None,
             meter: None,
             sharpness: None,
@@ -151,8 +161,20 @@ impl Run {
 
     fn advance_loops(&mut self, settings: &Settings) {
         let Some(graph) = &mut self.graph else { return };
-        graph.closure.advance(&settings.icp_options());
-        if graph.closure.is_done() {
+        let options = settings.icp_options();
+        if !graph.closure.is_done() {
+            graph.closure.advance(&options);
+            return;
+        }
+        let is_more = self.joining.as_mut().is_some_and(|joining| joining.advance(graph, &self.scans, &options));
+        if is_more {
+            return;
+        }
+        // Once, and again as long as the pieces become fewer: a larger one shows more places.
+        let num_before = self.joining.as_ref().map_or(usize::MAX, Joining::num_pieces);
+        let next = self.begin_joining.and_then(|begin| begin(graph, &self.scans));
+        self.joining = next.filter(|joining| joining.num_pieces() < num_before);
+        if self.joining.is_none() {
             self.end_loops();
         }
     }

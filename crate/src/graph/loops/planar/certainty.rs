@@ -26,7 +26,7 @@ impl LoopClosure {
     /// For each keyframe the number of its piece. A piece grows from its first submap over links and loops, the most certain first.
     /// A submap joins it if its pose is certain relative to those of all its submaps within 25 m.
     pub fn pieces(&self) -> Vec<usize> {
-        let (neighbors, covariances) = (self.neighbors(), self.certain_covariances());
+        let (neighbors, covariances) = (self.neighbors(), self.relative_covariances(true));
         let mut piece_of = vec![usize::MAX; self.submaps.len()];
         let mut num_pieces = 0;
         for root in 0..self.submaps.len() {
@@ -43,7 +43,7 @@ impl LoopClosure {
 
     /// How well the keyframes in the middle of submaps are known to each other, for all that are near.
     pub fn uncertainties(&self) -> Vec<Uncertainty> {
-        let Some(covariances) = self.certain_covariances() else { return Vec::new() };
+        let Some(covariances) = self.relative_covariances(true) else { return Vec::new() };
         let pairs = (1..self.submaps.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
         let near = pairs.filter(|&(a, b)| self.motion(a, b).translation_norm() < MAX_CERTAIN_DISTANCE);
         let uncertainty = |(a, b)| {
@@ -51,10 +51,6 @@ impl LoopClosure {
             Uncertainty { from: self.submaps[a].anchor, to: self.submaps[b].anchor, heading, position }
         };
         near.map(uncertainty).collect()
-    }
-
-    fn certain_covariances(&self) -> Option<RelativeCovariances> {
-        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(true))
     }
 
     /// Pose of one submap's anchor in the frame of another one's.

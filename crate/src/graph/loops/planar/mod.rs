@@ -20,6 +20,7 @@ mod acceptance;
 mod anchors;
 mod certainty;
 mod consistency;
+mod joining;
 mod matching;
 mod pairs;
 mod submap;
@@ -168,11 +169,20 @@ impl LoopClosure {
             self.is_done = true;
             return;
         }
+        self.begin_round();
+    }
+
+    /// Looks which submaps may show the same place by the covariances that the graph has now.
+    fn begin_round(&mut self) {
         self.round += 1;
-        self.covariances = RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(false));
+        self.covariances = self.relative_covariances(false);
         self.queue = self.pairs();
         self.num_queued = self.queue.len();
         self.is_done = self.queue.is_empty();
+    }
+
+    fn relative_covariances(&self, only_certain: bool) -> Option<RelativeCovariances> {
+        RelativeCovariances::new(&self.anchor_poses(), &self.anchor_factors(only_certain))
     }
 
     /// A submap with those next to it.

@@ -26,7 +26,7 @@ const MAX_WINDOW: f64 = 12.0;
 /// Standard deviation between two submaps (m, rad) below which a loop would tell nothing new.
 const SETTLED_SIGMA: (f64, f64) = (0.05, 0.012);
 /// Submaps that seem to share less than this of what they show are not matched.
-const MIN_OVERLAP: f64 = 0.3;
+pub(super) const MIN_OVERLAP: f64 = 0.3;
 /// Share of what is left of the budget that a round may spend.
 const ROUND_SHARE: f64 = 0.4;
 

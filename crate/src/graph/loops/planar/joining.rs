@@ -1,0 +1,61 @@
+//! Pieces that were found in one another: joined by matches of their submaps, as any loop.
+
+use super::LoopClosure;
+use super::matching::Pair;
+use super::pairs::MIN_OVERLAP;
+use crate::geometry::{Pose2, RigidMotion};
+use crate::registration::correlative::SearchWindow;
+use crate::registration::icp::IcpOptions;
+use crate::search::order::ascending;
+
+/// How far from where a piece was found its submaps are matched: three times of what two places of a piece may be off at most. In windows as
+/// wide as this a match needs another one to support it.
+const WINDOW: SearchWindow = SearchWindow { translation: 1.5, rotation: 0.13 };
+/// Submaps of the other piece that each is matched with.
+const NUM_TARGETS: usize = 2;
+
+impl LoopClosure {
+    /// Moves a piece to where it was found and matches its submaps with those of the other piece that lie near it. Where none that
+    /// support each other are found, all is as before. `piece_of` is the piece of each keyframe, `found` the motion of the piece in the
+    /// world.
+    pub fn join(&mut self, piece_of: &[usize], piece: usize, into: usize, found: &Pose2, options: &IcpOptions) {
+        let before = self.poses.clone();
+        for (pose, _) in self.poses.iter_mut().zip(piece_of).filter(|(_, of)| **of == piece) {
+            *pose = (found * *pose).renormalized();
+        }
+        self.covariances = self.relative_covariances(false);
+        for pair in self.pairs_between(piece_of, piece, into) {
+            let target = self.target(pair.target);
+            self.match_pair(&target, &pair, options);
+        }
+        let num_loops = self.loops.len();
+        if self.accept() && self.loops.len() > num_loops {
+            // With what is known now, more is found.
+            self.begin_round();
+        } else {
+            self.poses = before;
+        }
+    }
+
+    /// For each submap of a piece the nearest ones of the other that may show the same place.
+    fn pairs_between(&self, piece_of: &[usize], piece: usize, into: usize) -> Vec<Pair> {
+        let of = |wanted: usize| {
+            let is_of = move |&submap: &usize| piece_of[self.submaps[submap].anchor] == wanted;
+            (0..self.submaps.len()).filter(is_of)
+        };
+        let others: Vec<usize> = of(into).collect();
+        let pairs_of = |submap: usize| {
+            let place = |submap: usize| self.poses[self.submaps[submap].anchor];
+            let apart = |other: usize| (place(other).inverse() * place(submap)).translation_norm();
+            let reach = |other: usize| (self.submaps[submap].radius + self.submaps[other].radius) * (1.0 - MIN_OVERLAP);
+            let near: Vec<usize> = others.iter().copied().filter(|&other| apart(other) < reach(other)).collect();
+            let nearest = ascending(near.iter().map(|&other| apart(other))).into_iter().take(NUM_TARGETS);
+            let pair = |other: usize| {
+                let (target, source) = (submap.min(other), submap.max(other));
+                Pair { target, source, guess: place(target).inverse() * place(source), window: WINDOW }
+            };
+            nearest.map(|index| pair(near[index])).collect::<Vec<_>>()
+        };
+        of(piece).flat_map(pairs_of).collect()
+    }
+}

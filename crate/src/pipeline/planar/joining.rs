@@ -1,0 +1,125 @@
+//! Pieces of a map that nothing connects, searched for in the largest one: where a second recording begins, or a robot was carried.
+
+use std::rc::Rc;
+
+use super::keyframe_graph::{KeyframeGraph, MIN_SURE_KEYFRAMES};
+use crate::geometry::{Pose2, RigidMotion};
+use crate::map::occupancy_grid::OccupancyGrid;
+use crate::odometry::localization::{LONGEST_STRETCH, StretchSearch};
+use crate::preprocess::planar_scan::PlanarScan;
+use crate::registration::icp::IcpOptions;
+
+/// Side of the cells of the map that is searched (m).
+const RESOLUTION: f64 = 0.05;
+/// Stretches of a piece that are searched for, spread over it.
+const NUM_STRETCHES: usize = 4;
+/// So many have to be certain, where a piece has as many.
+const NUM_CERTAIN: usize = 2;
+/// Stretches of a piece found within these of each other (m, rad) agree: what a piece bends by, and a cell.
+const AGREEING: (f64, f64) = (0.7, 0.1);
+
+/// The search for the pieces.
+pub struct Joining {
+    /// The piece of each keyframe.
+    piece_of: Vec<usize>,
+    /// The one that the others are searched for in.
+    largest: usize,
+    map: Option<StretchSearch>,
+    /// What is left to be searched for, the largest piece last.
+    waiting: Vec<Piece>,
+    num_pieces: usize,
+}
+
+/// A piece to be found.
+struct Piece {
+    number: usize,
+    /// Stretches of keyframes.
+    stretches: Vec<Vec<usize>>,
+    /// Where each that was searched for is, if certain: the motion of the piece, with the middle of the stretch.
+    found: Vec<Option<(Pose2, Pose2)>>,
+}
+
+impl Joining {
+    /// Prepares to search for the pieces of a graph; `None` where there is none to search for.
+    pub fn begin(graph: &KeyframeGraph, scans: &[Rc<PlanarScan>]) -> Option<Self> {
+        let piece_of = graph.closure.pieces();
+        let poses = graph.closure.solved_poses();
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); piece_of.iter().max().map_or(0, |last| last + 1)];
+        for (keyframe, &piece) in piece_of.iter().enumerate() {
+            members[piece].push(keyframe);
+        }
+        // The first of several of one size.
+        let largest = (0..members.len()).rev().max_by_key(|&piece| members[piece].len())?;
+        let is_sure = |&piece: &usize| piece != largest && members[piece].len() >= MIN_SURE_KEYFRAMES;
+        let mut others: Vec<usize> = (0..members.len()).filter(is_sure).collect();
+        others.sort_by_key(|&piece| (members[piece].len(), std::cmp::Reverse(piece)));
+        if others.is_empty() {
+            return None;
+        }
+        let placed = |&keyframe: &usize| (scans[graph.nodes[keyframe]].as_ref(), poses[keyframe]);
+        let placed: Vec<_> = members[largest].iter().map(placed).collect();
+        let map = StretchSearch::new(&OccupancyGrid::new(&placed, &[], RESOLUTION));
+        let piece = |number: usize| Piece { number, stretches: stretches(&members[number], &poses), found: Vec::new() };
+        let waiting = others.into_iter().map(piece).collect();
+        Some(Self { piece_of, largest, map, waiting, num_pieces: members.len() })
+    }
+
+    /// Searches for one stretch, or joins the piece whose stretches were found. Whether there is more to do.
+    pub fn advance(&mut self, graph: &mut KeyframeGraph, scans: &[Rc<PlanarScan>], options: &IcpOptions) -> bool {
+        let (Some(map), Some(piece)) = (&self.map, self.waiting.last_mut()) else { return false };
+        let poses = graph.closure.solved_poses();
+        if let Some(stretch) = piece.stretches.get(piece.found.len()) {
+            let placed = |&keyframe: &usize| (scans[graph.nodes[keyframe]].as_ref(), poses[keyframe]);
+            let placed: Vec<_> = stretch.iter().map(placed).collect();
+            let middle = placed[placed.len() / 2].1;
+            piece.found.push(map.certain_place(&placed).map(|motion| (motion, middle)));
+            return true;
+        }
+        let (number, motion) = (piece.number, piece.agreed_motion());
+        self.waiting.pop();
+        if let Some(motion) = motion {
+            graph.closure.join(&self.piece_of, number, self.largest, &motion, options);
+        }
+        true
+    }
+
+    /// Number of pieces before any was joined.
+    pub fn num_pieces(&self) -> usize {
+        self.num_pieces
+    }
+}
+
+impl Piece {
+    /// The motion that the certain stretches agree about.
+    fn agreed_motion(&self) -> Option<Pose2> {
+        let certain: Vec<&(Pose2, Pose2)> = self.found.iter().flatten().collect();
+        let (motion, _) = certain.first()?;
+        let agrees = |(other, middle): &&(Pose2, Pose2)| {
+            let off = (motion * middle).inverse() * (other * middle);
+            off.translation_norm() < AGREEING.0 && off.rotation_angle() < AGREEING.1
+        };
+        let is_enough = certain.len() >= NUM_CERTAIN.min(self.stretches.len());
+        (is_enough && certain.iter().all(|found| agrees(found))).then_some(*motion)
+    }
+}
+
+/// Keyframes in a row, as long as a stretch may be, spread over a piece.
+fn stretches(members: &[usize], poses: &[Pose2]) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = Vec::new();
+    let mut way = 0.0;
+    for (index, &keyframe) in members.iter().enumerate() {
+        let before = members[index.saturating_sub(1)];
+        way += (poses[before].inverse() * poses[keyframe]).translation_norm();
+        match all.last_mut() {
+            Some(last) if before + 1 == keyframe && way < LONGEST_STRETCH => last.push(keyframe),
+            _ => {
+                all.push(vec![keyframe]);
+                way = 0.0;
+            }
+        }
+    }
+    // Those that are longest show most.
+    all.sort_by_key(|stretch| std::cmp::Reverse(stretch.len()));
+    all.truncate(NUM_STRETCHES);
+    all
+}
