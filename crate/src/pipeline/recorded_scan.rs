@@ -15,6 +15,9 @@ use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 use crate::{Error, Result};
 
+/// Most time (s) between two files of one recording.
+const LONGEST_PAUSE: f64 = 10.0;
+
 /// One scan with all that was recorded along with it.
 #[derive(Debug, Clone)]
 pub struct RecordedScan {
@@ -36,6 +39,8 @@ pub struct RecordedScan {
     pub odometry_origin: OdometryOrigin,
     /// Whether nothing tells which way the laser turns.
     pub may_be_mirrored: bool,
+    /// Whether another recording begins with it: nothing tells the way from the scan before.
+    pub begins_recording: bool,
 }
 
 impl RecordedScan {
@@ -51,7 +56,13 @@ impl RecordedScan {
             odometry: None,
             odometry_origin: OdometryOrigin::Unknown,
             may_be_mirrored: false,
+            begins_recording: false,
         }
+    }
+
+    /// Whether it goes on with the recording that this one, read before it from another file, belongs to: a split log does, within seconds.
+    pub(crate) fn continues(&self, before: &Self) -> bool {
+        self.time.zip(before.time).is_some_and(|(time, before)| time > before && time - before < LONGEST_PAUSE)
     }
 
     /// Turns the readings the other way round: y to the other side.
@@ -147,7 +158,7 @@ pub(crate) fn motions_between_scans(
         (_, Some(given)) => given.to_vec(),
     };
     let motion = |frame: usize| {
-        let before = frame.checked_sub(1)?;
+        let before = frame.checked_sub(1).filter(|_| !scans[frame].begins_recording)?;
         let T_world_before = poses[before]? * scans[before].T_robot_laser;
         Some(T_world_before.inverse() * poses[frame]? * scans[frame].T_robot_laser)
     };

@@ -4,7 +4,7 @@ use super::building::{BUILDINGS, Building};
 use super::{Score, number, run};
 use crate::arguments::{argument, flag};
 
-fn buildings() -> Vec<Building> {
+pub fn buildings() -> Vec<Building> {
     let data = argument("--data").unwrap_or_else(|| "../shared/data/laser".to_owned());
     let only = argument("--only");
     let is_chosen = |name: &str| only.as_deref().is_none_or(|only| only.split(',').any(|only| only == name));

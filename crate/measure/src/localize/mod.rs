@@ -1,4 +1,4 @@
-//! Scores localisation in a map: `cargo measure localize wean|halves|others|worlds [ARGUMENT]...`
+//! Scores localisation in a map: `cargo measure localize wean|halves|others|merged|worlds [ARGUMENT]...`
 //!
 //! - `wean --map FILE`: CMU's map (unpacked) and log: from `--starts N` places of the log, where and after how many scans the robot is
 //!   found, and whether all runs agree with the one from the first scan; `--out FILE` writes that one's trajectory;
@@ -6,12 +6,15 @@
 //! - `halves`: each half of a log in the grid of the other half, by the poses in the log: every other scan, and with `--time` the first half
 //!   and the second; `--only NAME`, `--alone` without odometry, `--starts N`;
 //! - `others`: each log in the grids of the other buildings, 30 pairs; `--scans N` of each log;
+//! - `merged`: two recordings in one reconstruction: halves of a log as in `halves`, and each log with that of another building; `--alone`
+//!   without odometry; the pieces of 20 scans and more, and whether pairs of scans across are right;
 //! - `worlds`: generated buildings with known poses: the share of poses in their 95 % region.
 //!
 //! A place is wrong when it is off by more than 0.5 m or 5 degrees.
 
 mod building;
 mod logs;
+mod merged;
 mod particles;
 mod wean;
 mod worlds;
@@ -31,8 +34,9 @@ pub fn main() {
         "wean" => wean::main(),
         "halves" => logs::halves(),
         "others" => logs::others(),
+        "merged" => merged::main(),
         "worlds" => worlds::main(),
-        other => println!("there is no part {other:?}: wean, halves, others, worlds"),
+        other => println!("there is no part {other:?}: wean, halves, others, merged, worlds"),
     }
 }
 

@@ -135,7 +135,11 @@ impl Reconstruction {
         let corrected = fan::corrected(log, &self.settings);
         let (read, note) = corrected.map_or((None, None), |(log, note)| (Some(log), Some(note)));
         self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
+        let first = self.recorded.len();
         self.record(RecordedScan::of_log(read.as_ref().unwrap_or(log)));
+        if let [.., before] = &self.recorded[..first] {
+            self.recorded[first].begins_recording = !self.recorded[first].continues(before);
+        }
         let has_poses = log.scans.iter().all(|scan| scan.reference.is_some());
         let notes = log.notes.iter().cloned().chain(note).collect();
         AddedLog { num_scans: log.scans.len(), has_poses, losses: log.losses.clone(), notes }

@@ -1,0 +1,97 @@
+//! Two recordings in one: halves of a log, which join, and logs of two buildings, which do not.
+
+use scanstitch::geometry::{Pose2, Pose3, RigidMotion};
+use scanstitch::io::trajectory::{Trajectory, in_space};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::{Settings, Stage};
+
+use super::building::Building;
+use super::logs::buildings;
+use crate::arguments::flag;
+
+/// Places further apart than this (m) are not compared.
+const NEAR: f64 = 20.0;
+/// A pair is wrong when it is off by more than this (m, rad).
+const WRONG: (f64, f64) = (0.5, 0.087);
+
+pub fn main() {
+    let all = buildings();
+    for building in &all {
+        let num = building.log.scans.len();
+        let halves = [building.part(0..num / 2), building.part(num / 2..num)];
+        let every_other = [building.part((0..num).step_by(2)), building.part((1..num).step_by(2))];
+        for (how, [first, second]) in [("first and second half", &halves), ("every other scan", &every_other)] {
+            report(&format!("{}, {how}", building.name), first, second, true);
+        }
+    }
+    for (index, first) in all.iter().enumerate() {
+        let second = &all[(index + 1) % all.len()];
+        report(&format!("{} and {}", first.name, second.name), first, second, false);
+    }
+}
+
+fn report(name: &str, first: &Building, second: &Building, is_one_building: bool) {
+    let frames = reconstructed([first, second]);
+    let count = frames.iter().map(|frame| frame.piece).max().map_or(0, |last| last + 1);
+    let mut of_both = vec![[0; 2]; count];
+    for (number, frame) in frames.iter().enumerate() {
+        of_both[frame.piece][usize::from(number >= first.log.scans.len())] += 1;
+    }
+    let sizes: Vec<String> =
+        of_both.iter().filter(|of| of[0] + of[1] >= 20).map(|of| format!("{} + {}", of[0], of[1])).collect();
+    let across = pairs_across(&frames, first, second);
+    let (num, num_wrong) = (across.len(), across.iter().filter(|is_wrong| **is_wrong).count());
+    let told = if is_one_building {
+        format!("{num_wrong} of {num} near pairs across are wrong")
+    } else {
+        format!("{num} pairs across")
+    };
+    println!("{name}: pieces {}; {told}", sizes.join(", "));
+}
+
+struct Frame {
+    pose: Pose2,
+    piece: usize,
+    is_good: bool,
+}
+
+fn reconstructed(both: [&Building; 2]) -> Vec<Frame> {
+    let odometry = if flag("--alone") { "none" } else { "auto" };
+    let settings: Settings = serde_json::from_value(serde_json::json!({ "odometry": odometry })).expect("settings");
+    let mut reconstruction = Reconstruction::new(settings).expect("the settings are right");
+    for building in both {
+        reconstruction.add_log(building.name, &building.log);
+    }
+    if !flag("--alone") {
+        // Each recording has its own world.
+        let poses: Vec<Pose3> = both
+            .iter()
+            .flat_map(|building| {
+                building.odometry.iter().map(|pose| in_space(&(building.odometry[0].inverse() * pose)))
+            })
+            .collect();
+        reconstruction.set_odometry("odometry", Trajectory::from_poses(&poses)).expect("it has headings");
+    }
+    while reconstruction.step().stage != Stage::Done {}
+    let frames = reconstruction.result().frames.into_iter().zip(reconstruction.poses());
+    frames.map(|(frame, pose)| Frame { pose, piece: frame.piece, is_good: frame.status == Status::Good }).collect()
+}
+
+/// For each pair of good frames of the two recordings in one piece, near each other in truth, whether it is wrong.
+fn pairs_across(frames: &[Frame], first: &Building, second: &Building) -> Vec<bool> {
+    let mut pairs = Vec::new();
+    let (a, b) = frames.split_at(first.log.scans.len());
+    for (from, T_truth_from) in a.iter().zip(&first.reference).filter(|(frame, _)| frame.is_good) {
+        for (to, T_truth_to) in
+            b.iter().zip(&second.reference).filter(|(frame, _)| frame.is_good && frame.piece == from.piece)
+        {
+            let truth = T_truth_from.inverse() * T_truth_to;
+            if truth.translation_norm() < NEAR || first.name != second.name {
+                let off = truth.inverse() * (from.pose.inverse() * to.pose);
+                pairs.push(off.translation_norm() > WRONG.0 || off.rotation_angle() > WRONG.1);
+            }
+        }
+    }
+    pairs
+}
