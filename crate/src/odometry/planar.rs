@@ -176,6 +176,13 @@ impl Odometry {
         Self { wrong_steps, ..self }
     }
 
+    /// The next scan is the first of another recording, which begins anywhere.
+    pub fn begin_recording(&mut self) {
+        self.map = LocalMap::new(self.options.map_capacity, self.options.metric);
+        (self.stray, self.last_measured, self.num_registered) = (None, None, 0);
+        self.last_motion = Pose2::identity();
+    }
+
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
     /// expected once more. A scan that fits nothing stays at its prediction, and the scans after it start from there.
     pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {

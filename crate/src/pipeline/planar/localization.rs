@@ -35,6 +35,8 @@ pub struct Localization {
     measured: Vec<Option<MeasuredMotion>>,
     has_odometry: bool,
     odometry: Odometry,
+    /// Whether another recording begins with the scan.
+    begins_recording: Vec<bool>,
     T_world_last: Pose2,
     notes: Vec<String>,
 }
@@ -121,6 +123,7 @@ impl Reconstruction {
             times: self.stamps().times,
             T_laser_robot: self.recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             odometry: Odometry::new(options, Pose2::identity()).with_wrong_steps(chosen.model.wrong),
+            begins_recording: self.recorded.iter().map(|scan| scan.begins_recording).collect(),
             T_world_last: Pose2::identity(),
             notes: chosen.notes.iter().cloned().chain(checked).collect(),
             measured: chosen.model.steps,
@@ -133,6 +136,9 @@ impl Localization {
     pub fn step(&mut self) -> bool {
         let frame = self.localizer.locations().len();
         let Some(scan) = self.scans.get(frame).cloned() else { return false };
+        if self.begins_recording[frame] {
+            self.odometry.begin_recording();
+        }
         let estimate = self.odometry.register_frame(&scan, self.measured[frame].as_ref());
         // Where the odometry has a gap, registration alone may mislead: the robot is searched for again.
         let is_gap = self.has_odometry && self.measured[frame].is_none();

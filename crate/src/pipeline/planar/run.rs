@@ -127,6 +127,9 @@ impl Run {
         let frame = self.poses.len();
         let (scan, report) = recorded.cleaned(self.detected_limit.unwrap_or(f64::INFINITY), settings);
         let scan = Rc::new(scan);
+        if recorded.begins_recording {
+            self.odometry.begin_recording();
+        }
         let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.model.steps[frame].as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
