@@ -34,6 +34,7 @@ mod ply;
 mod pose_graphs;
 mod radish_logs;
 mod reconstruction;
+mod recordings;
 mod registration;
 mod scene;
 mod search;

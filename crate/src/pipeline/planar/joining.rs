@@ -1,5 +1,7 @@
-//! Pieces of a map that nothing connects, searched for in the largest one: where a second recording begins, or a robot was carried.
+//! Pieces of a map that show another recording, searched for in the largest one: nothing tells where that begins. Within a recording the
+//! graph tells where a place may have come back, and the search for loops looks there.
 
+use std::collections::HashSet;
 use std::rc::Rc;
 
 use super::keyframe_graph::{KeyframeGraph, MIN_SURE_KEYFRAMES};
@@ -40,8 +42,12 @@ struct Piece {
 }
 
 impl Joining {
-    /// Prepares to search for the pieces of a graph; `None` where there is none to search for.
-    pub fn begin(graph: &KeyframeGraph, scans: &[Rc<PlanarScan>]) -> Option<Self> {
+    /// Prepares to search for the pieces of a graph; `None` where there is none to search for. `recordings` has the number of the recording
+    /// of each frame.
+    pub fn begin(graph: &KeyframeGraph, scans: &[Rc<PlanarScan>], recordings: &[usize]) -> Option<Self> {
+        if recordings.last() == recordings.first() {
+            return None;
+        }
         let piece_of = graph.closure.pieces();
         let poses = graph.closure.solved_poses();
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); piece_of.iter().max().map_or(0, |last| last + 1)];
@@ -50,8 +56,13 @@ impl Joining {
         }
         // The first of several of one size.
         let largest = (0..members.len()).rev().max_by_key(|&piece| members[piece].len())?;
-        let is_sure = |&piece: &usize| piece != largest && members[piece].len() >= MIN_SURE_KEYFRAMES;
-        let mut others: Vec<usize> = (0..members.len()).filter(is_sure).collect();
+        let recording = |keyframe: &usize| recordings[graph.nodes[*keyframe]];
+        let known: HashSet<usize> = members[largest].iter().map(recording).collect();
+        let is_other = |&piece: &usize| {
+            members[piece].len() >= MIN_SURE_KEYFRAMES
+                && !members[piece].iter().any(|keyframe| known.contains(&recording(keyframe)))
+        };
+        let mut others: Vec<usize> = (0..members.len()).filter(is_other).collect();
         others.sort_by_key(|&piece| (members[piece].len(), std::cmp::Reverse(piece)));
         if others.is_empty() {
             return None;

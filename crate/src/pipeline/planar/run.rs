@@ -31,13 +31,15 @@ use crate::registration::icp::IterationRecord;
 const MAX_ITERATIONS_OF_LONG: usize = 8;
 
 /// See [`Joining::begin`]: given as a value, so that the part of the engine that a page begins with does without.
-pub type BeginJoining = fn(&KeyframeGraph, &[Rc<PlanarScan>]) -> Option<Joining>;
+pub type BeginJoining = fn(&KeyframeGraph, &[Rc<PlanarScan>], &[usize]) -> Option<Joining>;
 
 /// The state of a run.
 pub struct Run {
     num_scans: usize,
     /// Where the robot is, as seen from the laser of each scan.
     T_laser_robot: Vec<Pose2>,
+    /// The number of the recording of each scan.
+    recordings: Vec<usize>,
     /// The odometry that it uses.
     pub chosen_odometry: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.
@@ -78,6 +80,7 @@ impl Run {
         let chosen_odometry = ChosenOdometry::new(odometry, &RecordedScans { all: recorded, limit, settings });
         Self {
             num_scans: recorded.len(),
+            recordings: numbers_of_recordings(recorded),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser))
                 .with_wrong_steps(chosen_odometry.model.wrong),
@@ -175,7 +178,7 @@ impl Run {
         }
         // Once, and again as long as the pieces become fewer: a larger one shows more places.
         let num_before = self.joining.as_ref().map_or(usize::MAX, Joining::num_pieces);
-        let next = self.begin_joining.and_then(|begin| begin(graph, &self.scans));
+        let next = self.begin_joining.and_then(|begin| begin(graph, &self.scans, &self.recordings));
         self.joining = next.filter(|joining| joining.num_pieces() < num_before);
         if self.joining.is_none() {
             self.end_loops();
@@ -344,4 +347,13 @@ impl Run {
         }
         map.correspondences(&self.scans[frame], &self.poses[frame], settings.max_correspondence_distance)
     }
+}
+
+/// The number of the recording that each scan belongs to.
+fn numbers_of_recordings(scans: &[RecordedScan]) -> Vec<usize> {
+    let number = |last: &mut usize, scan: &RecordedScan| {
+        *last += usize::from(scan.begins_recording);
+        Some(*last)
+    };
+    scans.iter().scan(0, number).collect()
 }

@@ -1,0 +1,52 @@
+//! Several recordings in one map: joined where they show the same building, and pieces of their own where not.
+
+use std::fs;
+
+use crate::common::shared_data;
+use scanstitch::geometry::{Pose2, RigidMotion};
+use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::Reconstruction;
+use scanstitch::pipeline::report::Stage;
+use scanstitch::pipeline::settings::Settings;
+
+/// A part of a log that keeps no times: nothing says that it goes on with another.
+fn part(log: &LaserLog, numbers: std::ops::Range<usize>) -> LaserLog {
+    let mut log = LaserLog { scans: log.scans[numbers].to_vec(), ..log.clone() };
+    log.scans.iter_mut().for_each(|scan| scan.time = None);
+    log
+}
+
+#[test]
+fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_does_not() {
+    let Some(folder) = shared_data("laser/radish") else { return };
+    let log = |name: &str| laser_log::read(&fs::read(folder.join(name)).unwrap()).unwrap();
+    let (building, other) = (log("freiburg-101.log"), log("belgioioso.log"));
+    let size = building.scans.len();
+    let logs = [part(&building, 0..size / 2), part(&building, size / 2..size), part(&other, 0..60)];
+    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+    for (number, log) in logs.iter().enumerate() {
+        reconstruction.add_log(&format!("{number}.log"), log);
+    }
+    while reconstruction.step().stage != Stage::Done {}
+    let frames = reconstruction.frames_from(0);
+    let num_in_main = |range: std::ops::Range<usize>| frames[range].iter().filter(|frame| frame.piece == 0).count();
+    let (first, second) = (num_in_main(0..size / 2), num_in_main(size / 2..size));
+    assert!(first.min(second) > 9 * (size / 2) / 10, "{first} and {second} scans are in the main piece");
+    assert_eq!(num_in_main(size..size + 60), 0);
+    // Poses of the second recording as seen from those of the first near them, by those that the log's authors computed.
+    let (poses, truth) = (reconstruction.poses(), |frame: usize| building.scans[frame].reference.unwrap());
+    let is_good = |frame: &usize| frames[*frame].status == Status::Good && frames[*frame].piece == 0;
+    let mut errors = Vec::new();
+    for first in (0..size / 2).filter(is_good) {
+        for second in (size / 2..size).filter(is_good) {
+            let T: Pose2 = truth(first).inverse() * truth(second);
+            if T.translation_norm() < 3.0 {
+                errors.push((T.inverse() * (poses[first].inverse() * poses[second])).translation_norm());
+            }
+        }
+    }
+    errors.sort_by(f64::total_cmp);
+    let (count, median, most) = (errors.len(), errors[errors.len() / 2], errors[errors.len() - 1]);
+    assert!(count > 100 && median < 0.1 && most < 0.5, "{count} pairs, median {median} m, at most {most} m");
+}
