@@ -5,7 +5,8 @@ use std::borrow::Cow;
 
 use super::super::fields::is_comment;
 use super::clock::clock;
-use super::names::{is_pose, series};
+use super::format::UNITS;
+use super::names::{is_pose, series, unit_in};
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
@@ -36,6 +37,8 @@ pub(super) struct Table {
     pub names: Vec<String>,
     /// What a comment says the columns are.
     pub format: Option<String>,
+    /// Metres of the unit that a comment names.
+    pub unit: Option<f64>,
     /// Whether a comment says that it is not known which way the laser turns.
     pub has_unknown_direction: bool,
     /// Lines below the first row that are none.
@@ -84,6 +87,8 @@ impl Table {
         let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
         if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
             self.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+        } else if let Some(unit) = unit_said(words) {
+            self.unit = Some(unit);
         } else if words == DIRECTION_COMMENT {
             self.has_unknown_direction = true;
         } else if self.rows.is_empty() {
@@ -166,7 +171,7 @@ impl Separators {
         let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let value = number(&self.point(word));
-            if value.is_none() && !word.is_empty() {
+            if value.is_none() && !word.is_empty() && !is_no_value(word) {
                 row.words.push(row.values.len());
             }
             row.values.push(value.or_else(|| clock(word)).unwrap_or(f64::NAN));
@@ -239,6 +244,18 @@ impl Separators {
     fn labels(self, text: &[u8]) -> Vec<String> {
         self.cells(text).filter(|word| is_label(word)).map(name_of).collect()
     }
+}
+
+/// Metres of the unit that a comment names: `units: mm`.
+fn unit_said(comment: &[u8]) -> Option<f64> {
+    let text = String::from_utf8_lossy(comment).to_ascii_lowercase();
+    let (_, behind) = text.split_once("unit")?;
+    unit_in(behind.split([',', ';']).next()?, &UNITS)
+}
+
+/// What programs write where there is no number.
+fn is_no_value(word: &[u8]) -> bool {
+    [&b"none"[..], b"null", b"na", b"n/a", b"-", b"--", b"---"].iter().any(|none| word.eq_ignore_ascii_case(none))
 }
 
 fn is_label(word: &[u8]) -> bool {
