@@ -465,7 +465,18 @@ fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
         let problem = "All points have z = 0: this is a scan of a planar laser, not a cloud in space";
         return Err(Error::whole(problem, "Give planar scans apart from clouds").in_file(name));
     }
+    refuse_upright_plane(&cloud).map_err(|error| error.in_file(name))?;
     Ok(cloud)
+}
+
+/// Refuses a planar scan whose plane is not that of x and y.
+fn refuse_upright_plane(cloud: &PointCloud) -> Result<()> {
+    let finite = || cloud.positions.iter().filter(|p| p.is_finite());
+    let Some(first) = finite().next() else { return Ok(()) };
+    let Some(axis) = (0..2).find(|&axis| finite().all(|p| p[axis] == first[axis])) else { return Ok(()) };
+    let [flat, other] = if axis == 0 { ["x", "y"] } else { ["y", "x"] };
+    let problem = format!("All points have {flat} = {}: this is a scan of a planar laser, in the plane of {other} and z", first[axis]);
+    Err(Error::whole(problem, "Give it in the plane of x and y, with z = 0: x ahead, y to the left"))
 }
 
 /// Reads a depth image that holds some depth.

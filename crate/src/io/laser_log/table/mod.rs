@@ -163,7 +163,12 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
     let Guess { format, doubt, note } = guess_of(&table)?;
     if let Some(doubt) = doubt {
-        let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}");
+        let turned = if guess::field_of_view(table.rows.len()).is_some() {
+            format!("; if a column is a scan, as the {} lines may mean, write a scan a line", table.rows.len())
+        } else {
+            String::new()
+        };
+        let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}{turned}");
         return Err(Error::whole(format!("This may be a table of ranges. {}", doubt.trim_end_matches('.')), remedy));
     }
     let mut log = read_rows(&table, &format)?;

@@ -72,10 +72,18 @@ pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
     unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
 }
 
+/// So many readings of the largest value stand for no return.
+const MIN_LIMIT_READINGS: usize = 3;
+
 /// The unit of these readings.
 pub(super) fn unit_of(mut readings: Vec<f64>) -> JudgedUnit {
     // 0 and 1 mean no return.
     readings.retain(|&reading| reading > 1.0 || reading.fract() != 0.0 && reading > 0.0);
+    // So does the largest one, where it comes again and again.
+    let largest = readings.iter().copied().fold(0.0, f64::max);
+    if readings.iter().filter(|&&reading| reading == largest).count() >= MIN_LIMIT_READINGS {
+        readings.retain(|&reading| reading < largest);
+    }
     let step = step_of(readings.iter().copied());
     judge_unit(readings, step, &LASER_RANGES)
 }

@@ -16,6 +16,7 @@ mod view;
 use super::numbers::{GUESS_LINES, MIN_GROWING_LINES, is_counter, is_growing, time_unit, unit_of};
 use super::other_columns::OtherColumns;
 use ranges::{block_of_ranges, counted_block};
+pub(super) use view::field_of_view;
 use view::{seam_rank, view_of};
 
 /// A format, and why it may be wrong.
