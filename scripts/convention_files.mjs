@@ -34,7 +34,13 @@ function backwards(truth) {
 }
 
 /** Units, of which a metre has so many, and the decimals that they are written with. */
-const UNITS = /** @type {const} */ ({ m: [1, 4], cm: [100, 1], mm: [1000, 0], 'mm with fractions': [1000, 2], 'tenths of mm': [10_000, 0] });
+const UNITS = /** @type {const} */ ({
+  m: [1, 4],
+  cm: [100, 1],
+  mm: [1000, 0],
+  'mm with fractions': [1000, 2],
+  'tenths of mm': [10_000, 0],
+});
 
 /**
  * Planar scans.
@@ -71,18 +77,28 @@ export function planarFiles(scans) {
         'scan.csv': `scan,angle,range\n${all.flatMap(({ bearings, ranges }, scan) => bearings.map((b, at) => `${scan},${written(b)},${number(ranges[at] ?? 0)}\n`)).join('')}`,
       }),
       rows: () => ({
-        'scan.txt': all.map(({ ranges }) => `${(sign < 0 ? ranges.toReversed() : ranges).map(number).join(' ')}\n`).join(''),
+        'scan.txt': all
+          .map(({ ranges }) => `${(sign < 0 ? ranges.toReversed() : ranges).map(number).join(' ')}\n`)
+          .join(''),
       }),
       points: () =>
         Object.fromEntries(
           all.map(({ bearings, ranges }, scan) => {
             const there = bearings.flatMap((b, at) => (Number.isFinite(ranges[at]) ? [[b, ranges[at] ?? 0]] : []));
-            const lines = there.map(([b = 0, r = 0]) => `${(scale * r * Math.cos(b)).toFixed(decimals)},${(scale * r * Math.sin(b)).toFixed(decimals)}\n`);
+            const lines = there.map(
+              ([b = 0, r = 0]) =>
+                `${(scale * r * Math.cos(b)).toFixed(decimals)},${(scale * r * Math.sin(b)).toFixed(decimals)}\n`,
+            );
             return [`scan_${scan + 1}.csv`, `x,y\n${lines.join('')}`];
           }),
         ),
       carmen: () => ({
-        'robot.log': all.map(({ ranges }, scan) => `FLASER ${ranges.length} ${ranges.map(number).join(' ')} 0 0 0 0 0 0 ${scan} robot ${scan}\n`).join(''),
+        'robot.log': all
+          .map(
+            ({ ranges }, scan) =>
+              `FLASER ${ranges.length} ${ranges.map(number).join(' ')} 0 0 0 0 0 0 ${scan} robot ${scan}\n`,
+          )
+          .join(''),
       }),
       csm: () => ({
         'log.json': all
@@ -122,21 +138,40 @@ export function cloudFiles(clouds) {
   return (next, truth) => {
     const unit = draw(next, /** @type {(keyof typeof UNITS)[]} */ (Object.keys(UNITS)));
     const [scale, decimals] = UNITS[unit];
-    const offset = draw(next, [[0, 0, 0], [0, 0, 0], [20, 0, 0], [-1000, 300, 5], [539_720, 4_065_742, 100]]);
+    const offset = draw(next, [
+      [0, 0, 0],
+      [0, 0, 0],
+      [20, 0, 0],
+      [-1000, 300, 5],
+      [539_720, 4_065_742, 100],
+    ]);
     const axes = draw(next, ['z up', 'y up', 'left-handed']);
     // Whole metres would leave nothing.
     const whole = unit === 'm' || unit === 'cm' ? 'ply' : 'ply of whole numbers';
     const format = draw(next, ['ply', whole, 'csv', 'csv with semicolons', 'pcd', 'bin']);
     const order = draw(next, ['as recorded', 'shuffled points']);
     const names = draw(next, ['counted', 'counted without zeros', 'times']);
-    const turned = ([x = 0, y = 0, z = 0]) => (axes === 'y up' ? [x, z, -y] : axes === 'left-handed' ? [x, -y, z] : [x, y, z]);
+    const turned = ([x = 0, y = 0, z = 0]) =>
+      axes === 'y up' ? [x, z, -y] : axes === 'left-handed' ? [x, -y, z] : [x, y, z];
     const all = clouds.map((points) => {
       const list = points.map((point) => turned(point).map((value, axis) => scale * (value + (offset[axis] ?? 0))));
-      return order === 'shuffled points' && next ? list.map((point) => [next(), point]).sort(([a], [b]) => Number(a) - Number(b)).map(([, point]) => /** @type {number[]} */ (point)) : list;
+      return order === 'shuffled points' && next
+        ? list
+            .map((point) => [next(), point])
+            .sort(([a], [b]) => Number(a) - Number(b))
+            .map(([, point]) => /** @type {number[]} */ (point))
+        : list;
     });
-    const name = (/** @type {number} */ at) => (names === 'counted' ? `cloud_00${at}` : names === 'times' ? `${(1_600_000_000 + 0.1 * at).toFixed(1)}` : `cloud${8 + at}`);
+    const name = (/** @type {number} */ at) =>
+      names === 'counted'
+        ? `cloud_00${at}`
+        : names === 'times'
+          ? `${(1_600_000_000 + 0.1 * at).toFixed(1)}`
+          : `cloud${8 + at}`;
     const ending = format.startsWith('csv') ? 'csv' : format.startsWith('ply') ? 'ply' : format;
-    const files = Object.fromEntries(all.map((points, at) => [`${name(at)}.${ending}`, cloudFile(points, format, decimals)]));
+    const files = Object.fromEntries(
+      all.map((points, at) => [`${name(at)}.${ending}`, cloudFile(points, format, decimals)]),
+    );
     const expected = moved(truth, turned);
     return { files, expected, offset, changes: words({ unit, offset, axes, format, order, names }) };
   };
@@ -145,8 +180,10 @@ export function cloudFiles(clouds) {
 /** @param {number[][]} points @param {string} format @param {number} decimals */
 function cloudFile(points, format, decimals) {
   const count = points.length;
-  if (format === 'csv') return `x,y,z\n${points.map((p) => `${p.map((v) => v.toFixed(decimals)).join(',')}\n`).join('')}`;
-  if (format === 'csv with semicolons') return `x;y;z\n${points.map((p) => `${p.map((v) => v.toFixed(decimals).replace('.', ',')).join(';')}\n`).join('')}`;
+  if (format === 'csv')
+    return `x,y,z\n${points.map((p) => `${p.map((v) => v.toFixed(decimals)).join(',')}\n`).join('')}`;
+  if (format === 'csv with semicolons')
+    return `x;y;z\n${points.map((p) => `${p.map((v) => v.toFixed(decimals).replace('.', ',')).join(';')}\n`).join('')}`;
   if (format === 'bin') return floats(points, 4);
   if (format === 'pcd') {
     const head = `# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH ${count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS ${count}\nDATA binary\n`;
@@ -155,7 +192,10 @@ function cloudFile(points, format, decimals) {
   const type = format === 'ply' ? 'double' : 'int';
   const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n${['x', 'y', 'z'].map((axis) => `property ${type} ${axis}\n`).join('')}end_header\n`;
   const values = points.flat();
-  return joined(head, new Uint8Array((type === 'int' ? Int32Array.from(values, Math.round) : Float64Array.from(values)).buffer));
+  return joined(
+    head,
+    new Uint8Array((type === 'int' ? Int32Array.from(values, Math.round) : Float64Array.from(values)).buffer),
+  );
 }
 
 /** @param {number[][]} points @param {number} columns */
@@ -193,19 +233,36 @@ export function depthFiles({ images, camera }) {
         const value = (/** @type {number} */ mm) => valueOf(mm, { perMetre, none, bytes, stored, focal: fx });
         const pixel = (/** @type {number} */ index) => {
           const [row, column] = [Math.floor(index / width), index % width];
-          return flip === 'left to right' ? row * width + width - 1 - column : flip === 'upside down' ? (height - 1 - row) * width + column : index;
+          return flip === 'left to right'
+            ? row * width + width - 1 - column
+            : flip === 'upside down'
+              ? (height - 1 - row) * width + column
+              : index;
         };
         const values = Uint16Array.from(depth, (_, index) => value(depth[pixel(index)] ?? 0));
         const name = `depth/${names === 'counted' ? `00${at}` : 8 + at}.png`;
-        const grey = () => colourPng(Uint8Array.from({ length: 3 * values.length }, (_, index) => values[Math.floor(index / 3)] ?? 0), width);
+        const grey = () =>
+          colourPng(
+            Uint8Array.from({ length: 3 * values.length }, (_, index) => values[Math.floor(index / 3)] ?? 0),
+            width,
+          );
         return [name, stored.startsWith('8 bits') ? grey() : greyPng(values, width)];
       }),
     );
     const { width = 0, height = 0 } = images[0] ?? {};
     const [u, v] = [flip === 'left to right' ? width - 1 - cx : cx, flip === 'upside down' ? height - 1 - cy : cy];
     const told = known === 'camera file' ? { 'camera.txt': `${fx} 0 ${u}\n0 ${fy} ${v}\n0 0 1\n` } : {};
-    const expected = moved(truth, ([x = 0, y = 0, z = 0]) => [flip === 'left to right' ? -x : x, flip === 'upside down' ? -y : y, z]);
-    return { files: { ...files, ...told }, expected, offset: [0, 0, 0], changes: words({ perMetre, flip, none, bytes, stored, known, names }) };
+    const expected = moved(truth, ([x = 0, y = 0, z = 0]) => [
+      flip === 'left to right' ? -x : x,
+      flip === 'upside down' ? -y : y,
+      z,
+    ]);
+    return {
+      files: { ...files, ...told },
+      expected,
+      offset: [0, 0, 0],
+      changes: words({ perMetre, flip, none, bytes, stored, known, names }),
+    };
   };
 }
 

@@ -57,7 +57,10 @@ function logOf(path, most) {
       const words = line.split(' ').map(Number);
       const [start = 0, step = 0, count = 0] = [words[2], words[4], words[8]];
       const ranges = words.slice(9, 9 + count);
-      return { bearings: ranges.map((_, beam) => start + step * beam), ranges: ranges.map((r) => (r > 50 ? Infinity : r)) };
+      return {
+        bearings: ranges.map((_, beam) => start + step * beam),
+        ranges: ranges.map((r) => (r > 50 ? Infinity : r)),
+      };
     });
 }
 
@@ -65,7 +68,9 @@ function logOf(path, most) {
 function cloud(path, stride = 1) {
   const points = engine.PointCloud.read(read(path), path).positions();
   const count = points.length / 3;
-  const all = Array.from({ length: Math.floor(count / stride) }, (_, at) => [...points.subarray(3 * stride * at, 3 * stride * at + 3)]);
+  const all = Array.from({ length: Math.floor(count / stride) }, (_, at) => [
+    ...points.subarray(3 * stride * at, 3 * stride * at + 3),
+  ]);
   return all.filter((point) => point.every(Number.isFinite));
 }
 
@@ -86,7 +91,11 @@ function depthOf(folder, frames, nameOf, perMetre, camera) {
   const images = frames.map((frame) => {
     const { width, height, values } = engine.decode_depth(nameOf(frame), read(`${folder}/${nameOf(frame)}`));
     // In millimetres to a fraction; 0 is none.
-    return { width, height, depth: Float64Array.from(values, (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre)) };
+    return {
+      width,
+      height,
+      depth: Float64Array.from(values, (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre)),
+    };
   });
   return { images, camera };
 }
@@ -96,11 +105,30 @@ const two = (/** @type {number} */ n) => String(n).padStart(6, '0');
 const RECORDINGS = {
   fr079: () => planarFiles(logOf('laser/fr079/fr079.log', 60)),
   zju10: () => planarFiles(scansOf('laser/zju10')),
-  figure8: () => cloudFiles(filesIn('lidar/synthetic_figure8/scans').slice(0, 8).map((name) => cloud(`lidar/synthetic_figure8/scans/${name}`))),
-  pcl_pairwise: () => cloudFiles(filesIn('lidar/pcl_pairwise').slice(0, 3).map((name) => cloud(`lidar/pcl_pairwise/${name}`, 12))),
+  figure8: () =>
+    cloudFiles(
+      filesIn('lidar/synthetic_figure8/scans')
+        .slice(0, 8)
+        .map((name) => cloud(`lidar/synthetic_figure8/scans/${name}`)),
+    ),
+  pcl_pairwise: () =>
+    cloudFiles(
+      filesIn('lidar/pcl_pairwise')
+        .slice(0, 3)
+        .map((name) => cloud(`lidar/pcl_pairwise/${name}`, 12)),
+    ),
   fusion_demo50: () =>
-    depthFiles(depthOf('rgbd/fusion_demo50', [8, 9, 10, 11], (n) => `rgbd-frames/frame-${two(n)}.depth.png`, 1000, [585, 585, 320, 240])),
-  habitat: () => depthFiles(depthOf('rgbd/habitat_16bit', [1, 2, 3, 4], (n) => `depth/${n}.png`, 6553.5, [256, 256, 256, 256])),
+    depthFiles(
+      depthOf(
+        'rgbd/fusion_demo50',
+        [8, 9, 10, 11],
+        (n) => `rgbd-frames/frame-${two(n)}.depth.png`,
+        1000,
+        [585, 585, 320, 240],
+      ),
+    ),
+  habitat: () =>
+    depthFiles(depthOf('rgbd/habitat_16bit', [1, 2, 3, 4], (n) => `depth/${n}.png`, 6553.5, [256, 256, 256, 256])),
 };
 
 /** @param {Files} files */
@@ -113,7 +141,9 @@ async function reconstruct(files) {
   let said = '';
   const into = { write: (/** @type {string} */ text) => (said += text) };
   const out = join(folder, 'out');
-  const status = await invoke({ stdout: into, stderr: into }, () => main(['reconstruct', join(folder, 'in'), '--out', out]));
+  const status = await invoke({ stdout: into, stderr: into }, () =>
+    main(['reconstruct', join(folder, 'in'), '--out', out]),
+  );
   const report = status === 1 ? null : JSON.parse(readFileSync(join(out, 'report.json'), 'utf8'));
   rmSync(folder, { recursive: true, force: true });
   return { said, report };
@@ -135,7 +165,10 @@ const QUESTIONS =
 
 /** @param {Awaited<ReturnType<typeof reconstruct>>} result @param {Trial} trial */
 function verdictOn({ said, report }, { expected, offset }) {
-  if (!report) return /(^|\n)\s*\S.*(Give|Save|Set|set|give|Say|Correct|Write|Unpack)/.test(said) ? 'refused with help' : 'refused without help';
+  if (!report)
+    return /(^|\n)\s*\S.*(Give|Save|Set|set|give|Say|Correct|Write|Unpack)/.test(said)
+      ? 'refused with help'
+      : 'refused without help';
   const found = motionsOf(report, offset);
   const good = found.filter(({ isGood }) => isGood).length;
   if (found.length !== expected.length) return good === 0 || QUESTIONS.test(said) ? 'asked' : 'silently wrong';
@@ -144,7 +177,12 @@ function verdictOn({ said, report }, { expected, offset }) {
     if (!isGood || first < 0) return 0;
     const wanted = expected[at]?.place ?? [];
     const length = Math.hypot(...wanted.map((value, axis) => value - (expected[first]?.place[axis] ?? 0)));
-    const error = Math.hypot(...place.map((value, axis) => value - (found[first]?.place[axis] ?? 0) - (wanted[axis] ?? 0) + (expected[first]?.place[axis] ?? 0)));
+    const error = Math.hypot(
+      ...place.map(
+        (value, axis) =>
+          value - (found[first]?.place[axis] ?? 0) - (wanted[axis] ?? 0) + (expected[first]?.place[axis] ?? 0),
+      ),
+    );
     return error - SAME_PLACE - SAME_PATH * length;
   });
   const isRight = off.every((error) => error <= 0);
@@ -161,7 +199,13 @@ for (const [name, open] of Object.entries(RECORDINGS)) {
   const make = open();
   /** @type {Motion[]} */
   let truth = [];
-  const row = (table[name] = { right: 0, asked: 0, 'refused with help': 0, 'refused without help': 0, 'silently wrong': 0 });
+  const row = (table[name] = {
+    right: 0,
+    asked: 0,
+    'refused with help': 0,
+    'refused without help': 0,
+    'silently wrong': 0,
+  });
   for (let trial = 0; trial <= TRIALS; trial += 1) {
     if (given.trial !== undefined && trial !== 0 && trial !== Number(given.trial)) continue;
     const made = make(trial === 0 ? null : random(1000 * trial + 7), truth);
@@ -176,10 +220,13 @@ for (const [name, open] of Object.entries(RECORDINGS)) {
     row[verdict] = (row[verdict] ?? 0) + 1;
     if (verdict !== 'right') {
       const lines = result.said.split('\n').filter((line) => line.trim() !== '');
-      console.error(`${name} ${trial} ${verdict}: ${made.changes}${given.trial === undefined ? '' : `\n${lines.join('\n')}`}`);
+      console.error(
+        `${name} ${trial} ${verdict}: ${made.changes}${given.trial === undefined ? '' : `\n${lines.join('\n')}`}`,
+      );
     }
   }
 }
 const verdicts = ['right', 'asked', 'refused with help', 'refused without help', 'silently wrong'];
 console.log(`| recording | ${verdicts.join(' | ')} |\n|---|${verdicts.map(() => '---|').join('')}`);
-for (const [name, row] of Object.entries(table)) console.log(`| ${name} | ${verdicts.map((verdict) => row[verdict]).join(' | ')} |`);
+for (const [name, row] of Object.entries(table))
+  console.log(`| ${name} | ${verdicts.map((verdict) => row[verdict]).join(' | ')} |`);

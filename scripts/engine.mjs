@@ -24,7 +24,8 @@ export function buildTools({ withTestRunner = false, env = {} } = {}) {
   // Where all were built once: without their features, cargo would compile what they share anew.
   const all = withTestRunner || existsSync(TEST_RUNNER) ? ['--features', 'test-tools', '--bins'] : [];
   return step('Building the tool that makes WebAssembly modules (crate/xtask)', async () => {
-    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true });
+    // Compiling the engine waits for one thing after the other, and takes longer: the tools fill the gaps.
+    const { code, output } = await capture('cargo', [...TOOLS, ...all], { env, echo: true, isUrgent: false });
     if (code !== 0) throw new StepError('The tools of crate/xtask could not be built.');
     return output;
   });
@@ -34,7 +35,7 @@ export function buildTools({ withTestRunner = false, env = {} } = {}) {
  * Compiles the library of a package to WebAssembly; cargo skips what is up to date.
  * @param {string} packageName
  * @param {string} name of the module
- * @param {Profile} profile
+ * @param {Profile | 'small'} profile
  * @param {string[]} options of `cargo rustc`
  * @returns {Promise<string>} the path of the module
  */
@@ -68,16 +69,9 @@ export async function buildBench(outDir, ...options) {
 
 /** The engine's parts: what the page begins with, planar scans alone; everything; and what unpacks E57 and LAZ. */
 const PARTS = {
-  planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar', package: 'scanstitch' },
-  full: { title: 'the full engine', name: 'scanstitch', package: 'scanstitch' },
+  planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar', package: 'scanstitch-wasm' },
+  full: { title: 'the full engine', name: 'scanstitch', package: 'scanstitch-wasm' },
   formats: { title: 'what unpacks E57 and LAZ', name: 'scanstitch_formats', package: 'scanstitch-formats' },
-};
-
-/** What is fetched before anything is seen, or seldom, is compiled for size. What is done often is done by the full engine. */
-const OPTIONS = {
-  planar: ['--no-default-features', '--', '-C', 'opt-level=s'],
-  full: [],
-  formats: ['--', '-C', 'opt-level=s'],
 };
 
 /**
@@ -89,7 +83,9 @@ const OPTIONS = {
 export function buildPart(part, profile, tools) {
   const { title, name, package: packageName } = PARTS[part];
   return step(`Compiling ${title}`, async () => {
-    const linked = await compileWasm(packageName, name, profile, OPTIONS[part]);
+    const options = part === 'planar' ? ['--no-default-features'] : [];
+    const isSmall = profile === 'release' && part !== 'full';
+    const linked = await compileWasm(packageName, name, isSmall ? 'small' : profile, options);
     await tools;
     await run(WASM_TOOL, [linked, join(ROOT, 'pkg'), name]);
   });

@@ -7,6 +7,7 @@
  */
 import { spawn, spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, statSync } from 'node:fs';
+import { constants, setPriority } from 'node:os';
 import { delimiter, join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
@@ -81,10 +82,11 @@ const TIMED = ['sh', '-c', '"$@" 3>&-; code=$?; times >&3; exit $code', 'sh'];
  * Runs a command and returns its exit code and everything it printed.
  * @param {string} command
  * @param {string[]} args
- * @param {{ env?: NodeJS.ProcessEnv, cwd?: string, echo?: boolean }} [options] echo: print it as it comes
+ * @param {{ env?: NodeJS.ProcessEnv, cwd?: string, echo?: boolean, isUrgent?: boolean }} [options] echo: print it as it comes; what is
+ * not urgent leaves the processors to the others
  * @returns {Promise<{ code: number, output: string }>}
  */
-export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = {}) {
+export function capture(command, args, { env = {}, cwd = ROOT, echo = false, isUrgent = true } = {}) {
   const work = currentWork();
   const isTimed = work !== undefined && process.platform !== 'win32';
   const [program = '', ...rest] = [...(isTimed ? TIMED : []), command, ...args];
@@ -95,6 +97,7 @@ export function capture(command, args, { env = {}, cwd = ROOT, echo = false } = 
       env: { ...process.env, ...tells, ...env },
       stdio: ['ignore', 'pipe', 'pipe', 'pipe'],
     });
+    if (!isUrgent && child.pid !== undefined) setPriority(child.pid, constants.priority.PRIORITY_BELOW_NORMAL);
     /** @type {string[]} */
     const lines = [];
     let times = '';

@@ -2,6 +2,7 @@
 import { defineConfig, type Plugin } from 'vite';
 import { FORMATS_ENGINE, oneScript } from './chunks.js';
 import { offline } from './offline/plugin.js';
+import { scansAsRanges } from './ranges.js';
 
 /** The file a course page loads: `<script type="module" src=".../scanstitch-app.js">`. Its name carries no hash. */
 const ELEMENT = 'scanstitch-app';
@@ -47,7 +48,7 @@ export default defineConfig({
   server: { fs: { allow: ['..'] } }, // pkg/ lies beside www/
   resolve: { alias: FORMATS_ENGINE },
   worker: { format: 'es' },
-  plugins: [preloadEngine, compileAtOnce, offline()],
+  plugins: [scansAsRanges, preloadEngine, compileAtOnce, offline()],
   build: {
     target: 'es2023',
     outDir: 'dist',

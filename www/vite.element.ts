@@ -11,6 +11,7 @@ import { basename, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
 import { oneScript } from './chunks.js';
+import { scansAsRanges } from './ranges.js';
 
 const WORKER = /\?worker&url$/;
 const WORKERS = /^virtual:workers-(\d)$/;
@@ -109,17 +110,17 @@ function withoutLargeSamples(): Plugin {
 }
 
 export default defineConfig(({ mode }) => {
-  const is_module = mode === 'module';
+  const isModule = mode === 'module';
   const isFirst = (path: string): boolean => basename(path) === FIRST_WORKER;
   const paths = workerPaths();
   const others = paths.filter((path) => !isFirst(path));
   return {
     ...shared,
-    plugins: [workersInside([others, paths.filter(isFirst)]), packedInside(), withoutLargeSamples()],
+    plugins: [scansAsRanges, workersInside([others, paths.filter(isFirst)]), packedInside(), withoutLargeSamples()],
     resolve: {
       alias: {
         ...FORMATS_ENGINE,
-        './engine-files.js': join(import.meta.dirname, `src/engine/engine-in-${is_module ? 'modules' : 'one-file'}.ts`),
+        './engine-files.js': join(import.meta.dirname, `src/engine/engine-in-${isModule ? 'modules' : 'one-file'}.ts`),
       },
     },
     build: {
@@ -127,10 +128,10 @@ export default defineConfig(({ mode }) => {
       outDir: join('dist', mode),
       emptyOutDir: true,
       chunkSizeWarningLimit: 4000,
-      ...(is_module && { lib: { entry: 'src/scanstitch-app.ts', formats: ['es'] } }),
+      ...(isModule && { lib: { entry: 'src/scanstitch-app.ts', formats: ['es'] } }),
       rolldownOptions: {
         input: 'src/scanstitch-app.ts',
-        output: is_module
+        output: isModule
           ? { entryFileNames: '[name].js', chunkFileNames: '[name].js', codeSplitting: { groups: MODULES } }
           : {
               format: 'iife',

@@ -66,9 +66,6 @@ pub mod pipeline;
 
 pub mod evaluation;
 
-#[cfg(target_arch = "wasm32")]
-pub mod wasm;
-
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/api.md")]
 mod guide {}

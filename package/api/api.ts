@@ -34,6 +34,7 @@ export {
   FrameClouds,
   IcpLab,
   local_minima,
+  Localization,
   map_image_name,
   map_quality,
   PointCloud,

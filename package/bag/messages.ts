@@ -55,6 +55,7 @@ export const HEAD_BYTES = 1024;
 export const STAMP_BYTES = 16;
 
 /** A field of a PointCloud2 that is a 32-bit float (sensor_msgs/PointField). */
+const UINT32 = 6;
 const FLOAT32 = 7;
 
 /** Types that are read, and what they are to people. */
@@ -167,7 +168,7 @@ export function decodeCamera(bytes: Uint8Array): CameraMessage {
   return { ...header, d, k, p, binning, region };
 }
 
-/** Points of Livox' own message, as a cloud of x y z (Livox ROS driver: CustomMsg, CustomPoint). */
+/** Points of Livox' own message, as a cloud of x y z and their times, ns from the stamp (Livox ROS driver: CustomMsg, CustomPoint). */
 export function decodeLivoxCloud(bytes: Uint8Array): CloudMessage {
   const r = new CdrReader(bytes);
   const header = readHeader(r);
@@ -175,15 +176,17 @@ export function decodeLivoxCloud(bytes: Uint8Array): CloudMessage {
   r.u32('point_num');
   for (const field of ['lidar_id', 'rsvd', 'rsvd', 'rsvd']) r.u8(field);
   const width = r.count(19, 'points');
-  const data = new Float32Array(3 * width);
+  const data = new Uint8Array(16 * width);
+  const view = new DataView(data.buffer);
   for (let point = 0; point < width; point += 1) {
-    r.u32('offset_time');
-    for (let axis = 0; axis < 3; axis += 1) data[3 * point + axis] = r.f32('a point');
+    view.setUint32(16 * point + 12, r.u32('offset_time'), true);
+    for (let axis = 0; axis < 3; axis += 1) view.setFloat32(16 * point + 4 * axis, r.f32('a point'), true);
     for (const field of ['reflectivity', 'tag', 'line']) r.u8(field);
   }
-  const fields = ['x', 'y', 'z'].map((name, at) => ({ name, offset: 4 * at, datatype: FLOAT32, count: 1 }));
-  const layout = { height: 1, width, fields, bigEndian: false, pointStep: 12, rowStep: 12 * width };
-  return { ...header, ...layout, data: new Uint8Array(data.buffer) };
+  const field = (name: string, at: number, datatype: number) => ({ name, offset: 4 * at, datatype, count: 1 });
+  const fields = [...['x', 'y', 'z'].map((name, at) => field(name, at, FLOAT32)), field('offset_time', 3, UINT32)];
+  const layout = { height: 1, width, fields, bigEndian: false, pointStep: 16, rowStep: 16 * width };
+  return { ...header, ...layout, data };
 }
 
 /** @param hasEchoes whether a reading has several, of which the first is taken */

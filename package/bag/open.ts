@@ -226,7 +226,7 @@ function formatsIn(yaml: string) {
 }
 
 /** `sensor_msgs/Image`, as ROS 1 and some recorders write it, is `sensor_msgs/msg/Image`. */
-function typeOf(type: string) {
+export function typeOf(type: string) {
   if (type === 'tf/tfMessage') return 'tf2_msgs/msg/TFMessage';
   return type.replace(/^(\w+)\/(\w+)$/, '$1/msg/$2').replace(/^(\w+)::msg::(?:dds_::)?(\w+?)_?$/, '$1/msg/$2');
 }

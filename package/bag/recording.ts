@@ -292,7 +292,7 @@ function imageFile({ topic }: TopicFacts, bytes: Uint8Array, rawFile: (image: Im
 /**
  * The camera of the images as they are sent: binned, and cut to a region; of rectified ones their own (CameraInfo's P).
  */
-function pinholeOf({ width, height, k, p, binning, region }: CameraMessage, topic: string, depthTopic: string) {
+export function pinholeOf({ width, height, k, p, binning, region }: CameraMessage, topic: string, depthTopic: string) {
   const isRectified = /rect/.test(`${topic} ${depthTopic}`) && (p[0] ?? 0) > 0;
   const [fx = 0, , cx = 0, , , fy = 0, cy = 0] = isRectified
     ? [p[0], 0, p[2], 0, 0, p[5], p[6]]

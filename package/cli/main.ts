@@ -11,11 +11,13 @@ import { exitCodeOfFailure, print, tell } from './terminal.js';
  */
 const COMMANDS: Record<string, () => Promise<Command>> = {
   reconstruct: async () => (await import('./reconstruct.js')).reconstruct,
+  localize: async () => (await import('./localize.js')).localize,
   evaluate: async () => (await import('./evaluate.js')).evaluate,
   convert: async () => (await import('./convert.js')).convert,
   'map-quality': async () => (await import('./map_quality.js')).mapQuality,
   consistency: async () => (await import('./consistency.js')).consistency,
   strategies: async () => (await import('./strategies.js')).strategies,
+  live: async () => (await import('./live.js')).live,
   optimize: async () => (await import('./optimize.js')).optimize,
   bev: async () => (await import('./bev.js')).bev,
   icp: async () => (await import('./icp.js')).icp,

@@ -68,7 +68,7 @@ function scansOf({ files, scans }: OpenedRecording) {
  * @param table what the columns of tables are
  * @returns how many files could be used
  */
-async function addScans(
+export async function addScans(
   reconstruction: Reconstruction,
   recording: OpenedRecording,
   table: string | undefined,
@@ -92,7 +92,7 @@ async function addScans(
 }
 
 /** Odometry that was named, or that lies beside the scans; its name, where it is taken. */
-async function addOdometry(
+export async function addOdometry(
   reconstruction: Reconstruction,
   { files, odometry: found }: OpenedRecording,
   named: string | undefined,

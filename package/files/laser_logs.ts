@@ -126,7 +126,9 @@ function isReading(names: string[]) {
 }
 
 function isNumber(word: string) {
-  return word !== '' && (Number.isFinite(Number(word)) || /^([+-]?(nan|inf(inity)?)|none|null|n\/?a|-{1,3})$/i.test(word));
+  return (
+    word !== '' && (Number.isFinite(Number(word)) || /^([+-]?(nan|inf(inity)?)|none|null|n\/?a|-{1,3})$/i.test(word))
+  );
 }
 
 /** Whether a file of numbers is called odometry. */

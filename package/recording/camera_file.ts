@@ -7,6 +7,7 @@ import { fileError } from '../base/errors.js';
 import type { Size } from '../files/heads.js';
 import { readDocument, readLabels } from './documents.js';
 import { EXIF_BYTES, focalShare } from './exif.js';
+import { isSameAspect, sizeByCentre } from './image_sizes.js';
 
 interface Camera {
   /** Where in the file it stands. */
@@ -308,9 +309,6 @@ function ofAzureKinect([cx = 0, cy = 0, fx = 0, fy = 0, ...distortion]: number[]
 /** notes: what is worth knowing, each completes "FILE: ..." */
 type Chosen = { camera: Camera; notes: string[] };
 
-/** Sides in this ratio, up to this, are the same image in another size. */
-const SAME_ASPECT = 0.01;
-
 /**
  * The camera of depth images of this size.
  * @param name of the file
@@ -359,10 +357,6 @@ function rankOf(one: Camera, size: Size | null) {
   return isSameAspect(one.size, size) ? role + 4 : role - 8;
 }
 
-function isSameAspect(a: Size, b: Size) {
-  return Math.abs((a.width * b.height) / (a.height * b.width) - 1) < SAME_ASPECT;
-}
-
 /** Stray Scanner's own programs scale its principal point as it is, from the image's corner; others from its first pixel's middle. */
 const SCALED_FROM_CORNER = /(^|\/)camera_matrix\.csv$/i;
 
@@ -403,42 +397,6 @@ function scaled(name: string, camera: Camera, size: Size): Chosen {
   if (offset > 0.2)
     notes.push(`${figures} lies far from the middle of images of ${images} pixels; is it another camera's?`);
   return { camera: moved, notes };
-}
-
-/** Sizes of images. */
-function pairs(words: string) {
-  return words.split(' ').map((word) => {
-    const [width = 0, height = 0] = word.split('x').map(Number);
-    return { width, height };
-  });
-}
-
-/** Those that cameras have. */
-const SIZES = [
-  ...pairs(
-    '160x120 320x240 640x480 800x600 960x720 1024x768 1280x960 1296x968 1440x1080 1600x1200 1920x1440 2048x1536',
-  ),
-  ...pairs('256x192 2592x1944 3840x2880 4032x3024 512x512 1024x1024'),
-  ...pairs('424x240 480x270 640x360 848x480 960x540 1280x720 1920x1080 3840x2160'),
-];
-/** A principal point lies so near to the middle of its images (shares of the sides) ... */
-const NEAR_CENTRE = 0.06;
-/** ... and nearer to that of images of another size, where these are meant. */
-const AT_CENTRE = 0.04;
-
-/**
- * The size of the images that a camera is for, by its principal point, which lies about their middle: where that is
- * another size of
- * the same aspect that cameras have. Phones describe the camera of their colours, whose images are larger than the depth.
- * @param size of the depth images
- */
-function sizeByCentre({ cx, cy }: Camera, size: Size): Size | null {
-  const offCentre = ({ width, height }: Size) =>
-    Math.max(Math.abs((cx + 0.5) / width - 0.5), Math.abs((cy + 0.5) / height - 0.5));
-  if (offCentre(size) <= NEAR_CENTRE) return null;
-  const others = SIZES.filter((other) => isSameAspect(other, size));
-  const [nearest] = others.sort((a, b) => offCentre(a) - offCentre(b));
-  return nearest && offCentre(nearest) <= AT_CENTRE ? nearest : null;
 }
 
 function round(value: number) {

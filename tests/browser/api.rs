@@ -1,7 +1,7 @@
 //! The API as JavaScript meets it: what is thrown, what comes back.
 
 use js_sys::{Array, Error, Reflect};
-use scanstitch::wasm::{PointCloud, Reconstruction, describe_settings, presets};
+use scanstitch_wasm::{PointCloud, Reconstruction, describe_settings, presets};
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_test::wasm_bindgen_test;
 

@@ -1,7 +1,7 @@
 //! The whole run in the browser, on the samples that the page opens with.
 
 use js_sys::{JSON, Object, Reflect};
-use scanstitch::wasm::Reconstruction;
+use scanstitch_wasm::Reconstruction;
 use wasm_bindgen::JsValue;
 use wasm_bindgen_test::wasm_bindgen_test;
 

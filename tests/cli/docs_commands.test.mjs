@@ -118,7 +118,12 @@ function shellOf(folder) {
 }
 
 /** What is not run in the made-up folder: it runs all of this, or has a test of its own. */
-const ELSEWHERE = ['npm start', 'npm test'];
+const ELSEWHERE = [
+  'npm start',
+  'npm test',
+  'npx scanstitch live ws://localhost:8765 --seconds 60 --out lap',
+  'npx scanstitch localize map.yaml drive.log --out where',
+];
 /** The pages with commands to run. */
 const RUN = PAGES.map((page) => ({
   page,

@@ -23,6 +23,8 @@ test('--help names every command, option, exit code, setting and preset', async 
     'strategies',
     'bev',
     'topics',
+    'live',
+    '--seconds',
     'settings',
     '--topic',
     '--odometry',

@@ -93,7 +93,11 @@ test("Livox' message", () => {
   const cloud = decodeLivoxCloud(new Uint8Array(Buffer.from(file, 'base64')));
   assert.deepEqual([cloud.stamp.sec, cloud.stamp.nsec], stamp);
   const { buffer, byteOffset, byteLength } = cloud.data;
-  assert.deepEqual([...new Float32Array(buffer, byteOffset, byteLength / 4)], positions);
+  const values = [...new Float32Array(buffer, byteOffset, byteLength / 4)];
+  assert.deepEqual(
+    values.filter((_, at) => at % 4 < 3),
+    positions,
+  );
 });
 
 test("the packet that LDROBOT's manual explains", () => {

@@ -173,8 +173,11 @@ test('bags: of several echoes the first, and the points of a Livox', async () =>
       .u8(0)
       .u8(x);
   const cloud = decodeLivoxCloud(livox.done());
-  const points = new Float32Array(cloud.data.buffer);
-  assert.deepEqual([cloud.width, [...points]], [2, [1, -1, 0.5, 2, -2, 0.5]]);
+  const [points, times] = [new Float32Array(cloud.data.buffer), new Uint32Array(cloud.data.buffer)];
+  assert.deepEqual(
+    [cloud.width, ...[0, 4].map((at) => [...points.slice(at, at + 3), times[at + 3]])],
+    [2, [1, -1, 0.5, 100], [2, -2, 0.5, 200]],
+  );
   const topics = [
     { name: '/scan', type: 'sensor_msgs/msg/MultiEchoLaserScan' },
     { name: '/livox/lidar', type: 'livox_ros_driver2/msg/CustomMsg' },
@@ -192,7 +195,7 @@ test('bags: of several echoes the first, and the points of a Livox', async () =>
   const log = new TextDecoder().decode(await scans?.files[0]?.read());
   assert.deepEqual(JSON.parse(log).readings, [1.5, null, 4.5]);
   const pcd = new TextDecoder('latin1').decode(await clouds?.files[0]?.read());
-  assert.match(pcd, /FIELDS x y z\n[^]*POINTS 2\n/);
+  assert.match(pcd, /FIELDS x y z offset_time\n[^]*POINTS 2\n/);
 });
 
 test('of hostile files, each byte is looked at a few times at most', () => {

@@ -19,7 +19,7 @@ const LAYERS = {
     ['bag'],
     ['formats'],
     ['recording'],
-    ['run', 'lab', 'evaluation', 'report', 'mesh'],
+    ['run', 'lab', 'evaluation', 'report', 'mesh', 'live'],
     ['api'],
     ['index', 'browser', 'element', 'recording_reader'],
     ['cli'],

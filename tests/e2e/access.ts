@@ -23,10 +23,10 @@ export async function tabbedThrough(page: Page, most: number): Promise<string[]>
       const { outlineStyle, outlineWidth } = getComputedStyle(element);
       const label = (element as HTMLInputElement).labels?.[0]?.textContent ?? '';
       const name = element.getAttribute('aria-label') ?? (label || element.textContent || element.tagName);
-      return { name: name.trim().replace(/\s+/g, ' '), is_seen: outlineStyle !== 'none' && outlineWidth !== '0px' };
+      return { name: name.trim().replace(/\s+/g, ' '), isSeen: outlineStyle !== 'none' && outlineWidth !== '0px' };
     });
     if (!stop) break;
-    expect(stop, 'the focus is seen').toMatchObject({ is_seen: true });
+    expect(stop, 'the focus is seen').toMatchObject({ isSeen: true });
     reached.push(stop.name);
   }
   return reached;
@@ -67,8 +67,8 @@ export function findWeakContrast(): string[] {
         .filter((node) => node.nodeType === Node.TEXT_NODE)
         .map((node) => node.textContent?.trim());
       const style = getComputedStyle(element);
-      const is_idle = element.closest(':disabled') !== null;
-      if (text.join('') === '' || is_idle || !element.checkVisibility() || element.closest('.visually-hidden, title'))
+      const isIdle = element.closest(':disabled') !== null;
+      if (text.join('') === '' || isIdle || !element.checkVisibility() || element.closest('.visually-hidden, title'))
         continue;
       const color = rgba(element instanceof SVGElement ? style.fill : style.color);
       const [a, b] = [luminance(color), luminance(backgroundOf(element))];

@@ -84,13 +84,13 @@ async function holdReading(page: Page): Promise<() => Promise<void>> {
   return () => page.evaluate(() => (window as unknown as { let_read: () => void }).let_read());
 }
 
-for (const [what, is_cut, words] of [
+for (const [what, isCut, words] of [
   ['whose messages are inspected', false, /^Inspecting /],
   ['that was cut off', true, /^The bag has no index: reading all of it, \d+ %/],
 ] as const) {
   test(`a bag ${what} can be cancelled, and what was open stays`, async ({ spatial, page }) => {
     const bag = Buffer.from(mcapBytes(TOPICS, messages(6), { chunkBytes: 2 ** 17 }));
-    const content = is_cut ? bag.subarray(0, Math.floor(0.9 * bag.length)) : bag;
+    const content = isCut ? bag.subarray(0, Math.floor(0.9 * bag.length)) : bag;
     const panel = page.getByRole('region', { name: 'Topics of the bag' });
     const let_read = await holdReading(page);
     await spatial.drop([{ name: 'room.mcap', content }]);

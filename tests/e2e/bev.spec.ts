@@ -31,11 +31,11 @@ test('the published clicks land on the published pixels; drag, arrow keys, undo,
 
   // Dragged in the top view by ten pixels and two, in many steps that are one change.
   const [x, y] = await bev.place('top', 239, 141);
-  const [to_x, to_y] = await bev.place('top', 249, 143);
+  const [toX, toY] = await bev.place('top', 249, 143);
   await page.mouse.move(x, y);
   await page.mouse.down();
-  await page.mouse.move((x + to_x) / 2, (y + to_y) / 2, { steps: 4 });
-  await page.mouse.move(to_x, to_y, { steps: 4 });
+  await page.mouse.move((x + toX) / 2, (y + toY) / 2, { steps: 4 });
+  await page.mouse.move(toX, toY, { steps: 4 });
   await page.mouse.up();
   await expect(page.getByLabel('Point 1, top u')).toHaveValue('249');
   await expect(page.getByLabel('Point 1, top v')).toHaveValue('143');

@@ -121,7 +121,7 @@ test('of depth images from above, and what cannot be drawn on', async ({ page, a
       return count;
     };
     reconstruction.draw(canvas);
-    const num_all = colored();
+    const numAll = colored();
     reconstruction.draw(canvas, { max_height: -9 });
     const num_low = colored();
     const error = (draw: () => void): string => {
@@ -140,10 +140,10 @@ test('of depth images from above, and what cannot be drawn on', async ({ page, a
       error(() => reconstruction.draw(new OffscreenCanvas(0, 4))),
       error(() => reconstruction.draw(canvas, { colour: 'red' } as never)),
     ];
-    return { num_all, num_low, errors };
+    return { numAll, num_low, errors };
   }, files);
-  expect(told.num_all).toBeGreaterThan(1000);
-  expect(told.num_low).toBeLessThan(told.num_all / 2);
+  expect(told.numAll).toBeGreaterThan(1000);
+  expect(told.num_low).toBeLessThan(told.numAll / 2);
   const [first, second, third, fourth] = told.errors;
   expect(first).toContain('is not a canvas');
   expect(second).toContain('a context of another kind');

@@ -8,7 +8,7 @@ function setUp() {
   const computing = new Map<string, { resolve(result: string): void; reject(error: Error): void }>();
   const queries = new LatestQuery<string, string>({
     compute: (query) => new Promise((resolve, reject) => computing.set(query, { resolve, reject })),
-    answered: (query, result, is_latest) => told.push(`${query}: ${result}${is_latest ? '' : ', not the latest'}`),
+    answered: (query, result, isLatest) => told.push(`${query}: ${result}${isLatest ? '' : ', not the latest'}`),
     failed: (query, error) => told.push(`${query} failed: ${(error as Error).message}`),
   });
   return { queries, computing, told };

@@ -57,9 +57,9 @@ test('all is removed in the middle of a run, and stays so', async ({ page }) => 
   await app.drop(longDrive(400));
   await page.waitForFunction(() => {
     const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
-    const is_running = /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
-    if (is_running) (view as HTMLElement & { session: { clear(): void } }).session.clear();
-    return is_running;
+    const isRunning = /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
+    if (isRunning) (view as HTMLElement & { session: { clear(): void } }).session.clear();
+    return isRunning;
   });
   // The worker that computes is told, and has obeyed.
   await page.waitForFunction(() =>

@@ -160,7 +160,7 @@ test('the legend of a map in pieces names them, and shows one of them', async ({
     const piece = (label: string, frames: number[]) => ({
       label,
       exported: '',
-      num_pieces: 1,
+      numPieces: 1,
       frames,
       color: [200, 100, 0],
     });

@@ -17,7 +17,7 @@ const ROOT = join(import.meta.dirname, '..', '..');
 const DIST = join(ROOT, 'www', 'dist');
 const DOCS = readFileSync(join(ROOT, 'docs', 'embedding.md'), 'utf8');
 const FRAMEWORKS = ['react@19.3.1', 'react-dom@19.3.1', 'vue@3.5.45', '@vitejs/plugin-vue@6.0.11'];
-const is_whole = Boolean(process.env.CI);
+const isWhole = Boolean(process.env.CI);
 
 /** What is opened, and what comes of it: how many frames of which kind, or an error. */
 interface Case {
@@ -34,7 +34,7 @@ const CASES = {
 type CaseName = keyof typeof CASES;
 
 /** What a recipe does by itself: the first of these runs always, the others where CI=true. */
-const casesOf = (names: readonly CaseName[]): readonly CaseName[] => (is_whole ? names : names.slice(0, 1));
+const casesOf = (names: readonly CaseName[]): readonly CaseName[] => (isWhole ? names : names.slice(0, 1));
 
 // One worker: each test would install the frameworks for itself.
 test.describe.configure({ mode: 'default' });
@@ -46,7 +46,7 @@ test.beforeAll(async () => {
   test.setTimeout(600_000);
   folder = mkdtempSync(join(tmpdir(), 'scanstitch-recipes-'));
   server = await serve(folder);
-  if (!is_whole) return;
+  if (!isWhole) return;
   writeFileSync(join(folder, 'package.json'), '{ "private": true, "type": "module" }');
   const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('npm_')));
   const options = ['--prefer-offline', '--no-audit', '--no-fund', '--loglevel=error'];
@@ -207,7 +207,7 @@ const BUNDLED: [string, () => Promise<string>, CaseName[]][] = [
 ];
 for (const [name, prepare, cases] of BUNDLED) {
   test(name, async ({ page }) => {
-    test.skip(!is_whole, 'installed where CI=true');
+    test.skip(!isWhole, 'installed where CI=true');
     test.setTimeout(240_000);
     const path = await prepare();
     for (const of_files of cases) {

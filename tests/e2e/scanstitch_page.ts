@@ -58,7 +58,7 @@ export class ScanstitchPage {
   /** Errors of scripts on the page; a test fails on any that it does not expect. */
   readonly faults: string[] = [];
   /** How many computations of this page were waited for. */
-  private num_seen = 0;
+  private numSeen = 0;
 
   /** `panels`: those that are unfolded already, as the browser remembers them. */
   constructor(
@@ -102,7 +102,7 @@ export class ScanstitchPage {
 
   /** The next computation that has not been waited for yet: its map is on the screen. */
   async stitched(): Promise<Stitched> {
-    const index = this.num_seen++;
+    const index = this.numSeen++;
     await this.page.waitForFunction((i) => window.stitched.length > i, index, { timeout: 0 }); // as long as a test may take
     return this.page.evaluate((i) => window.stitched[i] as Stitched, index);
   }

@@ -111,9 +111,9 @@ test('a registrar that crashes is told and begins again by itself', async ({ spa
   page.on('worker', (worker) => {
     if (!/registrar/.test(worker.url()) || num_registrars++ > 0) return;
     void worker.evaluate(() => {
-      let num_placed = 0;
+      let numPlaced = 0;
       addEventListener('message', ({ data }: MessageEvent<{ method: string }>) => {
-        if (data.method === 'place' && ++num_placed === 3) throw new Error('for the sake of this test');
+        if (data.method === 'place' && ++numPlaced === 3) throw new Error('for the sake of this test');
       });
     });
   });
@@ -128,8 +128,8 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   await noteAnswers(page);
   await spatial.open();
   await spatial.drop([...recording(60), truth(60)]);
-  const { ms, at_once } = await stopAfter(page, 'scanstitch-spatial', 1);
-  expect(at_once).toContain('Stopped: partial map');
+  const { ms, atOnce } = await stopAfter(page, 'scanstitch-spatial', 1);
+  expect(atOnce).toContain('Stopped: partial map');
   info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
   const numRows = async (): Promise<number> => Number(await spatial.table.getAttribute('aria-rowcount')) - 1;
   expect(await numRows()).toBeGreaterThan(1);

@@ -3,14 +3,14 @@ import type { Page } from '@playwright/test';
 
 /**
  * Clicks Stop as soon as the table has more than so many rows of frames and the view says `activity`, and waits until the run has stopped. `before` and
- * `at_once`: what the view says at the click, and when it has been drawn anew after it.
+ * `atOnce`: what the view says at the click, and when it has been drawn anew after it.
  */
 export async function stopAfter(
   page: Page,
   element: string,
   num_rows: number,
   activity = '',
-): Promise<{ ms: number; before: string; at_once: string }> {
+): Promise<{ ms: number; before: string; atOnce: string }> {
   await page.locator(element).waitFor({ state: 'attached' });
   return page.evaluate(
     async ([element, num_rows, activity]) => {
@@ -44,10 +44,10 @@ export async function stopAfter(
       const start = performance.now();
       stop.click();
       await view?.updateComplete;
-      const at_once = words();
+      const atOnce = words();
       await until(() => words().includes('Stopped: ') || !words().includes('Stop'));
       if (!words().includes('Stopped: ')) throw new Error(`It was over before it stopped: ${before}`);
-      return { ms: performance.now() - start, before, at_once };
+      return { ms: performance.now() - start, before, atOnce };
     },
     [element, num_rows, activity] as const,
   );

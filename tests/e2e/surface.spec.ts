@@ -23,7 +23,7 @@ const FRAMEWORKS = [
   'svelte@5.57.3',
   'next@16.4.6',
 ];
-const is_whole = Boolean(process.env.CI);
+const isWhole = Boolean(process.env.CI);
 
 /** Each attribute with a value other than the initial one, as a property and as it is written. */
 const ATTRIBUTES = [
@@ -202,7 +202,7 @@ test.describe('bundled', () => {
     writeFileSync(join(folder, 'package.json'), '{ "private": true, "type": "module" }');
     const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('npm_')));
     const install = ['install', '--no-audit', '--no-fund', '--loglevel=error', ...FRAMEWORKS];
-    if (is_whole) execFileSync('npm', install, { cwd: folder, env });
+    if (isWhole) execFileSync('npm', install, { cwd: folder, env });
     for (const part of ['package.json', 'npm', 'package/custom-elements.json', 'pkg', 'www/dist/module'])
       cpSync(join(ROOT, part), join(folder, 'node_modules/scanstitch', part), { recursive: true });
   });
@@ -337,7 +337,7 @@ test.describe('bundled', () => {
   };
   for (const [name, { files, plugins }] of Object.entries(PAGES)) {
     test(`${name} sets every attribute, before the element is defined and after`, async ({ course, page }) => {
-      test.skip(!is_whole, 'installed where CI=true');
+      test.skip(!isWhole, 'installed where CI=true');
       test.setTimeout(240_000);
       await page.addInitScript(offline);
       const main = `import { mount } from './mount.js';
@@ -402,7 +402,7 @@ test.describe('bundled', () => {
   };
 
   test('types of React and Vue', () => {
-    test.skip(!is_whole, 'installed where CI=true');
+    test.skip(!isWhole, 'installed where CI=true');
     for (const [name, code] of Object.entries(TYPED)) writeFileSync(join(folder, name), code);
     const tsc = join(ROOT, 'node_modules/typescript/bin/tsc');
     const lib = ['--target', 'es2022', '--lib', 'es2023,dom,dom.iterable', '--types', '', '--skipLibCheck'];
@@ -426,7 +426,7 @@ test.describe('bundled', () => {
   });
 
   test('Next renders it on its server, and the page defines it', async ({ course }) => {
-    test.skip(!is_whole, 'installed where CI=true');
+    test.skip(!isWhole, 'installed where CI=true');
     test.setTimeout(300_000);
     const files = {
       'next.config.js': "export default { output: 'export' };",

@@ -49,19 +49,19 @@ const MARGIN = { top: 10, right: 40, bottom: 30, left: 20 };
 
 test('screen and world are each other inverse, however the map is turned', () => {
   for (const turns of TURNS) {
-    const view = { center_x: 3, center_y: -2, scale: 37, turns };
+    const view = { centerX: 3, centerY: -2, scale: 37, turns };
     const { x, y } = toWorld(view, SIZE, 123, 45);
     expect(toScreenX(view, SIZE, x, y)).toBeCloseTo(123, 9);
     expect(toScreenY(view, SIZE, x, y)).toBeCloseTo(45, 9);
   }
   // Not turned: x to the right, y up.
-  const view = { center_x: 0, center_y: 0, scale: 10, turns: 0 as const };
+  const view = { centerX: 0, centerY: 0, scale: 10, turns: 0 as const };
   expect([toScreenX(view, SIZE, 1, 0), toScreenY(view, SIZE, 0, 1)]).toEqual([330, 230]);
 });
 
 test('what lies under the cursor stays there while zooming, and moves with the hand while dragging', () => {
   for (const turns of TURNS) {
-    const view = { center_x: 1, center_y: 2, scale: 50, turns };
+    const view = { centerX: 1, centerY: 2, scale: 50, turns };
     const before = toWorld(view, SIZE, 100, 300);
     const zoomed = toWorld(zoomedAt(view, SIZE, 100, 300, 3.7), SIZE, 100, 300);
     expect([zoomed.x, zoomed.y].map((v) => v.toFixed(9))).toEqual([before.x, before.y].map((v) => v.toFixed(9)));
@@ -71,13 +71,13 @@ test('what lies under the cursor stays there while zooming, and moves with the h
 });
 
 test('fitting shows all, within the margins, and lays a corridor along the screen', () => {
-  const corridor = { min_x: -2, max_x: 2, min_y: 0, max_y: 30 };
+  const corridor = { minX: -2, maxX: 2, minY: 0, maxY: 30 };
   expect(bestTurns(corridor, { width: 900, height: 480 })).toBe(3);
   expect(bestTurns(corridor, { width: 360, height: 640 })).toBe(0);
   for (const turns of TURNS) {
     const view = fitted(corridor, SIZE, MARGIN, turns);
-    for (const x of [corridor.min_x, corridor.max_x]) {
-      for (const y of [corridor.min_y, corridor.max_y]) {
+    for (const x of [corridor.minX, corridor.maxX]) {
+      for (const y of [corridor.minY, corridor.maxY]) {
         expect(toScreenX(view, SIZE, x, y)).toBeGreaterThanOrEqual(MARGIN.left - 1e-6);
         expect(toScreenX(view, SIZE, x, y)).toBeLessThanOrEqual(SIZE.width - MARGIN.right + 1e-6);
         expect(toScreenY(view, SIZE, x, y)).toBeGreaterThanOrEqual(MARGIN.top - 1e-6);
@@ -96,20 +96,20 @@ test('far returns do not shrink the map; the trajectory and all of a room are in
   });
   const set = { points, offsets: Uint32Array.of(0, 1000) };
   const bounds = mapBounds(set, [{ x: 0, y: 0 }], [{ x: 5, y: 0 }]);
-  expect(bounds?.max_x).toBe(5);
-  expect(bounds?.min_x).toBeCloseTo(-2, 1);
-  expect(bounds?.min_y).toBeCloseTo(-2, 1);
-  expect(bounds?.max_y).toBeCloseTo(2, 1);
+  expect(bounds?.maxX).toBe(5);
+  expect(bounds?.minX).toBeCloseTo(-2, 1);
+  expect(bounds?.minY).toBeCloseTo(-2, 1);
+  expect(bounds?.maxY).toBeCloseTo(2, 1);
   // The corners of a long room are 1.9 times as far as most of its walls.
   const room = Float32Array.of(1, 0, -1, 0, 0, 1, 0, -1, 1.9, 0.1);
-  expect(mapBounds({ points: room, offsets: Uint32Array.of(0, 5) }, [{ x: 0, y: 0 }])?.max_x).toBeCloseTo(1.9, 5);
+  expect(mapBounds({ points: room, offsets: Uint32Array.of(0, 5) }, [{ x: 0, y: 0 }])?.maxX).toBeCloseTo(1.9, 5);
   expect(mapBounds({ points: new Float32Array(0), offsets: Uint32Array.of(0) }, [])).toBeNull();
 });
 
 test('a piece of the map has bounds of its own', () => {
   const set = { points: Float32Array.of(0, 0, 1, 1, 50, 50, 51, 52), offsets: Uint32Array.of(0, 2, 4) };
   const poses = [{ x: 0, y: 1 }, { x: 50, y: 51 }]; // prettier-ignore
-  expect(mapBounds(set, poses, [], [1])).toEqual({ min_x: 50, max_x: 51, min_y: 50, max_y: 52 });
+  expect(mapBounds(set, poses, [], [1])).toEqual({ minX: 50, maxX: 51, minY: 50, maxY: 52 });
 });
 
 test('a map in pieces: the main one first, small ones together, links between pieces and of lost scans uncertain', () => {
@@ -117,7 +117,7 @@ test('a map in pieces: the main one first, small ones together, links between pi
     Array.from({ length: count }, () => ({ piece, status }));
   const log = [...frames(1, 2), ...frames(0, 6, 'good'), ...frames(0, 1, 'lost'), ...frames(2, 9), ...frames(3, 1)];
   const pieces = certainPieces(log, false);
-  expect(pieces.map(({ label, num_pieces, frames: { length } }) => [label, num_pieces, length])).toEqual([
+  expect(pieces.map(({ label, numPieces, frames: { length } }) => [label, numPieces, length])).toEqual([
     // By size, the engine's main piece among them; the numbers have no gap.
     ['Main piece', 1, 9],
     ['Piece of the first scan', 1, 6],
@@ -128,7 +128,7 @@ test('a map in pieces: the main one first, small ones together, links between pi
   expect(colors[2]).toEqual(pieces[1]?.color);
   expect(colors[0]).toEqual(pieces[2]?.color);
   expect(new Set(colors.map(String)).size).toBe(3);
-  const uncertain = uncertainLinks(log).flatMap((is_uncertain, frame) => (is_uncertain ? [frame] : []));
+  const uncertain = uncertainLinks(log).flatMap((isUncertain, frame) => (isUncertain ? [frame] : []));
   expect(uncertain).toEqual([2, 8, 9, 18]);
   // Within the main piece a doubtful scan hangs loosely; a map of one piece has no list of pieces.
   const one = [...frames(0, 2, 'good'), ...frames(0, 1), ...frames(0, 2, 'good')];
@@ -149,7 +149,7 @@ test('the longest tenth of the pairs, and its share of the squares', () => {
 
 test('lengths of the scale bar are round', () => {
   for (const scale of [0.05, 1, 7, 40, 333, 9000]) {
-    const length = roundLength({ center_x: 0, center_y: 0, scale, turns: 0 }, 150);
+    const length = roundLength({ centerX: 0, centerY: 0, scale, turns: 0 }, 150);
     expect(length * scale).toBeLessThanOrEqual(150);
     expect(length * scale).toBeGreaterThan(150 / 2.6);
     expect(Number(length.toExponential().split('e')[0])).toBeCloseTo(Math.round(Number(length.toExponential()[0])), 9);
@@ -184,11 +184,11 @@ test('colours keep a contrast to the background and rise in lightness', () => {
     const linear = (v: number): number => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
     return 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
   };
-  for (const [is_dark, background] of [
+  for (const [isDark, background] of [
     [false, 0.97],
     [true, 0.005],
   ] as const) {
-    const lights = framePalette(20, is_dark).map(luminance);
+    const lights = framePalette(20, isDark).map(luminance);
     for (const light of lights) {
       const ratio = (Math.max(light, background) + 0.05) / (Math.min(light, background) + 0.05);
       expect(ratio).toBeGreaterThan(2.8);
@@ -250,7 +250,7 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
   expect([compared.title, compared.origin, compared.reference?.name]).toEqual(['Sample', 'sample', 'mine.tum']);
 
-  const logged = combine(own, { ...intake(), scans: [{ ...file('hall.log'), is_log: true }] }, true);
+  const logged = combine(own, { ...intake(), scans: [{ ...file('hall.log'), isLog: true }] }, true);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
   expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
   expect(combine(logged, intake('walk/2.ply'), true).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
@@ -351,7 +351,7 @@ test('no more points and frames are examined than the documented maximum', () =>
 });
 
 test('a logarithmic axis fits lines of which one is empty, and one value alone', () => {
-  const line = { stride: 1, offset: 0, color: '#000', width: 1, is_dashed: false };
+  const line = { stride: 1, offset: 0, color: '#000', width: 1, isDashed: false };
   const series = [
     { ...line, x: [], values: [] },
     { ...line, x: [0], values: [0.02] },

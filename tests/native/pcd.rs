@@ -125,6 +125,21 @@ fn planar_scans_capitals_and_commas() {
     assert_eq!(cloud.colors, Some(vec![[10, 20, 30]]));
 }
 
+/// A clock's nanoseconds need double precision, their differences do not.
+#[test]
+fn times_of_points_are_read_whatever_their_type() {
+    let clock = 1_700_000_000.0;
+    let text = file("x y z timestamp", "4 4 4 8", "F F F F", 2, "ascii\n1 2 3 1700000000.0625\n1 2 4 1700000000.0\n");
+    let times = pcd::read(&text).unwrap().times.unwrap();
+    assert_eq!((times.origin, times.offsets), (clock, vec![0.0625, 0.0]));
+    let mut bytes = file("x y z offset_time", "4 4 4 4", "F F F U", 2, "binary\n");
+    for offset in [90_000_000u32, 5] {
+        bytes.extend([1f32, 2.0, 3.0].iter().flat_map(|value| value.to_le_bytes()).chain(offset.to_le_bytes()));
+    }
+    let times = pcd::read(&bytes).unwrap().times.unwrap();
+    assert_eq!((times.origin, times.offsets), (5.0, vec![89_999_995.0, 0.0]));
+}
+
 #[test]
 fn every_pcd_file_of_other_projects_is_read() {
     let Some(folder) = shared_data("ply_pcd") else { return };

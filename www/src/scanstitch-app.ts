@@ -1,13 +1,14 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
+import { viewsBeside } from './app/beside.js';
 import { isRun, isViewName, Navigation, type ViewName, VIEWS } from './app/navigation.js';
 import { Workspace } from './app/workspace.js';
 import { appHeader } from './components/app-header.js';
 import { type Controls, CONTROLS } from './components/controls.js';
 import { changedFolds, type FoldChange, NONE_OPEN, rememberedFolds, rememberFolds } from './components/folds.js';
-import { app_styles } from './components/app-styles.js';
-import { activity_styles } from './components/run-styles.js';
+import { appStyles } from './components/app-styles.js';
+import { activityStyles } from './components/run-styles.js';
 import { Appearance } from './components/appearance.js';
 import { DropTarget } from './components/drop-target.js';
 import { Handover } from './components/handover.js';
@@ -16,18 +17,17 @@ import {
   accessorsOf,
   isNothing,
   keepFormerNames,
-  on_or_off,
+  onOrOff,
   text,
-  text_or_switch,
+  asTextOrSwitch,
 } from './components/host-attributes.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './components/host-events.js';
-import { icon } from './components/icons.js';
 import { openItems } from './components/open-menu.js';
 import { PageParts } from './components/page-parts.js';
 import { NO_FACTS } from './components/run-kind.js';
 import { activityBox } from './components/run-parts.js';
-import { drop_styles, shared, tokens } from './components/theme.js';
-import type { Run, Tool, View } from './components/tools.js';
+import { dropStyles, shared, tokens } from './components/theme.js';
+import type { Run, Tool } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
 import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
 import type { Note } from './datasets/note.js';
@@ -40,7 +40,7 @@ import type { ScanstitchElement } from '../../package/element.js';
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
 
 /** The element whose settings and views the page's address holds: one of a page. */
-let address_owner: ScanstitchApp | null = null;
+let addressOwner: ScanstitchApp | null = null;
 
 /**
  * Scanstitch as one element: `<scanstitch-app></scanstitch-app>`. Drop laser scans or depth images on it; it shows the
@@ -58,21 +58,21 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('auto')) theme!: ScanstitchElement['theme'];
   @property(text('full')) controls!: Controls;
   @property(text('')) scene!: string;
-  @property(text_or_switch) offline!: boolean | string;
-  @property({ ...on_or_off, attribute: 'remember-settings' }) rememberSettings!: boolean;
+  @property(asTextOrSwitch) offline!: boolean | string;
+  @property({ ...onOrOff, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
   @query('scanstitch-planar') private planar!: ScanstitchPlanar;
   @query('scanstitch-spatial') private spatial!: ScanstitchSpatial | null;
   @query('.app') private frame!: HTMLElement | null;
-  @query('#pick-files') private file_input!: HTMLInputElement;
-  @query('#pick-folder') private folder_input!: HTMLInputElement;
+  @query('#pick-files') private fileInput!: HTMLInputElement;
+  @query('#pick-folder') private folderInput!: HTMLInputElement;
 
   /** The panels around the map that are unfolded. */
   @state() private folds = NONE_OPEN;
   private appearance = new Appearance(this, () => this.frame);
   private parts = new PageParts({
     report: (text, remedy, retry) => this.api.report(text, remedy, retry),
-    reload: () => (this.owns_address ? () => location.reload() : null),
+    reload: () => (this.ownsAddress ? () => location.reload() : null),
   });
   private workspace = new Workspace(this, {
     view: (run) => this.runOf(run),
@@ -89,22 +89,22 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     workspace: this.workspace,
     handover: this.handover,
     parts: this.parts,
-    owns_address: () => this.owns_address,
+    ownsAddress: () => this.ownsAddress,
     wanted: () => (isViewName(this.view) ? this.view : 'map'),
-    is_sample_due: () => this.src === 'sample' && this.source_of !== 'map' && !this.runView()?.facts.title,
+    isSampleDue: () => this.src === 'sample' && this.sourceView !== 'map' && !this.runView()?.facts.title,
     dropped: () => (this.spatial?.facts.result ? this.spatial : null),
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
   });
   /** The view that `src` is for. */
-  private source_of: 'map' | 'bev' | 'icp' = 'map';
+  private sourceView: 'map' | 'bev' | 'icp' = 'map';
 
-  private drop_target = new DropTarget(
+  private dropTarget = new DropTarget(
     this,
     (transfer) => {
-      const dropped_at = performance.now();
+      const droppedAt = performance.now();
       const unreadable: Note[] = [];
       const dropped = filesOfDrop(transfer, unreadable);
-      this.parts.attend(async () => this.take(await dropped, dropped_at, unreadable));
+      this.parts.attend(async () => this.take(await dropped, droppedAt, unreadable));
     },
     (transfer) => {
       if (mayBeDepthImages(transfer)) void this.workspace.expectFiles();
@@ -118,7 +118,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    if (address_owner === this) address_owner = null;
+    if (addressOwner === this) addressOwner = null;
   }
 
   protected static override getPropertyDescriptor(
@@ -132,10 +132,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('rememberSettings')) this.claimAddress();
     if (!this.hasUpdated && this.rememberSettings) this.folds = rememberedFolds();
-    if (!this.hasUpdated && this.owns_address) this.navigation.readAddress();
+    if (!this.hasUpdated && this.ownsAddress) this.navigation.readAddress();
     const names = ['settings', 'preset', 'theme', 'view', 'controls'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
-    if (changed.get('view') !== undefined) this.navigation.address_view = null;
+    if (changed.get('view') !== undefined) this.navigation.addressView = null;
     if (changed.has('theme') && !THEMES.includes(this.theme)) {
       this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
     }
@@ -147,23 +147,23 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     }
     const { wanted } = this.navigation;
     if (!this.hasUpdated || changed.has('src')) {
-      this.source_of = wanted === 'bev' || wanted === 'icp' ? wanted : 'map';
+      this.sourceView = wanted === 'bev' || wanted === 'icp' ? wanted : 'map';
     }
   }
 
   protected override firstUpdated(): void {
     if (this.navigation.wanted !== 'map') this.navigation.openWanted();
-    const is_in_space = this.owns_address && ownerOf(location.hash) === 'spatial';
-    if (this.source_of !== 'map' || isNothing(this.src)) this.planar.session.clear();
+    const isInSpace = this.ownsAddress && ownerOf(location.hash) === 'spatial';
+    if (this.sourceView !== 'map' || isNothing(this.src)) this.planar.session.clear();
     else if (this.src !== 'sample') this.openSource(this.src);
-    else if (is_in_space) this.openSource('apartment');
+    else if (isInSpace) this.openSource('apartment');
     else void this.planar.session.openGiven(fetchSample());
   }
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('offline')) void this.api.keepOffline(this.offline);
     // Undefined before: it is what the element begins with.
-    if (changed.get('src') !== undefined && this.source_of === 'map') this.openSource(this.src);
+    if (changed.get('src') !== undefined && this.sourceView === 'map') this.openSource(this.src);
     if (changed.get('view') !== undefined) this.navigation.openWanted();
   }
 
@@ -194,28 +194,28 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     this.api.openSource(src).catch(() => undefined);
   }
 
-  private get owns_address(): boolean {
-    return this.rememberSettings && address_owner === this;
+  private get ownsAddress(): boolean {
+    return this.rememberSettings && addressOwner === this;
   }
 
   private claimAddress(): void {
-    if (this.rememberSettings && this.isConnected) address_owner ??= this;
-    else if (address_owner === this) address_owner = null;
+    if (this.rememberSettings && this.isConnected) addressOwner ??= this;
+    else if (addressOwner === this) addressOwner = null;
   }
 
   protected override render(): TemplateResult {
-    const { drop_target, workspace } = this;
-    const { layout, is_low, type_scale } = this.appearance;
+    const { dropTarget, workspace } = this;
+    const { layout, isLow, typeScale } = this.appearance;
     return html`
       <div
-        class="app ${layout} ${is_low ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
-        style="--px: ${type_scale}px"
-        @dragenter=${drop_target.enter}
-        @dragover=${drop_target.over}
-        @dragleave=${drop_target.leave}
-        @drop=${drop_target.drop}
+        class="app ${layout} ${isLow ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
+        style="--px: ${typeScale}px"
+        @dragenter=${dropTarget.enter}
+        @dragover=${dropTarget.over}
+        @dragleave=${dropTarget.leave}
+        @drop=${dropTarget.drop}
       >
-        ${this.controls_shown === 'full' ? this.renderHeader() : nothing}
+        ${this.controlsShown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages
           strip
           .messages=${this.api.notices}
@@ -238,13 +238,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         ${this.renderViews()}
         <input id="pick-files" type="file" multiple hidden @change=${this.onPicked} />
         <input id="pick-folder" type="file" webkitdirectory hidden @change=${this.onPicked} />
-        ${
-          drop_target.is_over
-            ? html`<div class="drop-hint" aria-hidden="true">
-                <div>${icon('download', 28)}Drop scans, depth images or a folder here</div>
-              </div>`
-            : nothing
-        }
+        ${dropTarget.hint('Drop scans, depth images or a folder here')}
       </div>
       <aside
         class="host-side ${this.appearance.layout}"
@@ -264,8 +258,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       this.parts.attend(() => this.handover.follow());
       this.parts.attend(() => this.navigation.compareDropped());
     };
-    const drawn = (view: View, template: () => TemplateResult): TemplateResult | typeof nothing =>
-      this.navigation.opened.has(view) ? template() : nothing;
     return html`<div
       class="views"
       @facts-changed=${onFacts}
@@ -274,60 +266,28 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
-      ${drawn('evaluation', () => this.renderEvaluation())} ${drawn('strategies', () => this.renderStrategies())}
-      ${drawn('icp', () => this.renderLab())} ${drawn('bev', () => this.renderBev())} ${this.renderPlanar()}
-      ${drawn('spatial', () => this.renderSpatial())}
+      ${viewsBeside(this.navigation, this.handover, {
+        isDark: this.isDark(),
+        ownsAddress: this.ownsAddress,
+        sourceOf: (view) => this.sourceOf(view),
+        scene: this.scene,
+        isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
+      })}
+      ${this.renderPlanar()} ${this.navigation.opened.has('spatial') ? this.renderSpatial() : nothing}
     </div>`;
-  }
-
-  private renderEvaluation(): TemplateResult {
-    return html`<scanstitch-evaluate
-      ?hidden=${this.navigation.shown !== 'evaluation'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.evaluated}
-    ></scanstitch-evaluate>`;
-  }
-
-  private renderStrategies(): TemplateResult {
-    return html`<scanstitch-strategies
-      ?hidden=${this.navigation.shown !== 'strategies'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.compared}
-    ></scanstitch-strategies>`;
-  }
-
-  private renderLab(): TemplateResult {
-    return html`<scanstitch-lab
-      ?hidden=${this.navigation.shown !== 'icp'}
-      ?dark=${this.isDark()}
-      .given=${this.handover.looked_into}
-      src=${this.sourceOf('icp')}
-      example=${this.scene}
-      ?remember-link=${this.owns_address && this.navigation.shown === 'icp'}
-    ></scanstitch-lab>`;
-  }
-
-  private renderBev(): TemplateResult {
-    return html`<scanstitch-bev
-      ?hidden=${this.navigation.shown !== 'bev'}
-      ?dark=${this.isDark()}
-      src=${this.sourceOf('bev')}
-      ?without-sample=${this.source_of === 'bev' && this.src !== 'sample'}
-      ?remember-scene=${this.owns_address}
-    ></scanstitch-bev>`;
   }
 
   private renderPlanar(): TemplateResult {
     return html`<scanstitch-planar
       ?hidden=${this.navigation.shown !== 'planar'}
-      .initial_settings=${this.settings}
+      .initialSettings=${this.settings}
       .preset=${this.preset}
-      .remember_settings=${this.owns_address}
+      .rememberSettings=${this.ownsAddress}
       .layout=${this.appearance.layout}
-      .is_low=${this.appearance.is_low}
-      .controls=${this.controls_shown}
+      .isLow=${this.appearance.isLow}
+      .controls=${this.controlsShown}
       .folds=${this.folds}
-      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
+      .fullScreen=${this.controlsShown === 'minimal' ? this.appearance.fullScreen : null}
       .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -337,14 +297,14 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private renderSpatial(): TemplateResult {
     return html`<scanstitch-spatial
       ?hidden=${this.navigation.shown !== 'spatial'}
-      .initial_settings=${this.settings}
+      .initialSettings=${this.settings}
       .preset=${this.preset}
-      .remember_settings=${this.owns_address}
+      .rememberSettings=${this.ownsAddress}
       .layout=${this.appearance.layout}
-      .is_low=${this.appearance.is_low}
-      .controls=${this.controls_shown}
+      .isLow=${this.appearance.isLow}
+      .controls=${this.controlsShown}
       .folds=${this.folds}
-      .full_screen=${this.controls_shown === 'minimal' ? this.appearance.full_screen : null}
+      .fullScreen=${this.controlsShown === 'minimal' ? this.appearance.fullScreen : null}
       .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
@@ -353,7 +313,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The attribute `src`, where it is for this view and no sample. */
   private sourceOf(view: 'bev' | 'icp'): string {
-    return this.source_of !== view || this.src === 'sample' || isNothing(this.src) ? '' : this.src;
+    return this.sourceView !== view || this.src === 'sample' || isNothing(this.src) ? '' : this.src;
   }
 
   private renderHeader(): TemplateResult {
@@ -363,10 +323,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       run: this.workspace.run,
       facts: run?.facts ?? NO_FACTS,
       exports: run?.exports ?? [],
-      open_items: openItems(isNothing(this.src) || this.source_of !== 'map' ? '' : this.src),
+      openItems: openItems(isNothing(this.src) || this.sourceView !== 'map' ? '' : this.src),
       layout: this.appearance.layout,
-      is_dark: this.isDark(),
-      full_screen: this.appearance.full_screen,
+      isDark: this.isDark(),
+      fullScreen: this.appearance.fullScreen,
       go: (tool) => this.parts.attend(() => this.navigation.go(tool)),
       open: (id) => this.choose(id),
       expectFiles: () => void this.workspace.expectFiles(),
@@ -399,14 +359,14 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (id.startsWith('view:')) parts.attend(() => this.navigation.go(id.slice('view:'.length) as Tool));
     else if (id === 'full-screen') parts.attend(() => this.appearance.toggleFullScreen());
     else if (id === 'page') this.openSource(this.src);
-    else if (id === 'files') this.file_input.click();
-    else if (id === 'folder') this.folder_input.click();
+    else if (id === 'files') this.fileInput.click();
+    else if (id === 'folder') this.folderInput.click();
     else if (id === 'clear') workspace.clear();
     else parts.attend(() => (id === 'apartment' ? workspace.openApartment() : workspace.openSample()));
   }
 
-  private async take(files: readonly NamedFile[], requested_at: number, notes: readonly Note[]): Promise<void> {
-    if (files.length > 0) return this.workspace.take(files, { requested_at, notes });
+  private async take(files: readonly NamedFile[], requestedAt: number, notes: readonly Note[]): Promise<void> {
+    if (files.length > 0) return this.workspace.take(files, { requestedAt, notes });
     for (const { file, reason } of notes) this.runView()?.session.report(`${file}: ${reason}`, 'Drop it again');
   }
 
@@ -414,25 +374,25 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    const requested_at = performance.now();
-    this.parts.attend(() => this.take(files, requested_at, []));
+    const requestedAt = performance.now();
+    this.parts.attend(() => this.take(files, requestedAt, []));
   }
 
   /** What stands around the map; a value that is none is refused, and all of it is there. */
-  private get controls_shown(): Controls {
+  private get controlsShown(): Controls {
     return CONTROLS.includes(this.controls) ? this.controls : 'full';
   }
 
   private fold(change: FoldChange): void {
     this.folds = changedFolds(this.folds, change);
-    if (change.is_lasting && this.rememberSettings) rememberFolds(this.folds);
+    if (change.isLasting && this.rememberSettings) rememberFolds(this.folds);
   }
 
   private isDark(): boolean {
-    return this.theme === 'dark' || (this.theme === 'auto' && this.appearance.is_system_dark);
+    return this.theme === 'dark' || (this.theme === 'auto' && this.appearance.isSystemDark);
   }
 
-  static override styles = [tokens, shared, drop_styles, app_styles, activity_styles];
+  static override styles = [tokens, shared, dropStyles, appStyles, activityStyles];
 }
 
 keepFormerNames(ScanstitchApp.prototype);

@@ -4,8 +4,10 @@
 //! `--agree` compares the depth of successive frames at their poses. Other cameras' recordings are made from it: `--size 848x480`,
 //! `--offset 0.05` (of the colours, m), `--rolling 0.5` and `--exposure 0.3` (of the time from frame to frame).
 
+use nalgebra::Vector3;
 use scanstitch::camera::Pinhole;
 use scanstitch::evaluation::depth_consistency::{ConsistencyLimits, DepthView};
+use scanstitch::evaluation::umeyama::umeyama;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::depth_image;
 use scanstitch::odometry::depth::ColorUse;
@@ -33,7 +35,8 @@ pub fn main() {
     let holes = argument("--holes").and_then(|text| text.parse().ok()).unwrap_or(0.0);
     let depth = order.iter().map(|&index| damaged(&whole.depth[index], index, scale, noise, holes)).collect();
     let color = order.iter().filter_map(|&index| whole.color.get(index).cloned()).collect();
-    let recording = Recording { depth, color, truth: Vec::new(), ..whole };
+    let truth = order.iter().filter_map(|&index| whole.truth.get(index).copied()).collect();
+    let recording = Recording { depth, color, truth, ..whole };
     let is_depth_only = flag("--depth-only");
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
@@ -82,6 +85,12 @@ pub fn main() {
         eprintln!("{count} of {} steps agree; those after {apart:?} do not", agreeing.len());
     }
     reconstruction.result().notes.iter().for_each(|note| eprintln!("{note}"));
+    if recording.truth.len() == seconds.len() {
+        let [aligned, first_equal] = mean_errors(&recording.truth, &reconstruction.poses()).map(|error| 1000.0 * error);
+        eprintln!(
+            "mean distance from the reference: {aligned:.1} mm aligned, {first_equal:.1} mm with first poses equal"
+        );
+    }
     let worst = seconds.iter().copied().fold(0.0, f64::max);
     eprintln!(
         "{name}: {} frames, good, doubtful, lost {counts:?}; register {:.0} ms a frame, at most {:.0}; loops {}",
@@ -90,6 +99,22 @@ pub fn main() {
         1000.0 * worst,
         reconstruction.loop_report().num_closed
     );
+}
+
+/// Mean distances (m) of an estimate from the truth: aligned by rotation and translation, and with first poses made equal.
+fn mean_errors(truth: &[Pose3], estimate: &[Pose3]) -> [f64; 2] {
+    let positions = |poses: &[Pose3]| -> Vec<Vector3<f64>> { poses.iter().map(|T| T.translation.vector).collect() };
+    let (truth_positions, found) = (positions(truth), positions(estimate));
+    let mean = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+        let errors = found.iter().zip(&truth_positions).map(|(point, truth)| (moved(point) - truth).norm());
+        errors.sum::<f64>() / found.len() as f64
+    };
+    let aligned = umeyama(&found, &truth_positions, false).map_or(f64::NAN, |fit| {
+        let similarity = fit.similarity;
+        mean(&|point| similarity.rotation * point + similarity.translation)
+    });
+    let first = truth[0] * estimate[0].inverse();
+    [aligned, mean(&|point| first.transform_point(&(*point).into()).coords)]
 }
 
 /// The changes that the options name; `None` where they name none.

@@ -15,13 +15,20 @@ pub fn main() {
         let made = |of: &dyn Fn(f64, f64) -> f64| {
             let value = |(pixel, &value): (usize, &u16)| {
                 let at = |index: usize, side: usize| (index as f64 - side as f64 / 2.0) / focal;
-                let ray = (1.0 + at(pixel % image.width, image.width).powi(2) + at(pixel / image.width, image.height).powi(2)).sqrt();
+                let ray = (1.0
+                    + at(pixel % image.width, image.width).powi(2)
+                    + at(pixel / image.width, image.height).powi(2))
+                .sqrt();
                 if value == 0 { 0 } else { of(f64::from(value), ray).clamp(0.0, largest).round() as u16 }
             };
             let values = image.values.iter().enumerate().map(value).collect();
             let votes = Votes::of(&DepthImage { values, ..image.clone() }, focal);
             let Votes { depth, inverted, inverse, ray_length, axis } = votes;
-            format!("{depth}/{inverted}/{inverse} {ray_length}/{axis} {}{:?}", if votes.is_inverted() { "inverted " } else { "" }, votes.no_depth())
+            format!(
+                "{depth}/{inverted}/{inverse} {ray_length}/{axis} {}{:?}",
+                if votes.is_inverted() { "inverted " } else { "" },
+                votes.no_depth()
+            )
         };
         let nearest = image.values.iter().copied().filter(|value| *value > 0).min().unwrap_or(1);
         println!(

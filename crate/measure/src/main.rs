@@ -19,6 +19,8 @@ mod hand_held;
 mod kitti_pair;
 mod laser_log;
 mod laser_scores;
+mod lidar_sweeps;
+mod localize;
 mod render_and_register;
 mod render_apartment;
 mod render_laser_log;
@@ -41,6 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "kitti_pair" => kitti_pair::main(),
         "laser_log" => laser_log::main(),
         "laser_scores" => laser_scores::main(),
+        "lidar_sweeps" => lidar_sweeps::main(),
+        "localize" => localize::main(),
         "render_and_register" => render_and_register::main()?,
         "render_apartment" => render_apartment::main()?,
         "render_laser_log" => render_laser_log::main()?,

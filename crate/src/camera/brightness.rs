@@ -49,9 +49,9 @@ impl Brightness {
                 ((grey(upper[0]) + grey(upper[1]) + grey(lower[0]) + grey(lower[1])) * 256 / 12) as u16
             }));
         }
-        let finest = Level { width, height, values }.smoothed();
-        let middle = finest.smoothed().halved();
-        let coarsest = middle.smoothed().halved();
+        let finest = Level { width, height, values }.smoothed::<1>();
+        let middle = finest.smoothed::<2>();
+        let coarsest = middle.smoothed::<2>();
         Self { levels: [finest, middle, coarsest] }
     }
 
@@ -133,45 +133,38 @@ impl Brightness {
 }
 
 impl Level {
-    /// Smoothed with the kernel 1 4 6 4 1 along rows and columns; the border is repeated outwards.
-    fn smoothed(&self) -> Self {
+    /// Smoothed with the kernel 1 4 6 4 1 along rows and columns, of which one in `STRIDE` is kept; the border is repeated outwards.
+    fn smoothed<const STRIDE: usize>(&self) -> Self {
         let Self { width, height, values } = self;
         let (width, height) = (*width, *height);
         let kernel = |a: u16, b: u16, c: u16, d: u16, e: u16| {
             let (ends, inner) = (u32::from(a) + u32::from(e), u32::from(b) + u32::from(d));
             ((ends + 4 * inner + 6 * u32::from(c) + 8) / 16) as u16
         };
-        let mut along_rows = Vec::with_capacity(values.len());
+        let kept_width = width.div_ceil(STRIDE);
+        let mut along_rows = Vec::with_capacity(kept_width * height);
         let mut padded = Vec::with_capacity(width + 4);
         for row in values.chunks_exact(width.max(1)) {
             padded.clear();
             padded.extend([row[0]; 2]);
             padded.extend_from_slice(row);
             padded.extend([row[width - 1]; 2]);
-            along_rows.extend(padded.windows(5).map(|five| kernel(five[0], five[1], five[2], five[3], five[4])));
+            let around = padded.windows(5).step_by(STRIDE);
+            along_rows.extend(around.map(|five| kernel(five[0], five[1], five[2], five[3], five[4])));
         }
-        let mut smoothed = Vec::with_capacity(values.len());
-        for row in 0..height {
-            let line = |row: usize| &along_rows[row.min(height - 1) * width..][..width];
+        let mut smoothed = Vec::with_capacity(kept_width * height.div_ceil(STRIDE));
+        for row in (0..height).step_by(STRIDE) {
+            let line = |row: usize| &along_rows[row.min(height - 1) * kept_width..][..kept_width];
             let (a, b, c, d, e) =
                 (line(row.saturating_sub(2)), line(row.saturating_sub(1)), line(row), line(row + 1), line(row + 2));
-            smoothed.extend((0..width).map(|column| kernel(a[column], b[column], c[column], d[column], e[column])));
+            smoothed
+                .extend((0..kept_width).map(|column| kernel(a[column], b[column], c[column], d[column], e[column])));
         }
-        Self { width, height, values: smoothed }
+        Self { width: kept_width, height: height.div_ceil(STRIDE), values: smoothed }
     }
 
     fn halved_size(&self) -> (usize, usize) {
         (self.width.div_ceil(2), self.height.div_ceil(2))
-    }
-
-    /// Every second pixel of every second row.
-    fn halved(&self) -> Self {
-        let (width, height) = self.halved_size();
-        let mut values = Vec::with_capacity(width * height);
-        for row in self.values.chunks_exact(self.width.max(1)).step_by(2) {
-            values.extend(row.iter().step_by(2));
-        }
-        Self { width, height, values }
     }
 }
 

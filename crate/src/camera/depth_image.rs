@@ -67,10 +67,15 @@ impl DepthImage {
         num_largest > 0 && num_largest < self.values.iter().filter(|value| below.contains(value)).count()
     }
 
+    /// The largest raw value.
+    pub(crate) fn largest(&self) -> u16 {
+        // Not by `Iterator::max`, which compares pixel by pixel.
+        self.values.iter().fold(0, |largest, &value| largest.max(value))
+    }
+
     /// Number of pixels of each raw value, up to the largest one.
     fn histogram(&self) -> Vec<usize> {
-        let largest = self.values.iter().copied().max().unwrap_or(0);
-        let mut counts = vec![0; usize::from(largest) + 1];
+        let mut counts = vec![0; usize::from(self.largest()) + 1];
         for &value in &self.values {
             counts[usize::from(value)] += 1;
         }

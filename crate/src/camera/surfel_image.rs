@@ -28,8 +28,8 @@ pub struct SurfelImage {
     pub columns: usize,
     /// Rows of cells.
     pub rows: usize,
-    /// The surfels of the cells, row by row; `None` where no plane fits.
-    pub cells: Vec<Option<Surfel>>,
+    /// The surfels of the cells, row by row; `None` where no plane fits. Most of a frame's memory, which copies share.
+    pub cells: Arc<Vec<Option<Surfel>>>,
     /// Brightness of the image, where the frame has colours that are to be used.
     pub brightness: Option<Arc<Brightness>>,
 }

@@ -7,6 +7,7 @@ pub(crate) mod algebra;
 pub(crate) mod connected_parts;
 pub(crate) mod mahalanobis;
 pub(crate) mod point_cloud;
+pub(crate) mod point_times;
 pub(crate) mod pose;
 pub(crate) mod pose_distance;
 pub(crate) mod quantile;
@@ -16,5 +17,6 @@ pub(crate) mod triangle_mesh;
 
 pub use algebra::{Jacobian, SquareMatrix, Vector};
 pub use point_cloud::PointCloud;
+pub use point_times::PointTimes;
 pub use pose::{Embedding, Pose2, Pose3, RigidMotion};
 pub use triangle_mesh::TriangleMesh;

@@ -2,9 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
+use super::point_times::PointTimes;
+
 /// Points in metres in one frame, with normals and colours where the source has them.
 ///
-/// `normals`, `colors` and `rounded_off` are either absent or as long as `positions`.
+/// `normals`, `colors`, `rounded_off` and `times` are either absent or as long as `positions`.
 /// Positions are stored in single precision relative to `origin`, which is zero unless the coordinates are so large
 /// (map projections) that single precision would cost more than a fraction of a millimetre.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -20,6 +22,8 @@ pub struct PointCloud {
     /// Rounding error of each position (m): the file's double minus `origin` and minus the entry of `positions`. Absent where
     /// all of them are zero.
     pub rounded_off: Option<Vec<Vec3>>,
+    /// When each point was measured, in the unit of the file or, once that is known, in seconds from the frame's time stamp.
+    pub times: Option<PointTimes>,
 }
 
 impl PointCloud {
@@ -39,6 +43,22 @@ impl PointCloud {
     /// Whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// The points with these indices.
+    #[must_use]
+    pub(crate) fn selected(&self, kept: &[usize]) -> Self {
+        fn of<T: Copy>(all: &[T], kept: &[usize]) -> Vec<T> {
+            kept.iter().map(|&point| all[point]).collect()
+        }
+        Self {
+            positions: of(&self.positions, kept),
+            normals: self.normals.as_ref().map(|normals| of(normals, kept)),
+            colors: self.colors.as_ref().map(|colors| of(colors, kept)),
+            origin: self.origin,
+            rounded_off: self.rounded_off.as_ref().map(|rest| of(rest, kept)),
+            times: self.times.as_ref().map(|times| times.selected(kept)),
+        }
     }
 
     /// A point in the precision of the file (m), relative to `origin`.

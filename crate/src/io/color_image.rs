@@ -53,7 +53,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     let pixels = match color_type {
         ColorType::Grayscale => data.iter().map(|&grey| [grey; 3]).collect(),
         ColorType::GrayscaleAlpha => data.chunks_exact(2).map(|pixel| [pixel[0]; 3]).collect(),
-        ColorType::Rgb | ColorType::Indexed => data.chunks_exact(3).map(color).collect(),
+        ColorType::Rgb | ColorType::Indexed => colors(data),
         ColorType::Rgba => data.chunks_exact(4).map(color).collect(),
     };
     Ok(ColorImage { width, height, pixels })
@@ -88,7 +88,7 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     let pixels: Vec<[u8; 3]> = match info.pixel_format {
         PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),
         PixelFormat::L16 => data.chunks_exact(2).map(|grey| [grey[0]; 3]).collect(),
-        PixelFormat::RGB24 => data.chunks_exact(3).map(color).collect(),
+        PixelFormat::RGB24 => colors(data),
         PixelFormat::CMYK32 => {
             return Err(Error::whole("The JPEG has the inks of a printer for colours", "Export it with RGB colours"));
         }
@@ -114,6 +114,11 @@ fn read_pixmap(bytes: &[u8]) -> Result<ColorImage> {
     let pixels = data[..num_pixels * channels].chunks_exact(channels);
     let pixels = if channels == 3 { pixels.map(color).collect() } else { pixels.map(|grey| [grey[0]; 3]).collect() };
     Ok(ColorImage { width, height, pixels })
+}
+
+/// The colours of three bytes each, without copying them.
+fn colors(data: Vec<u8>) -> Vec<[u8; 3]> {
+    bytemuck::allocation::try_cast_vec(data).unwrap_or_else(|(_, data)| data.chunks_exact(3).map(color).collect())
 }
 
 fn color(pixel: &[u8]) -> [u8; 3] {

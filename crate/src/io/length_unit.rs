@@ -24,7 +24,8 @@ pub const CENTIMETRE: LengthUnit = LengthUnit { metres: 0.01, symbol: "cm", name
 pub const MILLIMETRE: LengthUnit = LengthUnit { metres: 1e-3, symbol: "mm", name: "millimetres" };
 
 /// Tenths of a millimetre.
-pub const TENTH_OF_MILLIMETRE: LengthUnit = LengthUnit { metres: 1e-4, symbol: "0.0001", name: "tenths of millimetres" };
+pub const TENTH_OF_MILLIMETRE: LengthUnit =
+    LengthUnit { metres: 1e-4, symbol: "0.0001", name: "tenths of millimetres" };
 /// Inches, which only who wrote a file can say.
 pub const INCH: LengthUnit = LengthUnit { metres: 0.0254, symbol: "in", name: "inches" };
 /// Feet, likewise.
@@ -43,7 +44,8 @@ pub struct Expected {
 
 /// Ranges of planar lasers: from a desk to a yard; the farthest of the common ones reports 82 m for no return, and ultrasonic
 /// and infrared sensors see 1 m at least.
-pub const LASER_RANGES: Expected = Expected { priors: [0.7, 0.05, 0.245, 0.005], median: (2.5, 1.1), largest: (1.0, 100.0) };
+pub const LASER_RANGES: Expected =
+    Expected { priors: [0.7, 0.05, 0.245, 0.005], median: (2.5, 1.1), largest: (1.0, 100.0) };
 /// Distances within a cloud: rooms have 2 to 3 m, streets 10, yards and halls up to 60.
 pub const CLOUD_SIZES: Expected =
     Expected { priors: [0.976, 0.003, 0.02, 0.001], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };

@@ -176,7 +176,7 @@ mod tests {
             cell_size: 4,
             columns,
             rows,
-            cells: (0..columns * rows).map(surfel).collect(),
+            cells: Arc::new((0..columns * rows).map(surfel).collect()),
             brightness: Some(Arc::new(Brightness::new(&colors))),
         };
         PreparedSurfels::new(image, 0)

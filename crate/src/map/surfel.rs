@@ -206,7 +206,7 @@ mod tests {
         };
         let surfels = (0..cells.width * cells.height).map(|cell| Some(surfel(cell))).collect();
         let (columns, rows) = (cells.width, cells.height);
-        SurfelImage { camera, cell_size: 4, columns, rows, cells: surfels, brightness: None }
+        SurfelImage { camera, cell_size: 4, columns, rows, cells: Arc::new(surfels), brightness: None }
     }
 
     fn len(map: &SurfelMap) -> usize {

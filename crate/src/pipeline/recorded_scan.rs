@@ -154,7 +154,9 @@ fn refuse_other_place(cloud: &PointCloud) -> Result<()> {
     if finite().next().is_none() || distance <= MOST_DIAGONALS_AWAY * (high - low).length() {
         return Ok(());
     }
-    let problem = format!("Its points lie {distance:.0} m from the origin of their coordinates and all in one direction, as on a map");
+    let problem = format!(
+        "Its points lie {distance:.0} m from the origin of their coordinates and all in one direction, as on a map"
+    );
     Err(Error::whole(problem, "Give each scan in the frame of its laser: the laser at (0, 0), x ahead, y to the left"))
 }
 

@@ -40,17 +40,24 @@ pub struct OutlineContrast {
 impl OutlineContrast {
     /// Of one frame.
     pub fn new(image: &DepthImage, usable: &[bool], model: &DepthModel, brightness: &Brightness) -> Self {
-        let depth = |index: usize| model.depth(image.values[index]).filter(|_| usable[index]);
         let (mut along_rows, mut along_columns) = (Vec::new(), Vec::new());
-        for row in (1..image.height).step_by(2) {
-            let line = (0..image.width).map(|column| depth(row * image.width + column));
-            let slope = |column: usize| Some(brightness.gradient(0, column, row / 2)?[0]);
-            along_rows.extend(outlines(line).into_iter().filter_map(|column| slopes(column, slope)));
-        }
-        for column in (1..image.width).step_by(2) {
-            let line = (0..image.height).map(|row| depth(row * image.width + column));
-            let slope = |row: usize| Some(brightness.gradient(0, column / 2, row)?[1]);
-            along_columns.extend(outlines(line).into_iter().filter_map(|row| slopes(row, slope)));
+        // All lines at once, for memory lies row by row.
+        let mut columns = vec![Outlines::default(); image.width.div_ceil(2)];
+        let lines = image.values.chunks_exact(image.width.max(1)).zip(usable.chunks_exact(image.width.max(1)));
+        for (row, (values, usable)) in lines.enumerate() {
+            let measured = |column: usize| if usable[column] { values[column] } else { 0 };
+            for column in (1..image.width).step_by(2) {
+                if let Some(row) = columns[column / 2].at(row, measured(column), model) {
+                    let slope = |row: usize| Some(brightness.gradient(0, column / 2, row)?[1]);
+                    along_columns.extend(slopes(row, slope));
+                }
+            }
+            if row % 2 == 1 {
+                let mut line = Outlines::default();
+                let slope = |column: usize| Some(brightness.gradient(0, column, row / 2)?[0]);
+                let found = (0..image.width).filter_map(|column| line.at(column, measured(column), model));
+                along_rows.extend(found.filter_map(|column| slopes(column, slope)));
+            }
         }
         let axes = [along_rows, along_columns];
         let sum = |of: fn(&[f64; 2]) -> f64| axes.each_ref().map(|slopes| slopes.iter().map(of).sum::<f64>() as u64);
@@ -91,19 +98,30 @@ fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]
     Some([mean(-SAME_EDGE..=SAME_EDGE)?, 0.5 * beside])
 }
 
-/// Indices of the pixels of a row or column at which the depth steps, each on the nearer side.
-fn outlines(depths: impl Iterator<Item = Option<f64>>) -> Vec<usize> {
-    let (mut places, mut last) = (Vec::new(), None);
-    for (place, depth) in depths.enumerate() {
-        let Some(depth) = depth else { continue };
-        if let Some((before, known)) = last.replace((place, depth))
-            && place - before <= MAX_GAP
-            && (depth - known).abs() > MIN_STEP * depth.max(known)
-        {
-            places.push(if depth < known { place } else { before });
+/// The search for the pixels of a row or column at which the depth steps.
+#[derive(Clone, Copy, Default)]
+struct Outlines {
+    /// Index and raw value of the last pixel with depth; 0 before there is one.
+    last: (usize, u16),
+}
+
+impl Outlines {
+    /// Takes the next pixel: whether there is a step between the last one with depth and this one. Returns the nearer of the two.
+    #[inline]
+    fn at(&mut self, place: usize, value: u16, model: &DepthModel) -> Option<usize> {
+        let (before, known) = self.last;
+        if value == 0 {
+            return None;
+        } else if value == known {
+            self.last.0 = place;
+            return None;
         }
+        let depth = model.depth(value)?;
+        self.last = (place, value);
+        let known = model.depth(known)?;
+        let is_outline = place - before <= MAX_GAP && (depth - known).abs() > MIN_STEP * depth.max(known);
+        is_outline.then_some(if depth < known { place } else { before })
     }
-    places
 }
 
 #[cfg(test)]

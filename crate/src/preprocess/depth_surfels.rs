@@ -6,6 +6,8 @@
 //! depth. In small windows the steps of coarse depth look like planes that face the camera; large windows span many steps, and
 //! the fit is accurate to a fraction of a step. A window over a silhouette is not a plane, so mixed pixels are left out.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use crate::camera::pinhole::RayTable;
@@ -90,24 +92,30 @@ pub fn depth_surfels(image: &DepthImage, usable: &[bool], camera: &Pinhole, mode
         cell_size: CELL_SIZE,
         columns: cells.width,
         rows: cells.height,
-        cells: surfels,
+        cells: Arc::new(surfels),
         brightness: None,
     }
 }
 
-/// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z, and the number of pixels; the
-/// last is nothing, which makes them whole registers of vector units.
-type Moments = [f64; 12];
+/// Weighted sums over pixels: of w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr with r = 1 / z.
+type Moments = [f64; 10];
 
-/// Index of the number of pixels in [`Moments`].
-const COUNT_INDEX: usize = 10;
-
-/// Sums of the moments over the cells above and to the left.
+/// Sums over the cells above and to the left: `(columns + 1) * (rows + 1)` of each, the first row and column zero.
 struct SummedMoments {
     columns: usize,
     rows: usize,
-    /// `(columns + 1) * (rows + 1)`, the first row and column zero.
     sums: Vec<Moments>,
+    /// Numbers of pixels with depth. They exclude many windows, and a table of their own stays in the processor's fastest memory.
+    counts: Vec<u32>,
+}
+
+/// A window of cells.
+#[derive(Clone, Copy)]
+struct Window {
+    left: usize,
+    right: usize,
+    top: usize,
+    bottom: usize,
 }
 
 /// Lower bounds of the sums of squared residuals in the windows around a cell, in units of the noise, in the order of
@@ -155,33 +163,52 @@ impl SummedMoments {
         let weights = WeightTable::new(image, model);
         let stride = columns + 1;
         let mut sums = Vec::with_capacity(stride * (rows + 1));
-        sums.resize(stride, [0.0; 12]);
+        let mut counts = Vec::with_capacity(stride * (rows + 1));
+        sums.resize(stride, [0.0; 10]);
+        counts.resize(stride, 0);
         for row in 0..rows {
-            let mut left: Moments = [0.0; 12];
+            let (mut left, mut count_left): (Moments, u32) = ([0.0; 10], 0);
             sums.push(left);
+            counts.push(0);
             for column in 0..columns {
-                let cell = weights.moments_of_cell(image, usable, &table, column, row);
-                let mut sum: Moments = sums[row * stride + column + 1];
-                for index in 0..12 {
+                let above = row * stride + column + 1;
+                let (cell, count) = weights.moments_of_cell(image, usable, &table, column, row);
+                let mut sum: Moments = sums[above];
+                for index in 0..10 {
                     left[index] += cell[index];
                     sum[index] += left[index];
                 }
                 sums.push(sum);
+                count_left += count;
+                counts.push(counts[above] + count_left);
             }
         }
-        Self { columns, rows, sums }
+        Self { columns, rows, sums, counts }
     }
 
-    /// The four sums at the corners of a window of cells.
+    /// Indices of the sums at the corners of a window.
     #[inline]
-    fn corners(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> [&Moments; 4] {
-        let at = |row: usize, column: usize| &self.sums[row * (self.columns + 1) + column];
-        [
-            at(rows.end, columns.end),
-            at(rows.start, columns.end),
-            at(rows.end, columns.start),
-            at(rows.start, columns.start),
-        ]
+    fn corners(&self, Window { left, right, top, bottom }: Window) -> [usize; 4] {
+        let (above, below) = (top * (self.columns + 1), bottom * (self.columns + 1));
+        [below + right, above + right, below + left, above + left]
+    }
+
+    /// The number of pixels with depth in a window.
+    #[inline]
+    fn count(&self, window: Window) -> u32 {
+        let [a, b, c, d] = self.corners(window);
+        self.counts[a] - self.counts[b] - (self.counts[c] - self.counts[d])
+    }
+
+    /// The moments of a window.
+    #[inline]
+    fn moments(&self, window: Window) -> Moments {
+        let [a, b, c, d] = self.corners(window).map(|corner| &self.sums[corner]);
+        let mut between = [0.0; 10];
+        for index in 0..10 {
+            between[index] = a[index] - b[index] - c[index] + d[index];
+        }
+        between
     }
 
     /// The surfel of a cell from the largest window around it that is a plane.
@@ -194,8 +221,8 @@ impl SummedMoments {
         model: &DepthModel,
         misfits: &mut Misfits,
     ) -> Option<Surfel> {
-        let cell = self.corners(column..column + 1, row..row + 1);
-        if count(cell) * 2.0 < (CELL_SIZE * CELL_SIZE) as f64 {
+        let cell = Window::around(column, row, 0);
+        if 2 * self.count(cell) < (CELL_SIZE * CELL_SIZE) as u32 {
             return None;
         }
         let most = column.min(row).min(self.columns - 1 - column).min(self.rows - 1 - row);
@@ -205,11 +232,12 @@ impl SummedMoments {
             if reach > most || misfits.0[index] > MAX_MISFIT * area {
                 continue;
             }
-            let corners = self.corners(column - reach..column + reach + 1, row - reach..row + reach + 1);
-            if count(corners) < MIN_FILLED * area {
+            let window = Window::around(column, row, reach);
+            let num_pixels = f64::from(self.count(window));
+            if num_pixels < MIN_FILLED * area {
                 continue;
             }
-            let Some(plane) = fit(&between(corners)) else { continue };
+            let Some(plane) = fit(&self.moments(window), num_pixels) else { continue };
             misfits.learn(index, plane.misfit * plane.num_pixels);
             if plane.misfit > MAX_MISFIT {
                 continue;
@@ -219,7 +247,7 @@ impl SummedMoments {
                 continue;
             }
             let depth = 1.0 / r;
-            if lies_off(&plane, &between(cell), depth, model) {
+            if lies_off(&plane, &self.moments(cell), depth, model) {
                 return None;
             }
             return oriented(&plane, ray, depth, reach, cells, model);
@@ -228,17 +256,12 @@ impl SummedMoments {
     }
 }
 
-/// The pixels of a window, from its [corners](SummedMoments::corners).
-#[inline]
-fn count(corners: [&Moments; 4]) -> f64 {
-    let [a, b, c, d] = corners.map(|sums| sums[COUNT_INDEX]);
-    a - b - c + d
-}
-
-/// The moments of a window, from its [corners](SummedMoments::corners).
-#[inline]
-fn between([a, b, c, d]: [&Moments; 4]) -> Moments {
-    std::array::from_fn(|index| a[index] - b[index] - c[index] + d[index])
+impl Window {
+    /// The cells up to `reach` from a cell.
+    #[inline]
+    fn around(column: usize, row: usize, reach: usize) -> Self {
+        Self { left: column - reach, right: column + reach + 1, top: row - reach, bottom: row + reach + 1 }
+    }
 }
 
 /// Whether the mean depth of a cell deviates from the depth of the plane by more than the noise.
@@ -296,8 +319,8 @@ const CORRELATED_PIXELS: f64 = 50.0;
 const SHARED_ERROR: f64 = 0.5;
 
 /// The weighted least squares plane through a window, none where the pixels do not span one.
-fn fit(window: &Moments) -> Option<InversePlane> {
-    let [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, num_pixels, _] = *window;
+fn fit(window: &Moments, num_pixels: f64) -> Option<InversePlane> {
+    let [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr] = *window;
     if num_pixels < 12.0 {
         return None;
     }
@@ -318,14 +341,14 @@ fn fit(window: &Moments) -> Option<InversePlane> {
 }
 
 /// For each raw value the weight w of r = 1 / z (the inverse of its variance), w r, w r r, and the number of pixels: 1, or 0 where
-/// it means no depth.
+/// it means no depth. The last is for all values beyond the range.
 struct WeightTable {
     weights: Vec<[f64; 4]>,
 }
 
 impl WeightTable {
     fn new(image: &DepthImage, model: &DepthModel) -> Self {
-        let largest = image.values.iter().copied().max().unwrap_or(0);
+        let largest = image.largest();
         let weight = |value| match model.depth(value) {
             // d(1/z) = dz / z^2
             Some(depth) => {
@@ -334,7 +357,9 @@ impl WeightTable {
             }
             None => [0.0; 4],
         };
-        Self { weights: (0..=largest).map(weight).collect() }
+        // Some cameras mark what they do not measure by the largest value.
+        let last_in_range = (model.max_range / model.step).min(f64::from(largest)) as u16;
+        Self { weights: (0..=last_in_range.saturating_add(1)).map(weight).chain([[0.0; 4]]).collect() }
     }
 
     /// The moments of one cell's pixels.
@@ -346,11 +371,12 @@ impl WeightTable {
         rays: &RayTable,
         column: usize,
         row: usize,
-    ) -> Moments {
+    ) -> (Moments, u32) {
         // All rays of a column share x, all of a row y: their factors are summed first.
         let mut by_column = [[0.0; 4]; CELL_SIZE];
         let (mut wy, mut wxy, mut wyy, mut wyr) = (0.0, 0.0, 0.0, 0.0);
         let xs = &rays.x[CELL_SIZE * column..][..CELL_SIZE];
+        let beyond = self.weights.len() - 1;
         for v in CELL_SIZE * row..CELL_SIZE * (row + 1) {
             let start = v * image.width + CELL_SIZE * column;
             let (values, usable) = (&image.values[start..][..CELL_SIZE], &usable[start..][..CELL_SIZE]);
@@ -358,7 +384,7 @@ impl WeightTable {
             for lane in 0..CELL_SIZE {
                 // 0 stands for no depth.
                 let value = if usable[lane] { values[lane] } else { 0 };
-                let weights = &self.weights[usize::from(value)];
+                let weights = &self.weights[usize::from(value).min(beyond)];
                 for (sum, weight) in by_column[lane].iter_mut().zip(weights) {
                     *sum += weight;
                 }
@@ -382,7 +408,7 @@ impl WeightTable {
             wrr += sums[2];
             count += sums[3];
         }
-        [w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr, count, 0.0]
+        ([w, wx, wy, wxx, wxy, wyy, wr, wxr, wyr, wrr], count as u32)
     }
 }
 
@@ -487,6 +513,12 @@ mod tests {
             assert!(cell.is_none() || (column < 32 && row >= 10), "{column} {row}");
         }
         assert!(found.surfels().count() > 500);
+        let up_to_3_m = DepthModel { step: 1e-3, offset: 0.0, max_range: 3.0, ..EIGHT_BITS };
+        for (value, is_in_range) in [(3000, true), (3001, false), (u16::MAX, false)] {
+            let wall = DepthImage { values: vec![value; 256 * 192], bits: 16, ..scene.clone() };
+            let found = depth_surfels(&wall, &vec![true; wall.values.len()], &camera(), &up_to_3_m);
+            assert_eq!(found.surfels().count() > 1000, is_in_range, "{value}");
+        }
         let tiny = DepthImage { width: 3, height: 3, values: vec![9; 9], bits: 8 };
         let camera = Pinhole::new(3, 3, [3.0, 3.0, 1.0, 1.0]).unwrap();
         assert!(depth_surfels(&tiny, &[true; 9], &camera, &EIGHT_BITS).cells.is_empty());

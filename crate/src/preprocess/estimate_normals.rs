@@ -26,37 +26,39 @@ pub fn estimate_normals(
     neighborhood: Neighborhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighborhood, viewpoint, f64::INFINITY)
+    normals(points, tree, 0..points.len(), neighborhood, viewpoint, f64::INFINITY)
 }
 
-/// As [`estimate_normals`], but `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
+/// As [`estimate_normals`], but of these points alone, and `None` where the neighbours do not clearly lie in a plane. Neighbours on one ring of a spinning
 /// laser lie on a line as thick as the noise: every normal across it fits, and many such normals would bias a registration
 /// towards no motion.
 pub fn estimate_clear_normals(
     points: &[Vec3],
     tree: &KdTree<3>,
+    chosen: &[usize],
     neighborhood: Neighborhood,
     viewpoint: DVec3,
 ) -> Vec<Option<Vector3<f64>>> {
-    normals(points, tree, neighborhood, viewpoint, MAX_CLEAR_THICKNESS)
+    normals(points, tree, chosen.iter().copied(), neighborhood, viewpoint, MAX_CLEAR_THICKNESS)
 }
 
 /// `max_thickness`: largest ratio of the smallest spread to the second largest (variances).
 fn normals(
     points: &[Vec3],
     tree: &KdTree<3>,
+    chosen: impl Iterator<Item = usize>,
     neighborhood: Neighborhood,
     viewpoint: DVec3,
     max_thickness: f64,
 ) -> Vec<Option<Vector3<f64>>> {
     let mut neighbors = Vec::with_capacity(neighborhood.max_neighbors);
-    let normal = |point: &Vec3| {
+    let mut normal = |point: &Vec3| {
         find_neighbors(tree, *point, neighborhood, &mut neighbors);
         let normal = least_spread(points, *point, &neighbors, max_thickness)?;
         let towards = if normal.dot(viewpoint - point.as_dvec3()) < 0.0 { -normal } else { normal };
         Some(Vector3::new(towards.x, towards.y, towards.z))
     };
-    points.iter().map(normal).collect()
+    chosen.map(|point| normal(&points[point])).collect()
 }
 
 /// Not part of the loop over the points: browsers begin optimised code at the next call of a function, and the loop is one.

@@ -167,7 +167,7 @@ struct DepthTable {
 
 impl DepthTable {
     fn new(image: &DepthImage, model: &DepthModel) -> Self {
-        let largest = image.values.iter().copied().max().unwrap_or(0);
+        let largest = image.largest();
         let depths = (0..=largest).map(|value| model.depth(value).unwrap_or(0.0)).collect();
         Self { depths, offset: model.offset }
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use nalgebra::Vector3;
 
 use super::voxel_hash::VoxelHash;
-use crate::geometry::PointCloud;
+use crate::geometry::{PointCloud, PointTimes};
 use crate::{Error, Result};
 
 /// Sums over the points of a voxel, in double precision since there may be many of them.
@@ -13,10 +13,11 @@ struct Sums {
     position: glam::DVec3,
     normal: glam::DVec3,
     color: [u64; 3],
+    time: f64,
     count: u64,
 }
 
-/// The mean position, normal and colour of the points in every voxel of side `voxel_size` (m), in the order of the first point
+/// The mean position, normal, colour and time of the points in every voxel of side `voxel_size` (m), in the order of the first point
 /// of each voxel. Points that are not finite are dropped.
 ///
 /// # Errors
@@ -52,6 +53,9 @@ pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner:
         if let Some(normals) = &cloud.normals {
             sums.normal += normals[point].as_dvec3();
         }
+        if let Some(times) = &cloud.times {
+            sums.time += f64::from(times.offsets[point]);
+        }
         if let Some(colors) = &cloud.colors {
             for (sum, &channel) in sums.color.iter_mut().zip(&colors[point]) {
                 *sum += u64::from(channel);
@@ -66,6 +70,10 @@ pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner:
         colors: cloud.colors.as_ref().map(|_| voxels.iter().map(color).collect()),
         origin: cloud.origin,
         rounded_off: None,
+        times: cloud.times.as_ref().map(|times| PointTimes {
+            origin: times.origin,
+            offsets: voxels.iter().map(|sums| (sums.time / sums.count as f64) as f32).collect(),
+        }),
     })
 }
 
@@ -83,6 +91,7 @@ mod tests {
             colors: Some(vec![[10, 0, 255], [1, 2, 3], [21, 0, 255], [0, 0, 0]]),
             origin: glam::DVec3::new(5.0, 0.0, 0.0),
             rounded_off: None,
+            times: Some(PointTimes { origin: 7.0, offsets: vec![0.25, 1.0, 0.75, 2.0] }),
         };
         let sparse = voxel_downsample(&cloud, 0.5).unwrap();
         assert!((sparse.positions[0] - Vec3::new(0.2, 0.1, 0.2)).length() < 1e-7);
@@ -90,6 +99,7 @@ mod tests {
         let normals = sparse.normals.unwrap();
         assert!((normals[0] - Vec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-7);
         assert_eq!(sparse.colors, Some(vec![[16, 0, 255], [1, 2, 3]]));
+        assert_eq!(sparse.times, Some(PointTimes { origin: 7.0, offsets: vec![0.5, 1.0] }));
         assert_eq!((sparse.origin, sparse.positions.len()), (cloud.origin, 2));
     }
 

@@ -18,7 +18,7 @@ const WRAPPED_RANGE_DIVISOR: u16 = 3;
 /// Whether each pixel has a valid depth: neither 0 nor wrapped. Only images of 8 bits or fewer wrap.
 pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
     let mut usable: Vec<bool> = image.values.iter().map(|&value| value > 0).collect();
-    let largest = image.values.iter().copied().max().unwrap_or(0);
+    let largest = image.largest();
     if image.bits > 8 || largest < u16::from(u8::MAX) - EDGE_VALUES {
         return usable;
     }

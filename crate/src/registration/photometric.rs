@@ -356,7 +356,14 @@ mod tests {
             Some(Surfel { point: camera.unproject(u, v, on_wall(u, v).1), normal, sigma: 1e-3 })
         };
         let brightness = Some(Arc::new(Brightness::new(&colors)));
-        SurfelImage { camera, cell_size: 4, columns: 80, rows: 60, cells: (0..80 * 60).map(cell).collect(), brightness }
+        SurfelImage {
+            camera,
+            cell_size: 4,
+            columns: 80,
+            rows: 60,
+            cells: Arc::new((0..80 * 60).map(cell).collect()),
+            brightness,
+        }
     }
 
     fn picture(frame: &SurfelImage) -> Picture {

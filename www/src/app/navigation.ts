@@ -25,11 +25,11 @@ export interface NavigationHooks {
   handover: Handover;
   parts: PageParts;
   /** Whether the page's address is the element's own. */
-  owns_address(): boolean;
+  ownsAddress(): boolean;
   /** The view of the attribute. */
   wanted(): ViewName;
   /** Whether the page's sample belongs to the map and has not been opened, for it began with another view. */
-  is_sample_due(): boolean;
+  isSampleDue(): boolean;
   /** The run of what was dropped on the strategies, once its first frames are on the map. */
   dropped(): { session: { messages: readonly unknown[] } } | null;
   /** Writes the settings of the run into the page's address. */
@@ -42,9 +42,9 @@ export class Navigation {
   shown: View = 'planar';
   opened: ReadonlySet<View> = new Set<View>(['planar']);
   /** The view that the page's address asked for, in place of the host's: what is opened is shown instead of it. */
-  address_view: ViewName | null = null;
+  addressView: ViewName | null = null;
   /** What was dropped on the strategies: it is compared as soon as its first frames are on the map. */
-  #is_to_compare = false;
+  #isToCompare = false;
   /** A view that is loaded only after another was asked for is not shown. */
   readonly #request = new LastRequest();
   readonly #host: Host;
@@ -55,20 +55,20 @@ export class Navigation {
     this.#host = host;
     this.#hooks = hooks;
     this.#history = new ViewHistory(host, {
-      is_own_page: () => hooks.owns_address(),
+      isOwnPage: () => hooks.ownsAddress(),
       show: (view) => this.#goBack(view),
     });
   }
 
   /** The view to begin with, and to return to what is opened for. */
   get wanted(): ViewName {
-    return this.address_view ?? this.#hooks.wanted();
+    return this.addressView ?? this.#hooks.wanted();
   }
 
   /** What the page's address asks for counts before the attribute, while that stays as it is. */
   readAddress(): void {
     const owner = ownerOf(location.hash);
-    if (isViewName(owner)) this.address_view = owner;
+    if (isViewName(owner)) this.addressView = owner;
   }
 
   /** Shows the view of the attribute `view`. */
@@ -87,7 +87,7 @@ export class Navigation {
       case 'map':
         // Where the page began with another view, that of the sample.
         this.show(workspace.run);
-        if (this.#hooks.is_sample_due()) await workspace.openSample();
+        if (this.#hooks.isSampleDue()) await workspace.openSample();
         return;
       case 'evaluation':
         await parts.loaded(import('../evaluate/evaluate-view.js'));
@@ -119,8 +119,8 @@ export class Navigation {
   /** Shows the run that has something new; a view beside it that the host has asked for stays. */
   showRun(run: Run): void {
     // What is dropped on the strategies leaves them for the map, until it has its first frames there.
-    this.#is_to_compare = run === 'spatial' && this.shown === 'strategies';
-    const aside = this.address_view ? null : VIEWS[this.wanted];
+    this.#isToCompare = run === 'spatial' && this.shown === 'strategies';
+    const aside = this.addressView ? null : VIEWS[this.wanted];
     if (aside === null || this.shown !== aside) return this.show(run);
     this.opened = new Set([...this.opened, run]);
     this.#hooks.workspace.run = run;
@@ -129,11 +129,11 @@ export class Navigation {
 
   /** Returns to the strategies with the files that were dropped there, unless a message about them is shown on the map. */
   async compareDropped(): Promise<void> {
-    const dropped = this.#is_to_compare ? this.#hooks.dropped() : null;
+    const dropped = this.#isToCompare ? this.#hooks.dropped() : null;
     if (!dropped) return;
-    this.#is_to_compare = false;
-    const is_left_for_it = this.shown === 'spatial' && dropped.session.messages.length === 0;
-    if (is_left_for_it || this.shown === 'strategies') await this.go('strategies');
+    this.#isToCompare = false;
+    const isLeftForIt = this.shown === 'spatial' && dropped.session.messages.length === 0;
+    if (isLeftForIt || this.shown === 'strategies') await this.go('strategies');
   }
 
   #bring(view: View): void {
@@ -148,7 +148,7 @@ export class Navigation {
 
   /** Someone asks for a view. What was dropped on the strategies does not bring them back any more. */
   #ask(): AbortSignal {
-    this.#is_to_compare = false;
+    this.#isToCompare = false;
     return this.#request.begin();
   }
 

@@ -28,7 +28,7 @@ type Session = Pick<
 /** A view of a run, as far as recordings are exchanged in it. */
 interface RunView {
   readonly of: { kind: Run };
-  readonly is_own: boolean;
+  readonly isOwn: boolean;
   readonly session: Session;
   requestUpdate(): void;
   renew(): void;
@@ -57,13 +57,13 @@ interface Files {
 interface Aside extends Files {
   view: RunView;
   session: Session;
-  is_undone: boolean;
+  isUndone: boolean;
 }
 
 /** How files were asked for. */
 export interface Asked {
   /** Clock time. */
-  requested_at: number;
+  requestedAt: number;
   /** About other files of the same drop. */
   notes?: readonly Note[];
   /** What the host page says of them. */
@@ -128,13 +128,13 @@ export class Workspace implements Shelf {
   }
 
   /** Opens what the host page names, in place of what is open. Rejects with an AbortError where something else is opened meanwhile. */
-  async open(coming: (signal: AbortSignal) => Promise<GivenSet>, requested_at: number): Promise<void> {
+  async open(coming: (signal: AbortSignal) => Promise<GivenSet>, requestedAt: number): Promise<void> {
     const signal = this.begin();
     try {
       const given = await coming(signal);
       signal.throwIfAborted();
       this.#tell(null, null);
-      await this.#open(given.files, { requested_at, given }, signal);
+      await this.#open(given.files, { requestedAt, given }, signal);
     } catch (error) {
       if (!signal.aborted) this.cancel(); // the others that are on their way are of no use
       throw error;
@@ -163,7 +163,7 @@ export class Workspace implements Shelf {
     const signal = this.begin();
     const onProgress = this.#listener(signal, wishes);
     const recording = await this.#reading(signal, opened.recording.choose(wishes, { signal, onProgress }));
-    await this.#show({ ...opened, recording }, { requested_at: performance.now() }, signal, wishes);
+    await this.#show({ ...opened, recording }, { requestedAt: performance.now() }, signal, wishes);
   }
 
   async openSample(): Promise<void> {
@@ -173,11 +173,11 @@ export class Workspace implements Shelf {
   }
 
   async openApartment(): Promise<void> {
-    const requested_at = performance.now();
+    const requestedAt = performance.now();
     const signal = this.begin();
     const view = await this.#beginAnew('spatial', signal);
     const { fetchApartment } = await import('../datasets/apartment.js');
-    await (view as ScanstitchSpatial | null)?.session.add(fetchApartment(), requested_at);
+    await (view as ScanstitchSpatial | null)?.session.add(fetchApartment(), requestedAt);
     signal.throwIfAborted();
   }
 
@@ -223,35 +223,35 @@ export class Workspace implements Shelf {
   }
 
   /** `wishes`: topics of the bag that is open were chosen; without, what was opened is a recording of its own or lies beside one. */
-  async #show(opened: Opened, { requested_at }: Asked, signal: AbortSignal, wishes?: Wishes): Promise<void> {
+  async #show(opened: Opened, { requestedAt }: Asked, signal: AbortSignal, wishes?: Wishes): Promise<void> {
     const { recording } = opened;
     const run = runOf(recording, this.run);
-    const is_recording = recording.kind !== 'nothing';
+    const isRecording = recording.kind !== 'nothing';
     const view =
-      is_recording && !wishes ? await this.#beginAnew(run, signal) : await this.#hooks.loaded(this.#hooks.show(run));
+      isRecording && !wishes ? await this.#beginAnew(run, signal) : await this.#hooks.loaded(this.#hooks.show(run));
     signal.throwIfAborted();
     this.run = run;
-    if (is_recording || recording.bags.length > 0) this.#files = { opened, bag: bagOf(recording, wishes ?? {}) };
+    if (isRecording || recording.bags.length > 0) this.#files = { opened, bag: bagOf(recording, wishes ?? {}) };
     else if (this.#files.opened && this.#files.bag) {
       // A reference trajectory or a camera, for the bag that is open.
       const together = await this.#files.opened.recording.with(recording);
       this.#files = { ...this.#files, opened: { ...this.#files.opened, recording: together } };
     }
     this.#host.requestUpdate();
-    await view?.session.add(opened, requested_at);
+    await view?.session.add(opened, requestedAt);
     signal.throwIfAborted();
   }
 
   /** Topics are shown as soon as they are known, before messages are inspected. */
   #listener(signal: AbortSignal, wishes: Wishes): (progress: OpenProgress) => void {
-    let next_at = 0;
+    let nextAt = 0;
     let listed: ListedBag | null = null;
     return (progress) => {
       if (signal.aborted) return;
       void import('../components/topics-panel.js');
       if (progress.stage === 'topics') listed = progress.bags[0] ?? null;
-      else if (performance.now() < next_at) return;
-      else next_at = performance.now() + PROGRESS_INTERVAL_MS;
+      else if (performance.now() < nextAt) return;
+      else nextAt = performance.now() + PROGRESS_INTERVAL_MS;
       if (progress.stage !== 'topics' || listed)
         this.#tell(null, { listed, choice: null, wishes, activity: bagActivity(progress) });
     };
@@ -268,7 +268,7 @@ export class Workspace implements Shelf {
   /** Shows the view of a run for another recording; what is open there, or in the other view, steps aside and can be brought back. */
   async #beginAnew(run: Run, signal: AbortSignal): Promise<RunView | null> {
     const from = this.#hooks.view(this.run);
-    const aside = from?.is_own ? { ...this.#files, view: from, session: from.session, is_undone: false } : null;
+    const aside = from?.isOwn ? { ...this.#files, view: from, session: from.session, isUndone: false } : null;
     const to = await this.#hooks.show(run);
     signal.throwIfAborted();
     this.run = run;
@@ -283,10 +283,10 @@ export class Workspace implements Shelf {
   formerOf(run: Run): Former | null {
     const former = this.#former;
     if (!former || run !== this.run) return null;
-    const { view, session, is_undone } = former;
+    const { view, session, isUndone } = former;
     const { opened } = this.#files;
-    const can_join = !is_undone && opened !== null && view === this.#hooks.view(run) && session.canJoin(opened);
-    return { title: view.titleOf(session), is_undone, can_join };
+    const canJoin = !isUndone && opened !== null && view === this.#hooks.view(run) && session.canJoin(opened);
+    return { title: view.titleOf(session), isUndone, canJoin };
   }
 
   exchange(): void {
@@ -295,7 +295,7 @@ export class Workspace implements Shelf {
     if (!former || !view) return;
     this.cancel();
     halt(view.session);
-    this.#former = { ...this.#files, view, session: view.session, is_undone: !former.is_undone };
+    this.#former = { ...this.#files, view, session: view.session, isUndone: !former.isUndone };
     this.#reopen(former);
   }
 

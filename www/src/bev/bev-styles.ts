@@ -1,6 +1,6 @@
 import { css } from 'lit';
 
-export const bev_styles = css`
+export const bevStyles = css`
   :host {
     container-type: inline-size;
   }

@@ -5,32 +5,26 @@ import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
-import { drop_styles, field_styles, page_styles, shared, tokens } from '../components/theme.js';
+import { dropStyles, fieldStyles, pageStyles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/download.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
-import { bev_styles } from './bev-styles.js';
-import './cameras.js';
-import type { PoseKindRequest } from './cameras.js';
-import { type BevDocument, flat, hiddenWords, HINTS, markedPixels, wholePairs } from './document.js';
-import { pointsJson } from './export.js';
+import { bevStyles } from './bev-styles.js';
+import { type BevDocument, markedPixels, wholePairs } from './document.js';
+import { exportFile } from './export.js';
 import { fragmentOf } from './link.js';
-import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, without } from './marks.js';
+import { frontHandles, type Mark, markOf, movedTo, tabledKind, topHandles, withMark, without } from './marks.js';
 import { frontOverlay, topOverlay } from './paint.js';
 import './picture.js';
 import { type HandleMove, type ScanstitchBevPicture } from './picture.js';
-import './points-table.js';
 import type { TypedPixel } from './points-table.js';
-import type { BevAxes, BevPoint, BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
+import type { BevPreset, BevRefinement, BevRole, BevScene, Pixel } from './protocol.js';
 import { homographyPanel, type Pointed, readout } from './readout.js';
-import { blendSlider, problemList, refinementPanel } from './panels.js';
+import { blendSlider, pointsPanel, problemList, refinementPanel, scenePanels } from './panels.js';
 import type { RefinementRequest } from './refinement.js';
 import { BevSession } from './session.js';
-import './sketch.js';
 import { openItems, toolbar } from './toolbar.js';
-
-const NO_POINTS: readonly BevPoint[] = [];
 
 /**
  * Bird's-eye view: points marked in a top view land in a front view.
@@ -43,26 +37,26 @@ export class ScanstitchBev extends LitElement {
   /** Address of a scene.json to begin with; the pictures that it names lie beside it. */
   @property() src = '';
   /** Where there is no `src`: begins without pictures, not with the sample. */
-  @property({ type: Boolean, attribute: 'without-sample' }) without_sample = false;
+  @property({ type: Boolean, attribute: 'without-sample' }) withoutSample = false;
   /** Whether the page's address may be changed to that of the scene. */
-  @property({ type: Boolean, attribute: 'remember-scene' }) remember_scene = false;
+  @property({ type: Boolean, attribute: 'remember-scene' }) rememberScene = false;
   @state() private selected: number | null = null;
   /** What the pointer is over. */
   @state() private pointed: Pointed | null = null;
   @state() private refined: BevRefinement | null = null;
-  @query('#top') private top_picture!: ScanstitchBevPicture | null;
-  @query('#front') private front_picture!: ScanstitchBevPicture | null;
+  @query('#top') private topPicture!: ScanstitchBevPicture | null;
+  @query('#front') private frontPicture!: ScanstitchBevPicture | null;
   @query('#pick') private input!: HTMLInputElement;
 
   private session = new BevSession(this, {
-    strip: (strip) => this.front_picture?.takeStrip(strip),
-    unwarped: () => this.front_picture?.forgetWarp(),
+    strip: (strip) => this.frontPicture?.takeStrip(strip),
+    unwarped: () => this.frontPicture?.forgetWarp(),
     answered: (since) => this.tellDrawn(since),
   });
-  private drop_target = new DropTarget(this, (transfer, event) => void this.openDropped(transfer, event));
-  private picked_role: BevRole | null = null;
+  private dropTarget = new DropTarget(this, (transfer, event) => void this.openDropped(transfer, event));
+  private pickedRole: BevRole | null = null;
   /** Whether a mark was taken hold of and has not been moved yet. */
-  private drag_begins = false;
+  private dragBegins = false;
   private readonly pointing = new LastRequest();
   private topOverlayOf = memoizeLast(topOverlay);
   private frontOverlayOf = memoizeLast(frontOverlay);
@@ -76,7 +70,7 @@ export class ScanstitchBev extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     window.addEventListener('hashchange', this.onHash);
-    void this.session.begin(this.src, !this.without_sample);
+    void this.session.begin(this.src, !this.withoutSample);
   }
 
   override disconnectedCallback(): void {
@@ -91,7 +85,7 @@ export class ScanstitchBev extends LitElement {
 
   private async tellDrawn(since: number): Promise<void> {
     await this.updateComplete;
-    await Promise.all([this.top_picture?.updateComplete, this.front_picture?.updateComplete]);
+    await Promise.all([this.topPicture?.updateComplete, this.frontPicture?.updateComplete]);
     const detail = { elapsed_ms: performance.now() - since };
     tellHost(this, 'scanstitch-projected', detail);
   }
@@ -99,40 +93,34 @@ export class ScanstitchBev extends LitElement {
   // What is shown.
 
   protected override render(): TemplateResult {
-    const { drop_target } = this;
+    const { dropTarget } = this;
     const { document } = this.session;
     return html`<div
       class="bev"
       @keydown=${this.onKey}
-      @dragenter=${drop_target.enter}
-      @dragover=${drop_target.over}
-      @dragleave=${drop_target.leave}
-      @drop=${drop_target.drop}
+      @dragenter=${dropTarget.enter}
+      @dragover=${dropTarget.over}
+      @dragleave=${dropTarget.leave}
+      @drop=${dropTarget.drop}
     >
       ${document ? this.renderControls(document) : nothing} ${problemList(this.session)}
       ${document ? this.renderWork(document) : nothing} ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
-      ${
-        drop_target.is_over
-          ? html`<div class="drop-hint" aria-hidden="true">
-              <div>Drop the two views, a scene.json or a table of points</div>
-            </div>`
-          : nothing
-      }
+      ${dropTarget.hint('Drop the two views, a scene.json or a table of points')}
     </div>`;
   }
 
   private renderControls(document: BevDocument): TemplateResult {
-    const { can_undo, can_redo, presets } = this.session;
+    const { canUndo, canRedo, presets } = this.session;
     return toolbar(document, {
-      open_items: this.openItemsOf(presets),
-      can_undo,
-      can_redo,
+      openItems: this.openItemsOf(presets),
+      canUndo,
+      canRedo,
       open: (event) => this.onOpen(event),
       export: (event) => this.onExport(event),
-      undo: () => this.undo(),
-      redo: () => this.redo(),
-      change: (wanted, keeps_selection) => this.change(wanted, keeps_selection ? this.selected : null),
+      undo: () => this.goBack('undo'),
+      redo: () => this.goBack('redo'),
+      change: (wanted, keepsSelection) => this.change(wanted, keepsSelection ? this.selected : null),
     });
   }
 
@@ -151,27 +139,12 @@ export class ScanstitchBev extends LitElement {
               )
             : nothing
         }
-        <section aria-label="Sketch">
-          <scanstitch-bev-sketch
-            .layout=${answer?.layout ?? null}
-            .points=${answer?.points ?? NO_POINTS}
-            ?dark=${this.dark}
-          ></scanstitch-bev-sketch>
-        </section>
-        <section aria-label="Cameras">
-          <header><h2>Cameras and ground</h2></header>
-          <div class="panel">
-            <scanstitch-bev-cameras
-              .scene=${document.scene}
-              .layout=${answer?.layout ?? null}
-              @scene-changed=${({ detail }: CustomEvent<BevScene>) => this.setScene(detail)}
-              @axes-chosen=${({ detail: axes }: CustomEvent<BevAxes>) =>
-                this.rewrite(this.session.client?.call('in_axes', { scene: document.scene, axes }))}
-              @pose-kind-chosen=${({ detail }: CustomEvent<PoseKindRequest>) =>
-                this.rewrite(this.session.client?.call('with_poses', { scene: document.scene, ...detail }))}
-            ></scanstitch-bev-cameras>
-          </div>
-        </section>
+        ${scenePanels(document.scene, answer ?? null, this.dark, {
+          set: (scene) => this.setScene(scene),
+          turnAxes: (axes) => this.rewrite(this.session.client?.call('inAxes', { scene: document.scene, axes })),
+          choosePoses: (kind) =>
+            this.rewrite(this.session.client?.call('withPoses', { scene: document.scene, ...kind })),
+        })}
         ${answer ? homographyPanel(answer.homography, (text) => this.copyHomography(text)) : nothing}
       </div>
     </div>`;
@@ -179,14 +152,14 @@ export class ScanstitchBev extends LitElement {
 
   private renderView(role: BevRole, document: BevDocument): TemplateResult {
     const { session, selected, pointed } = this;
-    const is_top = role === 'top';
+    const isTop = role === 'top';
     const { width, height } = document.scene[role];
     const { answered } = session;
     const ghost = pointed && pointed.role !== role ? pointed.point.projected : null;
-    const overlay = is_top
+    const overlay = isTop
       ? this.topOverlayOf(document, answered?.answer ?? null, selected, ghost)
       : this.frontOverlayOf(answered?.document ?? document, answered?.answer ?? null, selected, ghost);
-    const title = is_top ? 'Top view' : 'Front view';
+    const title = isTop ? 'Top view' : 'Front view';
     const picture = session.pictureOf(role);
     const bitmap = session.bitmapOf(role);
     return html`<section aria-label=${title}>
@@ -204,8 +177,8 @@ export class ScanstitchBev extends LitElement {
         .height=${height}
         .bitmap=${bitmap}
         .overlay=${overlay}
-        .handles=${is_top ? this.topHandlesOf(document) : this.frontHandlesOf(answered)}
-        .blend=${is_top ? 0 : session.blend}
+        .handles=${isTop ? this.topHandlesOf(document) : this.frontHandlesOf(answered)}
+        .blend=${isTop ? 0 : session.blend}
         placeholder=${picture && !bitmap ? 'The image and its camera differ in size' : `Drop the ${role} view here`}
         @picture-pressed=${({ detail }: CustomEvent<Pixel>) => this.onPressed(role, detail)}
         @handle-moved=${({ detail }: CustomEvent<HandleMove>) => this.onMoved(role, detail)}
@@ -215,35 +188,17 @@ export class ScanstitchBev extends LitElement {
         }}
         @picture-pointed=${({ detail }: CustomEvent<Pixel | null>) => this.onPointed(role, detail)}
       ></scanstitch-bev-picture>
-      <div class="readout">${is_top ? readout(this.pointed, document.tool) : blendSlider(this.session)}</div>
+      <div class="readout">${isTop ? readout(this.pointed, document.tool) : blendSlider(this.session)}</div>
     </section>`;
   }
 
   private renderPoints(document: BevDocument): TemplateResult {
-    const { answered } = this.session;
     const { width, height } = document.scene.top;
-    const middle: Pixel = [Math.floor(width / 2), Math.floor(height / 4)];
-    return html`<section aria-label="Points">
-      <header>
-        <h2>Points</h2>
-        <span class="file">${answered ? hiddenWords(answered.answer) : ''}</span>
-        <button class="quiet" ?hidden=${document.tool === 'grid'} @click=${() => this.addInTop(document, middle)}>
-          ${icon('plus', 14)}Add
-        </button>
-      </header>
-      ${
-        markedPixels(document).length === 0
-          ? html`<p class="hint">${HINTS[document.tool]}</p>`
-          : html`<scanstitch-bev-points
-              .document=${document}
-              .points=${answered?.answer.reported ?? NO_POINTS}
-              .selected=${this.selected}
-              @pixel-typed=${({ detail }: CustomEvent<TypedPixel>) => this.onTyped(document, detail)}
-              @row-removed=${({ detail: index }: CustomEvent<number>) =>
-                this.removeMark({ kind: tabledKind(document), index })}
-            ></scanstitch-bev-points>`
-      }
-    </section>`;
+    return pointsPanel(document, this.session.answered?.answer ?? null, this.selected, {
+      add: () => this.addInTop(document, [Math.floor(width / 2), Math.floor(height / 4)]),
+      type: (typed) => this.onTyped(document, typed),
+      remove: (index) => this.removeMark({ kind: tabledKind(document), index }),
+    });
   }
 
   // Changes.
@@ -271,16 +226,10 @@ export class ScanstitchBev extends LitElement {
     });
   }
 
-  private undo(): void {
+  private goBack(step: 'undo' | 'redo'): void {
     this.selected = null;
     this.refined = null;
-    this.session.undo();
-  }
-
-  private redo(): void {
-    this.selected = null;
-    this.refined = null;
-    this.session.redo();
+    this.session[step]();
   }
 
   private refine(document: BevDocument, { camera, parameters }: RefinementRequest): Promise<void> {
@@ -303,17 +252,9 @@ export class ScanstitchBev extends LitElement {
   }
 
   private addInTop(document: BevDocument, at: Pixel): void {
-    if (document.tool === 'grid') {
-      const corners = document.corners.length < 2 ? [...document.corners, at] : [at];
-      void this.mark({ corners }, { kind: 'c', index: corners.length - 1 });
-    } else if (document.tool === 'pairs') {
-      // A pair whose second place was not marked is given up.
-      const complete = document.pairs.filter(({ front }) => front !== null);
-      void this.mark({ pairs: [...complete, { top: at, front: null }] }, { kind: 't', index: complete.length });
-      this.session.announce('Now click the same place in the front view.');
-    } else {
-      void this.mark({ points: [...document.points, at] }, { kind: 'p', index: document.points.length });
-    }
+    const { change, mark } = withMark(document, at);
+    void this.mark(change, mark);
+    if (mark.kind === 't') this.session.announce('Now click the same place in the front view.');
   }
 
   private async addInFront(document: BevDocument, at: Pixel): Promise<void> {
@@ -344,13 +285,13 @@ export class ScanstitchBev extends LitElement {
   private async mark(change: Partial<BevDocument>, { kind, index }: Mark): Promise<void> {
     this.change(change, index);
     await this.updateComplete;
-    await this.top_picture?.updateComplete;
-    this.top_picture?.focusHandle(`${kind}${index}`);
+    await this.topPicture?.updateComplete;
+    this.topPicture?.focusHandle(`${kind}${index}`);
   }
 
   private async onMoved(role: BevRole, { key, at, phase }: HandleMove): Promise<void> {
     if (phase === 'begin') {
-      this.drag_begins = true;
+      this.dragBegins = true;
       void this.onPointed(role, null);
       return;
     }
@@ -360,8 +301,8 @@ export class ScanstitchBev extends LitElement {
     const { document } = this.session;
     const moved = place && document ? movedTo(document, mark, place) : null;
     if (!moved) return;
-    this.session.change(moved, phase === 'drag' && !this.drag_begins);
-    this.drag_begins = false;
+    this.session.change(moved, phase === 'drag' && !this.dragBegins);
+    this.dragBegins = false;
   }
 
   private onTyped(document: BevDocument, { index, axis, value }: TypedPixel): void {
@@ -385,11 +326,11 @@ export class ScanstitchBev extends LitElement {
     if (!(event.ctrlKey || event.metaKey) || event.altKey) return;
     const key = event.key.toLowerCase();
     const [target] = event.composedPath();
-    const is_field = target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement;
-    if (is_field || (key !== 'z' && key !== 'y')) return;
+    const isField = target instanceof HTMLInputElement || target instanceof HTMLTextAreaElement;
+    if (isField || (key !== 'z' && key !== 'y')) return;
     event.preventDefault();
-    if (key === 'y' || event.shiftKey) this.redo();
-    else this.undo();
+    if (key === 'y' || event.shiftKey) this.goBack('redo');
+    else this.goBack('undo');
   }
 
   // Files.
@@ -402,50 +343,39 @@ export class ScanstitchBev extends LitElement {
   }
 
   private pick(role: BevRole | null): void {
-    this.picked_role = role;
+    this.pickedRole = role;
     this.input.click();
   }
 
   private async onPicked(): Promise<void> {
     const files = filesOfInput(this.input);
-    await this.session.open(files, this.picked_role);
+    await this.session.open(files, this.pickedRole);
     this.input.value = '';
   }
 
   private async openDropped(transfer: DataTransfer, event: DragEvent): Promise<void> {
     const path = event.composedPath();
-    const role = (['top', 'front'] as const).find((one) => path.includes(this[`${one}_picture`] as EventTarget));
+    const role = (['top', 'front'] as const).find((one) => path.includes(this[`${one}Picture`] as EventTarget));
     await this.session.open(await filesOfDrop(transfer), role ?? null);
   }
 
   private async onExport({ detail }: CustomEvent<string>): Promise<void> {
-    const { document, answered, client, version } = this.session;
-    if (!document || !client) return;
-    const save = (name: string, content: string | Blob) =>
-      download({ name, blob: typeof content === 'string' ? new Blob([content], { type: 'text/plain' }) : content });
+    const { document } = this.session;
+    if (!document) return;
     await this.session.attempt('export', async () => {
-      if (detail === 'csv') {
-        const given = { scene: document.scene, marked: flat(markedPixels(document)), whole: document.whole };
-        save('points.csv', await client.call('points_csv', given));
-      } else if (detail === 'json' && answered) {
-        save('bev.json', pointsJson(version, answered.document, answered.answer));
-      } else if (detail === 'scene') {
-        save('scene.json', `${JSON.stringify(document.scene, null, 2)}\n`);
-      } else if (detail === 'link') {
-        await this.copyLink(document);
-      } else {
-        const picture = detail === 'top' ? this.top_picture : this.front_picture;
-        if (picture) save(`${detail}_view.png`, await picture.png());
-      }
+      if (detail === 'link') return this.copyLink(document);
+      const picture = detail === 'top' ? this.topPicture : this.frontPicture;
+      const file = await exportFile(detail, this.session, document, picture);
+      if (file) download(file);
     });
   }
 
   private async copyLink(document: BevDocument): Promise<void> {
-    const { blend, is_sample } = this.session;
-    const fragment = fragmentOf({ document, blend, is_sample });
-    if (this.remember_scene) history.replaceState(history.state, '', fragment);
-    const has_own = !is_sample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
-    const pictures = has_own ? ' Your own images are not in it: they never leave this machine.' : '';
+    const { blend, isSample } = this.session;
+    const fragment = fragmentOf({ document, blend, isSample });
+    if (this.rememberScene) history.replaceState(history.state, '', fragment);
+    const hasOwn = !isSample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
+    const pictures = hasOwn ? ' Your own images are not in it: they never leave this machine.' : '';
     await this.copy(new URL(fragment, location.href).href, `The link was copied.${pictures}`);
   }
 
@@ -462,11 +392,5 @@ export class ScanstitchBev extends LitElement {
     this.session.announce(announcement);
   }
 
-  static override styles = [tokens, shared, page_styles, drop_styles, field_styles, bev_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev': ScanstitchBev;
-  }
+  static override styles = [tokens, shared, pageStyles, dropStyles, fieldStyles, bevStyles];
 }

@@ -35,15 +35,15 @@ serve<BevApi>({
     if (!point) throw new Error('The engine followed no pixel.');
     return point;
   },
-  in_axes: ({ scene, axes }) => bev_in_axes(scene, axes),
-  with_poses: ({ scene, kind, order }) => bev_with_poses(scene, kind, order),
+  inAxes: ({ scene, axes }) => bev_in_axes(scene, axes),
+  withPoses: ({ scene, kind, order }) => bev_with_poses(scene, kind, order),
   refine: ({ scene, pairs, camera, parameters }) =>
     bev_refine(scene, [...pairs], { camera, parameters: [...parameters] }),
   points_csv: ({ scene, marked, whole }) => viewOf(scene).points_csv(marked, 'top', whole),
-  read_scene: ({ name, bytes }) => read_bev_scene(bytes, name),
-  read_points: ({ name, bytes }) => read_bev_points(bytes, name, 'top'),
-  check_image: ({ scene, role, width, height }) => check_bev_image(scene, role, width, height),
-  keep_image(rgba) {
+  readScene: ({ name, bytes }) => read_bev_scene(bytes, name),
+  readPoints: ({ name, bytes }) => read_bev_points(bytes, name, 'top'),
+  checkImage: ({ scene, role, width, height }) => check_bev_image(scene, role, width, height),
+  keepImage(rgba) {
     image?.free();
     image = rgba ? new BevImage(rgba) : null;
   },
@@ -53,7 +53,7 @@ serve<BevApi>({
   },
 });
 
-function project({ scene, marked, region, lines, pair_tops, whole }: Query): Projection {
+function project({ scene, marked, region, lines, pairTops, whole }: Query): Projection {
   const view = viewOf(scene);
   const { width, height } = scene.top;
   const [right, bottom] = [width - 0.5, height - 0.5];
@@ -64,7 +64,7 @@ function project({ scene, marked, region, lines, pair_tops, whole }: Query): Pro
     reported: view.points(marked, 'top', whole),
     region: region.length > 0 ? view.polygon(region, 'top') : null,
     lines: view.segments(lines, 'top'),
-    pair_points: view.points(pair_tops, 'top'),
+    pairPoints: view.points(pairTops, 'top'),
     common: view.polygon(Float64Array.of(-0.5, -0.5, right, -0.5, right, bottom, -0.5, bottom), 'top'),
     layout: view.layout(max_depth),
     homography: [...view.homography('top')],
@@ -89,15 +89,15 @@ function warpFrom(first_row: number, scene: BevScene, of: number): void {
   try {
     rgba = image.warp_rows(viewOf(scene), first_row, num_rows);
   } catch (error) {
-    if (isInputError(error)) return; // reported by `project` and `check_image`
+    if (isInputError(error)) return; // reported by `project` and `checkImage`
     throw error;
   }
-  const is_last = first_row + num_rows >= height;
+  const isLast = first_row + num_rows >= height;
   const clamped = new Uint8ClampedArray(rgba.buffer as ArrayBuffer, rgba.byteOffset, rgba.length);
-  const strip: Strip = { generation: of, first_row, num_rows, width, rgba: clamped, is_last };
+  const strip: Strip = { generation: of, first_row, num_rows, width, rgba: clamped, isLast };
   emit(strip, [clamped.buffer]);
   // A separate task, so that messages are handled in between.
-  if (!is_last) setTimeout(() => warpNext(first_row + num_rows, scene, of));
+  if (!isLast) setTimeout(() => warpNext(first_row + num_rows, scene, of));
 }
 
 function warpNext(first_row: number, scene: BevScene, of: number): void {

@@ -195,10 +195,10 @@ export class ScanstitchBevCameras extends LitElement {
         .split(/[\s,;[\]]+/)
         .filter((word) => word !== '')
         .map(Number);
-      const is_whole = numbers.length === 16 && numbers.every(Number.isFinite);
-      area.setCustomValidity(is_whole ? '' : 'A matrix has sixteen numbers, four on each line');
+      const isWhole = numbers.length === 16 && numbers.every(Number.isFinite);
+      area.setCustomValidity(isWhole ? '' : 'A matrix has sixteen numbers, four on each line');
       area.reportValidity();
-      if (!is_whole) return;
+      if (!isWhole) return;
       const row = (i: number) => numbers.slice(4 * i, 4 * i + 4) as [number, number, number, number];
       set({ kind: 'matrix', T_world_camera: [row(0), row(1), row(2), row(3)] });
     };
@@ -256,9 +256,9 @@ export class ScanstitchBevCameras extends LitElement {
     const read = (event: Event) => {
       const field = event.target as HTMLInputElement;
       const number = Number(field.value);
-      const is_number = field.value.trim() !== '' && Number.isFinite(number);
-      field.setCustomValidity(is_number ? '' : 'Give a decimal number');
-      if (is_number) set(number);
+      const isNumber = field.value.trim() !== '' && Number.isFinite(number);
+      field.setCustomValidity(isNumber ? '' : 'Give a decimal number');
+      if (isNumber) set(number);
     };
     return html`<label
       >${label}
@@ -360,10 +360,4 @@ function replaced(values: readonly number[], index: number, value: number): [num
 
 function chosen(event: Event): string {
   return (event.target as HTMLSelectElement).value;
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-cameras': ScanstitchBevCameras;
-  }
 }

@@ -3,13 +3,13 @@ import { LatestQuery } from '../engine/latest-query.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { About, BevApi, BevScene, Projection, Query, Strip } from './protocol.js';
-import worker_url from './bev-worker.ts?worker&url';
+import workerUrl from './bev-worker.ts?worker&url';
 
 export interface BevHooks {
   strip(strip: Strip): void;
   /** The worker died; the one that takes its place has no picture and has been asked nothing. */
   crashed(message: string): void;
-  slow(is_slow: boolean): void;
+  slow(isSlow: boolean): void;
   unavailable(message: string): void;
 }
 
@@ -19,7 +19,7 @@ interface Projecting {
 }
 
 /** What can be asked at any time. */
-type Calls = Omit<BevApi, 'start' | 'project' | 'warp' | 'keep_image'>;
+type Calls = Omit<BevApi, 'start' | 'project' | 'warp' | 'keepImage'>;
 
 export class BevClient {
   #host: WorkerHost<BevApi, Strip>;
@@ -34,10 +34,10 @@ export class BevClient {
   });
 
   constructor(hooks: BevHooks) {
-    this.#host = new WorkerHost<BevApi, Strip>(worker_url, {
+    this.#host = new WorkerHost<BevApi, Strip>(workerUrl, {
       event: (strip) => {
         if (strip.generation !== this.#generation) return;
-        if (strip.is_last) this.#host.succeeded();
+        if (strip.isLast) this.#host.succeeded();
         hooks.strip(strip);
       },
       crashed: hooks.crashed,
@@ -57,7 +57,7 @@ export class BevClient {
 
   /** Keeps the picture of the top view, RGBA. */
   keepImage(rgba: Uint8Array<ArrayBuffer>): Promise<void> {
-    return this.#host.give('keep_image', [rgba.buffer], rgba);
+    return this.#host.give('keepImage', [rgba.buffer], rgba);
   }
 
   /** Projects; while a query is being answered only the latest one after it waits. */

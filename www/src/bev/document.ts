@@ -1,5 +1,5 @@
 /** What the user made: cameras, marks and choices. Every change is a new document, so undoing is going back to one. */
-import type { Projection, BevPair, BevPoint, BevScene, Pixel, Query, WholePixels } from './protocol.js';
+import type { BevCamera, Projection, BevPair, BevPoint, BevScene, Pixel, Query, WholePixels } from './protocol.js';
 
 export type Tool = 'polygon' | 'grid' | 'points' | 'pairs';
 
@@ -82,7 +82,7 @@ export function queryOf(document: BevDocument): Query {
     marked: flat(markedPixels(document)),
     region: flat(regionCorners(document)),
     lines: flat(gridLines(document).flat()),
-    pair_tops: flat(document.pairs.map(({ top }) => top)),
+    pairTops: flat(document.pairs.map(({ top }) => top)),
     whole: document.whole,
   };
 }
@@ -158,4 +158,14 @@ export function redone({ past, present, future }: History): History {
 
 function range(count: number): number[] {
   return Array.from({ length: count }, (_, i) => i);
+}
+
+/** A camera whose picture has another size; focal lengths grow along. */
+export function resized(camera: BevCamera, width: number, height: number): BevCamera {
+  const { intrinsics } = camera;
+  if (intrinsics.kind !== 'focal') return { ...camera, width, height };
+  const { fx, fy, cx, cy } = intrinsics;
+  const [alongU, alongV] = [width / camera.width, height / camera.height];
+  const grown = { ...intrinsics, fx: fx * alongU, cx: cx * alongU, fy: fy * alongV, cy: cy * alongV };
+  return { ...camera, width, height, intrinsics: grown };
 }

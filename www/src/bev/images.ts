@@ -9,17 +9,17 @@ export interface Picture {
 }
 
 /** Addresses of the built-in pair, where it is built in: both pictures and its scene. */
-const sample_files = import.meta.glob<string>('../../samples/bev/{top.jpg,front.jpg,scene.json}', {
+const sampleFiles = import.meta.glob<string>('../../samples/bev/{top.jpg,front.jpg,scene.json}', {
   query: '?url',
   import: 'default',
   eager: true,
 });
 
-export const has_sample = Object.keys(sample_files).length === 3;
+export const hasSample = Object.keys(sampleFiles).length === 3;
 
 /** One of the built-in files. */
 export async function fetchSampleFile(name: 'top.jpg' | 'front.jpg' | 'scene.json'): Promise<Blob> {
-  const [, url] = Object.entries(sample_files).find(([path]) => path.endsWith(`/${name}`)) ?? [];
+  const [, url] = Object.entries(sampleFiles).find(([path]) => path.endsWith(`/${name}`)) ?? [];
   if (!url) throw new Error('This copy of Scanstitch has no sample pair.');
   return fetchBlob(url);
 }

@@ -8,15 +8,15 @@ export interface Linked {
   /** How much of the warped top view covers the front view. */
   blend: number;
   /** Whether the pictures are the sample's. */
-  is_sample: boolean;
+  isSample: boolean;
 }
 
 const NAME = 'bev';
 const TOOLS: readonly Tool[] = ['polygon', 'grid', 'points', 'pairs'];
 const WHOLE: readonly WholePixels[] = ['exact', 'truncated', 'rounded'];
 
-export function fragmentOf({ document, blend, is_sample }: Linked): string {
-  const json = JSON.stringify({ ...document, blend, is_sample });
+export function fragmentOf({ document, blend, isSample }: Linked): string {
+  const json = JSON.stringify({ ...document, blend, is_sample: isSample });
   const binary = Array.from(new TextEncoder().encode(json), (byte) => String.fromCharCode(byte)).join('');
   return `#${NAME}=${btoa(binary).replaceAll('+', '-').replaceAll('/', '_').replace(/=+$/, '')}`;
 }
@@ -55,7 +55,7 @@ export function readFragment(fragment: string): Linked | null {
       }),
     },
     blend: typeof given.blend === 'number' ? Math.min(Math.max(given.blend, 0), 1) : 0,
-    is_sample: given.is_sample === true,
+    isSample: given.is_sample === true,
   };
 }
 

@@ -23,20 +23,20 @@ export function tabledKind({ tool }: BevDocument): MarkKind {
 
 /** The change that puts a mark to another place; null where there is no such mark, or it lies there already. */
 export function movedTo(document: BevDocument, { kind, index }: Mark, at: Pixel): Partial<BevDocument> | null {
-  const is_there = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
+  const isThere = (pixel: Pixel | null | undefined) => !pixel || (pixel[0] === at[0] && pixel[1] === at[1]);
   const placed = (all: readonly Pixel[]) => all.map((pixel, i) => (i === index ? at : pixel));
   const paired = (change: { top: Pixel } | { front: Pixel }) => ({
     pairs: document.pairs.map((pair, i) => (i === index ? { ...pair, ...change } : pair)),
   });
   switch (kind) {
     case 'p':
-      return is_there(document.points[index]) ? null : { points: placed(document.points) };
+      return isThere(document.points[index]) ? null : { points: placed(document.points) };
     case 'c':
-      return is_there(document.corners[index]) ? null : { corners: placed(document.corners) };
+      return isThere(document.corners[index]) ? null : { corners: placed(document.corners) };
     case 't':
-      return is_there(document.pairs[index]?.top) ? null : paired({ top: at });
+      return isThere(document.pairs[index]?.top) ? null : paired({ top: at });
     case 'f':
-      return is_there(document.pairs[index]?.front) ? null : paired({ front: at });
+      return isThere(document.pairs[index]?.front) ? null : paired({ front: at });
   }
 }
 
@@ -75,4 +75,19 @@ export function frontHandles(answered: { document: BevDocument; answer: Projecti
       ? [{ key: `p${index}`, at: projected, label: `Point ${index + 1} in the front view` }]
       : [],
   );
+}
+
+/** A mark put where there is none in the top view, by the tool that is chosen. */
+export function withMark(document: BevDocument, at: Pixel): { change: Partial<BevDocument>; mark: Mark } {
+  if (document.tool === 'grid') {
+    const corners = document.corners.length < 2 ? [...document.corners, at] : [at];
+    return { change: { corners }, mark: { kind: 'c', index: corners.length - 1 } };
+  }
+  if (document.tool === 'pairs') {
+    // A pair whose second place was not marked is given up.
+    const complete = document.pairs.filter(({ front }) => front !== null);
+    const pairs = [...complete, { top: at, front: null }];
+    return { change: { pairs }, mark: { kind: 't', index: complete.length } };
+  }
+  return { change: { points: [...document.points, at] }, mark: { kind: 'p', index: document.points.length } };
 }

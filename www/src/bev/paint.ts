@@ -59,9 +59,9 @@ export function topOverlay(
     if (document.tool === 'pairs') {
       document.pairs.forEach(({ top }, index) => pen.dot(top, letter(index), PAIR, index === selected));
     } else {
-      const is_grid = lines.length > 0;
-      if (is_grid) for (const point of points) pen.dot(point, '', MARK, false);
-      const numbered = is_grid ? document.corners : points;
+      const isGrid = lines.length > 0;
+      if (isGrid) for (const point of points) pen.dot(point, '', MARK, false);
+      const numbered = isGrid ? document.corners : points;
       numbered.forEach((point, index) => pen.dot(point, String(index + 1), MARK, index === selected));
     }
     if (ghost) pen.cross(ghost, SEEN);
@@ -94,18 +94,18 @@ export function frontOverlay(
     for (const { projected } of answer.lines) pen.line(projected[0], projected[1], MARK, 1.5);
     if (document.tool === 'pairs') {
       document.pairs.forEach(({ front }, index) => {
-        const projected = answer.pair_points[index]?.projected;
+        const projected = answer.pairPoints[index]?.projected;
         if (front && projected) pen.line(projected, front, PAIR, 1.5);
         if (projected) pen.cross(projected, CUT);
         if (front) pen.dot(front, letter(index), PAIR, index === selected);
       });
     } else {
-      const is_grid = document.tool === 'grid' && document.corners.length === 2;
+      const isGrid = document.tool === 'grid' && document.corners.length === 2;
       answer.points.forEach((point, index) => {
-        const label = is_grid ? '' : String(index + 1);
-        const is_selected = index === selected && !is_grid;
-        if (point.status === 'visible' && point.projected) pen.dot(point.projected, label, MARK, is_selected);
-        else if (point.status === 'outside_image' && point.projected && !is_grid) pen.arrow(point, label);
+        const label = isGrid ? '' : String(index + 1);
+        const isSelected = index === selected && !isGrid;
+        if (point.status === 'visible' && point.projected) pen.dot(point.projected, label, MARK, isSelected);
+        else if (point.status === 'outside_image' && point.projected && !isGrid) pen.arrow(point, label);
       });
     }
     if (ghost) pen.cross(ghost, SEEN);
@@ -124,14 +124,14 @@ function penOf(context: CanvasRenderingContext2D, { scale, density, width, heigh
   context.lineJoin = 'round';
   context.lineCap = 'butt';
 
-  function path(points: readonly Pixel[], is_closed: boolean): void {
+  function path(points: readonly Pixel[], isClosed: boolean): void {
     context.beginPath();
-    add(points, is_closed);
+    add(points, isClosed);
   }
 
-  function add(points: readonly Pixel[], is_closed: boolean): void {
+  function add(points: readonly Pixel[], isClosed: boolean): void {
     points.forEach(([u, v], index) => (index === 0 ? context.moveTo(x(u), x(v)) : context.lineTo(x(u), x(v))));
-    if (is_closed && points.length > 0) context.closePath();
+    if (isClosed && points.length > 0) context.closePath();
   }
 
   function fill(color: string): void {
@@ -158,12 +158,12 @@ function penOf(context: CanvasRenderingContext2D, { scale, density, width, heigh
 
   /** Edges of a region as lines, cuts through it dashed. */
   function edges(points: readonly Pixel[], cuts: readonly boolean[]): void {
-    for (const is_cut of [true, false]) {
+    for (const isCut of [true, false]) {
       context.beginPath();
       points.forEach((point, index) => {
-        if (cuts[index] === is_cut) add([point, points[(index + 1) % points.length] ?? point], false);
+        if (cuts[index] === isCut) add([point, points[(index + 1) % points.length] ?? point], false);
       });
-      stroke(is_cut ? CUT : MARK, is_cut ? 3 : 2, is_cut ? [6, 4] : []);
+      stroke(isCut ? CUT : MARK, isCut ? 3 : 2, isCut ? [6, 4] : []);
     }
   }
 
@@ -189,14 +189,14 @@ function penOf(context: CanvasRenderingContext2D, { scale, density, width, heigh
     context.restore();
   }
 
-  function dot(at: Pixel, label: string, color: string, is_selected: boolean): void {
+  function dot(at: Pixel, label: string, color: string, isSelected: boolean): void {
     const radius = (label === '' ? 2.5 : 4) * density;
     context.beginPath();
     context.arc(x(at[0]), x(at[1]), radius, 0, 2 * Math.PI);
-    context.fillStyle = is_selected ? '#fff' : color;
+    context.fillStyle = isSelected ? '#fff' : color;
     context.fill();
-    context.strokeStyle = is_selected ? color : RIM;
-    context.lineWidth = (is_selected ? 3 : 1.5) * density;
+    context.strokeStyle = isSelected ? color : RIM;
+    context.lineWidth = (isSelected ? 3 : 1.5) * density;
     context.stroke();
     if (label !== '') words(label, x(at[0]) + 7 * density, x(at[1]) - 7 * density);
   }

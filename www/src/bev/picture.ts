@@ -46,16 +46,16 @@ export class ScanstitchBevPicture extends LitElement {
   @property() placeholder = '';
   /** How much of the second picture covers the first, 0 to 1. */
   @property({ type: Number }) blend = 0;
-  @state() private loupe_at: Pixel | null = null;
+  @state() private loupeAt: Pixel | null = null;
   @query('.base') private base!: HTMLCanvasElement;
   @query('.warp') private warp!: HTMLCanvasElement;
   @query('.marks') private marks!: HTMLCanvasElement;
   @query('.loupe') private loupe!: HTMLCanvasElement | null;
-  private dragged: { key: string; pointer_id: number } | null = null;
+  private dragged: { key: string; pointerId: number } | null = null;
   /** The click event at the end of a drag is ignored. */
-  private was_dragged = false;
+  private wasDragged = false;
   /** Where the pointer was pressed: a click event has whole CSS pixels only. */
-  private pressed_at: Pixel = [0, 0];
+  private pressedAt: Pixel = [0, 0];
   constructor() {
     super();
     watchSize(this, () => this.repaint());
@@ -97,13 +97,13 @@ export class ScanstitchBevPicture extends LitElement {
   protected override updated(changed: PropertyValues): void {
     if (changed.has('bitmap') || changed.has('width') || changed.has('height')) this.paintBase();
     if (changed.has('overlay')) this.paint();
-    if (this.loupe_at) this.paintLoupe(this.loupe_at);
+    if (this.loupeAt) this.paintLoupe(this.loupeAt);
   }
 
   protected override render(): TemplateResult {
-    const { width, height, loupe_at } = this;
+    const { width, height, loupeAt } = this;
     const place = ([u, v]: Pixel) => `left:${(100 * (u + 0.5)) / width}%;top:${(100 * (v + 0.5)) / height}%`;
-    const is_loupe_left = loupe_at !== null && loupe_at[0] > width / 2;
+    const isLoupeLeft = loupeAt !== null && loupeAt[0] > width / 2;
     return html`<div
       class="stage"
       role="group"
@@ -134,9 +134,9 @@ export class ScanstitchBevPicture extends LitElement {
           ></button>`,
       )}
       ${
-        loupe_at && this.bitmap
+        loupeAt && this.bitmap
           ? html`<canvas
-              class="loupe ${is_loupe_left ? 'left' : 'right'}"
+              class="loupe ${isLoupeLeft ? 'left' : 'right'}"
               width=${LOUPE}
               height=${LOUPE}
               aria-hidden="true"
@@ -205,27 +205,27 @@ export class ScanstitchBevPicture extends LitElement {
   private onPress(event: PointerEvent): void {
     if (event.button !== 0 || !event.isPrimary) return;
     const handle = handleOf(event);
-    this.pressed_at = this.pixelAt(event);
-    this.was_dragged = handle !== null;
+    this.pressedAt = this.pixelAt(event);
+    this.wasDragged = handle !== null;
     if (!handle) return;
     const key = handle.dataset.key ?? '';
-    this.dragged = { key, pointer_id: event.pointerId };
+    this.dragged = { key, pointerId: event.pointerId };
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
     handle.focus({ preventScroll: true });
-    this.loupe_at = this.pressed_at;
+    this.loupeAt = this.pressedAt;
     this.tell('handle-moved', { key, at: this.placeOf(key), phase: 'begin' });
     event.preventDefault();
   }
 
   /** A click, and not the press before it: a finger that scrolls the page presses as well. */
   private onClick(event: PointerEvent): void {
-    if (!this.was_dragged && !handleOf(event)) this.tell('picture-pressed', this.pressed_at);
+    if (!this.wasDragged && !handleOf(event)) this.tell('picture-pressed', this.pressedAt);
   }
 
   private onMove(event: PointerEvent): void {
     const at = this.pixelAt(event);
-    if (this.dragged?.pointer_id === event.pointerId) {
-      this.loupe_at = at;
+    if (this.dragged?.pointerId === event.pointerId) {
+      this.loupeAt = at;
       this.tell('handle-moved', { key: this.dragged.key, at, phase: 'drag' });
     } else {
       this.tell('picture-pointed', at);
@@ -233,9 +233,9 @@ export class ScanstitchBevPicture extends LitElement {
   }
 
   private onRelease(event: PointerEvent): void {
-    if (this.dragged?.pointer_id !== event.pointerId) return;
+    if (this.dragged?.pointerId !== event.pointerId) return;
     this.dragged = null;
-    this.loupe_at = null;
+    this.loupeAt = null;
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -354,10 +354,4 @@ export function shortPixel([u, v]: Pixel): string {
 
 export function shortNumber(value: number, digits = 2): string {
   return Number.isInteger(value) ? String(value) : value.toFixed(digits);
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-picture': ScanstitchBevPicture;
-  }
 }

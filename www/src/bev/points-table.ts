@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, table_styles } from '../components/theme.js';
+import { shared, tableStyles } from '../components/theme.js';
 import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
 import { letter } from './paint.js';
 import { shortNumber } from './picture.js';
@@ -48,15 +48,15 @@ export class ScanstitchBevPoints extends LitElement {
 
   private renderRow(document: BevDocument, index: number): TemplateResult {
     // Points of a grid follow from its corners.
-    const is_editable = document.tool !== 'grid';
+    const isEditable = document.tool !== 'grid';
     const name = document.tool === 'pairs' ? letter(index) : String(index + 1);
     const pixel = markedPixels(document)[index] ?? [0, 0];
     const point = this.points[index];
     const status = point?.status ?? 'visible';
-    return html`<tr class=${index === this.selected && is_editable ? 'selected' : ''}>
+    return html`<tr class=${index === this.selected && isEditable ? 'selected' : ''}>
       <td>${name}</td>
       ${([0, 1] as const).map((axis) =>
-        is_editable
+        isEditable
           ? html`<td>
               <input
                 type="number"
@@ -76,7 +76,7 @@ export class ScanstitchBevPoints extends LitElement {
       <td class="status ${status === 'visible' ? '' : 'unseen'}">${STATUS_WORDS[status]}</td>
       <td>
         ${
-          is_editable
+          isEditable
             ? html`<button
                 class="icon quiet"
                 aria-label="Remove point ${name}"
@@ -99,7 +99,7 @@ export class ScanstitchBevPoints extends LitElement {
 
   static override styles = [
     shared,
-    table_styles,
+    tableStyles,
     css`
       :host {
         display: block;
@@ -144,10 +144,4 @@ export class ScanstitchBevPoints extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-points': ScanstitchBevPoints;
-  }
 }

@@ -50,7 +50,7 @@ export interface Query {
   /** Ends of lines, u v u v for each. */
   lines: Float64Array;
   /** Top pixels of pairs. */
-  pair_tops: Float64Array;
+  pairTops: Float64Array;
   /** What is done to the pixels that are reported. */
   whole: WholePixels;
 }
@@ -61,7 +61,7 @@ export interface Projection {
   reported: BevPoint[];
   region: BevPolygon | null;
   lines: BevSegment[];
-  pair_points: BevPoint[];
+  pairPoints: BevPoint[];
   /** What of the top view the front camera sees. */
   common: BevPolygon;
   layout: BevLayout;
@@ -81,7 +81,7 @@ export interface Strip {
   num_rows: number;
   width: number;
   rgba: Uint8ClampedArray<ArrayBuffer>;
-  is_last: boolean;
+  isLast: boolean;
 }
 
 /** The worker of the bird's-eye view; its events are strips. */
@@ -90,8 +90,8 @@ export interface BevApi {
   project(query: Query): Projection;
   /** One pixel of a view, followed to the other. */
   follow(given: { scene: BevScene; from: BevRole; pixel: Pixel }): BevPoint;
-  in_axes(given: { scene: BevScene; axes: BevAxes }): BevScene;
-  with_poses(given: { scene: BevScene; kind: BevPoseKind; order: EulerOrder }): BevScene;
+  inAxes(given: { scene: BevScene; axes: BevAxes }): BevScene;
+  withPoses(given: { scene: BevScene; kind: BevPoseKind; order: EulerOrder }): BevScene;
   refine(given: {
     scene: BevScene;
     pairs: readonly BevPair[];
@@ -99,11 +99,11 @@ export interface BevApi {
     parameters: readonly BevParameter[];
   }): BevRefinement;
   points_csv(given: { scene: BevScene; marked: Float64Array; whole: WholePixels }): string;
-  read_scene(given: { name: string; bytes: Uint8Array }): BevScene;
-  read_points(given: { name: string; bytes: Uint8Array }): Float64Array;
-  check_image(given: { scene: BevScene; role: BevRole; width: number; height: number }): void;
+  readScene(given: { name: string; bytes: Uint8Array }): BevScene;
+  readPoints(given: { name: string; bytes: Uint8Array }): Float64Array;
+  checkImage(given: { scene: BevScene; role: BevRole; width: number; height: number }): void;
   /** Keeps the picture of the top view, RGBA; null forgets it. */
-  keep_image(rgba: Uint8Array | null): void;
+  keepImage(rgba: Uint8Array | null): void;
   /** Warps the kept picture strip by strip; a newer generation ends it. */
   warp(generation: number, scene: BevScene): void;
 }

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { shared, table_styles } from '../components/theme.js';
+import { shared, tableStyles } from '../components/theme.js';
 import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 
@@ -103,9 +103,9 @@ export class ScanstitchBevRefinement extends LitElement {
     </p>`;
   }
 
-  private choose(parameter: BevParameter, is_on: boolean): void {
+  private choose(parameter: BevParameter, isOn: boolean): void {
     const rest = this.parameters.filter((one) => one !== parameter);
-    this.parameters = is_on ? [...rest, parameter] : rest;
+    this.parameters = isOn ? [...rest, parameter] : rest;
   }
 
   private request(): void {
@@ -115,7 +115,7 @@ export class ScanstitchBevRefinement extends LitElement {
 
   static override styles = [
     shared,
-    table_styles,
+    tableStyles,
     css`
       :host {
         display: block;
@@ -153,10 +153,4 @@ export class ScanstitchBevRefinement extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-refinement': ScanstitchBevRefinement;
-  }
 }

@@ -7,8 +7,8 @@ import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
 import { BevClient } from './client.js';
 import { type BevDocument, begun, changed, continued, type History, newDocument, queryOf } from './document.js';
-import { redone, undone } from './document.js';
-import { decodePicture, fetchBlob, fetchSampleFile, has_sample, type Picture, pixelsOf, roleOfName } from './images.js';
+import { redone, resized, undone } from './document.js';
+import { decodePicture, fetchBlob, fetchSampleFile, hasSample, type Picture, pixelsOf, roleOfName } from './images.js';
 import { ownerOf } from '../views/settings-link.js';
 import { readFragment } from './link.js';
 import type { About, Projection, BevPoint, BevPreset, BevRole, BevScene, Pixel, Strip } from './protocol.js';
@@ -41,11 +41,11 @@ export class BevSession extends Session<BevClient> {
   blend = 0;
   version = '';
   private history: History | null = null;
-  private pictures: Record<BevRole, (Picture & { is_sample: boolean }) | null> = { top: null, front: null };
+  private pictures: Record<BevRole, (Picture & { isSample: boolean }) | null> = { top: null, front: null };
   /** Number of openings: a scene that the page opens itself is dropped if another one is opened while it loads. */
   private readonly opening = new LastRequest();
 
-  #begin_with: [src: string, with_sample: boolean] = ['', true];
+  #beginWith: [src: string, withSample: boolean] = ['', true];
   readonly #listener: Listener;
   readonly #retry = { label: 'Try again', act: (): void => this.restart() };
 
@@ -58,8 +58,8 @@ export class BevSession extends Session<BevClient> {
     return new BevClient({
       strip: (strip) => this.#listener.strip(strip),
       crashed: (message) => this.onCrash(message),
-      slow: (is_slow) => {
-        if (is_slow) this.setProblem('slow', SLOW, this.#retry);
+      slow: (isSlow) => {
+        if (isSlow) this.setProblem('slow', SLOW, this.#retry);
         else this.settle('slow');
       },
       unavailable: (message) => {
@@ -70,8 +70,8 @@ export class BevSession extends Session<BevClient> {
   }
 
   /** Begins with what the page's address holds, the scene at `src`, the sample, or a preset. */
-  async begin(src: string, with_sample: boolean): Promise<void> {
-    this.#begin_with = [src, with_sample];
+  async begin(src: string, withSample: boolean): Promise<void> {
+    this.#beginWith = [src, withSample];
     const { client } = this;
     if (!client) return;
     let about: About;
@@ -91,14 +91,14 @@ export class BevSession extends Session<BevClient> {
     if (first) this.take(begun(newDocument(first.scene)));
     if (ownerOf(location.hash) === 'bev' && (await this.openLink())) return;
     if (src !== '') await this.attempt('file', () => this.openAddress(src));
-    else if (has_sample && with_sample) await this.openSample();
+    else if (hasSample && withSample) await this.openSample();
   }
 
   override restart(): void {
     this.settle('crash');
     this.settle('slow');
     super.restart();
-    void this.begin(...this.#begin_with);
+    void this.begin(...this.#beginWith);
   }
 
   /** Sends the data of a crashed worker to its replacement. */
@@ -115,25 +115,25 @@ export class BevSession extends Session<BevClient> {
   }
 
   /** Whether the pictures are the sample's. */
-  get is_sample(): boolean {
+  get isSample(): boolean {
     const { top, front } = this.pictures;
-    return top?.is_sample === true && front?.is_sample === true;
+    return top?.isSample === true && front?.isSample === true;
   }
 
-  get can_undo(): boolean {
+  get canUndo(): boolean {
     return (this.history?.past.length ?? 0) > 0;
   }
 
-  get can_redo(): boolean {
+  get canRedo(): boolean {
     return (this.history?.future.length ?? 0) > 0;
   }
 
   /** A single change, or the next step of a drag. */
-  change(change: Partial<BevDocument>, is_step = false): void {
+  change(change: Partial<BevDocument>, isStep = false): void {
     const { history } = this;
     if (!history) return;
     const next = { ...history.present, ...change };
-    if (!is_step) this.take(changed(history, next));
+    if (!isStep) this.take(changed(history, next));
     else this.take(continued(history, next), false);
   }
 
@@ -150,11 +150,11 @@ export class BevSession extends Session<BevClient> {
   }
 
   /** Steps of a drag are drawn once, with their answer. */
-  private take(history: History, is_shown_at_once = true): void {
+  private take(history: History, isShownAtOnce = true): void {
     const before = this.history?.present;
     this.history = history;
     const { present } = history;
-    if (is_shown_at_once) this.changed();
+    if (isShownAtOnce) this.changed();
     this.ask(present);
     if (before?.scene === present.scene) return;
     void this.checkSizes(present.scene);
@@ -257,10 +257,10 @@ export class BevSession extends Session<BevClient> {
       const scene = await this.readScene('The link', new Blob([JSON.stringify(linked.document.scene)]));
       if (signal.aborted) return true;
       const document = { ...linked.document, scene };
-      if (!linked.is_sample) this.forgetSample();
+      if (!linked.isSample) this.forgetSample();
       this.take(this.history ? changed(this.history, document) : begun(document));
       this.blend = linked.blend;
-      if (linked.is_sample && has_sample) void this.attempt('file', () => this.openSamplePictures(signal));
+      if (linked.isSample && hasSample) void this.attempt('file', () => this.openSamplePictures(signal));
       return true;
     } catch (error) {
       this.setProblem('file', messageOf(error));
@@ -272,7 +272,7 @@ export class BevSession extends Session<BevClient> {
     const bytes = new Uint8Array(await blob.arrayBuffer());
     const { client } = this;
     if (!client) throw new Error('The view was closed.');
-    return client.call('read_scene', { name, bytes });
+    return client.call('readScene', { name, bytes });
   }
 
   /** Another scene, which the sample's pictures do not show. */
@@ -283,7 +283,7 @@ export class BevSession extends Session<BevClient> {
 
   private forgetSample(): void {
     const { top, front } = this.pictures;
-    this.pictures = { top: top?.is_sample ? null : top, front: front?.is_sample ? null : front };
+    this.pictures = { top: top?.isSample ? null : top, front: front?.isSample ? null : front };
     for (const role of ['top', 'front'] as const) {
       if (!this.pictures[role]) this.settle(`size of ${role}`);
     }
@@ -291,7 +291,7 @@ export class BevSession extends Session<BevClient> {
 
   private async openPoints(name: string, blob: Blob): Promise<void> {
     const bytes = new Uint8Array(await blob.arrayBuffer());
-    const marked = (await this.client?.call('read_points', { name, bytes })) ?? new Float64Array();
+    const marked = (await this.client?.call('readPoints', { name, bytes })) ?? new Float64Array();
     const points = Array.from({ length: marked.length / 2 }, (_, i): Pixel => [
       marked[2 * i] as number,
       marked[2 * i + 1] as number,
@@ -323,10 +323,10 @@ export class BevSession extends Session<BevClient> {
     name: string,
     blob: Blob,
     signal: AbortSignal | null = null,
-    is_sample = false,
+    isSample = false,
   ): Promise<void> {
     await this.attempt(`picture of ${role}`, async () => {
-      const picture = { ...(await decodePicture(name, blob)), is_sample };
+      const picture = { ...(await decodePicture(name, blob)), isSample };
       if (signal?.aborted) return;
       this.pictures = { ...this.pictures, [role]: picture };
       this.changed();
@@ -353,7 +353,7 @@ export class BevSession extends Session<BevClient> {
 
   private async checkSize(scene: BevScene, role: BevRole, { width, height }: ImageBitmap): Promise<void> {
     try {
-      await this.client?.call('check_image', { scene, role, width, height });
+      await this.client?.call('checkImage', { scene, role, width, height });
       this.settle(`size of ${role}`);
     } catch (error) {
       if (error instanceof WorkerDied) return; // reported already
@@ -363,24 +363,11 @@ export class BevSession extends Session<BevClient> {
     }
   }
 
-  /** Gives a camera the size of its picture; focal lengths grow along. */
+  /** Gives a camera the size of its picture. */
   private useSize(role: BevRole, width: number, height: number): void {
     const { document } = this;
     if (!document) return;
-    const camera = document.scene[role];
-    const { intrinsics } = camera;
-    const [along_u, along_v] = [width / camera.width, height / camera.height];
-    const scaled =
-      intrinsics.kind === 'focal'
-        ? {
-            ...intrinsics,
-            fx: intrinsics.fx * along_u,
-            cx: intrinsics.cx * along_u,
-            fy: intrinsics.fy * along_v,
-            cy: intrinsics.cy * along_v,
-          }
-        : intrinsics;
-    this.setScene({ ...document.scene, [role]: { ...camera, width, height, intrinsics: scaled } });
+    this.setScene({ ...document.scene, [role]: resized(document.scene[role], width, height) });
   }
 
   // Problems.

@@ -33,7 +33,7 @@ export class ScanstitchBevSketch extends LitElement {
   @property({ type: Boolean, reflect: true }) dark = false;
   @state() private direction: Direction = { azimuth: -0.7, elevation: 0.5 };
   @query('canvas') private canvas!: HTMLCanvasElement;
-  private dragged_from: { x: number; y: number } | null = null;
+  private draggedFrom: { x: number; y: number } | null = null;
 
   constructor() {
     super();
@@ -85,18 +85,18 @@ export class ScanstitchBevSketch extends LitElement {
   }
 
   private onDown(event: PointerEvent): void {
-    this.dragged_from = { x: event.clientX, y: event.clientY };
+    this.draggedFrom = { x: event.clientX, y: event.clientY };
     this.canvas.setPointerCapture(event.pointerId);
   }
 
   private onMove(event: PointerEvent): void {
-    if (!this.dragged_from) return;
-    this.turn(event.clientX - this.dragged_from.x, event.clientY - this.dragged_from.y);
-    this.dragged_from = { x: event.clientX, y: event.clientY };
+    if (!this.draggedFrom) return;
+    this.turn(event.clientX - this.draggedFrom.x, event.clientY - this.draggedFrom.y);
+    this.draggedFrom = { x: event.clientX, y: event.clientY };
   }
 
   private onUp(): void {
-    this.dragged_from = null;
+    this.draggedFrom = null;
   }
 
   private onKey(event: KeyboardEvent): void {
@@ -185,10 +185,10 @@ function draw(sketch: Sketch, points: readonly BevPoint[]): void {
   drawCamera(sketch, layout.front, inks.front, 'front');
 }
 
-function path({ context, place }: Sketch, corners: readonly Vec3[], is_closed: boolean): void {
+function path({ context, place }: Sketch, corners: readonly Vec3[], isClosed: boolean): void {
   context.beginPath();
   for (const corner of corners) context.lineTo(...(place(corner) as [number, number]));
-  if (is_closed) context.closePath();
+  if (isClosed) context.closePath();
 }
 
 function stroke({ context, density }: Sketch, color: string, thickness: number, dash: number[] = []): void {
@@ -242,10 +242,10 @@ function drawCamera(sketch: Sketch, camera: DrawnCamera, color: string, name: st
   path(sketch, ends, true);
   stroke(sketch, color, 1.5);
   // A roof over the upper edge marks the top of the image.
-  const [upper_left, upper_right] = ends;
-  if (upper_left && upper_right) {
-    const middle = scaled(added(upper_left, upper_right, 1), 0.5);
-    path(sketch, [upper_left, added(middle, camera.down, -0.18 * size), upper_right], true);
+  const [upperLeft, upperRight] = ends;
+  if (upperLeft && upperRight) {
+    const middle = scaled(added(upperLeft, upperRight, 1), 0.5);
+    path(sketch, [upperLeft, added(middle, camera.down, -0.18 * size), upperRight], true);
     context.fillStyle = color;
     context.fill();
   }
@@ -260,10 +260,4 @@ function drawCamera(sketch: Sketch, camera: DrawnCamera, color: string, name: st
 /** The point of the ground below a camera. */
 function foot({ up, ground }: BevLayout, position: Vec3): Vec3 {
   return added(position, up, dot(ground, up) - dot(position, up));
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-bev-sketch': ScanstitchBevSketch;
-  }
 }

@@ -5,7 +5,7 @@ import '../components/menu.js';
 import type { MenuItem } from '../components/menu.js';
 import { type BevDocument, MAX_GRID, markedPixels, type Tool } from './document.js';
 import { EXPORTS } from './export.js';
-import { has_sample } from './images.js';
+import { hasSample } from './images.js';
 import { withoutAny } from './marks.js';
 import type { BevPreset, WholePixels } from './protocol.js';
 
@@ -22,22 +22,22 @@ const WHOLE: readonly [WholePixels, string][] = [
 ];
 /** What the bar shows beside the document, and what it asks for. */
 export interface ToolbarState {
-  open_items: MenuItem[];
-  can_undo: boolean;
-  can_redo: boolean;
+  openItems: MenuItem[];
+  canUndo: boolean;
+  canRedo: boolean;
   open: (event: CustomEvent<string>) => void;
   export: (event: CustomEvent<string>) => void;
   undo: () => void;
   redo: () => void;
   /** A change of the document. */
-  change: (wanted: Partial<BevDocument>, keeps_selection: boolean) => void;
+  change: (wanted: Partial<BevDocument>, keepsSelection: boolean) => void;
 }
 
 /** What is opened, marked, taken back and exported. */
-export function toolbar(document: BevDocument, { can_undo, can_redo, ...has }: ToolbarState): TemplateResult {
+export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: ToolbarState): TemplateResult {
   const change = (wanted: Partial<BevDocument>) => () => has.change(wanted, false);
   return html`<div class="controls" role="toolbar" aria-label="Bird's-eye view">
-    <scanstitch-menu label="Open" icon="open" .items=${has.open_items} @menu-chosen=${has.open}></scanstitch-menu>
+    <scanstitch-menu label="Open" icon="open" .items=${has.openItems} @menu-chosen=${has.open}></scanstitch-menu>
     <div class="tools" role="group" aria-label="Tool">
       ${TOOLS.map(
         ([tool, label]) =>
@@ -46,10 +46,10 @@ export function toolbar(document: BevDocument, { can_undo, can_redo, ...has }: T
     </div>
     ${document.tool === 'grid' ? cells(document, has.change) : nothing}
     <div class="group">
-      <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!can_undo} @click=${has.undo}>
+      <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!canUndo} @click=${has.undo}>
         ${icon('reset')}
       </button>
-      <button class="icon mirrored" aria-label="Redo" title="Redo (Ctrl+Y)" ?disabled=${!can_redo} @click=${has.redo}>
+      <button class="icon mirrored" aria-label="Redo" title="Redo (Ctrl+Y)" ?disabled=${!canRedo} @click=${has.redo}>
         ${icon('reset')}
       </button>
       <button
@@ -98,7 +98,7 @@ function cells(document: BevDocument, change: ToolbarState['change']): TemplateR
 export function openItems(presets: readonly BevPreset[]): MenuItem[] {
   return [
     { id: 'files', label: 'Files…', detail: 'two views (PNG, JPEG), a scene.json, a table of points (CSV)' },
-    ...(has_sample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
+    ...(hasSample ? [{ id: 'sample', label: 'The sample', detail: 'a rendered pair with exact cameras' }] : []),
     ...presets.map(({ name, label, explanation }) => ({ id: name, label, detail: explanation })),
   ];
 }

@@ -15,7 +15,7 @@ const MAX_KEPT = 12;
 
 export class Announcer {
   queue: readonly Announcement[] = [];
-  #next_id = 0;
+  #nextId = 0;
   #onChange: () => void;
 
   constructor(onChange: () => void) {
@@ -24,7 +24,7 @@ export class Announcer {
 
   announce(text: string): void {
     if (text === '') return;
-    this.queue = [...this.queue, { id: this.#next_id++, text }].slice(-MAX_KEPT);
+    this.queue = [...this.queue, { id: this.#nextId++, text }].slice(-MAX_KEPT);
     this.#onChange();
   }
 }

@@ -15,11 +15,11 @@ export interface Header {
   run: Run;
   facts: ViewFacts;
   exports: readonly MenuItem[];
-  open_items: readonly MenuItem[];
+  openItems: readonly MenuItem[];
   layout: Layout;
-  is_dark: boolean;
+  isDark: boolean;
   /** Whether it fills the screen; null where the browser does not allow that. */
-  full_screen: boolean | null;
+  fullScreen: boolean | null;
   go(tool: Tool): void;
   open(id: string): void;
   /** Someone is about to choose files. */
@@ -30,12 +30,12 @@ export interface Header {
   toggleFullScreen(): void;
 }
 
-/** `styles`: app_styles. */
+/** `styles`: appStyles. */
 export function appHeader(has: Header): TemplateResult {
   const shown: Tool = has.view === 'planar' || has.view === 'spatial' ? 'map' : has.view;
-  const is_aside = shown !== 'map';
-  const is_wide = has.layout === 'wide';
-  return html`<header class="bar ${is_aside ? 'aside' : ''}" part="header">
+  const isAside = shown !== 'map';
+  const isWide = has.layout === 'wide';
+  return html`<header class="bar ${isAside ? 'aside' : ''}" part="header">
     <div class="brand">
       <slot name="title">${logo()}<span>Scanstitch</span></slot>
     </div>
@@ -43,39 +43,39 @@ export function appHeader(has: Header): TemplateResult {
       ${TOOLS.map(
         ({ tool, label, short, about }) =>
           html`<button aria-current=${tool === shown ? 'page' : nothing} title=${about} @click=${() => has.go(tool)}>
-            ${is_wide ? label : (short ?? label)}
+            ${isWide ? label : (short ?? label)}
           </button>`,
       )}
     </nav>
-    <div class="dataset">${is_aside ? nothing : dataset(has)}</div>
+    <div class="dataset">${isAside ? nothing : dataset(has)}</div>
     <nav class="actions" aria-label="Actions">
       <scanstitch-menu
-        ?hidden=${is_aside}
+        ?hidden=${isAside}
         label="Open"
         icon="open"
-        .items=${has.open_items}
-        ?compact=${!is_wide}
+        .items=${has.openItems}
+        ?compact=${!isWide}
         @menu-opened=${has.expectFiles}
         @menu-chosen=${({ detail }: CustomEvent<string>) => has.open(detail)}
       ></scanstitch-menu>
       <scanstitch-menu
-        ?hidden=${is_aside}
+        ?hidden=${isAside}
         label="Export"
         icon="download"
         .items=${has.exports}
-        ?compact=${!is_wide}
-        ?disabled=${!has.facts.can_export}
+        ?compact=${!isWide}
+        ?disabled=${!has.facts.canExport}
         @menu-chosen=${({ detail }: CustomEvent<string>) => has.runExport(detail)}
       ></scanstitch-menu>
       <button
         class="icon quiet"
         @click=${has.toggleTheme}
-        aria-label=${has.is_dark ? 'Light colours' : 'Dark colours'}
-        title=${has.is_dark ? 'Light colours' : 'Dark colours'}
+        aria-label=${has.isDark ? 'Light colours' : 'Dark colours'}
+        title=${has.isDark ? 'Light colours' : 'Dark colours'}
       >
-        ${icon(has.is_dark ? 'sun' : 'moon')}
+        ${icon(has.isDark ? 'sun' : 'moon')}
       </button>
-      ${has.full_screen === null ? nothing : fullScreenButton(has.full_screen, has.toggleFullScreen)}
+      ${has.fullScreen === null ? nothing : fullScreenButton(has.fullScreen, has.toggleFullScreen)}
     </nav>
   </header>`;
 }

@@ -1,7 +1,7 @@
 /** How the parts of the page lie beside and below each other, in each of its three layouts. */
 import { css } from 'lit';
 
-export const app_styles = css`
+export const appStyles = css`
   :host {
     display: grid;
     grid-template: minmax(0, 1fr) fit-content(40%) / minmax(0, 1fr) fit-content(40%);

@@ -14,13 +14,13 @@ const GROWTH_ON_FULL_SCREEN = 0.8;
 
 export class Appearance implements ReactiveController {
   layout: Layout = 'wide';
-  is_low = false;
+  isLow = false;
   /** Size of a unit of type, CSS pixels. */
-  type_scale = 1;
-  is_system_dark = false;
+  typeScale = 1;
+  isSystemDark = false;
   readonly #host: LitElement;
-  readonly #system_dark = matchMedia('(prefers-color-scheme: dark)');
-  #fills_screen = false;
+  readonly #systemDark = matchMedia('(prefers-color-scheme: dark)');
+  #fillsScreen = false;
   #size = { width: 0, height: 0 };
 
   /** `frame`: the box whose size counts; null before it is drawn. */
@@ -32,22 +32,22 @@ export class Appearance implements ReactiveController {
 
   hostConnected(): void {
     this.#onSystemTheme();
-    this.#system_dark.addEventListener('change', this.#onSystemTheme);
+    this.#systemDark.addEventListener('change', this.#onSystemTheme);
     document.addEventListener('fullscreenchange', this.#onFullScreen);
   }
 
   hostDisconnected(): void {
-    this.#system_dark.removeEventListener('change', this.#onSystemTheme);
+    this.#systemDark.removeEventListener('change', this.#onSystemTheme);
     document.removeEventListener('fullscreenchange', this.#onFullScreen);
   }
 
   /** Whether the element has the whole screen; null where the browser gives it to none. */
-  get full_screen(): boolean | null {
-    return document.fullscreenEnabled ? this.#fills_screen : null;
+  get fullScreen(): boolean | null {
+    return document.fullscreenEnabled ? this.#fillsScreen : null;
   }
 
   async toggleFullScreen(): Promise<void> {
-    if (this.#fills_screen) await document.exitFullscreen();
+    if (this.#fillsScreen) await document.exitFullscreen();
     else await this.#host.requestFullscreen();
   }
 
@@ -55,24 +55,24 @@ export class Appearance implements ReactiveController {
     this.#size = { width, height };
     // An element that is wide and low is no projector.
     const extent = Math.min(width, (height * 16) / 9);
-    const growth = this.#fills_screen ? GROWTH_ON_FULL_SCREEN : GROWTH;
-    const type_scale = 1 + (growth * Math.max(extent - TYPE_GROWS_FROM, 0)) / TYPE_GROWS_FROM;
-    const wide_from = WIDE_FROM * type_scale;
-    const layout = width >= wide_from ? 'wide' : width >= MEDIUM_FROM * type_scale ? 'medium' : 'narrow';
-    const is_low = height < LOW_BELOW;
-    if (layout === this.layout && is_low === this.is_low && type_scale === this.type_scale) return;
-    Object.assign(this, { layout, is_low, type_scale });
+    const growth = this.#fillsScreen ? GROWTH_ON_FULL_SCREEN : GROWTH;
+    const typeScale = 1 + (growth * Math.max(extent - TYPE_GROWS_FROM, 0)) / TYPE_GROWS_FROM;
+    const wideFrom = WIDE_FROM * typeScale;
+    const layout = width >= wideFrom ? 'wide' : width >= MEDIUM_FROM * typeScale ? 'medium' : 'narrow';
+    const isLow = height < LOW_BELOW;
+    if (layout === this.layout && isLow === this.isLow && typeScale === this.typeScale) return;
+    Object.assign(this, { layout, isLow, typeScale });
     this.#host.requestUpdate();
   }
 
   #onFullScreen = (): void => {
-    this.#fills_screen = (this.#host.getRootNode() as Document | ShadowRoot).fullscreenElement === this.#host;
+    this.#fillsScreen = (this.#host.getRootNode() as Document | ShadowRoot).fullscreenElement === this.#host;
     this.#fit(this.#size.width, this.#size.height);
     this.#host.requestUpdate();
   };
 
   #onSystemTheme = (): void => {
-    this.is_system_dark = this.#system_dark.matches;
+    this.isSystemDark = this.#systemDark.matches;
     this.#host.requestUpdate();
   };
 }

@@ -131,9 +131,3 @@ export class ScanstitchBeforeAfter extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-before-after': ScanstitchBeforeAfter;
-  }
-}

@@ -13,8 +13,8 @@ export interface DrawingHost extends LitElement, GestureTarget {
   readonly stage: HTMLElement;
   /** Shows everything there is. */
   fit(): void;
-  /** Takes over the surface's size and pixel ratio, which are never empty here. `was_empty`: before, the box had no size. */
-  resized(was_empty: boolean): void;
+  /** Takes over the surface's size and pixel ratio, which are never empty here. `wasEmpty`: before, the box had no size. */
+  resized(wasEmpty: boolean): void;
   /** Draws once; the surface has a size. */
   paint(): void;
 }
@@ -27,11 +27,11 @@ export class DrawingSurface implements ReactiveController {
   /** CSS pixels at the usual size of type: where that is larger, so is all that is drawn. */
   size: Size = { width: 0, height: 0 };
   /** Device pixels per pixel of `size`. */
-  pixel_ratio = 1;
-  #type_scale = 1;
+  pixelRatio = 1;
+  #typeScale = 1;
   /** In a page that scrolls, wheel and finger belong to the page until the box is clicked. */
-  #is_guarded = false;
-  #animation_frame = 0;
+  #isGuarded = false;
+  #animationFrame = 0;
   #host: DrawingHost;
   #gestures: Gestures;
 
@@ -40,8 +40,8 @@ export class DrawingSurface implements ReactiveController {
     this.#gestures = new Gestures(
       host,
       host,
-      () => this.#is_guarded,
-      () => this.#type_scale,
+      () => this.#isGuarded,
+      () => this.#typeScale,
     );
     watchSize(
       host,
@@ -60,20 +60,20 @@ export class DrawingSurface implements ReactiveController {
   }
 
   hostDisconnected(): void {
-    cancelAnimationFrame(this.#animation_frame);
-    this.#animation_frame = 0;
+    cancelAnimationFrame(this.#animationFrame);
+    this.#animationFrame = 0;
   }
 
   requestPaint(): void {
-    if (this.#animation_frame === 0) this.#animation_frame = requestAnimationFrame(() => this.paintNow());
+    if (this.#animationFrame === 0) this.#animationFrame = requestAnimationFrame(() => this.paintNow());
   }
 
   paintNow(): void {
     this.hostDisconnected();
-    if (!this.is_empty) this.#host.paint();
+    if (!this.isEmpty) this.#host.paint();
   }
 
-  get is_empty(): boolean {
+  get isEmpty(): boolean {
     return this.size.width * this.size.height === 0;
   }
 
@@ -84,14 +84,14 @@ export class DrawingSurface implements ReactiveController {
 
   #resize(): void {
     const { clientWidth: width, clientHeight: height } = this.#host.stage;
-    const was_empty = this.is_empty;
+    const wasEmpty = this.isEmpty;
     const scale = parseFloat(getComputedStyle(this.#host).getPropertyValue('--px')) || 1;
-    this.#type_scale = scale;
+    this.#typeScale = scale;
     this.size = { width: width / scale, height: height / scale };
-    this.pixel_ratio = Math.min(devicePixelRatio || 1, MAX_PIXEL_RATIO) * scale;
+    this.pixelRatio = Math.min(devicePixelRatio || 1, MAX_PIXEL_RATIO) * scale;
     this.#updateGuard();
-    if (this.is_empty) return;
-    this.#host.resized(was_empty);
+    if (this.isEmpty) return;
+    this.#host.resized(wasEmpty);
     // At once: the canvas is empty now, and would be seen so until the next animation frame.
     this.paintNow();
     this.#host.requestUpdate();
@@ -99,7 +99,7 @@ export class DrawingSurface implements ReactiveController {
 
   #updateGuard(): void {
     const { stage } = this.#host;
-    this.#is_guarded = belongsToPage(stage);
-    stage.toggleAttribute('data-guarded', this.#is_guarded);
+    this.#isGuarded = belongsToPage(stage);
+    stage.toggleAttribute('data-guarded', this.#isGuarded);
   }
 }

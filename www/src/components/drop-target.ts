@@ -1,12 +1,13 @@
 /** Files dragged over an element and dropped on it. */
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import { html, nothing, type ReactiveController, type ReactiveControllerHost, type TemplateResult } from 'lit';
+import { icon } from './icons.js';
 
 /**
  * Bound to the four events of a drag. A counter distinguishes leaving the element from entering one of its children. A target inside
  * another one keeps what it takes to itself.
  */
 export class DropTarget implements ReactiveController {
-  is_over = false;
+  isOver = false;
   #depth = 0;
   #host: ReactiveControllerHost;
   #take: (transfer: DataTransfer, event: DragEvent) => void;
@@ -54,9 +55,17 @@ export class DropTarget implements ReactiveController {
     this.#take(event.dataTransfer, event);
   };
 
+  /** Over all of the element, while files are over it. `styles`: dropStyles. */
+  hint(words: string): TemplateResult | typeof nothing {
+    if (!this.isOver) return nothing;
+    return html`<div class="drop-hint" aria-hidden="true">
+      <div>${icon('download', 28)}${words}</div>
+    </div>`;
+  }
+
   #become(depth: number): void {
     this.#depth = depth;
-    this.is_over = depth > 0;
+    this.isOver = depth > 0;
     this.#host.requestUpdate();
   }
 }

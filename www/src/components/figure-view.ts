@@ -49,10 +49,10 @@ export class ScanstitchFigure extends LitElement {
   @property({ type: Boolean }) steppable = false;
   @query('canvas') private canvas!: HTMLCanvasElement;
   /** As last observed, since a query at every pointer move would force a layout; null while it is hidden. */
-  private known_size: Size | null = null;
-  private dragged_from: { x: number; y: number } | null = null;
+  private knownSize: Size | null = null;
+  private draggedFrom: { x: number; y: number } | null = null;
   /** CSS pixels per pixel of the figure: more than 1 where type is large. */
-  private type_scale = 1;
+  private typeScale = 1;
 
   constructor() {
     super();
@@ -61,8 +61,8 @@ export class ScanstitchFigure extends LitElement {
 
   /** CSS pixels at the usual size of type. */
   get size(): Size {
-    const { type_scale: scale } = this;
-    return this.known_size ?? { width: this.clientWidth / scale, height: this.clientHeight / scale };
+    const { typeScale: scale } = this;
+    return this.knownSize ?? { width: this.clientWidth / scale, height: this.clientHeight / scale };
   }
 
   protected override updated(changed: PropertyValues): void {
@@ -70,12 +70,12 @@ export class ScanstitchFigure extends LitElement {
   }
 
   protected override render(): TemplateResult {
-    const is_live = this.movable || this.steppable;
+    const isLive = this.movable || this.steppable;
     return html`<div
-      role=${is_live ? 'group' : 'img'}
+      role=${isLive ? 'group' : 'img'}
       aria-label=${this.label}
       aria-describedby="description"
-      tabindex=${is_live ? 0 : nothing}
+      tabindex=${isLive ? 0 : nothing}
       class=${this.movable ? 'movable' : ''}
       @pointermove=${this.onMove}
       @pointerdown=${this.onDown}
@@ -99,8 +99,8 @@ export class ScanstitchFigure extends LitElement {
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this;
     const scale = parseFloat(getComputedStyle(this).getPropertyValue('--px')) || 1;
-    this.type_scale = scale;
-    this.known_size = width > 0 ? { width: width / scale, height: height / scale } : null;
+    this.typeScale = scale;
+    this.knownSize = width > 0 ? { width: width / scale, height: height / scale } : null;
     this.paint();
     this.requestUpdate();
   }
@@ -108,14 +108,14 @@ export class ScanstitchFigure extends LitElement {
   private paint(): void {
     const { canvas, size } = this;
     if (!canvas || size.width === 0 || size.height === 0) return;
-    this.painter(penOn(canvas, size, (devicePixelRatio || 1) * this.type_scale), size);
+    this.painter(penOn(canvas, size, (devicePixelRatio || 1) * this.typeScale), size);
   }
 
   private onMove(event: PointerEvent): void {
     const place = this.place(event);
-    if (this.dragged_from && this.movable) {
-      this.tell('figure-dragged', { dx: place.x - this.dragged_from.x, dy: place.y - this.dragged_from.y });
-      this.dragged_from = place;
+    if (this.draggedFrom && this.movable) {
+      this.tell('figure-dragged', { dx: place.x - this.draggedFrom.x, dy: place.y - this.draggedFrom.y });
+      this.draggedFrom = place;
     } else {
       this.tell('figure-pointer', place);
     }
@@ -123,12 +123,12 @@ export class ScanstitchFigure extends LitElement {
 
   private onDown(event: PointerEvent): void {
     if (!this.movable || event.button !== 0) return;
-    this.dragged_from = this.place(event);
+    this.draggedFrom = this.place(event);
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
   }
 
   private onUp(): void {
-    this.dragged_from = null;
+    this.draggedFrom = null;
   }
 
   private onWheel(event: WheelEvent): void {
@@ -150,7 +150,7 @@ export class ScanstitchFigure extends LitElement {
 
   private place(event: MouseEvent): { x: number; y: number } {
     const { left, top } = this.getBoundingClientRect();
-    const { type_scale: scale } = this;
+    const { typeScale: scale } = this;
     return { x: (event.clientX - left) / scale, y: (event.clientY - top) / scale };
   }
 
@@ -212,10 +212,4 @@ function drawn(mark: Mark): SVGTemplateResult {
   }
   const [x1, y1, x2, y2] = mark.line.map((value) => value.toFixed(1));
   return svg`<line x1=${x1} y1=${y1} x2=${x2} y2=${y2} stroke=${mark.color} stroke-width=${mark.width} />`;
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-figure': ScanstitchFigure;
-  }
 }

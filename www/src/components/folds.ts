@@ -4,11 +4,11 @@ import type { Panel } from './run-kind.js';
 /** A panel, or the tabs below the map where that is narrow. */
 export type Fold = Panel | 'tabs';
 
-/** Asks for a panel to be unfolded or folded; `is_lasting`: that it is remembered where the element may remember. */
+/** Asks for a panel to be unfolded or folded; `isLasting`: that it is remembered where the element may remember. */
 export interface FoldChange {
   fold: Fold;
-  is_open: boolean;
-  is_lasting: boolean;
+  isOpen: boolean;
+  isLasting: boolean;
 }
 
 const KEY = 'scanstitch-panels';
@@ -34,7 +34,7 @@ export function rememberFolds(open: ReadonlySet<Fold>): void {
 }
 
 /** These, with one unfolded or folded. */
-export function changedFolds(open: ReadonlySet<Fold>, { fold, is_open }: FoldChange): ReadonlySet<Fold> {
+export function changedFolds(open: ReadonlySet<Fold>, { fold, isOpen }: FoldChange): ReadonlySet<Fold> {
   const others = [...open].filter((one) => one !== fold);
-  return new Set(is_open ? [...others, fold] : others);
+  return new Set(isOpen ? [...others, fold] : others);
 }

@@ -1,10 +1,9 @@
 /** Parts of the panels beside the map, the same for scans and for frames. */
 import { css, html, nothing, type TemplateResult } from 'lit';
 import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
-import { baseName, plural } from '../views/format.js';
+import { baseName, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
-import { sentence } from '../views/words.js';
 import { icon, type IconName } from './icons.js';
 import { statusBadge } from './status-badge.js';
 
@@ -71,7 +70,7 @@ export function badList(frames: readonly NamedFrame[], colors: readonly Rgb[], s
       <p class="muted">${sentence(reason)}</p>
     </li>`;
   const others = runs.slice(MAX_BAD_SHOWN, MAX_BAD_LISTED);
-  const num_unlisted = count(runs.slice(MAX_BAD_LISTED));
+  const numUnlisted = count(runs.slice(MAX_BAD_LISTED));
   return html`<ul>
       ${runs.slice(0, MAX_BAD_SHOWN).map(row)}
     </ul>
@@ -81,7 +80,7 @@ export function badList(frames: readonly NamedFrame[], colors: readonly Rgb[], s
             <summary>and ${count(runs.slice(MAX_BAD_SHOWN))} more</summary>
             <ul>
               ${others.map(row)}
-              ${num_unlisted > 0 ? html`<li class="muted">and ${num_unlisted} more, which the table names</li>` : nothing}
+              ${numUnlisted > 0 ? html`<li class="muted">and ${numUnlisted} more, which the table names</li>` : nothing}
             </ul>
           </details>`
         : nothing
@@ -101,8 +100,8 @@ function badRuns(frames: readonly NamedFrame[]): BadRun[] {
   frames.forEach(({ status, reason }, frame) => {
     if (status === 'good') return;
     const run = runs.at(-1);
-    const is_alike = run && run.last === frame - 1 && run.status === status && kind(run.reason) === kind(reason);
-    if (is_alike) run.last = frame;
+    const isAlike = run && run.last === frame - 1 && run.status === status && kind(run.reason) === kind(reason);
+    if (isAlike) run.last = frame;
     else runs.push({ first: frame, last: frame, status, reason });
   });
   return runs;
@@ -171,8 +170,8 @@ export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
   </section>`;
 }
 
-/** With `status_styles`, `panel_styles` and `chart_styles`. */
-export const frame_styles = css`
+/** With `statusStyles`, `panelStyles` and `chartStyles`. */
+export const frameStyles = css`
   .steps {
     display: flex;
     margin-left: auto;

@@ -5,7 +5,7 @@ import { baseName } from '../views/format.js';
 import type { Column, TableRow } from '../views/frame-columns.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { statusBadge } from './status-badge.js';
-import { shared, status_styles } from './theme.js';
+import { shared, statusStyles } from './theme.js';
 import { watchSize } from './watch-size.js';
 
 /** Rows drawn beyond what is in sight, above and below. */
@@ -26,12 +26,12 @@ export class ScanstitchFrameTable extends LitElement {
   @property() noun = 'scan';
   @property({ attribute: false }) selected: number | null = null;
   @property({ attribute: false }) colors: readonly Rgb[] = [];
-  @state() private first_visible = 0;
+  @state() private firstVisible = 0;
   @state() private num_visible = 30;
   /** Whether columns lie beyond the right edge: what is cut there fades, as a digit that is cut off reads as another number. */
-  @state() private has_more = false;
+  @state() private hasMore = false;
   @query('.scroller') private scroller!: HTMLElement;
-  private row_height = 32;
+  private rowHeight = 32;
 
   constructor() {
     super();
@@ -44,8 +44,8 @@ export class ScanstitchFrameTable extends LitElement {
 
   protected override firstUpdated(): void {
     const scale = parseFloat(getComputedStyle(this).getPropertyValue('--px')) || 1;
-    this.row_height = Math.round((matchMedia('(pointer: coarse)').matches ? 42 : 32) * scale);
-    this.style.setProperty('--row-height', `${this.row_height}px`);
+    this.rowHeight = Math.round((matchMedia('(pointer: coarse)').matches ? 42 : 32) * scale);
+    this.style.setProperty('--row-height', `${this.rowHeight}px`);
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -54,10 +54,10 @@ export class ScanstitchFrameTable extends LitElement {
 
   protected override render(): TemplateResult {
     const { rows } = this;
-    const first = Math.max(0, Math.min(this.first_visible - OVERSCAN, rows.length - 1));
-    const last = Math.min(rows.length, this.first_visible + this.num_visible + OVERSCAN);
+    const first = Math.max(0, Math.min(this.firstVisible - OVERSCAN, rows.length - 1));
+    const last = Math.min(rows.length, this.firstVisible + this.num_visible + OVERSCAN);
     return html`
-      <div class="scroller ${this.has_more ? 'more' : ''}" @scroll=${this.onScroll}>
+      <div class="scroller ${this.hasMore ? 'more' : ''}" @scroll=${this.onScroll}>
         <table aria-rowcount=${rows.length + 1} @keydown=${this.onKey}>
           <caption class="visually-hidden">
             Results per ${this.noun}; a row selects its ${this.noun} on the map
@@ -76,13 +76,13 @@ export class ScanstitchFrameTable extends LitElement {
             </tr>
           </thead>
           <tbody @pointerleave=${() => this.emit('frame-hovered', null)}>
-            ${spacer(first * this.row_height)}
+            ${spacer(first * this.rowHeight)}
             ${repeat(
               rows.slice(first, last),
               (row) => row.frame,
               (row) => this.renderRow(row),
             )}
-            ${spacer((rows.length - last) * this.row_height)}
+            ${spacer((rows.length - last) * this.rowHeight)}
           </tbody>
         </table>
       </div>
@@ -90,20 +90,20 @@ export class ScanstitchFrameTable extends LitElement {
   }
 
   private renderRow(row: TableRow): TemplateResult {
-    const is_selected = row.frame === this.selected;
+    const isSelected = row.frame === this.selected;
     const name = baseName(row.name);
-    const is_tab_stop = is_selected || (this.selected === null && row.frame === 0);
+    const isTabStop = isSelected || (this.selected === null && row.frame === 0);
     return html`
       <tr
-        class=${is_selected ? 'selected' : ''}
+        class=${isSelected ? 'selected' : ''}
         aria-rowindex=${row.frame + 2}
-        @click=${() => this.emit('frame-selected', is_selected ? null : row.frame)}
+        @click=${() => this.emit('frame-selected', isSelected ? null : row.frame)}
         @pointerenter=${() => this.emit('frame-hovered', row.frame)}
       >
         <th scope="row" class="name">
           <button
-            tabindex=${is_tab_stop ? 0 : -1}
-            aria-pressed=${is_selected}
+            tabindex=${isTabStop ? 0 : -1}
+            aria-pressed=${isSelected}
             data-frame=${row.frame}
             aria-label=${name.length > LONGEST_NAME ? name : nothing}
             title=${row.name}
@@ -118,20 +118,20 @@ export class ScanstitchFrameTable extends LitElement {
   }
 
   private onScroll(): void {
-    this.first_visible = Math.floor(this.scroller.scrollTop / this.row_height);
-    this.num_visible = Math.ceil(this.scroller.clientHeight / this.row_height);
+    this.firstVisible = Math.floor(this.scroller.scrollTop / this.rowHeight);
+    this.num_visible = Math.ceil(this.scroller.clientHeight / this.rowHeight);
     const { scrollLeft, clientWidth, scrollWidth } = this.scroller;
-    this.has_more = scrollLeft + clientWidth < scrollWidth - 1;
+    this.hasMore = scrollLeft + clientWidth < scrollWidth - 1;
   }
 
   /** Scrolls as little as it takes to bring a row into sight below the heading. */
   private reveal(frame: number): void {
-    const heading = this.scroller.querySelector('thead')?.clientHeight ?? this.row_height;
-    const top = frame * this.row_height;
+    const heading = this.scroller.querySelector('thead')?.clientHeight ?? this.rowHeight;
+    const top = frame * this.rowHeight;
     const height = this.scroller.clientHeight - heading;
     if (top < this.scroller.scrollTop) this.scroller.scrollTop = top;
-    else if (top + this.row_height > this.scroller.scrollTop + height) {
-      this.scroller.scrollTop = top + this.row_height - height;
+    else if (top + this.rowHeight > this.scroller.scrollTop + height) {
+      this.scroller.scrollTop = top + this.rowHeight - height;
     }
   }
 
@@ -167,7 +167,7 @@ export class ScanstitchFrameTable extends LitElement {
 
   static override styles = [
     shared,
-    status_styles,
+    statusStyles,
     css`
       :host {
         display: flex;
@@ -289,10 +289,4 @@ function spacer(height: number): TemplateResult | typeof nothing {
 
 function capital(word: string): string {
   return word.charAt(0).toUpperCase() + word.slice(1);
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-frame-table': ScanstitchFrameTable;
-  }
 }

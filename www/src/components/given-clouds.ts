@@ -6,13 +6,13 @@ import type { Turns } from '../views/viewport.js';
 export type CloudData =
   /** A file of points, PLY or PCD. */
   | { kind: 'file'; name: string; bytes: Uint8Array<ArrayBuffer> }
-  /** x y z x y z ..., m, with unit normals where they are known; `is_of_camera`: x right, y down, z forward. */
+  /** x y z x y z ..., m, with unit normals where they are known; `isOfCamera`: x right, y down, z forward. */
   | {
       kind: 'positions';
       name: string;
       xyz: Float32Array<ArrayBuffer>;
       normals?: Float32Array<ArrayBuffer> | null;
-      is_of_camera?: boolean;
+      isOfCamera?: boolean;
     }
   /** A depth image and the camera that took it (pixels; raw depth values per metre). */
   | {

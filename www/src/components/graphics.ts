@@ -25,9 +25,9 @@ export class Graphics<S extends GraphicsScene> implements ReactiveController {
   scene: S | null = null;
   state: GraphicsState = 'starting';
   /** The canvas belongs to its context: the host makes another one for every number. */
-  canvas_number = 1;
+  canvasNumber = 1;
   #started = 0;
-  #num_failures = 0;
+  #numFailures = 0;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #host: ReactiveControllerHost;
   #user: GraphicsUser<S>;
@@ -49,14 +49,14 @@ export class Graphics<S extends GraphicsScene> implements ReactiveController {
   }
 
   hostUpdated(): void {
-    if (this.#started === this.canvas_number) return;
-    this.#started = this.canvas_number;
+    if (this.#started === this.canvasNumber) return;
+    this.#started = this.canvasNumber;
     void this.#start();
   }
 
   /** A fresh canvas with a fresh context. */
   restart(): void {
-    this.canvas_number++;
+    this.canvasNumber++;
     this.#host.requestUpdate();
   }
 
@@ -76,12 +76,12 @@ export class Graphics<S extends GraphicsScene> implements ReactiveController {
     canvas.addEventListener('webglcontextlost', () => {
       if (this.scene === scene) this.#onLost();
     });
-    const was_lost = this.state !== 'starting';
+    const wasLost = this.state !== 'starting';
     this.scene = scene;
-    this.#num_failures = 0;
+    this.#numFailures = 0;
     this.#enter('there');
     this.#user.onScene(scene);
-    if (was_lost) this.#user.onGraphics?.('restored');
+    if (wasLost) this.#user.onGraphics?.('restored');
   }
 
   #onLost(): void {
@@ -92,7 +92,7 @@ export class Graphics<S extends GraphicsScene> implements ReactiveController {
   }
 
   #onFailed(): void {
-    const wait = RESTORE_MS[++this.#num_failures];
+    const wait = RESTORE_MS[++this.#numFailures];
     if (this.state !== 'starting' && wait !== undefined) {
       this.#timer = setTimeout(() => this.restart(), wait);
       return;

@@ -5,7 +5,7 @@ import type { GivenFiles, GivenRecording, ViewFacts } from './run-kind.js';
 
 interface Run {
   readonly facts: ViewFacts;
-  readonly is_under_way: boolean;
+  readonly isUnderWay: boolean;
   filesToEvaluate(): Promise<GivenFiles | null>;
   cloudsToRegister(frame: number | null): Promise<GivenClouds | null>;
 }
@@ -19,13 +19,13 @@ export interface HandoverHooks {
 export class Handover {
   evaluated: GivenFiles | null = null;
   compared: GivenRecording | null = null;
-  looked_into: GivenClouds | null = null;
+  lookedInto: GivenClouds | null = null;
   readonly #host: ReactiveControllerHost;
   readonly #hooks: HandoverHooks;
   /** The result that was taken over last; its map is not kept alive by this. */
-  #evaluated_of: WeakRef<object> | null = null;
+  #evaluatedOf: WeakRef<object> | null = null;
   /** The evaluation was opened while a run was under way, which goes along when it is done. */
-  #awaits_result = false;
+  #awaitsResult = false;
 
   constructor(host: ReactiveControllerHost, hooks: HandoverHooks) {
     this.#host = host;
@@ -35,22 +35,22 @@ export class Handover {
   /** A run that is done goes along, with its reference. */
   async openEvaluation(): Promise<void> {
     await this.#takeResult();
-    this.#awaits_result = this.#hooks.run()?.is_under_way ?? false;
+    this.#awaitsResult = this.#hooks.run()?.isUnderWay ?? false;
   }
 
   /** The run may be done now. */
   async follow(): Promise<void> {
-    if (!this.#awaits_result || this.#hooks.run()?.is_under_way) return;
-    this.#awaits_result = false;
+    if (!this.#awaitsResult || this.#hooks.run()?.isUnderWay) return;
+    this.#awaitsResult = false;
     await this.#takeResult();
   }
 
   async #takeResult(): Promise<void> {
     const run = this.#hooks.run();
     const { result = null } = run?.facts ?? {};
-    if (!run || !result || this.#evaluated_of?.deref() === result) return;
+    if (!run || !result || this.#evaluatedOf?.deref() === result) return;
     const files = await run.filesToEvaluate();
-    if (files) [this.evaluated, this.#evaluated_of] = [files, new WeakRef(result)];
+    if (files) [this.evaluated, this.#evaluatedOf] = [files, new WeakRef(result)];
     this.#host.requestUpdate();
   }
 
@@ -65,8 +65,8 @@ export class Handover {
   /** The registration of a scan or frame as the run did it; null: of the selected one to the one before. */
   async openLab(frame: number | null): Promise<void> {
     const clouds = (await this.#hooks.run()?.cloudsToRegister(frame)) ?? null;
-    const is_same = clouds?.source === this.looked_into?.source && clouds?.of === this.looked_into?.of;
-    if (clouds && (frame !== null || !is_same)) this.looked_into = clouds;
+    const isSame = clouds?.source === this.lookedInto?.source && clouds?.of === this.lookedInto?.of;
+    if (clouds && (frame !== null || !isSame)) this.lookedInto = clouds;
     this.#host.requestUpdate();
   }
 }

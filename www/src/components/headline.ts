@@ -119,9 +119,3 @@ export class ScanstitchHeadline extends LitElement {
     `,
   ];
 }
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-headline': ScanstitchHeadline;
-  }
-}

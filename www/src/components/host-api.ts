@@ -10,9 +10,9 @@ import { STOPPED } from './session.js';
 /** The view of a run, as far as the page has to do with it. */
 export interface HostedRun {
   /** Whether files are being read or a run is under way, or the engine is starting. */
-  readonly is_busy: boolean;
+  readonly isBusy: boolean;
   /** The same, but for an engine that is only starting. */
-  readonly is_under_way: boolean;
+  readonly isUnderWay: boolean;
   readonly outcome: ScanstitchResult | null;
   computed(): Promise<ScanstitchResult>;
   cancel(): void;
@@ -25,7 +25,7 @@ interface Opener {
   /** What is being fetched; null where nothing is. */
   readonly activity: string | null;
   begin(): AbortSignal;
-  open(coming: (signal: AbortSignal) => Promise<GivenSet>, requested_at: number): Promise<void>;
+  open(coming: (signal: AbortSignal) => Promise<GivenSet>, requestedAt: number): Promise<void>;
   fetch(addresses: readonly string[], signal: AbortSignal): Promise<GivenSet>;
   openSample(): Promise<void>;
   openApartment(): Promise<void>;
@@ -198,13 +198,13 @@ export class HostApi implements ReactiveController {
         this.#hooks.run()?.session.refuse(`Nothing was opened: ${messageOf(error)}`, 'Drop files of your own');
       throw error;
     }
-    if (!this.#hooks.run()?.is_busy) throw new Error('Nothing that was given can be used');
+    if (!this.#hooks.run()?.isBusy) throw new Error('Nothing that was given can be used');
   }
 
   /** Not moved, but removed: what was under way has come to its end. */
   #onRemoved(): void {
     const runs = this.#hooks.runs();
-    if (this.#opener.activity !== null || runs.some((run) => run.is_under_way)) {
+    if (this.#opener.activity !== null || runs.some((run) => run.isUnderWay)) {
       tellFault(this.#host, {
         file: '',
         place: '',

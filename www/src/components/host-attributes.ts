@@ -28,9 +28,9 @@ function textOrSwitch(value: unknown): string | boolean {
 }
 
 /** Off, on, or on with a value. */
-export const text_or_switch = reflected(textOrSwitch);
+export const asTextOrSwitch = reflected(textOrSwitch);
 
-export const on_or_off = reflected((value) => textOrSwitch(value) !== false);
+export const onOrOff = reflected((value) => textOrSwitch(value) !== false);
 
 /** The accessors of a property that is such an attribute; null for any other. `key`: where its value is kept. */
 export function accessorsOf(

@@ -15,7 +15,7 @@ export class ScanstitchMapLegend extends LitElement {
   /** Empty where the map is one piece. */
   @property({ attribute: false }) pieces: readonly Piece[] = [];
   /** Links of the path that are drawn dashed, and frames that are drawn as crosses. */
-  @property({ attribute: false }) num_uncertain = 0;
+  @property({ attribute: false }) numUncertain = 0;
   @property({ attribute: false }) num_lost = 0;
   /** The piece that alone is shown; null: all are. */
   @property({ attribute: false }) shown: Piece | null = null;
@@ -23,13 +23,13 @@ export class ScanstitchMapLegend extends LitElement {
   @property({ type: Boolean }) compact = false;
 
   protected override render(): TemplateResult | typeof nothing {
-    const { pieces, num_uncertain } = this;
-    if (pieces.length === 0 && num_uncertain === 0) return nothing;
+    const { pieces, numUncertain } = this;
+    if (pieces.length === 0 && numUncertain === 0) return nothing;
     if (pieces.length === 0) return this.renderSigns();
-    const num_pieces = pieces.reduce((sum, piece) => sum + piece.num_pieces, 0);
+    const numPieces = pieces.reduce((sum, piece) => sum + piece.numPieces, 0);
     return html`<details ?open=${!this.compact}>
       <summary>
-        Map in ${plural(num_pieces, 'piece')}<span
+        Map in ${plural(numPieces, 'piece')}<span
           >Poses within a piece are certain. How the pieces lie relative to each other is not.</span
         >
       </summary>
@@ -41,11 +41,11 @@ export class ScanstitchMapLegend extends LitElement {
   }
 
   private renderSigns(): TemplateResult {
-    const { num_uncertain, num_lost } = this;
+    const { numUncertain, num_lost } = this;
     return html`<ul class="signs">
       ${
-        num_uncertain > 0
-          ? html`<li><i class="dashes"></i>uncertain link<span class="number">${num_uncertain}</span></li>`
+        numUncertain > 0
+          ? html`<li><i class="dashes"></i>uncertain link<span class="number">${numUncertain}</span></li>`
           : nothing
       }
       ${
@@ -57,12 +57,12 @@ export class ScanstitchMapLegend extends LitElement {
   }
 
   private renderPiece(piece: Piece): TemplateResult {
-    const is_shown = this.shown === piece;
+    const isShown = this.shown === piece;
     return html`<li>
       <button
-        aria-pressed=${is_shown}
-        title=${is_shown ? 'Show all pieces' : `Show this piece alone${piece.exported ? `; in exports ${piece.exported}` : ''}`}
-        @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: is_shown ? null : piece }))}
+        aria-pressed=${isShown}
+        title=${isShown ? 'Show all pieces' : `Show this piece alone${piece.exported ? `; in exports ${piece.exported}` : ''}`}
+        @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: isShown ? null : piece }))}
       >
         <i style="background: ${cssColor(piece.color)}"></i>${piece.label}<span class="number"
           >${plural(piece.frames.length, 'scan')}</span
@@ -151,10 +151,4 @@ export class ScanstitchMapLegend extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map-legend': ScanstitchMapLegend;
-  }
 }

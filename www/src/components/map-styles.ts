@@ -1,7 +1,7 @@
 /** What the flat map and the map in space share: the stage, the buttons on it, the list of what is drawn. */
 import { css } from 'lit';
 
-export const map_styles = css`
+export const mapStyles = css`
   :host {
     position: relative;
     display: block;

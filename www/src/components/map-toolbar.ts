@@ -29,24 +29,24 @@ export interface MapToolbar {
   /** Buttons that this map alone has. */
   own: unknown;
   /** Whether the list of what is drawn is open. */
-  has_layers: boolean;
+  hasLayers: boolean;
   /** What that list is for. */
-  layers_hint: string;
+  layersHint: string;
   toggleLayers: () => void;
 }
 
-/** `styles`: map_styles. */
-export function mapToolbar({ zoom, fit, own, has_layers, layers_hint, toggleLayers }: MapToolbar): TemplateResult {
+/** `styles`: mapStyles. */
+export function mapToolbar({ zoom, fit, own, hasLayers, layersHint, toggleLayers }: MapToolbar): TemplateResult {
   return html`<div class="controls" role="toolbar" aria-label="Map view">
     ${mapButton('plus', 'Zoom in', 'Zoom in (+)', () => zoom(1))}
     ${mapButton('minus', 'Zoom out', 'Zoom out (−)', () => zoom(-1))}
     ${mapButton('fit', 'Show the whole map', 'Show the whole map (F)', fit)} ${own}
-    ${mapButton('layers', 'Layers', layers_hint, toggleLayers, { expanded: has_layers })}
+    ${mapButton('layers', 'Layers', layersHint, toggleLayers, { expanded: hasLayers })}
   </div>`;
 }
 
 /** Closes the list of what is drawn by Escape, wherever on the map the focus is, and gives the focus back to its button. */
-export function closeByEscape(event: KeyboardEvent, close: () => void): void {
+function closeByEscape(event: KeyboardEvent, close: () => void): void {
   if (event.key !== 'Escape') return;
   event.stopPropagation();
   event.preventDefault();
@@ -67,15 +67,50 @@ export function layerList(entries: unknown): TemplateResult {
 export function layerBox(
   label: string,
   sign: string,
-  is_shown: boolean,
+  isShown: boolean,
   show: (shown: boolean) => void,
 ): TemplateResult {
   return html`<label>
     <input
       type="checkbox"
-      .checked=${is_shown}
+      .checked=${isShown}
       @change=${(event: Event) => show((event.target as HTMLInputElement).checked)}
     />
     <i class="sign ${sign}"></i>${label}
   </label>`;
+}
+
+export interface MapFrame {
+  /** Which elements describe the map. */
+  describedBy: string;
+  /** The canvas, and words for those who do not see it. */
+  stage: unknown;
+  onKey: (event: KeyboardEvent) => void;
+  /** Beside the map. */
+  before?: unknown;
+  /** On the map. */
+  over: unknown;
+  /** The list of what is drawn, while it is open. */
+  layers: TemplateResult | null;
+  toggleLayers: () => void;
+  /** Below it. */
+  after: unknown;
+}
+
+/** How the parts of a map lie; Escape closes the list of what is drawn. `styles`: mapStyles. */
+export function mapFrame(parts: MapFrame): TemplateResult {
+  const { describedBy, stage, onKey, before = nothing, over, layers, toggleLayers, after } = parts;
+  const onEscape = (event: KeyboardEvent): void => {
+    if (layers) closeByEscape(event, toggleLayers);
+  };
+  return html`<div class="frame" @keydown=${{ handleEvent: onEscape, capture: true }}>
+    ${before}
+    <div class="view">
+      <div class="stage" tabindex="0" role="group" aria-label="Map" aria-describedby=${describedBy} @keydown=${onKey}>
+        ${stage}
+      </div>
+      ${over}
+    </div>
+    ${layers ?? nothing} ${after}
+  </div>`;
 }

@@ -22,17 +22,17 @@ import {
   type Viewport,
   zoomedAt,
 } from '../views/viewport.js';
-import { map_styles } from './map-styles.js';
+import { mapStyles } from './map-styles.js';
 import './map-legend.js';
 import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
-import { closeByEscape, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
+import { mapFrame, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],
   statuses: [],
-  uncertain_links: [],
-  look_direction: 0,
+  uncertainLinks: [],
+  lookDirection: 0,
   until: 0,
   selected: null,
   hovered: null,
@@ -63,66 +63,66 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   @property({ attribute: false }) pieces: readonly Piece[] = [];
   /** The map that this one replaces, to be compared with it. */
   @property({ attribute: false }) map_before: BeforeMap | null = null;
-  @property({ attribute: false }) reference_name = '';
+  @property({ attribute: false }) referenceName = '';
   @property({ type: Boolean }) dark = false;
   /** Whether there is a grid to ask for; and the grid, once it has come. */
-  @property({ type: Boolean }) has_occupancy = false;
+  @property({ type: Boolean }) hasOccupancy = false;
   @property({ attribute: false }) occupancy: OccupancyPicture | null = null;
   /** Changes with the data set, so that the view is fitted again. */
-  @property({ attribute: false }) fit_key: unknown = null;
+  @property({ attribute: false }) fitKey: unknown = null;
   @property({ attribute: false }) description = '';
   /** Without the buttons on it. */
   @property({ type: Boolean, reflect: true }) bare = false;
 
   @state() private layers: Layers = { grid: true, occupancy: false, path: true, reference: true };
-  @state() private layers_open = false;
+  @state() private layersOpen = false;
   @state() private pointer: { x: number; y: number } | null = null;
   @state() private hovered: number | null = null;
 
   @query('canvas') private canvas!: HTMLCanvasElement;
   @query('.stage') readonly stage!: HTMLElement;
 
-  private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
+  private view: Viewport = { centerX: 0, centerY: 0, scale: 40, turns: 0 };
   private surface = new DrawingSurface(this);
   /** First frame of the only piece that is shown; null: all are. */
   @state() private only: number | null = null;
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
   /** The user has moved the view: auto-fit is off. */
-  private is_moved = false;
-  private map_canvas: MapCanvas | null = null;
-  private last_motion = Number.NEGATIVE_INFINITY;
-  private rest_timer: ReturnType<typeof setTimeout> | undefined;
-  private has_new_points = false;
+  private isMoved = false;
+  private mapCanvas: MapCanvas | null = null;
+  private lastMotion = Number.NEGATIVE_INFINITY;
+  private restTimer: ReturnType<typeof setTimeout> | undefined;
+  private hasNewPoints = false;
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    clearTimeout(this.rest_timer);
+    clearTimeout(this.restTimer);
   }
 
   protected override firstUpdated(): void {
-    this.map_canvas = new MapCanvas(this.canvas);
+    this.mapCanvas = new MapCanvas(this.canvas);
     this.surface.begin();
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
-    if (changed.has('fit_key')) {
-      this.is_moved = false;
+    if (changed.has('fitKey')) {
+      this.isMoved = false;
       this.turns = null;
       this.only = null;
     }
-    if (changed.has('pieces') || changed.has('map_before')) this.map_canvas?.invalidate();
+    if (changed.has('pieces') || changed.has('map_before')) this.mapCanvas?.invalidate();
   }
 
   /** The piece that alone is shown; null where all are. */
-  private get shown_piece(): Piece | null {
+  private get shownPiece(): Piece | null {
     return this.pieces.find(({ frames }) => frames[0] === this.only) ?? null;
   }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('points') || changed.has('fit_key')) {
-      if (changed.has('points')) this.has_new_points = true;
-      if (!this.is_moved) this.fit();
+    if (changed.has('points') || changed.has('fitKey')) {
+      if (changed.has('points')) this.hasNewPoints = true;
+      if (!this.isMoved) this.fit();
     }
     const previous = changed.get('marks');
     const repaint =
@@ -130,30 +130,30 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       changed.has('dark') ||
       changed.has('colors') ||
       (changed.has('marks') && (previous?.until !== this.marks.until || previous?.selected !== this.marks.selected));
-    if (repaint) this.map_canvas?.invalidate();
+    if (repaint) this.mapCanvas?.invalidate();
     this.requestPaint();
   }
 
   /** Shows the whole map. */
   fit(): void {
-    this.is_moved = false;
+    this.isMoved = false;
     this.fitTo(this.bounds());
   }
 
   /** Shows this piece alone, or all of the map again. */
   private showPiece(piece: Piece | null): void {
     this.only = piece?.frames[0] ?? null;
-    this.map_canvas?.invalidate();
+    this.mapCanvas?.invalidate();
     if (!piece) return this.fit();
     this.fitTo(mapBounds(this.points, this.marks.poses, [], piece.frames));
-    this.is_moved = true;
+    this.isMoved = true;
   }
 
   private fitTo(bounds: Bounds | null): void {
     const { size } = this.surface;
     if (bounds && size.width > 0) {
-      const is_small = size.width < SMALL_WIDTH;
-      const margin = is_small
+      const isSmall = size.width < SMALL_WIDTH;
+      const margin = isSmall
         ? { top: 24, right: 24, bottom: 44, left: 24 }
         : { top: 36, right: 64, bottom: 52, left: 36 };
       this.view = fitted(bounds, size, margin, this.turns ?? bestTurns(bounds, size));
@@ -175,7 +175,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   /** The map as a picture, at twice the resolution of the screen or better. */
   async picture(): Promise<Blob> {
     const print = new MapCanvas();
-    print.resize(this.surface.size, Math.max(2, this.surface.pixel_ratio));
+    print.resize(this.surface.size, Math.max(2, this.surface.pixelRatio));
     print.paint(this.content(), this.view, false);
     return pngOf(print.canvas);
   }
@@ -185,29 +185,18 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     const { size } = this.surface;
     const world = pointer && toWorld(this.view, size, pointer.x, pointer.y);
     const toggleLayers = (): void => {
-      this.layers_open = !this.layers_open;
+      this.layersOpen = !this.layersOpen;
     };
-    const onKey = (event: KeyboardEvent): void => {
-      if (this.layers_open) closeByEscape(event, toggleLayers);
-    };
-    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
-      <div class="view">
-        <div
-          class="stage"
-          tabindex="0"
-          role="group"
-          aria-label="Map"
-          aria-describedby="map-description map-keys"
-          @keydown=${this.onKey}
-        >
-          <canvas aria-hidden="true"></canvas>
-          <p id="map-description" class="visually-hidden">${this.description}</p>
-          <p id="map-keys" class="visually-hidden">
-            Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-            scan before and after.
-          </p>
-        </div>
-        <div class="readout number" aria-hidden="true" ?hidden=${!world}>
+    return mapFrame({
+      describedBy: 'map-description map-keys',
+      onKey: (event) => this.onKey(event),
+      stage: html`<canvas aria-hidden="true"></canvas>
+        <p id="map-description" class="visually-hidden">${this.description}</p>
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
+          scan before and after.
+        </p>`,
+      over: html`<div class="readout number" aria-hidden="true" ?hidden=${!world}>
           ${
             world &&
             html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
@@ -225,21 +214,21 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
           zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
           fit: () => this.fit(),
           own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
-          has_layers: this.layers_open,
-          layers_hint: 'Layers',
+          hasLayers: this.layersOpen,
+          layersHint: 'Layers',
           toggleLayers,
-        })}
-      </div>
-      ${this.layers_open ? this.renderLayers() : nothing}
-      <scanstitch-map-legend
+        })}`,
+      layers: this.layersOpen ? this.renderLayers() : null,
+      toggleLayers,
+      after: html`<scanstitch-map-legend
         .pieces=${this.pieces}
-        .shown=${this.shown_piece}
-        .num_uncertain=${this.marks.uncertain_links.filter(Boolean).length}
+        .shown=${this.shownPiece}
+        .numUncertain=${this.marks.uncertainLinks.filter(Boolean).length}
         .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
         ?compact=${size.width < SMALL_WIDTH}
         @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
-      ></scanstitch-map-legend>
-    </div>`;
+      ></scanstitch-map-legend>`,
+    });
   }
 
   private renderLayers(): TemplateResult {
@@ -247,8 +236,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       layerBox(label, name, this.layers[name], (shown) => this.showLayer(name, shown));
     return layerList(html`
       ${layer('path', 'Path and poses')}
-      ${this.marks.reference.length > 0 ? layer('reference', `Ground truth: ${baseName(this.reference_name)}`) : nothing}
-      ${this.has_occupancy ? layer('occupancy', 'Occupancy in place of points') : nothing} ${layer('grid', 'Grid')}
+      ${this.marks.reference.length > 0 ? layer('reference', `Ground truth: ${baseName(this.referenceName)}`) : nothing}
+      ${this.hasOccupancy ? layer('occupancy', 'Occupancy in place of points') : nothing} ${layer('grid', 'Grid')}
     `);
   }
 
@@ -265,8 +254,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   }
 
   resized(): void {
-    this.map_canvas?.resize(this.surface.size, this.surface.pixel_ratio);
-    if (!this.is_moved) this.fit();
+    this.mapCanvas?.resize(this.surface.size, this.surface.pixelRatio);
+    if (!this.isMoved) this.fit();
   }
 
   private requestPaint(): void {
@@ -274,12 +263,12 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   }
 
   paint(): void {
-    const is_in_motion = performance.now() - this.last_motion < REST_MS;
-    const is_exact = this.map_canvas?.paint(this.content(), this.view, is_in_motion) ?? true;
-    clearTimeout(this.rest_timer);
-    if (!is_exact) this.rest_timer = setTimeout(() => this.requestPaint(), REST_MS + 10);
-    if (this.has_new_points) {
-      this.has_new_points = false;
+    const isInMotion = performance.now() - this.lastMotion < REST_MS;
+    const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
+    clearTimeout(this.restTimer);
+    if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
+    if (this.hasNewPoints) {
+      this.hasNewPoints = false;
       this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true }));
     }
   }
@@ -293,7 +282,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       occupancy,
       dark,
       before: this.map_before,
-      only: this.shown_piece?.frames ?? null,
+      only: this.shownPiece?.frames ?? null,
       marks: { ...this.marks, hovered: this.hovered ?? this.marks.hovered },
     };
   }
@@ -302,8 +291,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   private move(view: Viewport): void {
     this.view = view;
-    this.is_moved = true;
-    this.last_motion = performance.now();
+    this.isMoved = true;
+    this.lastMotion = performance.now();
     this.requestPaint();
   }
 
@@ -357,7 +346,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   static override styles = [
     shared,
-    map_styles,
+    mapStyles,
     css`
       .readout .frame {
         display: inline-flex;
@@ -375,10 +364,4 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map': ScanstitchMap;
-  }
 }

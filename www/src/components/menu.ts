@@ -28,7 +28,7 @@ export class ScanstitchMenu extends LitElement {
   @property({ type: Boolean }) primary = false;
   /** The button shows its sign alone. */
   @property({ type: Boolean }) compact = false;
-  @state() private is_open = false;
+  @state() private isOpen = false;
   @query('.list') private list!: HTMLElement;
   @queryAll('[role=menuitem]') private entries!: NodeListOf<HTMLElement>;
 
@@ -46,16 +46,16 @@ export class ScanstitchMenu extends LitElement {
       <button
         class="${this.primary ? 'primary' : ''} ${this.compact ? 'icon' : ''}"
         aria-haspopup="menu"
-        aria-expanded=${this.is_open}
+        aria-expanded=${this.isOpen}
         aria-label=${this.label}
         title=${this.compact ? this.label : nothing}
         ?disabled=${this.disabled}
-        @click=${() => (this.is_open ? this.close(true) : this.open())}
+        @click=${() => (this.isOpen ? this.close(true) : this.open())}
       >
         ${icon(this.icon)}${this.compact ? nothing : html`${this.label}${icon('chevron', 12)}`}
       </button>
       ${
-        this.is_open
+        this.isOpen
           ? html`<div class="list" role="menu" aria-label=${this.label}>
               ${this.items.map(
                 ({ id, label, detail }) =>
@@ -70,7 +70,7 @@ export class ScanstitchMenu extends LitElement {
   }
 
   private async open(): Promise<void> {
-    this.is_open = true;
+    this.isOpen = true;
     document.addEventListener('pointerdown', this.onOutside, true);
     this.dispatchEvent(new CustomEvent('menu-opened'));
     await this.updateComplete;
@@ -87,10 +87,10 @@ export class ScanstitchMenu extends LitElement {
     if (overhang > 0) this.list.style.right = `${-overhang}px`;
   }
 
-  private close(give_focus_back: boolean): void {
-    this.is_open = false;
+  private close(giveFocusBack: boolean): void {
+    this.isOpen = false;
     document.removeEventListener('pointerdown', this.onOutside, true);
-    if (give_focus_back) this.renderRoot.querySelector('button')?.focus();
+    if (giveFocusBack) this.renderRoot.querySelector('button')?.focus();
   }
 
   private choose(id: string): void {
@@ -100,11 +100,11 @@ export class ScanstitchMenu extends LitElement {
 
   private onFocusOut(event: FocusEvent): void {
     const to = event.relatedTarget;
-    if (this.is_open && to instanceof Node && !this.renderRoot.contains(to)) this.close(false);
+    if (this.isOpen && to instanceof Node && !this.renderRoot.contains(to)) this.close(false);
   }
 
   private onKey(event: KeyboardEvent): void {
-    if (!this.is_open) return;
+    if (!this.isOpen) return;
     const entries = [...this.entries];
     const at = entries.indexOf(this.shadowRoot?.activeElement as HTMLElement);
     const targets: Record<string, number> = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 };
@@ -158,10 +158,4 @@ export class ScanstitchMenu extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-menu': ScanstitchMenu;
-  }
 }

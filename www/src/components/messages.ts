@@ -1,7 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { plural } from '../views/format.js';
-import { sentence } from '../views/words.js';
+import { plural, sentence } from '../views/format.js';
 import { icon } from './icons.js';
 import { shared } from './theme.js';
 
@@ -34,9 +33,9 @@ export class ScanstitchMessages extends LitElement {
     const { messages } = this;
     const num_errors = messages.filter(({ kind }) => kind === 'error').length;
     const kind = num_errors > 0 ? 'error' : 'note';
-    const is_folded = this.strip && num_errors === 0 && !messages.some(({ retry }) => retry);
+    const isFolded = this.strip && num_errors === 0 && !messages.some(({ retry }) => retry);
     return html`<section class="card ${kind}" aria-label="Messages" ?hidden=${messages.length === 0}>
-      <details class="all" ?open=${!is_folded}>
+      <details class="all" ?open=${!isFolded}>
         <summary>
           ${icon(num_errors > 0 ? 'doubtful' : 'info')}
           <h2>${title(messages, num_errors)}</h2>
@@ -209,13 +208,7 @@ function title(messages: readonly Message[], num_errors: number): string {
     if (only.kind === 'note') return 'Note';
     return only.file ? 'A file could not be used' : 'Something went wrong';
   }
-  const num_notes = messages.length - num_errors;
-  const counts = [num_errors > 0 ? plural(num_errors, 'problem') : '', num_notes > 0 ? plural(num_notes, 'note') : ''];
+  const numNotes = messages.length - num_errors;
+  const counts = [num_errors > 0 ? plural(num_errors, 'problem') : '', numNotes > 0 ? plural(numNotes, 'note') : ''];
   return counts.filter(Boolean).join(', ');
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-messages': ScanstitchMessages;
-  }
 }

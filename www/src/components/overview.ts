@@ -4,8 +4,8 @@ import type { FrameResult, IterationRecord } from '../engine/protocol.js';
 import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
-import { badList, frame_styles, frameBars, numBad } from './frame-parts.js';
-import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
+import { badList, frameStyles, frameBars, numBad } from './frame-parts.js';
+import { chartStyles, panelStyles, shared, statusStyles } from './theme.js';
 
 /**
  * All scans at a glance, while none is selected: which need a look, how well each fits, what the engine has to say.
@@ -20,7 +20,7 @@ export class ScanstitchOverview extends LitElement {
   /** What else the engine has to say, in whole sentences. */
   @property({ attribute: false }) notes: readonly string[] = [];
   @property({ attribute: false }) errors: readonly (number | null)[] = [];
-  @property({ attribute: false }) reference_name = '';
+  @property({ attribute: false }) referenceName = '';
   @property({ attribute: false }) colors: readonly Rgb[] = [];
 
   protected override render(): TemplateResult {
@@ -28,22 +28,22 @@ export class ScanstitchOverview extends LitElement {
     if (frames.length === 0) {
       return html`<p class="muted">The result of each scan appears here once scans are loaded.</p>`;
     }
-    const num_bad = numBad(frames);
+    const badCount = numBad(frames);
     return html`
       <header><h2>All scans</h2></header>
-      <p>${this.assessment(num_bad)}</p>
-      ${num_bad > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
+      <p>${this.assessment(badCount)}</p>
+      ${badCount > 0 ? badList(frames, this.colors, (frame) => this.select(frame)) : nothing}
       ${notes.map((note) => html`<p class="explanation">${note}</p>`)} ${this.renderWorst()}
       ${frames.length > 1 ? this.renderCharts() : nothing}
     `;
   }
 
-  private assessment(num_bad: number): string {
+  private assessment(badCount: number): string {
     const { length } = this.frames;
     if (length === 1) {
       return 'A single scan: there is nothing to register it against. Drop the scans that follow it.';
     }
-    if (num_bad > 0) return `${plural(num_bad, 'scan')} of ${length} to check:`;
+    if (badCount > 0) return `${plural(badCount, 'scan')} of ${length} to check:`;
     return `All ${length} scans were registered. Select one here, in the table or on the map to see how.`;
   }
 
@@ -83,7 +83,7 @@ export class ScanstitchOverview extends LitElement {
         matched(({ fitness }) => fitness),
         formatPercent,
       )}
-      ${this.renderBars(`Distance to ${baseName(this.reference_name)}`, 'Lower is better.', this.errors, formatLength)}
+      ${this.renderBars(`Distance to ${baseName(this.referenceName)}`, 'Lower is better.', this.errors, formatLength)}
       ${joint_history.length > 0 ? this.renderJoint() : nothing}
     `;
   }
@@ -127,10 +127,10 @@ export class ScanstitchOverview extends LitElement {
 
   static override styles = [
     shared,
-    status_styles,
-    panel_styles,
-    chart_styles,
-    frame_styles,
+    statusStyles,
+    panelStyles,
+    chartStyles,
+    frameStyles,
     css`
       .worst {
         display: flex;
@@ -141,10 +141,4 @@ export class ScanstitchOverview extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-overview': ScanstitchOverview;
-  }
 }

@@ -12,14 +12,14 @@ interface ToldRun {
   messages: readonly Message[];
   snapshot: object | null;
   /** Clock time. */
-  requested_at: number;
+  requestedAt: number;
 }
 
 export class RunEvents {
   /** What is wrong with the initial settings, until it is reported. */
-  setting_faults: string[] = [];
+  settingFaults: string[] = [];
   readonly #view: ReactiveControllerHost & EventTarget;
-  #told_progress: ScanstitchProgress | null = null;
+  #toldProgress: ScanstitchProgress | null = null;
   #waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
   /** Results whose completion was reported. */
   #told = new WeakSet<object>();
@@ -55,19 +55,19 @@ export class RunEvents {
   tellProgress({ phase, progress, activity }: ToldRun): void {
     if (phase !== 'reading' && phase !== 'running') return;
     // Errors in settings matter only for the kind of run that is used.
-    const faults = this.setting_faults.splice(0);
+    const faults = this.settingFaults.splice(0);
     if (faults.length > 0)
       this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults, bubbles: true }));
-    const told = this.#told_progress;
+    const told = this.#toldProgress;
     if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
-    this.#told_progress = { stage: phase, progress, activity };
-    tellHost(this.#view, 'scanstitch-progress', this.#told_progress);
+    this.#toldProgress = { stage: phase, progress, activity };
+    tellHost(this.#view, 'scanstitch-progress', this.#toldProgress);
   }
 
   /** The result is on the screen; reported once. */
-  tellDone({ snapshot, requested_at }: ToldRun, outcomeOf: () => ScanstitchResult): void {
+  tellDone({ snapshot, requestedAt }: ToldRun, outcomeOf: () => ScanstitchResult): void {
     if (!snapshot || this.#told.has(snapshot)) return;
     this.#told.add(snapshot);
-    tellHost(this.#view, 'scanstitch-done', { ...outcomeOf(), elapsed_ms: performance.now() - requested_at });
+    tellHost(this.#view, 'scanstitch-done', { ...outcomeOf(), elapsed_ms: performance.now() - requestedAt });
   }
 }

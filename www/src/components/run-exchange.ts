@@ -3,15 +3,15 @@ import { css, html, nothing, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 import type { Former, Shelf } from './run-kind.js';
 
-/** `title`: of what is shown. `styles`: bar_styles. */
+/** `title`: of what is shown. `styles`: barStyles. */
 export function exchangeBar(title: string, former: Former, shelf: Shelf): TemplateResult {
-  const { title: other, is_undone, can_join } = former;
+  const { title: other, isUndone, canJoin } = former;
   const replaced =
     title === other ? 'The files opened last replaced those before.' : html`<b>${title}</b> replaced <b>${other}</b>.`;
   return html`<section class="bar" aria-label="Replaced recording">
-    <p>${is_undone ? html`<b>${title}</b> is open again.` : replaced}</p>
-    <button @click=${() => shelf.exchange()}>${is_undone ? `Redo: open ${other}` : 'Undo'}</button>
-    ${can_join ? html`<button @click=${() => shelf.addInstead()}>Add instead</button>` : nothing}
+    <p>${isUndone ? html`<b>${title}</b> is open again.` : replaced}</p>
+    <button @click=${() => shelf.exchange()}>${isUndone ? `Redo: open ${other}` : 'Undo'}</button>
+    ${canJoin ? html`<button @click=${() => shelf.addInstead()}>Add instead</button>` : nothing}
     <button
       class="quiet icon"
       aria-label="Dismiss; ${other} is closed"
@@ -23,7 +23,7 @@ export function exchangeBar(title: string, former: Former, shelf: Shelf): Templa
   </section>`;
 }
 
-export const bar_styles = css`
+export const barStyles = css`
   .bar {
     display: flex;
     flex: none;

@@ -13,12 +13,12 @@ export interface ViewFacts {
   count: string;
   /** Path of the reference trajectory; empty without. */
   reference: string;
-  can_export: boolean;
+  canExport: boolean;
   /** Another object for every new result. */
   result: unknown;
 }
 
-export const NO_FACTS: ViewFacts = { title: '', count: '', reference: '', can_export: false, result: null };
+export const NO_FACTS: ViewFacts = { title: '', count: '', reference: '', canExport: false, result: null };
 
 /** A run of the reconstruction, to be compared with its reference. */
 export interface GivenFiles {
@@ -43,9 +43,9 @@ export interface GivenRecording {
 export interface Former {
   title: string;
   /** Whether the one that is open was brought back, and this one came after it. */
-  is_undone: boolean;
+  isUndone: boolean;
   /** Whether the files that are open can be added to it. */
-  can_join: boolean;
+  canJoin: boolean;
 }
 
 /** What a view of a run asks of the page's workspace. */
@@ -78,3 +78,17 @@ export interface RunKind {
   /** The panels in the order of their buttons or tabs. */
   order: readonly Panel[];
 }
+
+/** The settings stand in the address already. */
+export const COPY_LINK: MenuItem = {
+  id: 'link',
+  label: 'Copy link',
+  detail: 'to this page with these settings; files of your own are not in it',
+};
+
+export function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
+  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
+}
+
+// The same empty list every time: a new one would be a change.
+export const EMPTY_LIST: readonly never[] = [];

@@ -1,32 +1,48 @@
 /** The panels around the map of a run: which of them are unfolded, and what unfolds them. */
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
+import type { Status } from '../views/map-painter.js';
+import type { Rgb } from '../views/palette.js';
 import type { Controls } from './controls.js';
 import { type Fold, type FoldChange, NONE_OPEN } from './folds.js';
 import type { Panel, RunKind } from './run-kind.js';
-import { type Layout, tabs } from './run-parts.js';
+import { fullScreenButton, type Layout, tabs } from './run-parts.js';
+import './timeline.js';
+
+interface TimelineFacts {
+  count: number;
+  until: number;
+  statuses: readonly Status[];
+  colors: readonly Rgb[] | null;
+  dark: boolean;
+}
 
 /** Fires `panel-folded` where one is to be unfolded or folded. */
 export abstract class RunPanels extends LitElement {
   @property({ attribute: false }) layout: Layout = 'wide';
   /** Whether there is little height. */
-  @property({ attribute: false }) is_low = false;
+  @property({ attribute: false }) isLow = false;
   @property({ attribute: false }) controls: Controls = 'full';
   /** Those that are unfolded. */
   @property({ attribute: false }) folds: ReadonlySet<Fold> = NONE_OPEN;
   /** Whether it fills the screen; null where that is not possible, or where the header has the button. */
-  @property({ attribute: false }) full_screen: boolean | null = null;
+  @property({ attribute: false }) fullScreen: boolean | null = null;
   /** The one whose tab is chosen, below a narrow map. */
   @state() private panel: Panel = 'figures';
 
   abstract readonly of: RunKind;
   protected abstract renderFigures(): TemplateResult | typeof nothing;
-  protected abstract renderTable(): TemplateResult;
-  protected abstract renderDetails(): TemplateResult;
+  protected abstract renderTable(): TemplateResult | typeof nothing;
+  protected abstract renderDetails(): TemplateResult | typeof nothing;
   protected abstract renderSettings(): TemplateResult;
 
+  /** What the panels are made of, with the first one that is unfolded. */
+  protected loadPanels(): void {
+    void import('./panels.js');
+  }
+
   /** Whether the figures have one line. */
-  protected get is_compact(): boolean {
+  protected get isCompact(): boolean {
     return this.controls !== 'full' || (this.layout !== 'narrow' && !this.folds.has('figures'));
   }
 
@@ -34,29 +50,29 @@ export abstract class RunPanels extends LitElement {
   protected shows(panel: Panel): boolean {
     const { layout, folds } = this;
     if (layout === 'narrow' || this.controls !== 'full' || !folds.has(panel)) return false;
-    if (panel !== 'figures') void import('./panels.js');
+    if (panel !== 'figures') this.loadPanels();
     return layout === 'wide' || panel !== 'settings' || !folds.has('details');
   }
 
   /** What was selected on the map or in the table is explained beside it, where there is room. */
   protected unfoldDetails(): void {
-    const has_room = this.layout !== 'narrow' && this.controls === 'full';
-    if (has_room && !this.folds.has('details')) this.fold({ fold: 'details', is_open: true, is_lasting: false });
+    const hasRoom = this.layout !== 'narrow' && this.controls === 'full';
+    if (hasRoom && !this.folds.has('details')) this.fold({ fold: 'details', isOpen: true, isLasting: false });
   }
 
   /** Buttons beside the slider; a narrow map has tabs instead. */
-  protected renderFolds(): TemplateResult | typeof nothing {
+  private renderFolds(): TemplateResult | typeof nothing {
     const { of, layout } = this;
     if (layout === 'narrow' || this.controls !== 'full') return nothing;
     return html`<div class="folds" role="group" aria-label="Panels">
       ${of.order.map((panel) => {
-        const is_open = this.shows(panel);
+        const isOpen = this.shows(panel);
         const toggle = (): void => {
-          const is_in_the_way = layout === 'medium' && panel === 'settings' && !is_open && this.folds.has('details');
-          if (is_in_the_way) this.fold({ fold: 'details', is_open: false, is_lasting: true });
-          this.fold({ fold: panel, is_open: !is_open, is_lasting: true });
+          const isInTheWay = layout === 'medium' && panel === 'settings' && !isOpen && this.folds.has('details');
+          if (isInTheWay) this.fold({ fold: 'details', isOpen: false, isLasting: true });
+          this.fold({ fold: panel, isOpen: !isOpen, isLasting: true });
         };
-        return html`<button class="quiet" aria-expanded=${is_open} @click=${toggle}>${of.panels[panel]}</button>`;
+        return html`<button class="quiet" aria-expanded=${isOpen} @click=${toggle}>${of.panels[panel]}</button>`;
       })}
     </div>`;
   }
@@ -70,15 +86,41 @@ export abstract class RunPanels extends LitElement {
       details: () => this.renderDetails(),
       settings: () => this.renderSettings(),
     };
-    const is_open = this.folds.has('tabs');
-    if (is_open) void import('./panels.js');
-    const toggle = (): void => this.fold({ fold: 'tabs', is_open: !is_open, is_lasting: true });
+    const isOpen = this.folds.has('tabs');
+    if (isOpen) this.loadPanels();
+    const toggle = (): void => this.fold({ fold: 'tabs', isOpen: !isOpen, isLasting: true });
     const choose = (panel: Panel): void => {
       this.panel = panel;
-      if (!is_open) toggle();
+      if (!isOpen) toggle();
     };
     const names = order.map((tab) => ({ tab, label: panels[tab] }));
-    return tabs(names, this.panel, is_open ? contents[this.panel]() : nothing, choose, { is_open, toggle });
+    return tabs(names, this.panel, isOpen ? contents[this.panel]() : nothing, choose, { isOpen, toggle });
+  }
+
+  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
+  protected renderBelow(
+    { count, until, statuses, colors, dark }: TimelineFacts,
+    onUntil: (event: CustomEvent<number>) => void,
+  ): TemplateResult {
+    const { fullScreen } = this;
+    return html`<div class="below">
+      <scanstitch-timeline
+        .count=${count}
+        .until=${until}
+        .statuses=${statuses}
+        .colors=${colors}
+        noun=${this.of.noun}
+        ?dark=${dark}
+        @until-changed=${onUntil}
+      ></scanstitch-timeline>
+      ${this.renderFolds()}
+      ${fullScreen === null ? nothing : fullScreenButton(fullScreen, () => this.want('full-screen'))}
+    </div>`;
+  }
+
+  /** Asks the page's frame to open something. */
+  protected want(detail: string): void {
+    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
   }
 
   private fold(detail: FoldChange): void {

@@ -8,11 +8,11 @@ export type Layout = 'wide' | 'medium' | 'narrow';
 
 /** How the panel of tabs is folded away. */
 export interface TabsFold {
-  is_open: boolean;
+  isOpen: boolean;
   toggle(): void;
 }
 
-/** Tabs beside or below the map, with the panel of the one that is chosen unless that is folded. `styles`: layout_styles. */
+/** Tabs beside or below the map, with the panel of the one that is chosen unless that is folded. `styles`: layoutStyles. */
 export function tabs<T extends string>(
   names: readonly { tab: T; label: string }[],
   chosen: T,
@@ -20,7 +20,7 @@ export function tabs<T extends string>(
   choose: (tab: T) => void,
   fold: TabsFold | null = null,
 ): TemplateResult {
-  const is_open = fold?.is_open ?? true;
+  const isOpen = fold?.isOpen ?? true;
   const onKey = (event: KeyboardEvent): void => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (step === undefined) return;
@@ -39,8 +39,8 @@ export function tabs<T extends string>(
             html`<button
               role="tab"
               id="tab-${tab}"
-              aria-controls=${is_open ? 'panel' : nothing}
-              aria-selected=${is_open && tab === chosen}
+              aria-controls=${isOpen ? 'panel' : nothing}
+              aria-selected=${isOpen && tab === chosen}
               tabindex=${tab === chosen ? 0 : -1}
               @click=${() => choose(tab)}
             >
@@ -52,9 +52,9 @@ export function tabs<T extends string>(
         fold
           ? html`<button
               class="icon quiet fold"
-              aria-expanded=${is_open}
+              aria-expanded=${isOpen}
               aria-label="Panel"
-              title=${is_open ? 'Fold the panel' : 'Unfold the panel'}
+              title=${isOpen ? 'Fold the panel' : 'Unfold the panel'}
               @click=${() => fold.toggle()}
             >
               ${icon('chevron')}
@@ -62,15 +62,15 @@ export function tabs<T extends string>(
           : nothing
       }
     </div>
-    ${is_open ? html`<div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>` : nothing}
+    ${isOpen ? html`<div id="panel" role="tabpanel" aria-labelledby="tab-${chosen}">${panel}</div>` : nothing}
   </aside>`;
 }
 
 /** Gives the element the whole screen, as on a projector, and takes it away. */
-export function fullScreenButton(is_on: boolean, toggle: () => void): TemplateResult {
-  const label = is_on ? 'Leave full screen' : 'Full screen';
+export function fullScreenButton(isOn: boolean, toggle: () => void): TemplateResult {
+  const label = isOn ? 'Leave full screen' : 'Full screen';
   return html`<button class="icon quiet" aria-label=${label} title=${label} @click=${toggle}>
-    ${icon(is_on ? 'shrink' : 'expand')}
+    ${icon(isOn ? 'shrink' : 'expand')}
   </button>`;
 }
 
@@ -85,15 +85,15 @@ export interface ActiveSession {
   dismissMessages(): void;
 }
 
-/** The current activity, over the map, with its actions; `is_partial`: frames are missing from the map. */
-export function activity(session: ActiveSession, is_partial: boolean): TemplateResult | typeof nothing {
+/** The current activity, over the map, with its actions; `isPartial`: frames are missing from the map. */
+export function activity(session: ActiveSession, isPartial: boolean): TemplateResult | typeof nothing {
   switch (session.phase) {
     case 'reading':
     case 'running':
       return activityBox(session.activity, session.progress, 'Stop', () => session.stop());
     case 'stopped':
       return activityBox(
-        is_partial ? 'Stopped: partial map' : 'Stopped: all registered, not yet optimised',
+        isPartial ? 'Stopped: partial map' : 'Stopped: all registered, not yet optimised',
         null,
         'Continue',
         () => session.resume(),
@@ -105,10 +105,10 @@ export function activity(session: ActiveSession, is_partial: boolean): TemplateR
   }
 }
 
-/** The messages of the session, until they are dismissed; `is_strip`: above what they are about, not on it. */
-export function messages(session: ActiveSession, is_strip = false): TemplateResult {
+/** The messages of the session, until they are dismissed; `isStrip`: above what they are about, not on it. */
+export function messages(session: ActiveSession, isStrip = false): TemplateResult {
   return html`<scanstitch-messages
-    ?strip=${is_strip}
+    ?strip=${isStrip}
     .messages=${session.messages}
     @messages-dismissed=${() => session.dismissMessages()}
   ></scanstitch-messages>`;
@@ -130,8 +130,8 @@ export function emptyView(
   want: (id: string) => void,
 ): TemplateResult {
   // Fingers drop nothing.
-  const is_touch = matchMedia('(pointer: coarse)').matches;
-  const title = is_touch ? given.title.replace(/^Drop (.*) here$/, 'Open $1') : given.title;
+  const isTouch = matchMedia('(pointer: coarse)').matches;
+  const title = isTouch ? given.title.replace(/^Drop (.*) here$/, 'Open $1') : given.title;
   return html`<div class="empty">
     ${messages(session)}
     <section aria-label=${given.label}>

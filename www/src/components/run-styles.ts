@@ -2,7 +2,7 @@
 import { css } from 'lit';
 
 /** The current activity, in a box over the content. */
-export const activity_styles = css`
+export const activityStyles = css`
   .activity {
     position: absolute;
     z-index: 1; /* over messages, where the map is low */
@@ -65,7 +65,7 @@ export const activity_styles = css`
 `;
 
 /** Within a view of a run: figures, settings, map, table, details. */
-export const layout_styles = css`
+export const layoutStyles = css`
   :host {
     display: contents;
   }

@@ -2,7 +2,6 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
 import './headline.js';
-import './timeline.js';
 import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
 import type { ReportSource } from '../export/exports.js';
@@ -19,19 +18,28 @@ import {
   settingsToBegin,
 } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
-import { activity_styles, layout_styles } from './run-styles.js';
+import { activityStyles, layoutStyles } from './run-styles.js';
 import type { Measure } from './before-after.js';
 import type { GivenClouds } from './given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from './host-events.js';
 import type { MenuItem } from './menu.js';
-import { type Before, beforeAfter } from './run-before.js';
-import { bar_styles, exchangeBar } from './run-exchange.js';
-import { type GivenFiles, type Loaded, NO_FACTS, type Shelf, type ViewFacts } from './run-kind.js';
+import { ResultBefore } from './run-before.js';
+import { barStyles, exchangeBar } from './run-exchange.js';
+import {
+  COPY_LINK,
+  EMPTY_LIST,
+  type GivenFiles,
+  type Loaded,
+  NO_FACTS,
+  sameFacts,
+  type Shelf,
+  type ViewFacts,
+} from './run-kind.js';
 import { RunEvents } from './run-events.js';
 import { RunPanels } from './run-panels.js';
-import { activity, fullScreenButton, messages } from './run-parts.js';
+import { activity, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
-import { empty_styles, shared } from './theme.js';
+import { emptyStyles, shared } from './theme.js';
 
 /** What all results have in common. */
 interface RunSnapshot {
@@ -49,9 +57,9 @@ export abstract class RunView<
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
   Overlay,
 > extends RunPanels {
-  @property({ attribute: false }) initial_settings = '';
+  @property({ attribute: false }) initialSettings = '';
   @property({ attribute: false }) preset = '';
-  @property({ attribute: false }) remember_settings = false;
+  @property({ attribute: false }) rememberSettings = false;
   @property({ type: Boolean }) dark = false;
   /** Where recordings are exchanged. */
   @property({ attribute: false }) shelf: Shelf | null = null;
@@ -60,9 +68,7 @@ export abstract class RunView<
   /** Number of frames shown; null: all there are. */
   @state() protected until: number | null = null;
   @state() protected hovered: number | null = null;
-  /** The result before a setting was changed. */
-  @state() private result_before: Before<Settings, Overlay> | null = null;
-  @state() private is_exporting = false;
+  @state() private isExporting = false;
 
   /** What the header shows. */
   facts: ViewFacts = NO_FACTS;
@@ -70,16 +76,16 @@ export abstract class RunView<
   /** What is open. */
   abstract session: Session;
   private events = new RunEvents(this);
-  private shown_generation = 0;
+  private shownGeneration = 0;
   /** Changes where the view is to be fitted anew. */
-  protected fit_key = 0;
-  /** The recording of the result before. */
-  private compared_of: unknown = null;
+  protected fitKey = 0;
+  /** The result before a setting was changed. */
+  private resultBefore = new ResultBefore<Settings, Overlay>(this);
   private colorsOf = memoizeLast(framePalette);
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
   get exports(): readonly MenuItem[] {
-    return this.remember_settings ? [...this.of.exports, COPY_LINK] : this.of.exports;
+    return this.rememberSettings ? [...this.of.exports, COPY_LINK] : this.of.exports;
   }
 
   override connectedCallback(): void {
@@ -115,7 +121,7 @@ export abstract class RunView<
   }
 
   /** Whether there is something that a new recording would replace, and that cannot simply be opened again. */
-  get is_own(): boolean {
+  get isOwn(): boolean {
     return this.session.snapshot !== null && !this.isSample();
   }
 
@@ -131,27 +137,14 @@ export abstract class RunView<
   async runExport(id: string): Promise<void> {
     const { snapshot } = this.session;
     if (!snapshot) return;
-    if (id === COPY_LINK.id) return this.copy(location.href, 'The link was copied.');
-    this.is_exporting = true;
+    if (id === COPY_LINK.id) return this.session.copy(location.href, 'The link was copied.');
+    this.isExporting = true;
     try {
       download(await this.makeExport(id, snapshot));
     } catch (error) {
       this.session.report(`The export failed: ${messageOf(error)}`, 'Try again');
     } finally {
-      this.is_exporting = false;
-    }
-  }
-
-  /** `told`: what is said when it is done. */
-  protected async copy(text: string, told: string): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.session.announce(told);
-    } catch {
-      this.session.report(
-        'The browser did not allow copying',
-        'Select the lines, or the address of the page, and copy them',
-      );
+      this.isExporting = false;
     }
   }
 
@@ -164,13 +157,13 @@ export abstract class RunView<
   }
 
   /** Whether files are being read or a run is under way, or the engine is starting. */
-  get is_busy(): boolean {
+  get isBusy(): boolean {
     return ['starting', 'reading', 'running'].includes(this.session.phase);
   }
 
   /** The same, but for an engine that is only starting. */
-  get is_under_way(): boolean {
-    return this.is_busy && this.session.phase !== 'starting';
+  get isUnderWay(): boolean {
+    return this.isBusy && this.session.phase !== 'starting';
   }
 
   abstract get map_points(): ScanstitchMapPoints | null;
@@ -217,8 +210,6 @@ export abstract class RunView<
   /** What the map draws of a result that another replaces. */
   protected abstract overlayOf(snapshot: Snapshot): Overlay;
 
-  // What they have in common.
-
   protected get num_frames(): number {
     return this.session.snapshot?.result.frames.length ?? 0;
   }
@@ -226,14 +217,13 @@ export abstract class RunView<
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     this.revertWhereUseless();
     const { session, num_frames } = this;
-    const is_set = this.hasUpdated && (changed.has('initial_settings') || changed.has('preset'));
-    if (is_set && session.facts) session.configure(this.settingsToBegin(session.facts));
-    if (session.dataset !== this.compared_of) this.result_before = null;
-    this.compared_of = session.dataset;
+    const isSet = this.hasUpdated && (changed.has('initialSettings') || changed.has('preset'));
+    if (isSet && session.facts) session.configure(this.settingsToBegin(session.facts));
+    this.resultBefore.follow(session.dataset);
     // The two are to be compared in one frame.
-    if (!this.result_before) this.fit_key = session.generation;
-    if (this.shown_generation !== session.generation || num_frames === 0) {
-      this.shown_generation = session.generation;
+    if (!this.resultBefore.isThere) this.fitKey = session.generation;
+    if (this.shownGeneration !== session.generation || num_frames === 0) {
+      this.shownGeneration = session.generation;
       this.selected = null;
       this.until = null;
     }
@@ -242,13 +232,13 @@ export abstract class RunView<
 
   protected override updated(): void {
     this.events.tellProgress(this.session);
-    if (!this.is_busy) this.events.settle(this.session, () => this.outcome);
+    if (!this.isBusy) this.events.settle(this.session, () => this.outcome);
     const { snapshot, phase } = this.session;
     // A map that nobody sees is not painted.
     if (phase === 'done' && (document.hidden || this.clientHeight === 0)) this.onPainted();
     const { title, count, reference } = this.loaded();
-    const can_export = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.is_exporting;
-    const facts: ViewFacts = { title, count, reference, can_export, result: snapshot };
+    const canExport = snapshot !== null && (phase === 'done' || phase === 'stopped') && !this.isExporting;
+    const facts: ViewFacts = { title, count, reference, canExport, result: snapshot };
     if (sameFacts(facts, this.facts)) return;
     this.facts = facts;
     this.dispatchEvent(new CustomEvent('facts-changed', { bubbles: true }));
@@ -257,11 +247,11 @@ export abstract class RunView<
   protected override render(): TemplateResult {
     const { session, layout, controls, num_frames } = this;
     const { snapshot, phase } = session;
-    const is_empty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
-    const is_narrow = layout === 'narrow';
+    const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
+    const isNarrow = layout === 'narrow';
     return html`
       <div
-        class="run ${this.of.kind} ${layout} ${this.is_low ? 'low' : ''}"
+        class="run ${this.of.kind} ${layout} ${this.isLow ? 'low' : ''}"
         @frame-selected=${({ detail }: CustomEvent<number | null>) => {
           this.select(detail);
           if (detail !== null) this.unfoldDetails();
@@ -271,9 +261,9 @@ export abstract class RunView<
           this.hovered = detail;
         }}
       >
-        ${is_empty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
-        ${controls === 'minimal' || (controls === 'full' && !is_narrow) ? this.renderFigures() : nothing}
-        <main ?hidden=${is_empty}>
+        ${isEmpty ? this.renderEmpty() : this.renderIntroduction()} ${this.renderExchange()}
+        ${controls === 'minimal' || (controls === 'full' && !isNarrow) ? this.renderFigures() : nothing}
+        <main ?hidden=${isEmpty}>
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             ${this.renderBefore()} ${messages(session, true)}
@@ -289,7 +279,7 @@ export abstract class RunView<
                 </aside>`
               : nothing
           }
-          ${is_narrow && controls === 'full' ? this.renderTabs() : nothing}
+          ${isNarrow && controls === 'full' ? this.renderTabs() : nothing}
         </main>
         ${announcements(session.announcer)}
       </div>
@@ -305,23 +295,14 @@ export abstract class RunView<
 
   /** What the map draws of the result before, while that is wanted. */
   protected get overlay(): Overlay | null {
-    return this.result_before?.is_shown ? this.result_before.overlay : null;
+    return this.resultBefore.overlay;
   }
 
   private renderBefore(): TemplateResult | typeof nothing {
-    const { result_before: before } = this;
     const { snapshot, phase, facts, settings } = this.session;
-    if (!before || !facts || !settings || this.controls !== 'full') return nothing;
+    if (!facts || !settings || this.controls !== 'full') return nothing;
     const after = snapshot && phase === 'done' ? this.measures(snapshot) : null;
-    return beforeAfter(before, settings, after, facts.descriptions, {
-      show: (is_shown) => {
-        this.result_before = { ...before, is_shown };
-      },
-      goBack: () => this.applySettings(before.settings),
-      dismiss: () => {
-        this.result_before = null;
-      },
-    });
+    return this.resultBefore.render(settings, after, facts.descriptions, (earlier) => this.applySettings(earlier));
   }
 
   private renderExchange(): TemplateResult | typeof nothing {
@@ -342,31 +323,15 @@ export abstract class RunView<
       .descriptions=${facts?.descriptions ?? EMPTY_LIST}
       .presets=${facts?.presets ?? EMPTY_LIST}
       .values=${settings}
-      @settings-changed=${this.onSettings}
+      @settings-changed=${({ detail }: CustomEvent<Settings>) => this.applySettings(detail)}
     ></scanstitch-settings>`;
   }
 
-  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
   private renderBar(): TemplateResult {
-    const { num_frames, full_screen } = this;
-    return html`<div class="below">
-      <scanstitch-timeline
-        .count=${num_frames}
-        .until=${this.until ?? num_frames}
-        .statuses=${this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST)}
-        .colors=${this.trackColors()}
-        noun=${this.of.noun}
-        ?dark=${this.dark}
-        @until-changed=${this.onUntil}
-      ></scanstitch-timeline>
-      ${this.renderFolds()}
-      ${full_screen === null ? nothing : fullScreenButton(full_screen, () => this.want('full-screen'))}
-    </div>`;
-  }
-
-  /** Asks the page's frame to open something. */
-  protected want(detail: string): void {
-    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
+    const { num_frames, until, dark } = this;
+    const statuses = this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST);
+    const slider = { count: num_frames, until: until ?? num_frames, statuses, colors: this.trackColors(), dark };
+    return this.renderBelow(slider, this.onUntil);
   }
 
   /** One colour for each frame there will be, also while only some are registered. */
@@ -389,27 +354,26 @@ export abstract class RunView<
     if (frame !== null && this.until !== null && frame >= this.until) this.until = frame + 1;
   }
 
-  private onUntil({ detail }: CustomEvent<number>): void {
+  private onUntil = ({ detail }: CustomEvent<number>): void => {
     this.until = detail >= this.num_frames ? null : detail;
     this.selected = detail - 1;
-  }
+  };
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
-    const fragment = this.remember_settings ? location.hash : '';
-    this.events.setting_faults = faultsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
-    return settingsToBegin(this.of.kind, facts, this.preset, this.initial_settings, fragment);
-  }
-
-  private onSettings({ detail }: CustomEvent<Settings>): void {
-    this.applySettings(detail);
+    const fragment = this.rememberSettings ? location.hash : '';
+    this.events.settingFaults = faultsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
+    return settingsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
   }
 
   /** Computes again with these settings, and keeps them. */
   protected applySettings(settings: Settings): void {
     const { snapshot, phase, settings: present } = this.session;
     if (snapshot && phase === 'done' && present && !sameSettings(present, settings)) {
-      const [measures, overlay] = [this.measures(snapshot), this.overlayOf(snapshot)];
-      this.result_before = { settings: present, measures, overlay, is_shown: true };
+      this.resultBefore.keep({
+        settings: present,
+        measures: this.measures(snapshot),
+        overlay: this.overlayOf(snapshot),
+      });
     }
     this.session.configure(settings);
     this.writeAddress();
@@ -418,30 +382,16 @@ export abstract class RunView<
   /** Writes its settings into the page's address, where that holds those of this element. */
   writeAddress(): void {
     const { facts, settings } = this.session;
-    if (this.remember_settings) rememberSettings(this.of.kind, facts, settings);
+    if (this.rememberSettings) rememberSettings(this.of.kind, facts, settings);
   }
 
   private onHash = (): void => {
     const { facts } = this.session;
-    if (!this.remember_settings || !facts || ownerOf(location.hash) !== this.of.kind) return;
+    if (!this.rememberSettings || !facts || ownerOf(location.hash) !== this.of.kind) return;
     const settings = this.settingsToBegin(facts);
     // Back and forward come here, too, and a run is not to be computed again for them.
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
   };
 
-  static override styles = [shared, empty_styles, layout_styles, activity_styles, bar_styles];
-}
-
-/** The settings stand in the address already. */
-const COPY_LINK: MenuItem = {
-  id: 'link',
-  label: 'Copy link',
-  detail: 'to this page with these settings; files of your own are not in it',
-};
-
-// The same empty list every time: a new one would be a change.
-const EMPTY_LIST: readonly never[] = [];
-
-function sameFacts(a: ViewFacts, b: ViewFacts): boolean {
-  return (Object.keys(a) as (keyof ViewFacts)[]).every((key) => a[key] === b[key]);
+  static override styles = [shared, emptyStyles, layoutStyles, activityStyles, barStyles];
 }

@@ -2,7 +2,7 @@
 import { css } from 'lit';
 
 /** Of every box with a heading. */
-export const section_styles = css`
+export const sectionStyles = css`
   section {
     position: relative;
     display: flex;
@@ -47,8 +47,8 @@ export const section_styles = css`
   }
 `;
 
-/** Of tables of figures: with `table_styles`. */
-export const ranking_styles = css`
+/** Of tables of figures: with `tableStyles`. */
+export const rankingStyles = css`
   :host {
     display: block;
   }

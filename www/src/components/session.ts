@@ -21,8 +21,8 @@ interface Disposable {
 }
 
 /** What is said where none of the files that were given can be used. */
-export const noneUsable = (num_files: number): string =>
-  num_files === 1 ? 'The file cannot be used' : `None of the ${num_files} files can be used`;
+export const noneUsable = (numFiles: number): string =>
+  numFiles === 1 ? 'The file cannot be used' : `None of the ${numFiles} files can be used`;
 
 /** Why there is no result. */
 export const STOPPED = 'The run was stopped';
@@ -41,13 +41,13 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   messages: readonly Message[] = [];
   readonly announcer = new Announcer(() => this.changed());
   /** Clock time at which the present computation was asked for. */
-  requested_at = 0;
+  requestedAt = 0;
   /** Null while its host is not on the page. */
   client: Client | null = null;
   readonly #host: ReactiveControllerHost & EventTarget;
-  #is_away = false;
+  #isAway = false;
   /** Its client is of no use any more. */
-  protected is_unavailable = false;
+  protected isUnavailable = false;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
     this.#host = host;
@@ -55,15 +55,15 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 
   hostConnected(): void {
-    this.#is_away = false;
+    this.#isAway = false;
     this.client ??= this.createClient();
   }
 
   /** A host that is moved within the page is disconnected for a moment; its work continues. */
   hostDisconnected(): void {
-    this.#is_away = true;
+    this.#isAway = true;
     queueMicrotask(() => {
-      if (this.#is_away) this.leave();
+      if (this.#isAway) this.leave();
     });
   }
 
@@ -71,7 +71,7 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   protected leave(): void {
     this.client?.dispose();
     this.client = null;
-    this.is_unavailable = false;
+    this.isUnavailable = false;
   }
 
   /** Restarts with another engine, and repeats the last request. */
@@ -93,6 +93,16 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   /** The host is to be drawn again. */
   changed(): void {
     this.#host.requestUpdate();
+  }
+
+  /** `told`: what is said when it is done. */
+  async copy(text: string, told: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.announce(told);
+    } catch {
+      this.report('The browser did not allow copying', 'Select the lines, or the address of the page, and copy them');
+    }
   }
 
   announce(text: string): void {
@@ -144,25 +154,25 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   /** `message`, in a sentence: the engine cannot be started, or is not started again. */
   protected onUnavailable(message: string): void {
     this.phase = 'unavailable';
-    this.is_unavailable = true;
+    this.isUnavailable = true;
     this.forget(SLOW);
     this.report(message, RELOAD_REMEDY, () => this.restart());
   }
 
   /** The engine takes long to load, or does so no longer. */
-  protected onSlow(is_slow: boolean): void {
+  protected onSlow(isSlow: boolean): void {
     this.forget(SLOW);
-    if (is_slow) this.tell([this.#retriable({ ...noteMessage('', SLOW), remedy: SLOW_REMEDY }, () => this.restart())]);
+    if (isSlow) this.tell([this.#retriable({ ...noteMessage('', SLOW), remedy: SLOW_REMEDY }, () => this.restart())]);
   }
 
-  /** `what_now`: what happens to what the user has loaded. */
-  protected tellCrash(message: string, what_now: string, remedy: string): void {
-    this.report(`The engine crashed (${message.replace(/\.$/, '')}). ${what_now}`, remedy);
+  /** `whatNow`: what happens to what the user has loaded. */
+  protected tellCrash(message: string, whatNow: string, remedy: string): void {
+    this.report(`The engine crashed (${message.replace(/\.$/, '')}). ${whatNow}`, remedy);
   }
 }
 
 /** Counts the data sets shown, by all sessions. */
-let num_generations = 0;
+let numGenerations = 0;
 /** A change of a setting waits this long for the next one before all is computed again. */
 const SETTINGS_DELAY_MS = 200;
 
@@ -182,19 +192,18 @@ export abstract class RunSession<
   generation = 0;
   /** How the run of the last snapshot ended; one that was replaced by another order counts as stopped. */
   protected ended: 'stopped' | 'done' = 'done';
-  #settings_timer: ReturnType<typeof setTimeout> | undefined;
-  #initial_settings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) =>
-    presets[0]?.settings ?? null;
+  #settingsTimer: ReturnType<typeof setTimeout> | undefined;
+  #initialSettings: (facts: SettingsFacts<Settings>) => Settings | null = ({ presets }) => presets[0]?.settings ?? null;
 
   protected override leave(): void {
-    clearTimeout(this.#settings_timer);
+    clearTimeout(this.#settingsTimer);
     this.facts = null;
     super.leave();
   }
 
   /** To be called before the engine is ready: how to find the settings to begin with. */
-  beginWith(initial_settings: (facts: SettingsFacts<Settings>) => Settings): void {
-    this.#initial_settings = initial_settings;
+  beginWith(initialSettings: (facts: SettingsFacts<Settings>) => Settings): void {
+    this.#initialSettings = initialSettings;
   }
 
   override restart(): void {
@@ -209,15 +218,15 @@ export abstract class RunSession<
   configure(settings: Settings): void {
     this.settings = settings;
     this.changed();
-    clearTimeout(this.#settings_timer);
-    this.#settings_timer = setTimeout(() => {
-      if (this.is_unavailable) this.restart();
+    clearTimeout(this.#settingsTimer);
+    this.#settingsTimer = setTimeout(() => {
+      if (this.isUnavailable) this.restart();
       else this.recompute(settings);
     }, SETTINGS_DELAY_MS);
   }
 
-  /** Takes in what was opened, asked for at clock time `requested_at`; `joins` what is open. */
-  abstract add(opened: Opened, requested_at: number, joins?: boolean): Promise<void>;
+  /** Takes in what was opened, asked for at clock time `requestedAt`; `joins` what is open. */
+  abstract add(opened: Opened, requestedAt: number, joins?: boolean): Promise<void>;
   /** Whether this can join what is open. */
   abstract canJoin(opened: Opened): boolean;
   /** Stops; what has been computed stays. */
@@ -232,12 +241,12 @@ export abstract class RunSession<
 
   /** The view is to be fitted to what comes. */
   protected fitAnew(): void {
-    this.generation = ++num_generations;
+    this.generation = ++numGenerations;
   }
 
   protected onReady(facts: SettingsFacts<Settings>): void {
     this.facts = facts;
-    this.settings ??= this.#initial_settings(facts);
+    this.settings ??= this.#initialSettings(facts);
     this.onStarted();
     this.changed();
   }

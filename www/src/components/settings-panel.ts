@@ -78,11 +78,11 @@ export class ScanstitchSettings extends LitElement {
         </p>
       </div>
       ${settingGroups(this.descriptions).map(({ group, descriptions }, index) => {
-        const num_changed = descriptions.filter(({ name }) => values[name] !== defaults[name]).length;
+        const numChanged = descriptions.filter(({ name }) => values[name] !== defaults[name]).length;
         return html`<details ?open=${index < NUM_OPEN_GROUPS}>
           <summary>
             ${icon('chevron')}<span>${group}</span>
-            ${num_changed > 0 ? html`<span class="changed">${num_changed} changed</span>` : nothing}
+            ${numChanged > 0 ? html`<span class="changed">${numChanged} changed</span>` : nothing}
           </summary>
           ${descriptions.map((description) => this.renderField(description, values, defaults))}
         </details>`;
@@ -92,8 +92,8 @@ export class ScanstitchSettings extends LitElement {
 
   private renderField(description: SettingField, values: SettingValues, defaults: SettingValues): TemplateResult {
     const { name, label, explanation, kind } = description;
-    const is_changed = values[name] !== defaults[name];
-    return html`<div class="field ${is_changed ? 'is-changed' : ''}">
+    const isChanged = values[name] !== defaults[name];
+    return html`<div class="field ${isChanged ? 'is-changed' : ''}">
       <label for=${name}>${label}</label>
       ${kind.type === 'choice' ? this.renderChoice(description, values) : this.renderNumber(description, values)}
       <p class="explanation" id="${name}-explanation">
@@ -139,8 +139,8 @@ export class ScanstitchSettings extends LitElement {
   /** A number outside its range goes to the nearest end; something that is not a number is put back. */
   private onNumber(event: Event, description: SettingField, values: SettingValues): void {
     const input = event.target as HTMLInputElement;
-    const is_zero = input.value.trim() === '' && zeroWord(description.explanation) !== null;
-    const value = is_zero ? 0 : fromScreen(description, input.value);
+    const isZero = input.value.trim() === '' && zeroWord(description.explanation) !== null;
+    const value = isZero ? 0 : fromScreen(description, input.value);
     if (value === null) {
       input.value = numberText(description, values[description.name] as number);
       return;
@@ -271,10 +271,4 @@ export class ScanstitchSettings extends LitElement {
 /** Empty for a zero that stands for something else. */
 function numberText(description: SettingField, value: number): string {
   return value === 0 && zeroWord(description.explanation) !== null ? '' : toScreen(description, value);
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-settings': ScanstitchSettings;
-  }
 }

@@ -166,7 +166,7 @@ export const shared = css`
 `;
 
 /** A frame's status is never shown by colour alone: each has its own symbol and word. */
-export const status_styles = css`
+export const statusStyles = css`
   .status {
     display: inline-flex;
     align-items: center;
@@ -192,7 +192,7 @@ export const status_styles = css`
 `;
 
 /** What stands beside the map: a heading, words, charts below each other. */
-export const panel_styles = css`
+export const panelStyles = css`
   :host {
     display: flex;
     flex-direction: column;
@@ -232,7 +232,7 @@ export const panel_styles = css`
   }
 `;
 
-export const chart_styles = css`
+export const chartStyles = css`
   section > svg {
     width: 100%;
     height: auto;
@@ -252,7 +252,7 @@ export const chart_styles = css`
 `;
 
 /** A view that fills the page below the header and scrolls. */
-export const page_styles = css`
+export const pageStyles = css`
   :host {
     display: block;
     flex: 1;
@@ -263,7 +263,7 @@ export const page_styles = css`
 `;
 
 /** Over all of a view, while files are dragged over it. */
-export const drop_styles = css`
+export const dropStyles = css`
   .drop-hint {
     position: absolute;
     inset: 0;
@@ -287,7 +287,7 @@ export const drop_styles = css`
 `;
 
 /** A table of figures, with thin lines between its rows. */
-export const table_styles = css`
+export const tableStyles = css`
   table {
     width: 100%;
     border-collapse: collapse;
@@ -303,7 +303,7 @@ export const table_styles = css`
 `;
 
 /** A dialog with groups of fields. */
-export const dialog_styles = css`
+export const dialogStyles = css`
   dialog {
     max-height: calc(100dvh - 24px);
     padding: 0;
@@ -337,7 +337,7 @@ export const dialog_styles = css`
 `;
 
 /** Of lists to choose from and of numbers, in a bar of choices. */
-export const field_styles = css`
+export const fieldStyles = css`
   select,
   input[type='number'] {
     min-height: 32px;
@@ -352,7 +352,7 @@ export const field_styles = css`
 `;
 
 /** Of the card that a view without files shows. */
-export const empty_styles = css`
+export const emptyStyles = css`
   section.empty,
   .empty section {
     padding: 32px 28px;

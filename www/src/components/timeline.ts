@@ -39,7 +39,7 @@ export class ScanstitchTimeline extends LitElement {
   @property({ type: Boolean }) dark = false;
   /** What is shown one by one: "scan" or "frame". */
   @property() noun = 'scan';
-  @state() private is_playing = false;
+  @state() private isPlaying = false;
   private timer: ReturnType<typeof setInterval> | undefined;
 
   override disconnectedCallback(): void {
@@ -53,18 +53,18 @@ export class ScanstitchTimeline extends LitElement {
 
   protected override render(): TemplateResult {
     const { count, until } = this;
-    const is_idle = count < 2;
+    const isIdle = count < 2;
     const stops = this.colors ? bands(this.colors) : timeStops(this.dark);
     const filled = count > 1 ? ((until - 1) / (count - 1)) * 100 : 100;
     return html`
       <button
         class="icon"
-        ?disabled=${is_idle}
+        ?disabled=${isIdle}
         @click=${this.toggle}
-        aria-label=${this.is_playing ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`}
-        title=${this.is_playing ? 'Pause' : 'Play'}
+        aria-label=${this.isPlaying ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`}
+        title=${this.isPlaying ? 'Pause' : 'Play'}
       >
-        ${icon(this.is_playing ? 'pause' : 'play')}
+        ${icon(this.isPlaying ? 'pause' : 'play')}
       </button>
       <div class="slider" style="--stops: ${stops}; --filled: ${filled}%">
         <div class="marks" aria-hidden="true">
@@ -83,7 +83,7 @@ export class ScanstitchTimeline extends LitElement {
           max=${Math.max(count, 1)}
           step="1"
           .value=${String(Math.max(until, 1))}
-          ?disabled=${is_idle}
+          ?disabled=${isIdle}
           aria-label=${this.noun === 'scan' ? 'Scans shown' : 'Frames shown'}
           aria-valuetext="${until} of ${plural(count, this.noun)}"
           @input=${this.onInput}
@@ -99,11 +99,11 @@ export class ScanstitchTimeline extends LitElement {
   }
 
   private toggle(): void {
-    if (this.is_playing) {
+    if (this.isPlaying) {
       this.pause();
       return;
     }
-    this.is_playing = true;
+    this.isPlaying = true;
     if (this.until >= this.count) this.show(1);
     const interval = Math.min(Math.max(FILM_MS / this.count, SHORTEST_MS), LONGEST_MS);
     const stride = Math.max(1, Math.round((interval * this.count) / FILM_MS));
@@ -115,7 +115,7 @@ export class ScanstitchTimeline extends LitElement {
 
   private pause(): void {
     clearInterval(this.timer);
-    this.is_playing = false;
+    this.isPlaying = false;
   }
 
   private show(until: number): void {
@@ -216,10 +216,4 @@ function bands(colors: readonly Rgb[]): string {
   return runs(colors)
     .map(({ value, first, last }) => `${cssColor(value)} ${percent(first)} ${percent(last + 1)}`)
     .join(', ');
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-timeline': ScanstitchTimeline;
-  }
 }

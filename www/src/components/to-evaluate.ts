@@ -34,11 +34,11 @@ export function trajectoriesToEvaluate(
   readMap: GivenFiles['readMap'],
 ): GivenFiles {
   // Times that are repeated or go back do not tell frames apart.
-  const is_timed = frames.every(
+  const isTimed = frames.every(
     ({ time }, at) => time !== null && time > (frames[at - 1]?.time ?? Number.NEGATIVE_INFINITY),
   );
   const both = compared ? frames.filter(({ reference }) => reference !== null) : frames;
-  const stamp = ({ index, time }: ComparedFrame): number => (is_timed && time !== null ? time : index);
+  const stamp = ({ index, time }: ComparedFrame): number => (isTimed && time !== null ? time : index);
   const line = (frame: ComparedFrame, pose: SpatialPose): string => {
     const { x, y, z, qx, qy, qz, qw } = pose;
     return `${[stamp(frame), x, y, z, qx, qy, qz, qw].join(' ')}\n`;

@@ -38,7 +38,7 @@ const WORDS: Readonly<Record<Role, string>> = {
 @customElement('scanstitch-topics')
 export class ScanstitchTopics extends LitElement {
   @property({ attribute: false }) bag!: BagState;
-  @state() private is_open = false;
+  @state() private isOpen = false;
 
   protected override render(): TemplateResult {
     const { listed, activity } = this.bag;
@@ -46,8 +46,8 @@ export class ScanstitchTopics extends LitElement {
       ${listed ? this.renderUnfold(listed) : nothing}
       <p class="summary">${activity === '' ? this.renderUsed() : html`<span role="status">${activity} …</span>`}</p>
       ${activity === '' ? nothing : html`<button class="quiet" @click=${this.cancel}>Cancel</button>`}
-      <div id="list" class="list" role="group" aria-label="List of topics" ?hidden=${!this.is_open} tabindex="0">
-        ${this.is_open && listed ? this.renderTable(listed) : nothing}
+      <div id="list" class="list" role="group" aria-label="List of topics" ?hidden=${!this.isOpen} tabindex="0">
+        ${this.isOpen && listed ? this.renderTable(listed) : nothing}
       </div>
     </section>`;
   }
@@ -55,19 +55,14 @@ export class ScanstitchTopics extends LitElement {
   private renderUnfold({ topics }: ListedBag): TemplateResult {
     return html`<button
       class="quiet"
-      aria-expanded=${this.is_open}
+      aria-expanded=${this.isOpen}
       aria-controls="list"
       @click=${() => {
-        this.is_open = !this.is_open;
+        this.isOpen = !this.isOpen;
       }}
     >
       <svg width="10" height="10" viewBox="0 0 10 10" aria-hidden="true">
-        <path
-          d=${this.is_open ? 'M1 3l4 4 4-4' : 'M3 1l4 4-4 4'}
-          fill="none"
-          stroke="currentColor"
-          stroke-width="1.6"
-        />
+        <path d=${this.isOpen ? 'M1 3l4 4 4-4' : 'M3 1l4 4-4 4'} fill="none" stroke="currentColor" stroke-width="1.6" />
       </svg>
       ${plural(topics.length, 'topic')}
     </button>`;
@@ -251,10 +246,4 @@ export class ScanstitchTopics extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-topics': ScanstitchTopics;
-  }
 }

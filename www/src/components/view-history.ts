@@ -7,7 +7,7 @@ interface State {
 
 export interface ViewHistoryHooks {
   /** Whether the page is ours: an element on the page of a host leaves its history alone. */
-  is_own_page(): boolean;
+  isOwnPage(): boolean;
   /** Shows a view that was opened before; empty: the one that the page began with, or that its address names now. */
   show(view: string): void;
 }
@@ -31,7 +31,7 @@ export class ViewHistory implements ReactiveController {
   /** A view was opened. The address is as it was: a view that keeps something in it sees to that itself. */
   push(view: string): void {
     const state = history.state as State | null;
-    if (!this.#hooks.is_own_page() || state?.scanstitch_view === view) return;
+    if (!this.#hooks.isOwnPage() || state?.scanstitch_view === view) return;
     history.pushState({ ...state, scanstitch_view: view }, '');
   }
 
@@ -41,6 +41,6 @@ export class ViewHistory implements ReactiveController {
   }
 
   #onPop = ({ state }: PopStateEvent): void => {
-    if (this.#hooks.is_own_page()) this.#hooks.show((state as State | null)?.scanstitch_view ?? '');
+    if (this.#hooks.isOwnPage()) this.#hooks.show((state as State | null)?.scanstitch_view ?? '');
   };
 }

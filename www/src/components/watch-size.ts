@@ -9,14 +9,14 @@ export function watchSize(
   onSize: (width: number, height: number) => void,
   box: () => Element | null = () => host,
 ): void {
-  let is_watched = false;
+  let isWatched = false;
   const observer = new ResizeObserver(([entry]) => {
     if (entry) onSize(entry.contentRect.width, entry.contentRect.height);
   });
   const watch = (): void => {
-    const drawn = is_watched ? null : box();
+    const drawn = isWatched ? null : box();
     if (!drawn) return;
-    is_watched = true;
+    isWatched = true;
     observer.observe(drawn);
   };
   host.addController({
@@ -24,7 +24,7 @@ export function watchSize(
     hostUpdated: watch,
     hostDisconnected: () => {
       observer.disconnect();
-      is_watched = false;
+      isWatched = false;
     },
   });
 }

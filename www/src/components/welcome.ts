@@ -15,7 +15,7 @@ export interface WelcomeHooks {
   close(): void;
 }
 
-/** `styles`: welcome_styles. */
+/** `styles`: welcomeStyles. */
 export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
   return html`<section class="welcome" aria-label="About">
     <div class="what">
@@ -62,7 +62,7 @@ function link(id: string, label: string, want: WelcomeHooks['want']): TemplateRe
   return html`<a href="#" @click=${follow}>${label}</a>`;
 }
 
-export const welcome_styles = css`
+export const welcomeStyles = css`
   .welcome {
     position: relative;
     display: grid;

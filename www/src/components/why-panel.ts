@@ -12,14 +12,15 @@ import {
   formatPercent,
   formatStep,
   plural,
+  sentence,
 } from '../views/format.js';
 import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
-import { cleaningWords, directionWords, frameSummary, sentence } from '../views/words.js';
-import { frame_styles, frameHeader } from './frame-parts.js';
+import { cleaningWords, directionWords, frameSummary } from '../views/words.js';
+import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
 import { iterationTable } from './iteration-table.js';
-import { chart_styles, panel_styles, shared, status_styles } from './theme.js';
+import { chartStyles, panelStyles, shared, statusStyles } from './theme.js';
 
 /**
  * Why the selected scan was placed where it is: assessment, evidence, uncertainty, the course of the iterations.
@@ -35,8 +36,8 @@ export class ScanstitchWhy extends LitElement {
   @property({ attribute: false }) history: readonly IterationRecord[] = [];
   @property({ attribute: false }) ms: readonly number[] = [];
   @property({ attribute: false }) errors: readonly (number | null)[] = [];
-  @property({ attribute: false }) reference_name = '';
-  @property({ attribute: false }) pairs_shown: ShownPairs = 'none';
+  @property({ attribute: false }) referenceName = '';
+  @property({ attribute: false }) pairsShown: ShownPairs = 'none';
   /** Its longest pairs; null before they are there. */
   @property({ attribute: false }) longest: LongestPairs | null = null;
   /** Whether a scan may be left out: not the last one. */
@@ -47,21 +48,21 @@ export class ScanstitchWhy extends LitElement {
     const { index } = this;
     const frame = this.frames[index];
     if (!frame) return html``;
-    const is_matched = frame.iterations > 0;
+    const isMatched = frame.iterations > 0;
     return html`
       ${frameHeader('scan', this.frames, index, this.colors[index], (to) => this.emit('frame-selected', to))}
       <p class="summary">${sentence(frame.reason || frameSummary(frame, index))}</p>
-      ${frame.reason && is_matched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
+      ${frame.reason && isMatched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
         frame.undetermined
           ? html`<p class="degenerate-direction">
-              ${icon('both_ways')}<span
+              ${icon('bothWays')}<span
                 >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
               >
             </p>`
           : nothing
       }
-      ${this.renderFacts(frame)} ${is_matched ? this.renderRegistration() : nothing}
+      ${this.renderFacts(frame)} ${isMatched ? this.renderRegistration() : nothing}
       ${
         this.removable
           ? html`<p>
@@ -93,7 +94,7 @@ export class ScanstitchWhy extends LitElement {
       ${
         error === null
           ? nothing
-          : html`<dt><abbr title="Distance to ${baseName(this.reference_name)}">Error</abbr></dt>
+          : html`<dt><abbr title="Distance to ${baseName(this.referenceName)}">Error</abbr></dt>
               <dd>${formatLength(error)}</dd>`
       }
       ${
@@ -116,13 +117,13 @@ export class ScanstitchWhy extends LitElement {
       html`<label class="pairs">
         <input
           type="checkbox"
-          .checked=${this.pairs_shown === which}
+          .checked=${this.pairsShown === which}
           @change=${(event: Event) => this.emit('pairs-wanted', (event.target as HTMLInputElement).checked ? which : 'none')}
         />
         ${label}
       </label>`;
     return html`${box('longest', 'Show the longest pairs: where it fits worst')}
-      ${this.pairs_shown === 'longest' && this.longest ? this.renderLongest(this.longest) : nothing}
+      ${this.pairsShown === 'longest' && this.longest ? this.renderLongest(this.longest) : nothing}
       ${box('all', 'Show correspondences')}
       <p>
         <button
@@ -194,10 +195,10 @@ export class ScanstitchWhy extends LitElement {
 
   static override styles = [
     shared,
-    status_styles,
-    panel_styles,
-    chart_styles,
-    frame_styles,
+    statusStyles,
+    panelStyles,
+    chartStyles,
+    frameStyles,
     css`
       .degenerate-direction {
         display: flex;
@@ -252,10 +253,4 @@ export class ScanstitchWhy extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-why': ScanstitchWhy;
-  }
 }

@@ -31,23 +31,23 @@ function moved(frames: readonly FrameResult[], poses: Float64Array): FrameResult
   });
 }
 
-/** The points known so far up to those of `first_mapped`, and the new ones behind them. */
+/** The points known so far up to those of `firstMapped`, and the new ones behind them. */
 function joined(
   before: Snapshot | null,
-  { first_mapped, map_points, map_counts }: Growth,
-): Pick<Snapshot, 'map_points' | 'map_offsets'> {
-  const map_offsets = new Uint32Array(first_mapped + map_counts.length + 1);
-  if (before) map_offsets.set(before.map_offsets.subarray(0, first_mapped + 1));
-  for (const [i, count] of map_counts.entries()) {
-    map_offsets[first_mapped + i + 1] = (map_offsets[first_mapped + i] ?? 0) + count;
+  { firstMapped, map_points, mapCounts }: Growth,
+): Pick<Snapshot, 'map_points' | 'mapOffsets'> {
+  const mapOffsets = new Uint32Array(firstMapped + mapCounts.length + 1);
+  if (before) mapOffsets.set(before.mapOffsets.subarray(0, firstMapped + 1));
+  for (const [i, count] of mapCounts.entries()) {
+    mapOffsets[firstMapped + i + 1] = (mapOffsets[firstMapped + i] ?? 0) + count;
   }
-  const start = 2 * (map_offsets[first_mapped] ?? 0);
-  if (start === 0 || !before) return { map_points, map_offsets };
+  const start = 2 * (mapOffsets[firstMapped] ?? 0);
+  if (start === 0 || !before) return { map_points, mapOffsets };
   const length = start + map_points.length;
   const known = before.map_points;
   const room = new Float32Array(known.buffer, 0, known.buffer.byteLength / Float32Array.BYTES_PER_ELEMENT);
   const all = room.length < length ? new Float32Array(Math.ceil(GROWTH_FACTOR * length)) : room;
   if (all !== room) all.set(known.subarray(0, start));
   all.set(map_points, start);
-  return { map_points: all.subarray(0, length), map_offsets };
+  return { map_points: all.subarray(0, length), mapOffsets };
 }

@@ -2,8 +2,8 @@
 
 export interface LatestHooks<Query, Result> {
   compute(query: Query): Promise<Result>;
-  /** `is_latest`: none waits that was asked after it. */
-  answered(query: Query, result: Result, is_latest: boolean): void;
+  /** `isLatest`: none waits that was asked after it. */
+  answered(query: Query, result: Result, isLatest: boolean): void;
   failed(query: Query, error: unknown): void;
 }
 
@@ -12,7 +12,7 @@ export class LatestQuery<Query, Result> {
   #next: { query: Query } | null = null;
   /** The query that is being answered, while its answer is awaited. */
   #current: { query: Query } | null = null;
-  #is_busy = false;
+  #isBusy = false;
 
   constructor(hooks: LatestHooks<Query, Result>) {
     this.#hooks = hooks;
@@ -21,7 +21,7 @@ export class LatestQuery<Query, Result> {
   /** Asks; an older query that has not been begun is dropped. */
   ask(query: Query): void {
     this.#next = { query };
-    if (!this.#is_busy) void this.#answerAll();
+    if (!this.#isBusy) void this.#answerAll();
   }
 
   /** What was asked so far is dropped: no answer to it comes any more, nor a failure. */
@@ -31,7 +31,7 @@ export class LatestQuery<Query, Result> {
   }
 
   async #answerAll(): Promise<void> {
-    this.#is_busy = true;
+    this.#isBusy = true;
     try {
       while (this.#next) {
         const current = this.#next;
@@ -39,7 +39,7 @@ export class LatestQuery<Query, Result> {
         await this.#answer(current);
       }
     } finally {
-      this.#is_busy = false;
+      this.#isBusy = false;
     }
   }
 

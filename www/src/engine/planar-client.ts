@@ -37,7 +37,7 @@ export interface PlanarListener {
   /** The worker died; a new one is starting with the same inputs. */
   crashed(message: string): void;
   /** The engine takes long to load, or does so no longer. */
-  slow(is_slow: boolean): void;
+  slow(isSlow: boolean): void;
   /** The engine cannot be started, or is not started again. */
   unavailable(message: string): void;
 }
@@ -54,10 +54,10 @@ export class PlanarClient {
   #listener: PlanarListener;
   #host: Host;
   /** The host of the small engine while the full one reads: it holds what is shown, which stays if nothing can be read. */
-  #first_host: Host | null = null;
+  #firstHost: Host | null = null;
   /** The host that looks into tables; null before the first one. */
-  #table_host: Host | null = null;
-  #is_full = first.file === 'full';
+  #tableHost: Host | null = null;
+  #isFull = first.file === 'full';
   #run = 0;
   #growing = new GrowingSnapshot();
   #settings: Partial<Settings> = {};
@@ -66,11 +66,11 @@ export class PlanarClient {
   #candidate: Inputs | null = null;
   /** The file being read, to know the culprit of a crash. */
   #reading: string | null = null;
-  #stop_timer: ReturnType<typeof setTimeout> | undefined;
+  #stopTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(listener: PlanarListener) {
     this.#listener = listener;
-    this.#host = this.#createHost(first.worker_url, first.file);
+    this.#host = this.#createHost(first.workerUrl, first.file);
     this.#start();
   }
 
@@ -91,7 +91,7 @@ export class PlanarClient {
 
   /** Stops computing; what has been computed arrives as a snapshot. */
   stop(): void {
-    if (this.#first_host && this.#candidate) {
+    if (this.#firstHost && this.#candidate) {
       // The full engine is on its way, or reads.
       this.#run++;
       this.#listener.slow(false);
@@ -99,20 +99,20 @@ export class PlanarClient {
       return;
     }
     const host = this.#host;
-    clearTimeout(this.#stop_timer);
-    let is_answered = false;
+    clearTimeout(this.#stopTimer);
+    let isAnswered = false;
     // What it answers is the reaction, also where there was nothing to stop.
     const answered = host.call('stop').then(() => {
-      is_answered = true;
-      clearTimeout(this.#stop_timer);
+      isAnswered = true;
+      clearTimeout(this.#stopTimer);
     });
     this.#order(answered);
     // A worker that is still starting cannot react.
     host.start().then(
       () => {
-        if (is_answered) return;
-        clearTimeout(this.#stop_timer);
-        this.#stop_timer = setTimeout(() => host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
+        if (isAnswered) return;
+        clearTimeout(this.#stopTimer);
+        this.#stopTimer = setTimeout(() => host.kill('It did not react to the stop.'), STOP_PATIENCE_MS);
       },
       () => undefined, // reported as `unavailable`
     );
@@ -125,23 +125,23 @@ export class PlanarClient {
 
   /** `frame` matters for `correspondences`, `history` and `scan_to_map` alone. */
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
-    return (this.#first_host ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
+    return (this.#firstHost ?? this.#host).call('ask', kind, frame) as Promise<Answers[K]>;
   }
 
   /** Reads a table by the full engine, the only one that can, in a separate worker, so that a run continues. */
   describeTable(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null> {
     const forget = (): void => {
-      this.#table_host = null;
+      this.#tableHost = null;
     };
     const hooks: WorkerHooks<PlanarEvent> = { event: () => undefined, crashed: forget, unavailable: forget };
-    this.#table_host ??= new WorkerHost<PlanarApi, PlanarEvent>(fullWorker, hooks, 'full');
-    return this.#table_host.call('describeTable', file, format, scan);
+    this.#tableHost ??= new WorkerHost<PlanarApi, PlanarEvent>(fullWorker, hooks, 'full');
+    return this.#tableHost.call('describeTable', file, format, scan);
   }
 
   dispose(): void {
-    clearTimeout(this.#stop_timer);
-    this.#first_host?.dispose();
-    this.#table_host?.dispose();
+    clearTimeout(this.#stopTimer);
+    this.#firstHost?.dispose();
+    this.#tableHost?.dispose();
     this.#host.dispose();
   }
 
@@ -149,7 +149,7 @@ export class PlanarClient {
     const hooks: WorkerHooks<PlanarEvent> = {
       event: (event) => this.#onEvent(event),
       crashed: (message) => this.#onCrash(message),
-      slow: (is_slow) => this.#listener.slow(is_slow),
+      slow: (isSlow) => this.#listener.slow(isSlow),
       unavailable: (message) => this.#onUnavailable(message),
     };
     return new WorkerHost<PlanarApi, PlanarEvent>(script, hooks, file);
@@ -157,26 +157,26 @@ export class PlanarClient {
 
   /** Takes the full engine from here on, where it is there or is worth waiting for; whether it was taken now. */
   #preferFullEngine(inputs: Inputs): boolean {
-    if (this.#is_full || (!isCompiled('full') && isForFirst(inputs))) return false;
+    if (this.#isFull || (!isCompiled('full') && isForFirst(inputs))) return false;
     this.#order(this.#host.call('stop'));
-    this.#first_host = this.#host;
+    this.#firstHost = this.#host;
     this.#host = this.#createHost(fullWorker, 'full');
-    this.#is_full = true;
+    this.#isFull = true;
     return true;
   }
 
   /** The full engine has read what it was given, or could not. */
-  #settleEngine(is_taken: boolean): void {
-    const first_host = this.#first_host;
-    this.#first_host = null;
-    if (!first_host) return;
-    if (is_taken) {
-      first_host.dispose();
+  #settleEngine(isTaken: boolean): void {
+    const firstHost = this.#firstHost;
+    this.#firstHost = null;
+    if (!firstHost) return;
+    if (isTaken) {
+      firstHost.dispose();
       return;
     }
     this.#host.dispose();
-    this.#host = first_host;
-    this.#is_full = false;
+    this.#host = firstHost;
+    this.#isFull = false;
   }
 
   #start(): void {
@@ -213,7 +213,7 @@ export class PlanarClient {
     } else if (event.type === 'progress') {
       this.#listener.progress(event.progress);
     } else {
-      if (event.state !== 'running') clearTimeout(this.#stop_timer);
+      if (event.state !== 'running') clearTimeout(this.#stopTimer);
       if (event.state === 'done') {
         this.#host.succeeded();
         compileFullWhenIdle();
@@ -225,7 +225,7 @@ export class PlanarClient {
   #onLoaded(loaded: ReadOutcome): void {
     const { accepted, refused } = loaded;
     this.#settleEngine(accepted.length > 0);
-    clearTimeout(this.#stop_timer);
+    clearTimeout(this.#stopTimer);
     this.#reading = null;
     const candidate = this.#candidate;
     this.#candidate = null;
@@ -242,8 +242,8 @@ export class PlanarClient {
 
   /** What is shown stays where only the full engine cannot be had. */
   #onUnavailable(message: string): void {
-    clearTimeout(this.#stop_timer);
-    if (this.#first_host && this.#candidate) this.#keepFirst(message, 'Try again when the network is there');
+    clearTimeout(this.#stopTimer);
+    if (this.#firstHost && this.#candidate) this.#keepFirst(message, 'Try again when the network is there');
     else this.#listener.unavailable(message);
   }
 
@@ -258,7 +258,7 @@ export class PlanarClient {
    * the user asks for it.
    */
   #onCrash(message: string): void {
-    clearTimeout(this.#stop_timer);
+    clearTimeout(this.#stopTimer);
     const culprit = this.#reading;
     this.#reading = null;
     this.#start();
@@ -283,7 +283,7 @@ export class PlanarClient {
 /** A few scans and no logs. */
 function isForFirst({ scans, odometry }: Inputs): boolean {
   const num_bytes = scans.reduce((sum, { bytes }) => sum + bytes.byteLength, 0);
-  return !odometry && num_bytes <= MAX_FIRST_BYTES && !scans.some(({ is_log, table }) => is_log || table !== undefined);
+  return !odometry && num_bytes <= MAX_FIRST_BYTES && !scans.some(({ isLog, table }) => isLog || table !== undefined);
 }
 
 function withoutFile({ scans, reference, odometry }: Inputs, name: string): Inputs {

@@ -34,7 +34,7 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
 type LogReader = Pick<full.Reconstruction, 'add_log'>;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
-type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'map_file' | 'occupancy_grid'> &
+type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'localization' | 'map_file' | 'occupancy_grid'> &
   Partial<LogReader> & { occupancy_grid: (...given: Parameters<full.Reconstruction['occupancy_grid']>) => PlanarGrid };
 
 /** The page is answered at least this often, unless one step takes longer. */
@@ -54,11 +54,11 @@ let engine: PlanarEngine;
 let reconstruction: Reconstruction | null = null;
 let timing: Timing = { load: 0, frames: [], joint: 0, total: 0 };
 /** The order being worked on. A loop that finds another number here than its own has been overtaken and ends. */
-let current_run = 0;
-let is_running = false;
-let is_reading = false;
+let currentRun = 0;
+let isRunning = false;
+let isReading = false;
 /** Frames that the page knows of this order's result. */
-let num_told = 0;
+let numTold = 0;
 
 const api: Served<PlanarApi> = {
   async start(module) {
@@ -69,8 +69,8 @@ const api: Served<PlanarApi> = {
   configure,
   stop,
   resume(run) {
-    current_run = run;
-    num_told = 0;
+    currentRun = run;
+    numTold = 0;
     computeLater(run);
   },
   describeTable({ name, bytes }, format, scan) {
@@ -102,26 +102,26 @@ async function load(
   settings: Partial<Settings>,
   hold: boolean,
 ): Promise<ReadOutcome | null> {
-  current_run = run;
-  is_running = false;
-  is_reading = true;
+  currentRun = run;
+  isRunning = false;
+  isReading = true;
   const loaded: ReadOutcome = { accepted: [], refused: [], problems: [], notes: [] };
   const next = new engine.Reconstruction();
   attempt(loaded.problems, '', () => next.set_settings(settings));
-  const load_ms = await readScans(run, next, inputs.scans, loaded);
-  if (load_ms === null) {
+  const loadMs = await readScans(run, next, inputs.scans, loaded);
+  if (loadMs === null) {
     next.free();
     return null;
   }
   readBeside(run, next, inputs, loaded);
-  is_reading = false;
+  isReading = false;
   if (loaded.accepted.length === 0) {
     next.free();
   } else {
     reconstruction?.free();
     reconstruction = next;
-    num_told = 0;
-    timing = { load: load_ms, frames: [], joint: 0, total: load_ms };
+    numTold = 0;
+    timing = { load: loadMs, frames: [], joint: 0, total: loadMs };
     if (!hold) computeLater(run);
   }
   return loaded;
@@ -135,31 +135,31 @@ async function readScans(
   { accepted, problems, notes }: ReadOutcome,
 ): Promise<number | null> {
   const total = scans.length;
-  let load_ms = 0;
-  let slice_start = performance.now();
+  let loadMs = 0;
+  let sliceStart = performance.now();
   for (const [index, file] of scans.entries()) {
     const { name } = file;
     post({ type: 'reading', run, file: name, done: index, total });
     const start = performance.now();
     if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
-    load_ms += performance.now() - start;
-    if (performance.now() - slice_start <= SLICE_MS) continue;
+    loadMs += performance.now() - start;
+    if (performance.now() - sliceStart <= SLICE_MS) continue;
     await otherMessages();
-    if (current_run !== run) return null;
-    if (!is_reading) {
-      const how_far = total > 1 ? ` after ${index + 1} of ${total} files` : '';
+    if (currentRun !== run) return null;
+    if (!isReading) {
+      const howFar = total > 1 ? ` after ${index + 1} of ${total} files` : '';
       problems.push({
         file: '',
         place: null,
-        problem: `Reading was stopped${how_far}: none of it is used`,
+        problem: `Reading was stopped${howFar}: none of it is used`,
         remedy: '',
       });
       accepted.length = 0;
       break;
     }
-    slice_start = performance.now();
+    sliceStart = performance.now();
   }
-  return load_ms;
+  return loadMs;
 }
 
 /** The reference and the odometry, unless reading was stopped. */
@@ -170,10 +170,10 @@ function readBeside(
   loaded: ReadOutcome,
 ): void {
   const give = (file: InputFile | null, take: (name: string, bytes: Uint8Array) => void): void => {
-    if (!file || !is_reading) return;
+    if (!file || !isReading) return;
     post({ type: 'reading', run, file: file.name, done: scans.length, total: scans.length });
-    const is_taken = attempt(loaded.problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
-    if (!is_taken) loaded.refused.push(file.name);
+    const isTaken = attempt(loaded.problems, file.name, () => take(file.name, new Uint8Array(file.bytes)));
+    if (!isTaken) loaded.refused.push(file.name);
   };
   give(reference, (name, bytes) => next.set_reference(name, bytes));
   give(odometry, (name, bytes) => next.set_odometry(name, bytes));
@@ -181,9 +181,9 @@ function readBeside(
 
 /** A file is one scan, or a log of many. */
 function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: ReadOutcome['notes']): void {
-  const { name, bytes, table, is_log } = file;
+  const { name, bytes, table, isLog } = file;
   const content = new Uint8Array(bytes);
-  if (!next.add_log || !(is_log || table !== undefined)) {
+  if (!next.add_log || !(isLog || table !== undefined)) {
     next.add_scan(name, content);
     return;
   }
@@ -194,17 +194,17 @@ function addScans(next: Reconstruction, file: InputFile, problems: Problem[], no
 
 function configure(run: number, settings: Partial<Settings>): void {
   if (!reconstruction) return;
-  current_run = run;
-  is_running = false;
+  currentRun = run;
+  isRunning = false;
   reconstruction.set_settings(settings);
-  num_told = 0;
+  numTold = 0;
   timing = { load: timing.load, frames: [], joint: 0, total: timing.load };
   computeLater(run);
 }
 
 /** Computes once the order has been answered. */
 function computeLater(run: number): void {
-  is_running = true; // a stop may arrive before the first slice
+  isRunning = true; // a stop may arrive before the first slice
   otherMessages()
     .then(() => compute(run))
     .catch(reportCrash);
@@ -212,35 +212,35 @@ function computeLater(run: number): void {
 
 /** Steps until all is done, or stopped, or overtaken; sends what is new now and then and all of it at the end. */
 async function compute(run: number): Promise<void> {
-  if (!reconstruction || current_run !== run || !is_running) return;
-  let next_progress = performance.now();
-  let next_snapshot = performance.now() + FIRST_SNAPSHOT_MS;
-  while (is_running && current_run === run) {
+  if (!reconstruction || currentRun !== run || !isRunning) return;
+  let nextProgress = performance.now();
+  let nextSnapshot = performance.now() + FIRST_SNAPSHOT_MS;
+  while (isRunning && currentRun === run) {
     const progress = computeSlice(reconstruction);
-    if (performance.now() >= next_progress) {
+    if (performance.now() >= nextProgress) {
       post({ type: 'progress', run, progress });
-      next_progress = performance.now() + PROGRESS_INTERVAL_MS;
+      nextProgress = performance.now() + PROGRESS_INTERVAL_MS;
     }
     if (progress.stage === 'done') {
-      is_running = false;
+      isRunning = false;
       sendGrowth(run, 'done', true);
       return;
     }
     const before = performance.now();
     // The search for loops leaves the map as it is; then all poses move together.
-    const is_moving = progress.stage === 'joint';
-    if (before >= next_snapshot && (is_moving || num_told < timing.frames.length)) {
-      sendGrowth(run, 'running', is_moving);
+    const isMoving = progress.stage === 'joint';
+    if (before >= nextSnapshot && (isMoving || numTold < timing.frames.length)) {
+      sendGrowth(run, 'running', isMoving);
       const cost = performance.now() - before;
-      const least = Math.max(SNAPSHOT_INTERVAL_MS, SNAPSHOT_INTERVAL_MS_PER_FRAME * num_told);
-      next_snapshot = performance.now() + Math.max(least, cost / SNAPSHOT_SHARE);
+      const least = Math.max(SNAPSHOT_INTERVAL_MS, SNAPSHOT_INTERVAL_MS_PER_FRAME * numTold);
+      nextSnapshot = performance.now() + Math.max(least, cost / SNAPSHOT_SHARE);
     }
     await otherMessages();
   }
 }
 
 function computeSlice(present: Reconstruction): Progress {
-  const slice_start = performance.now();
+  const sliceStart = performance.now();
   for (;;) {
     const start = performance.now();
     const progress = present.step();
@@ -249,38 +249,38 @@ function computeSlice(present: Reconstruction): Progress {
     timing.total += ms;
     if (progress.frame === null || progress.frame === undefined) timing.joint += ms;
     else timing.frames[progress.frame] = (timing.frames[progress.frame] ?? 0) + ms;
-    if (progress.stage === 'done' || now - slice_start > SLICE_MS) return progress;
+    if (progress.stage === 'done' || now - sliceStart > SLICE_MS) return progress;
   }
 }
 
 function stop(): void {
-  is_reading = false;
-  if (!is_running) return;
-  is_running = false;
-  sendGrowth(current_run, 'stopped', true);
+  isReading = false;
+  if (!isRunning) return;
+  isRunning = false;
+  sendGrowth(currentRun, 'stopped', true);
 }
 
-/** `is_moved`: frames that the page knows are no longer where they were. */
-function sendGrowth(run: number, state: RunState, is_moved: boolean): void {
+/** `isMoved`: frames that the page knows are no longer where they were. */
+function sendGrowth(run: number, state: RunState, isMoved: boolean): void {
   if (!reconstruction) return;
-  const is_whole = num_told === 0 || state !== 'running';
-  const first = is_whole ? 0 : num_told;
-  const first_mapped = is_moved ? 0 : first;
-  const { frames, result } = is_whole
+  const isWhole = numTold === 0 || state !== 'running';
+  const first = isWhole ? 0 : numTold;
+  const firstMapped = isMoved ? 0 : first;
+  const { frames, result } = isWhole
     ? wholeResult(reconstruction)
     : { frames: reconstruction.frames_from(first), result: null };
-  num_told = first + frames.length;
+  numTold = first + frames.length;
   const growth: Growth = {
     result,
     first,
     frames,
-    poses: is_moved && !is_whole ? reconstruction.poses() : null,
-    first_mapped,
-    map_points: reconstruction.map_points(first_mapped),
-    map_counts: reconstruction.map_sizes(first_mapped),
+    poses: isMoved && !isWhole ? reconstruction.poses() : null,
+    firstMapped,
+    map_points: reconstruction.map_points(firstMapped),
+    mapCounts: reconstruction.map_sizes(firstMapped),
     timing: { ...timing, frames: timing.frames.slice(first) },
   };
-  const buffers = [growth.map_points.buffer, growth.map_counts.buffer] as Transferable[];
+  const buffers = [growth.map_points.buffer, growth.mapCounts.buffer] as Transferable[];
   post({ type: 'growth', run, state, growth }, buffers);
 }
 
@@ -294,7 +294,7 @@ function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (kind === 'correspondences' || kind === 'history') return reconstruction[kind](frame);
   if (kind === 'scan_to_map') return scanToMap(reconstruction, frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
-  if (kind === 'grid_files') return gridFiles(reconstruction);
+  if (kind === 'gridFiles') return gridFiles(reconstruction);
   return reconstruction[kind]();
 }
 
@@ -353,7 +353,7 @@ function otherMessages(): Promise<void> {
 }
 
 /** In a worker: reconstructs with this engine. */
-export function servePlanar(with_engine: PlanarEngine): void {
-  engine = with_engine;
+export function servePlanar(withEngine: PlanarEngine): void {
+  engine = withEngine;
   serve<PlanarApi>(api);
 }

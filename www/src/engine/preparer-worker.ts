@@ -12,12 +12,12 @@ const api: Served<PreparerApi> = {
     const { bytes, path, problem } = color ?? {};
     const at = time ?? undefined;
     const prepared = engine.prepare_frame(decodeConfig, name, index, at, depth, bytes, path, problem, whole(spare));
-    return { prepared, spent: depth, spent_color: bytes ?? null };
+    return { prepared, spent: depth, spentColor: bytes ?? null };
   },
 
   prepareCloud(decodeConfig, name, index, time, cloud, spare) {
     const prepared = engine.prepare_cloud(decodeConfig, name, index, time ?? undefined, cloud, whole(spare));
-    return { prepared, spent: cloud, spent_color: null };
+    return { prepared, spent: cloud, spentColor: null };
   },
 
   depthPicture(name, bytes, colors) {

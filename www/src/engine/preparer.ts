@@ -1,6 +1,6 @@
 /** One frame of a recording in space, and the threads that decode and prepare such frames. */
 import { giveBack, owned } from '../../../package/base/buffers.js';
-import preparer_url from './preparer-worker.ts?worker&url';
+import preparerUrl from './preparer-worker.ts?worker&url';
 import type { Problem } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import type { ColorFile, DepthColors, PreparerApi, TopView } from './spatial-protocol.js';
@@ -21,13 +21,13 @@ export interface SpatialJob {
   /** Depth image or cloud. */
   file: Readable;
   color: Readable | null;
-  is_cloud: boolean;
+  isCloud: boolean;
 }
 
 /** Time after which a worker that has not returned a frame counts as dead (ms), since one that is killed sends no event. */
 const PATIENCE_MS = 20_000;
 /** Buffers of frames that have been registered, for those to come. */
-const spare_prepared: Uint8Array[] = [];
+const sparePrepared: Uint8Array[] = [];
 /** As many as may be on their way at a time. */
 const MOST_SPARE = 8;
 
@@ -40,36 +40,36 @@ export const AHEAD: { maxInFlight?: number } = NUM_CORES === 1 ? { maxInFlight: 
 
 /** Keeps the buffer of a frame that has been registered, for one to come. */
 export function keepSpare(bytes: Uint8Array): void {
-  if (spare_prepared.length < MOST_SPARE) spare_prepared.push(bytes);
+  if (sparePrepared.length < MOST_SPARE) sparePrepared.push(bytes);
 }
 
 /** No frames are to come: their buffers are given back. */
 export function dropSpare(): void {
-  spare_prepared.length = 0;
+  sparePrepared.length = 0;
 }
 
 /** One thread that prepares frames; where it dies, another takes its place. */
 export class ThreadPreparer {
-  #host = new WorkerHost<PreparerApi>(preparer_url, {
+  #host = new WorkerHost<PreparerApi>(preparerUrl, {
     // The frame is to blame: it is left out when it has done so twice (package/run/spatial_run.ts).
     crashed: (message) => {
       this.#host.succeeded();
-      this.#died_idle = this.#num_waiting > 0 ? null : message;
+      this.#diedIdle = this.#numWaiting > 0 ? null : message;
     },
     unavailable: () => undefined, // reported by `replace`
   });
 
   /** Calls that wait for the thread: a crash fails them, and is reported by them. */
-  #num_waiting = 0;
+  #numWaiting = 0;
   /** Why the thread died between two frames; reported with the next frame. */
-  #died_idle: string | null = null;
+  #diedIdle: string | null = null;
 
   async prepare(
     job: SpatialJob,
     decodeConfig: string,
     signal: AbortSignal,
   ): Promise<{ bytes: Uint8Array; milliseconds: Record<string, number> }> {
-    const { index, name, time, file, color, is_cloud } = job;
+    const { index, name, time, file, color, isCloud } = job;
     // The thread gets them for its own; should it die, they are read again.
     const read = async (from: Readable): Promise<Uint8Array> => owned(await from.read());
     const readColors = async (from: Readable): Promise<ColorFile> => {
@@ -82,15 +82,15 @@ export class ThreadPreparer {
     const [bytes, colors] = await Promise.all([read(file), color && readColors(color)]);
     // No thread is started for a run that has ended meanwhile.
     signal.throwIfAborted();
-    const spare = spare_prepared.pop() ?? null;
+    const spare = sparePrepared.pop() ?? null;
     const buffers = [bytes, colors?.bytes, spare].flatMap((given) => (given ? [given.buffer] : []));
     const start = performance.now();
-    const { prepared, spent, spent_color } = await this.#patiently(() =>
-      is_cloud
+    const { prepared, spent, spentColor } = await this.#patiently(() =>
+      isCloud
         ? this.#host.give('prepareCloud', buffers, decodeConfig, name, index, time, bytes, spare)
         : this.#host.give('prepareFrame', buffers, decodeConfig, name, index, time, bytes, colors, spare),
     );
-    for (const read of [spent, spent_color]) if (read) giveBack(read);
+    for (const read of [spent, spentColor]) if (read) giveBack(read);
     return { bytes: prepared, milliseconds: { prepare: performance.now() - start } };
   }
 
@@ -119,17 +119,17 @@ export class ThreadPreparer {
   }
 
   async #patiently<R>(call: () => Promise<R>): Promise<R> {
-    const died = this.#died_idle;
-    this.#died_idle = null;
+    const died = this.#diedIdle;
+    this.#diedIdle = null;
     if (died !== null) throw new WorkerDied(died);
     await this.#host.start();
     const timer = setTimeout(() => this.#host.kill('it did not answer'), PATIENCE_MS);
-    this.#num_waiting++;
+    this.#numWaiting++;
     try {
       return await call();
     } finally {
       clearTimeout(timer);
-      this.#num_waiting--;
+      this.#numWaiting--;
     }
   }
 }
@@ -141,8 +141,8 @@ export function problemOf(error: unknown, file: string): Problem {
 }
 
 /** Starts threads until there is one for each of so many cores, within bounds. */
-export function addPreparers(preparers: ThreadPreparer[], num_cores: number): void {
-  const wanted = Math.min(Math.max(1, num_cores), MAX_PREPARERS);
+export function addPreparers(preparers: ThreadPreparer[], numCores: number): void {
+  const wanted = Math.min(Math.max(1, numCores), MAX_PREPARERS);
   while (preparers.length < wanted) preparers.push(new ThreadPreparer());
 }
 

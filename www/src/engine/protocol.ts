@@ -42,9 +42,9 @@ export interface InputFile {
   name: string;
   bytes: ArrayBuffer;
   /** Whether it holds many scans. */
-  is_log?: boolean;
+  isLog?: boolean;
   /** Whether it is a log whose columns somebody may want to name. */
-  is_table?: boolean;
+  isTable?: boolean;
   /** What its columns are, where it is a table of ranges and somebody has said so. */
   table?: string;
 }
@@ -105,7 +105,7 @@ export interface Snapshot {
   /** x y x y ..., world frame, m, frame by frame. */
   map_points: Float32Array;
   /** Frame f has the points from `map_offsets[f]` to `map_offsets[f + 1]`. */
-  map_offsets: Uint32Array;
+  mapOffsets: Uint32Array;
   timing: Timing;
 }
 
@@ -119,9 +119,9 @@ export interface Growth {
   /** x y theta of every frame, where those before `first` have moved; else null. */
   poses: Float64Array | null;
   /** The points of the frames from this one on, and how many each of these has. */
-  first_mapped: number;
+  firstMapped: number;
   map_points: Float32Array;
-  map_counts: Uint32Array;
+  mapCounts: Uint32Array;
   /** `frames`: of those from `first` on. */
   timing: Timing;
 }
@@ -151,7 +151,7 @@ export interface Answers {
   /** Of the main piece of the map. */
   occupancy_grid: Grid;
   /** Of all pieces, as files of ROS's map_server. */
-  grid_files: Record<string, Uint8Array | string>;
+  gridFiles: Record<string, Uint8Array | string>;
   report_json: string;
 }
 

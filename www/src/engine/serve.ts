@@ -24,11 +24,11 @@ export type Message =
   | { crash: string };
 
 /** Buffers to be transferred with a result, where they lie deeper in it than `serve` looks. */
-const deep_buffers = new WeakMap<object, Transferable[]>();
+const deepBuffers = new WeakMap<object, Transferable[]>();
 
 /** In the worker: a result whose `buffers` are transferred. */
 export function transferred<T extends object>(result: T, buffers: Transferable[]): T {
-  deep_buffers.set(result, buffers);
+  deepBuffers.set(result, buffers);
   return result;
 }
 
@@ -38,7 +38,7 @@ export function serve<Api extends object>(api: Served<Api>): void {
   self.onmessage = async ({ data: { id, method, args } }: MessageEvent<Call>) => {
     try {
       const value = await functions[method]?.(...args);
-      post({ id, value }, deep_buffers.get(value as object) ?? buffersOf(value));
+      post({ id, value }, deepBuffers.get(value as object) ?? buffersOf(value));
     } catch (error) {
       const message = messageOf(error);
       if (!isInputError(error)) {

@@ -4,7 +4,7 @@
  */
 import { SpatialRun } from '../../../package/run/spatial_run.js';
 import type { Problem } from './protocol.js';
-import registrar_url from './registrar-worker.ts?worker&url';
+import registrarUrl from './registrar-worker.ts?worker&url';
 import {
   addPreparers,
   AHEAD,
@@ -55,7 +55,7 @@ export interface SpatialListener {
   /** The registrar died; `restarts`: whether the run restarts automatically. */
   crashed(message: string, restarts: boolean): void;
   /** The engine takes long to load, or does so no longer. */
-  slow?(is_slow: boolean): void;
+  slow?(isSlow: boolean): void;
   /** The engine cannot be started, or is not started again. */
   unavailable(message: string): void;
 }
@@ -78,24 +78,24 @@ export class SpatialClient {
   #order = 0;
   #stopping = new AbortController();
   #working: Promise<void> = Promise.resolve();
-  #num_done = 0;
-  #computing_since = 0;
-  #next_snapshot = 0;
-  #is_sending = false;
-  #is_disposed = false;
+  #numDone = 0;
+  #computingSince = 0;
+  #nextSnapshot = 0;
+  #isSending = false;
+  #isDisposed = false;
 
   constructor(listener: SpatialListener) {
     this.#listener = listener;
-    this.#registrar = new WorkerHost<RegistrarApi>(registrar_url, {
-      crashed: (message, num_crashes) => this.#onRegistrarDeath(message, num_crashes),
-      slow: (is_slow) => listener.slow?.(is_slow),
+    this.#registrar = new WorkerHost<RegistrarApi>(registrarUrl, {
+      crashed: (message, numCrashes) => this.#onRegistrarDeath(message, numCrashes),
+      slow: (isSlow) => listener.slow?.(isSlow),
       unavailable: (message) => {
         this.#abandon();
         listener.unavailable(message);
       },
     });
     this.#registrar.start().then(
-      (facts) => this.#is_disposed || listener.ready(facts),
+      (facts) => this.#isDisposed || listener.ready(facts),
       () => undefined, // reported as `unavailable`
     );
   }
@@ -123,13 +123,13 @@ export class SpatialClient {
   setReference(reference: Readable | null): void {
     if (!this.#inputs) return;
     this.#inputs = { ...this.#inputs, reference };
-    const is_stopped = this.#stopping.signal.aborted;
+    const isStopped = this.#stopping.signal.aborted;
     this.#begin(async (order) => {
-      if (!this.#run) return is_stopped ? undefined : this.#loadAll(order);
+      if (!this.#run) return isStopped ? undefined : this.#loadAll(order);
       await this.#setReference();
       await this.#compute(order);
     });
-    if (is_stopped) this.#stopping.abort();
+    if (isStopped) this.#stopping.abort();
   }
 
   /** Stops; what is done stays, and arrives as a snapshot. */
@@ -168,7 +168,7 @@ export class SpatialClient {
   }
 
   dispose(): void {
-    this.#is_disposed = true;
+    this.#isDisposed = true;
     this.#abandon();
     this.#registrar.dispose();
     for (const preparer of this.#preparers) preparer.end();
@@ -177,7 +177,7 @@ export class SpatialClient {
   /** As `dispose`, at the end of a run; the next client reuses its threads. */
   async retire(): Promise<void> {
     await this.#registrar.call('forget').catch(() => this.dispose());
-    if (this.#is_disposed) return;
+    if (this.#isDisposed) return;
     this.#registrar.retire();
     for (const preparer of this.#preparers) preparer.retire();
     this.dispose();
@@ -218,7 +218,7 @@ export class SpatialClient {
     }
     await this.#setReference();
     if (order !== this.#order) return;
-    this.#num_done = 0;
+    this.#numDone = 0;
     this.#run = this.#makeRun();
     this.#run.add(jobs);
     await this.#compute(order);
@@ -227,8 +227,8 @@ export class SpatialClient {
   async #compute(order: number): Promise<void> {
     const run = this.#run;
     if (!run || order !== this.#order) return;
-    this.#computing_since = performance.now();
-    this.#next_snapshot = this.#computing_since + SNAPSHOT_INTERVALS_MS.least;
+    this.#computingSince = performance.now();
+    this.#nextSnapshot = this.#computingSince + SNAPSHOT_INTERVALS_MS.least;
     const { state } = await run.run(this.#stopping.signal).finally(dropSpare);
     if (order !== this.#order) return;
     await this.#send(state, order);
@@ -258,10 +258,10 @@ export class SpatialClient {
         if (run !== this.#run && this.#run) return;
         if (event.type === 'registered') {
           const { ms } = event.progress as typeof event.progress & { ms: number };
-          this.#listener.registered(event.index, ms, ++this.#num_done, run.total);
-          if (performance.now() >= this.#next_snapshot && !this.#is_sending) void this.#send('running', this.#order);
+          this.#listener.registered(event.index, ms, ++this.#numDone, run.total);
+          if (performance.now() >= this.#nextSnapshot && !this.#isSending) void this.#send('running', this.#order);
         } else if (event.type === 'problem') {
-          this.#num_done++;
+          this.#numDone++;
           this.#listener.problem(problemOf(event.error, event.name));
         } else if (event.type === 'step') {
           const { stage } = event.progress;
@@ -285,7 +285,7 @@ export class SpatialClient {
   }
 
   async #send(state: SpatialState, order: number): Promise<void> {
-    this.#is_sending = true;
+    this.#isSending = true;
     const start = performance.now();
     try {
       const snapshot = await this.#registrar.call('snapshot');
@@ -295,18 +295,18 @@ export class SpatialClient {
     } catch {
       return; // the registrar died, which is reported elsewhere
     } finally {
-      this.#is_sending = false;
+      this.#isSending = false;
       const now = performance.now();
       const { least, most } = SNAPSHOT_INTERVALS_MS;
-      const interval = Math.min(Math.max(now - this.#computing_since, least), most);
-      this.#next_snapshot = now + Math.max(interval, (now - start) / SNAPSHOT_SHARE);
+      const interval = Math.min(Math.max(now - this.#computingSince, least), most);
+      this.#nextSnapshot = now + Math.max(interval, (now - start) / SNAPSHOT_SHARE);
     }
   }
 
-  #onRegistrarDeath(message: string, num_crashes: number): void {
+  #onRegistrarDeath(message: string, numCrashes: number): void {
     if (!this.#inputs) return;
     this.#abandon();
-    const restarts = num_crashes <= MAX_RESTARTS;
+    const restarts = numCrashes <= MAX_RESTARTS;
     this.#listener.crashed(message, restarts);
     if (restarts) this.#begin((order) => this.#loadAll(order));
   }

@@ -101,7 +101,7 @@ export interface RegistrarApi {
 export interface PreparedBytes {
   prepared: Uint8Array;
   spent: Uint8Array;
-  spent_color: Uint8Array | null;
+  spentColor: Uint8Array | null;
 }
 
 /** A colour image, or why it cannot be read: the frame is used without it. */

@@ -60,8 +60,8 @@ async function fetchAndCompile(file: EngineFile): Promise<WebAssembly.Module> {
 
 async function compile(response: Response): Promise<WebAssembly.Module> {
   // Hosts that do not know the type application/wasm are common: compile the bytes there.
-  const is_wasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
-  return is_wasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+  const isWasm = response.headers.get('Content-Type')?.startsWith('application/wasm') ?? false;
+  return isWasm ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 }
 
 /** Workers that were started and have nothing to do, by their script. */
@@ -70,9 +70,9 @@ const idle = new Map<string, Worker[]>();
 const IDLE_MS = 60_000;
 
 /** Keeps a worker for whoever starts the next one of this script; nobody else may hold it. */
-export function keepWorker(worker_url: string, worker: Worker): void {
-  const kept = idle.get(worker_url) ?? [];
-  idle.set(worker_url, kept);
+export function keepWorker(workerUrl: string, worker: Worker): void {
+  const kept = idle.get(workerUrl) ?? [];
+  idle.set(workerUrl, kept);
   kept.push(worker);
   setTimeout(() => {
     if (!kept.includes(worker)) return;
@@ -85,16 +85,16 @@ export function keepWorker(worker_url: string, worker: Worker): void {
  * A browser starts workers only from the page's own host. Where the element is embedded from another one, a line of
  * our own there imports the worker's script. One that was kept is taken first.
  */
-export function startWorker(worker_url: string): Worker {
-  const kept = idle.get(worker_url)?.pop();
+export function startWorker(workerUrl: string): Worker {
+  const kept = idle.get(workerUrl)?.pop();
   if (kept) return kept;
-  const url = new URL(worker_url, import.meta.url);
+  const url = new URL(workerUrl, import.meta.url);
   // In the single-file element. A frame with an opaque origin cannot start a module from a blob.
   if (url.protocol === 'blob:') return new Worker(url);
   if (url.origin === location.origin) return new Worker(url, { type: 'module' });
   const script = new Blob([`import ${JSON.stringify(url.href)};`], { type: 'text/javascript' });
-  const script_url = URL.createObjectURL(script);
-  const worker = new Worker(script_url, { type: 'module' });
-  worker.addEventListener('message', () => URL.revokeObjectURL(script_url), { once: true });
+  const scriptUrl = URL.createObjectURL(script);
+  const worker = new Worker(scriptUrl, { type: 'module' });
+  worker.addEventListener('message', () => URL.revokeObjectURL(scriptUrl), { once: true });
   return worker;
 }

@@ -6,7 +6,7 @@ import { problemOf, type SpatialJob } from './preparer.js';
 import type { Problem } from './protocol.js';
 import { WorkerDied } from './remote.js';
 import type { SurfaceApi, SurfaceMesh } from './surface-protocol.js';
-import surface_url from './surface-worker.ts?worker&url';
+import surfaceUrl from './surface-worker.ts?worker&url';
 import { WorkerHost } from './worker-host.js';
 
 export interface SurfaceListener {
@@ -17,15 +17,15 @@ export interface SurfaceListener {
 }
 
 export class SurfaceClient {
-  #has_died = false;
-  #host = new WorkerHost<SurfaceApi>(surface_url, {
+  #hasDied = false;
+  #host = new WorkerHost<SurfaceApi>(surfaceUrl, {
     crashed: () => this.end(),
     unavailable: () => this.end(), // the call that waits is told
   });
 
   /** Whether the surface that it made is gone. */
-  get has_died(): boolean {
-    return this.#has_died;
+  get hasDied(): boolean {
+    return this.#hasDied;
   }
 
   /** `jobs`: the recording's. Rejects with `WorkerDied` where the worker dies, or is ended. */
@@ -36,17 +36,17 @@ export class SurfaceClient {
     listener: SurfaceListener,
   ): Promise<SurfaceMesh> {
     const host = this.#host;
-    const by_index = new Map(jobs.map((job) => [job.index, job]));
+    const byIndex = new Map(jobs.map((job) => [job.index, job]));
     await host.call('begin', decode_config, VOXEL_SIZE, MEMORY_MB);
     await addFrames(frames, {
       filesOf: ({ index }) => {
-        const job = by_index.get(index);
+        const job = byIndex.get(index);
         return job ? { depth: job.file, color: job.color } : null;
       },
       add: ({ name, pose }, depth, colors) => {
-        const [own_depth, own_colors] = [owned(depth), colors ? owned(colors) : null];
-        const buffers = [own_depth, own_colors].flatMap((given) => (given ? [given.buffer as ArrayBuffer] : []));
-        return host.give('add', buffers, name, own_depth, own_colors, pose);
+        const [ownDepth, ownColors] = [owned(depth), colors ? owned(colors) : null];
+        const buffers = [ownDepth, ownColors].flatMap((given) => (given ? [given.buffer as ArrayBuffer] : []));
+        return host.give('add', buffers, name, ownDepth, ownColors, pose);
       },
       refused: ({ name }, error) => {
         if (error instanceof WorkerDied) throw error;
@@ -62,7 +62,7 @@ export class SurfaceClient {
   }
 
   end(): void {
-    this.#has_died = true;
+    this.#hasDied = true;
     this.#host.dispose();
   }
 }

@@ -21,10 +21,10 @@ export interface Startable {
 
 export interface WorkerHooks<Event> {
   event?(event: Event): void;
-  /** The worker died; the next call starts another. `num_crashes`: with no finished work in between. */
-  crashed(message: string, num_crashes: number): void;
+  /** The worker died; the next call starts another. `numCrashes`: with no finished work in between. */
+  crashed(message: string, numCrashes: number): void;
   /** The engine has not started after `START_PATIENCE_MS`; false when it has, or is given up. */
-  slow?(is_slow: boolean): void;
+  slow?(isSlow: boolean): void;
   /** In a sentence: the engine cannot be started, or it crashed `MAX_CRASHES` times. Every further call fails. */
   unavailable(message: string): void;
 }
@@ -40,13 +40,13 @@ interface Running<Api extends Startable, Event> {
 export class WorkerHost<Api extends Startable, Event = never> {
   #script: WorkerScript;
   /** The script's address, once it is known. */
-  #worker_url = '';
+  #workerUrl = '';
   #hooks: WorkerHooks<Event>;
   #file: EngineFile;
   #running: Promise<Running<Api, Event>> | null = null;
   /** Also while it is still starting. */
   #remote: Remote<Api, Event> | null = null;
-  #num_crashes = 0;
+  #numCrashes = 0;
   /** Why no worker is started any more. */
   #end: string | null = null;
 
@@ -56,7 +56,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
     this.#file = file;
   }
 
-  get has_ended(): boolean {
+  get hasEnded(): boolean {
     return this.#end !== null;
   }
 
@@ -80,7 +80,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
 
   /** Work was finished: the crashes before it no longer count. */
   succeeded(): void {
-    this.#num_crashes = 0;
+    this.#numCrashes = 0;
   }
 
   /** Ends a worker that is stuck, as one that died. */
@@ -99,7 +99,7 @@ export class WorkerHost<Api extends Startable, Event = never> {
   /** As `dispose`, but the worker is kept for whoever starts the next one of this script. */
   retire(): void {
     const worker = this.#remote?.release();
-    if (worker) keepWorker(this.#worker_url, worker);
+    if (worker) keepWorker(this.#workerUrl, worker);
     this.dispose();
   }
 
@@ -126,8 +126,8 @@ export class WorkerHost<Api extends Startable, Event = never> {
       try {
         return await this.#startOne();
       } catch (error) {
-        const is_crash = error instanceof WorkerDied && this.#end === null;
-        if (is_crash && ++this.#num_crashes < MAX_CRASHES) continue;
+        const isCrash = error instanceof WorkerDied && this.#end === null;
+        if (isCrash && ++this.#numCrashes < MAX_CRASHES) continue;
         this.#giveUp(`The engine could not be started: ${messageOf(error)}`);
         throw error;
       }
@@ -136,29 +136,29 @@ export class WorkerHost<Api extends Startable, Event = never> {
 
   /** The worker's script is fetched while the engine is. */
   async #startOne(): Promise<Running<Api, Event>> {
-    let is_started = false;
-    this.#worker_url = typeof this.#script === 'string' ? this.#script : await this.#script();
+    let isStarted = false;
+    this.#workerUrl = typeof this.#script === 'string' ? this.#script : await this.#script();
     if (this.#end !== null) throw new WorkerDied(this.#end);
-    const remote = new Remote<Api, Event>(startWorker(this.#worker_url), {
+    const remote = new Remote<Api, Event>(startWorker(this.#workerUrl), {
       event: (event) => this.#hooks.event?.(event),
       died: (message) => {
-        if (this.#remote === remote && is_started) this.#onCrash(message);
+        if (this.#remote === remote && isStarted) this.#onCrash(message);
       },
     });
     this.#remote = remote;
     const module = await compileEngine(this.#file);
     const facts = await remote.call('start', ...([module] as unknown as Arguments<Api['start']>));
-    is_started = true;
+    isStarted = true;
     return { remote, facts: facts as Result<Api['start']> };
   }
 
   #onCrash(message: string): void {
     this.#running = null;
     this.#remote = null;
-    this.#num_crashes++;
-    if (this.#num_crashes >= MAX_CRASHES)
+    this.#numCrashes++;
+    if (this.#numCrashes >= MAX_CRASHES)
       this.#giveUp(`The engine crashed ${MAX_CRASHES} times and is not started again: ${message}`);
-    else this.#hooks.crashed(message, this.#num_crashes);
+    else this.#hooks.crashed(message, this.#numCrashes);
   }
 
   #giveUp(message: string): void {

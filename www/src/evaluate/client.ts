@@ -8,7 +8,7 @@ import type { QueryApi } from './protocol.js';
 export interface ClientHooks<Command, Result> {
   answered(result: Result): void;
   failed(message: string): void;
-  slow(is_slow: boolean): void;
+  slow(isSlow: boolean): void;
   unavailable(message: string): void;
   /** The data that a worker must receive before its first query, also after a crash. */
   greet?(): Command;
@@ -19,17 +19,17 @@ export class WorkerClient<Command, Query, Result> {
   #hooks: ClientHooks<Command, Result>;
   readonly #queries = new LatestQuery<Query, Result>({
     compute: (query) => this.#ask(query),
-    answered: (_, result, is_latest) => {
-      if (is_latest) this.#hooks.answered(result);
+    answered: (_, result, isLatest) => {
+      if (isLatest) this.#hooks.answered(result);
     },
     failed: (_, error) => this.#onFailure(error),
   });
 
-  constructor(worker_url: string, hooks: ClientHooks<Command, Result>) {
+  constructor(workerUrl: string, hooks: ClientHooks<Command, Result>) {
     this.#hooks = hooks;
-    this.#host = new WorkerHost<QueryApi<Command, Query, Result>>(worker_url, {
+    this.#host = new WorkerHost<QueryApi<Command, Query, Result>>(workerUrl, {
       crashed: (message) => this.#onCrash(message),
-      slow: (is_slow) => hooks.slow(is_slow),
+      slow: (isSlow) => hooks.slow(isSlow),
       unavailable: (message) => hooks.unavailable(message),
     });
   }
@@ -69,7 +69,7 @@ export class WorkerClient<Command, Query, Result> {
 
   /** The crash of a worker is reported elsewhere. */
   #onFailure(error: unknown): void {
-    if (error instanceof WorkerDied || this.#host.has_ended) return;
+    if (error instanceof WorkerDied || this.#host.hasEnded) return;
     this.#hooks.failed(messageOf(error));
   }
 }

@@ -1,9 +1,9 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { field_styles, shared } from '../components/theme.js';
+import { fieldStyles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
-import { controls_styles } from './evaluate-styles.js';
+import { controlsStyles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
 import type { AuxiliaryId } from './session.js';
 
@@ -95,14 +95,14 @@ export interface AuxiliaryFile {
 @customElement('scanstitch-evaluation-controls')
 export class ScanstitchEvaluationControls extends LitElement {
   @property({ attribute: false }) files: readonly { id: number; name: string }[] = [];
-  @property({ attribute: false }) reference_id = -1;
+  @property({ attribute: false }) referenceId = -1;
   @property({ attribute: false }) options: Partial<EvaluationOptions> = {};
   @property({ attribute: false }) beside: readonly AuxiliaryFile[] = [];
   @property({ attribute: false }) loops_only = false;
 
   protected override render(): TemplateResult {
-    const is_relative = this.options.metric === 'rpe';
-    const relations = is_relative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
+    const isRelative = this.options.metric === 'rpe';
+    const relations = isRelative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
     return html`<form
       class="controls"
       aria-label="Comparison options"
@@ -112,7 +112,7 @@ export class ScanstitchEvaluationControls extends LitElement {
         this.files.length < 2
           ? nothing
           : html`${this.renderReference()} ${CHOICES.map((choice) => this.renderChoice(choice))}
-            ${this.renderChoice(relations)} ${is_relative ? this.renderPairs() : nothing}`
+            ${this.renderChoice(relations)} ${isRelative ? this.renderPairs() : nothing}`
       }
       <span class="actions">
         <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
@@ -143,9 +143,9 @@ export class ScanstitchEvaluationControls extends LitElement {
       <select
         @change=${(event: Event) => this.tell('reference-chosen', Number((event.target as HTMLSelectElement).value))}
       >
-        ${this.reference_id < 0 ? html`<option value="-1" selected>none yet</option>` : nothing}
+        ${this.referenceId < 0 ? html`<option value="-1" selected>none yet</option>` : nothing}
         ${this.files.map(
-          ({ id, name }) => html`<option value=${id} .selected=${id === this.reference_id}>${name}</option>`,
+          ({ id, name }) => html`<option value=${id} .selected=${id === this.referenceId}>${name}</option>`,
         )}
       </select></label
     >`;
@@ -232,19 +232,13 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   private set(change: Partial<EvaluationOptions>): void {
     // What only the relative error has must not outlive it.
-    const is_lost = change.metric === 'ape' && this.options.relation === RATIO[0];
-    this.tell('options-changed', is_lost ? { ...change, relation: 'translation_part' } : change);
+    const isLost = change.metric === 'ape' && this.options.relation === RATIO[0];
+    this.tell('options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
   }
 
   private tell(name: string, detail: unknown): void {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
-  static override styles = [shared, field_styles, controls_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluation-controls': ScanstitchEvaluationControls;
-  }
+  static override styles = [shared, fieldStyles, controlsStyles];
 }

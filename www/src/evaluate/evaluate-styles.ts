@@ -1,7 +1,7 @@
 import { css } from 'lit';
 
 /** Of the view as a whole. */
-export const evaluate_styles = css`
+export const evaluateStyles = css`
   .evaluate {
     position: relative;
     display: flex;
@@ -47,7 +47,7 @@ export const evaluate_styles = css`
 `;
 
 /** Of the bar of choices. */
-export const controls_styles = css`
+export const controlsStyles = css`
   :host {
     display: block;
     container-type: inline-size;
@@ -142,7 +142,7 @@ export const controls_styles = css`
 `;
 
 /** Of the figures. */
-export const figures_styles = css`
+export const figuresStyles = css`
   :host {
     display: block;
     container-type: inline-size;

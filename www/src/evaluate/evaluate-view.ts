@@ -5,7 +5,7 @@ import { DropTarget } from '../components/drop-target.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
-import { drop_styles, empty_styles, page_styles, shared, tokens } from '../components/theme.js';
+import { dropStyles, emptyStyles, pageStyles, shared, tokens } from '../components/theme.js';
 import type { Note } from '../datasets/note.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { messageOf } from '../engine/message-of.js';
@@ -14,7 +14,7 @@ import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import './controls.js';
 import type { AuxiliaryFile } from './controls.js';
-import { evaluate_styles } from './evaluate-styles.js';
+import { evaluateStyles } from './evaluate-styles.js';
 import './figures-view.js';
 import type { ScanstitchEvaluationFigures } from './figures-view.js';
 import './map-panel.js';
@@ -40,7 +40,7 @@ export class ScanstitchEvaluate extends LitElement {
   @query('scanstitch-evaluation-figures') private figures!: ScanstitchEvaluationFigures | null;
 
   private session = new EvaluateSession(this, (result) => void this.tellDrawn(result));
-  private drop_target = new DropTarget(this, (transfer) => void this.openDropped(transfer));
+  private dropTarget = new DropTarget(this, (transfer) => void this.openDropped(transfer));
   private columnsFor = memoizeLast(columnsOf);
   private colorsOf = memoizeLast((order: readonly number[], dark: boolean) => {
     const { estimates } = makeColors(dark);
@@ -54,31 +54,30 @@ export class ScanstitchEvaluate extends LitElement {
   private async tellDrawn({ elapsed_ms }: Result): Promise<void> {
     await this.updateComplete;
     await this.figures?.isDrawn();
-    const detail = { elapsed_ms, total_ms: performance.now() - this.session.requested_at };
+    const detail = { elapsed_ms, total_ms: performance.now() - this.session.requestedAt };
     this.dispatchEvent(new CustomEvent('scanstitch-evaluated', { detail, bubbles: true, composed: true }));
   }
 
   protected override render(): TemplateResult {
-    const { session, drop_target } = this;
+    const { session, dropTarget } = this;
     const { files, clouds } = session;
-    const is_empty = files.length + clouds.length === 0;
-    const is_alone = files.length === 1 && clouds.length === 0;
+    const isEmpty = files.length + clouds.length === 0;
+    const isAlone = files.length === 1 && clouds.length === 0;
     return html`<div
       class="evaluate"
-      @dragenter=${drop_target.enter}
-      @dragover=${drop_target.over}
-      @dragleave=${drop_target.leave}
-      @drop=${drop_target.drop}
+      @dragenter=${dropTarget.enter}
+      @dragover=${dropTarget.over}
+      @dragleave=${dropTarget.leave}
+      @drop=${dropTarget.drop}
     >
       ${
-        is_empty
+        isEmpty
           ? this.renderEmpty()
-          : html`${this.renderControls()} ${this.renderNotices()} ${is_alone ? this.renderAlone() : nothing}
+          : html`${this.renderControls()} ${this.renderNotices()} ${isAlone ? this.renderAlone() : nothing}
             ${this.renderResult()}`
       }
       <input id="pick-trajectories" type="file" multiple hidden @change=${this.onPicked} />
-      ${announcements(session.announcer)}
-      ${drop_target.is_over ? html`<div class="drop-hint" aria-hidden="true"><div>Drop trajectories here</div></div>` : nothing}
+      ${announcements(session.announcer)} ${dropTarget.hint('Drop trajectories here')}
     </div>`;
   }
 
@@ -115,12 +114,12 @@ export class ScanstitchEvaluate extends LitElement {
   private renderAlone(): TemplateResult {
     const { files, choices } = this.session;
     const name = files[0]?.name ?? '';
-    const is_reference = files[0]?.id === choices.reference_id;
+    const isReference = files[0]?.id === choices.referenceId;
     return html`<section class="empty" aria-label="Nothing to compare with yet">
-      <h2>${is_reference ? `Drop estimates to compare with ${name}` : `Drop the ground truth of ${name}`}</h2>
+      <h2>${isReference ? `Drop estimates to compare with ${name}` : `Drop the ground truth of ${name}`}</h2>
       <p>
         ${
-          is_reference
+          isReference
             ? 'It is taken as the ground truth. Any number of estimates can be compared with it.'
             : 'A trajectory in TUM, KITTI, EuRoC, NumPy or CSV format, with one pose for each scan or frame, or with times.'
         }
@@ -151,11 +150,11 @@ export class ScanstitchEvaluate extends LitElement {
     ];
     return html`<scanstitch-evaluation-controls
       .files=${files}
-      .reference_id=${choices.reference_id}
+      .referenceId=${choices.referenceId}
       .options=${session.options}
       .beside=${beside}
       .loops_only=${choices.loops_only}
-      @reference-chosen=${({ detail }: CustomEvent<number>) => session.choose({ reference_id: detail })}
+      @reference-chosen=${({ detail }: CustomEvent<number>) => session.choose({ referenceId: detail })}
       @options-changed=${({ detail }: CustomEvent<Partial<EvaluationOptions>>) =>
         session.choose({ options: { ...choices.options, ...detail } })}
       @loops-only-changed=${({ detail }: CustomEvent<boolean>) => session.choose({ loops_only: detail })}
@@ -166,11 +165,11 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   private renderNotices(): TemplateResult | typeof nothing {
-    const { files, result, comparisons, selected_id, messages } = this.session;
+    const { files, result, comparisons, selectedId, messages } = this.session;
     const { problems, remarks } = noticesOf({
-      num_files: files.length,
+      numFiles: files.length,
       answer: result,
-      selected: comparisons.find(({ id }) => id === selected_id) ?? null,
+      selected: comparisons.find(({ id }) => id === selectedId) ?? null,
       messages,
     });
     if (problems.length + remarks.length === 0) return nothing;
@@ -183,16 +182,16 @@ export class ScanstitchEvaluate extends LitElement {
   private renderResult(): TemplateResult {
     const { session } = this;
     const { comparisons, result, order, run, clouds } = session;
-    const has_relations = comparisons.some(({ relations }) => relations !== null);
+    const hasRelations = comparisons.some(({ relations }) => relations !== null);
     return html`${
       result && comparisons.length + result.refusals.length > 0
         ? html`<scanstitch-ranking
             .ranked=${session.ranked}
             .refusals=${result.refusals}
-            .columns=${this.columnsFor(comparisons[0]?.summary.unit ?? '', session.options, has_relations)}
-            .reference_name=${session.reference_name}
+            .columns=${this.columnsFor(comparisons[0]?.summary.unit ?? '', session.options, hasRelations)}
+            .referenceName=${session.referenceName}
             .sort=${session.sort}
-            .selected_id=${session.selected_id}
+            .selectedId=${session.selectedId}
             .elapsed_ms=${result.elapsed_ms}
             .colors=${this.colorsOf(order, this.dark)}
             @estimate-selected=${({ detail }: CustomEvent<number>) => session.select(detail)}
@@ -206,10 +205,10 @@ export class ScanstitchEvaluate extends LitElement {
       comparisons.length > 0
         ? html`<scanstitch-evaluation-figures
             .comparisons=${comparisons}
-            .selected_id=${session.selected_id}
+            .selectedId=${session.selectedId}
             .order=${order}
-            .data_key=${session.data_key}
-            .first_abscissa=${session.run_id < 0 ? 'seconds' : 'number'}
+            .dataKey=${session.dataKey}
+            .firstAbscissa=${session.runId < 0 ? 'seconds' : 'number'}
             ?dark=${this.dark}
           ></scanstitch-evaluation-figures>`
         : nothing
@@ -217,9 +216,9 @@ export class ScanstitchEvaluate extends LitElement {
     ${
       clouds.length > 0 || run !== null
         ? html`<scanstitch-map-panel
-            .answer=${session.map_result}
-            ?busy=${session.is_judging_map}
-            ?has_run=${run !== null && clouds.length === 0}
+            .answer=${session.mapResult}
+            ?busy=${session.isJudgingMap}
+            ?hasRun=${run !== null && clouds.length === 0}
             @run-map-wanted=${() => session.judgeRun()}
           ></scanstitch-map-panel>`
         : nothing
@@ -239,11 +238,5 @@ export class ScanstitchEvaluate extends LitElement {
     this.input.value = '';
   }
 
-  static override styles = [tokens, shared, page_styles, drop_styles, empty_styles, evaluate_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluate': ScanstitchEvaluate;
-  }
+  static override styles = [tokens, shared, pageStyles, dropStyles, emptyStyles, evaluateStyles];
 }

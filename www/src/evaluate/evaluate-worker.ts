@@ -39,17 +39,17 @@ function compareAll(query: Query): Result {
     comparisons: [],
     refusals: [],
     realigned: null,
-    reference_problem: null,
-    reference_notes: [],
-    relation_problems: [],
+    referenceProblem: null,
+    referenceNotes: [],
+    relationProblems: [],
     elapsed_ms: 0,
   };
   const reference = attempt(() => read(query.reference, query.times));
   if ('problem' in reference) {
-    result.reference_problem = reference.problem;
+    result.referenceProblem = reference.problem;
     return result;
   }
-  result.reference_notes = reference.value.notes;
+  result.referenceNotes = reference.value.notes;
   Object.assign(result, compareEach(reference.value, query));
   const [refusal] = result.refusals;
   // Positions alone have no first pose to make equal: an empty page would help nobody.
@@ -64,7 +64,7 @@ function compareAll(query: Query): Result {
 function compareEach(
   reference: Trajectory,
   query: Query,
-): Pick<Result, 'comparisons' | 'refusals' | 'relation_problems'> {
+): Pick<Result, 'comparisons' | 'refusals' | 'relationProblems'> {
   const compared = query.estimates.map((id) => ({
     id,
     name: nameOf(id),
@@ -76,7 +76,7 @@ function compareEach(
     refusals: compared.flatMap(({ id, name, ...one }) =>
       'problem' in one ? [{ id, name, problem: one.problem }] : [],
     ),
-    relation_problems: found.flatMap(({ relation_problems }) => relation_problems),
+    relationProblems: found.flatMap(({ relationProblems }) => relationProblems),
   };
 }
 
@@ -84,7 +84,7 @@ function compare(
   reference: Trajectory,
   id: number,
   query: Query,
-): { comparison: Comparison; relation_problems: string[] } {
+): { comparison: Comparison; relationProblems: string[] } {
   const { options, relations, loops_only } = query;
   const estimate = read(id, query.times);
   const name = nameOf(id);
@@ -101,8 +101,8 @@ function compare(
       distances: evaluation.distances(),
       reference_positions: evaluation.reference_positions(),
       estimate_positions: evaluation.estimate_positions(),
-      reference_angles: evaluation.reference_roll_pitch_yaw() ?? null,
-      estimate_angles: evaluation.estimate_roll_pitch_yaw() ?? null,
+      referenceAngles: evaluation.reference_roll_pitch_yaw() ?? null,
+      estimateAngles: evaluation.estimate_roll_pitch_yaw() ?? null,
     }),
   );
   const { max_diff, offset } = options;
@@ -116,7 +116,7 @@ function compare(
       relations: related?.relations ?? null,
       ...compared,
     },
-    relation_problems: related?.problems.map((problem) => `${name}: ${problem}`) ?? [],
+    relationProblems: related?.problems.map((problem) => `${name}: ${problem}`) ?? [],
   };
 }
 
@@ -128,14 +128,14 @@ function read(id: number, times: TimesFile | null): Trajectory {
   }
   forget(id);
   const trajectory = readTrajectory(Trajectory, files.get(id) ?? { name: '', parts: [] });
-  const is_timed = trajectory.stamps() !== undefined;
+  const isTimed = trajectory.stamps() !== undefined;
   try {
-    if (times && !is_timed) trajectory.set_stamps(times.bytes, times.name);
+    if (times && !isTimed) trajectory.set_stamps(times.bytes, times.name);
   } catch (error) {
     trajectory.free();
     throw error;
   }
-  known.set(id, { trajectory, times: is_timed ? null : wanted });
+  known.set(id, { trajectory, times: isTimed ? null : wanted });
   return trajectory;
 }
 

@@ -9,8 +9,8 @@ import { makeColors } from '../views/figure-colors.js';
 import { pngFile, svgFile } from '../components/figure-files.js';
 import '../components/figure-view.js';
 import type { Marker, Painter, ScanstitchFigure } from '../components/figure-view.js';
-import { section_styles } from '../components/section-styles.js';
-import { figures_styles } from './evaluate-styles.js';
+import { sectionStyles } from '../components/section-styles.js';
+import { figuresStyles } from './evaluate-styles.js';
 import { nearestIndex, plotArea, type Size } from '../views/figures.js';
 import { instantMarker, NO_MARKS, poseMarker } from './marks.js';
 import { type FigureName, makePainter } from './painters.js';
@@ -30,7 +30,7 @@ const ABSCISSAS: readonly [Abscissa, string][] = [
   ['distance', 'distance'],
   ['number', 'number of the pose'],
 ];
-const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, pan_x: 0, pan_y: 0 };
+const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, panX: 0, panY: 0 };
 /** The pointer takes a pose no further away than this (pixels). */
 const REACH = 40;
 const RADIANS_PER_PIXEL = 0.008;
@@ -42,24 +42,24 @@ const LIGHT = makeColors(false);
 @customElement('scanstitch-evaluation-figures')
 export class ScanstitchEvaluationFigures extends LitElement {
   @property({ attribute: false }) comparisons: readonly Comparison[] = [];
-  @property({ attribute: false }) selected_id = -1;
+  @property({ attribute: false }) selectedId = -1;
   /** Ids of all estimates, in the order in which they came: colours stay theirs. */
   @property({ attribute: false }) order: readonly number[] = [];
   @property({ type: Boolean }) dark = false;
   /** What the axis is to begin with; the user may choose another. */
-  @property({ attribute: false }) first_abscissa: Abscissa = 'seconds';
+  @property({ attribute: false }) firstAbscissa: Abscissa = 'seconds';
   /** Another value for other data: the view then turns to where they are seen best. */
-  @property({ attribute: false }) data_key = 0;
+  @property({ attribute: false }) dataKey = 0;
 
   @state() private abscissa: Abscissa = 'seconds';
   @state() private camera: Camera = START_CAMERA;
   /** The instant that all figures mark, on the common axis. */
   @state() private instant: number | null = null;
-  @query('.paths scanstitch-figure') private path_figure!: ScanstitchFigure;
+  @query('.paths scanstitch-figure') private pathFigure!: ScanstitchFigure;
 
   private scene!: Scene;
   private painters: Partial<Record<FigureName, Painter>> = {};
-  private looked_at_key = -1;
+  private lookedAtKey = -1;
   private abscissasOf = memoizeLast(makeAbscissas);
   private colorsOf = memoizeLast(makeColors);
   /** Asked for at every move of the pointer: made again only for another size, camera or answer. */
@@ -73,20 +73,20 @@ export class ScanstitchEvaluationFigures extends LitElement {
   /** Whether everything is on the screen. */
   async isDrawn(): Promise<void> {
     await this.updateComplete;
-    const figures = this.renderRoot.querySelectorAll('scanstitch-figure');
+    const figures = this.renderRoot.querySelectorAll<ScanstitchFigure>('scanstitch-figure');
     await Promise.all([...figures].map((figure) => figure.updateComplete));
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     const has = (name: string) => (changed as Map<string, unknown>).has(name);
-    if (has('first_abscissa')) this.abscissa = this.first_abscissa;
-    if (this.looked_at_key !== this.data_key && this.comparisons.length > 0) {
-      this.looked_at_key = this.data_key;
+    if (has('firstAbscissa')) this.abscissa = this.firstAbscissa;
+    if (this.lookedAtKey !== this.dataKey && this.comparisons.length > 0) {
+      this.lookedAtKey = this.dataKey;
       const paths = this.comparisons.map(({ reference_positions }) => reference_positions);
       this.camera = { ...START_CAMERA, look: widestLook(paths) };
       this.instant = null;
     }
-    if (['comparisons', 'selected_id', 'abscissa', 'dark', 'order'].some(has)) {
+    if (['comparisons', 'selectedId', 'abscissa', 'dark', 'order'].some(has)) {
       this.scene = this.makeScene(this.dark);
       this.painters = {};
     }
@@ -100,12 +100,12 @@ export class ScanstitchEvaluationFigures extends LitElement {
     const { values, range } = this.abscissasOf(abscissa, comparisons);
     return {
       comparisons,
-      selected: comparisons.find(({ id }) => id === this.selected_id) ?? null,
+      selected: comparisons.find(({ id }) => id === this.selectedId) ?? null,
       colors,
-      color_of: ({ id }) => colors.estimates[Math.max(order.indexOf(id), 0) % colors.estimates.length] as string,
+      colorOf: ({ id }) => colors.estimates[Math.max(order.indexOf(id), 0) % colors.estimates.length] as string,
       abscissa,
-      x_of: ({ id }) => values.get(id) ?? [],
-      x_range: range,
+      xOf: ({ id }) => values.get(id) ?? [],
+      xRange: range,
     };
   }
 
@@ -130,7 +130,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
       ${this.renderPlot('histogram', 'Histogram', `Histogram of the errors ${of}`, null)}
       ${this.renderPlot('positions', 'Position', 'x, y and z of ground truth and estimate.', instantMarker(scene, instant, 3, false))}
       ${
-        selected.reference_angles && selected.estimate_angles
+        selected.referenceAngles && selected.estimateAngles
           ? this.renderPlot(
               'angles',
               'Orientation',
@@ -255,7 +255,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
 
   private async save(event: Event, name: FigureName, form: 'PNG' | 'SVG'): Promise<void> {
     const section = (event.currentTarget as HTMLElement).closest('section');
-    const { size } = section?.querySelector('scanstitch-figure') ?? this.path_figure;
+    const { size } = section?.querySelector<ScanstitchFigure>('scanstitch-figure') ?? this.pathFigure;
     // In the colours for paper, regardless of the theme.
     const painter = makePainter(name, this.makeScene(false), this.camera, this.project);
     const blob = await (form === 'SVG' ? svgFile : pngFile)(painter, size, LIGHT.background);
@@ -277,7 +277,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
     }
     const view = this.project((currentTarget as ScanstitchFigure).size);
     const pose = poseAt(view, selected.estimate_positions, detail.x, detail.y, REACH);
-    this.instant = pose === null ? null : (this.scene.x_of(selected)[pose] ?? null);
+    this.instant = pose === null ? null : (this.scene.xOf(selected)[pose] ?? null);
   }
 
   private onPathDragged({ detail, currentTarget }: CustomEvent<{ dx: number; dy: number }>): void {
@@ -287,7 +287,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
       return;
     }
     const { scale } = this.project((currentTarget as ScanstitchFigure).size);
-    this.camera = { ...camera, pan_x: camera.pan_x + detail.dx / scale, pan_y: camera.pan_y - detail.dy / scale };
+    this.camera = { ...camera, panX: camera.panX + detail.dx / scale, panY: camera.panY - detail.dy / scale };
   }
 
   private onPlotPointer({ detail, currentTarget }: CustomEvent<{ x: number; y: number } | null>): void {
@@ -296,7 +296,7 @@ export class ScanstitchEvaluationFigures extends LitElement {
       return;
     }
     const area = plotArea((currentTarget as ScanstitchFigure).size);
-    const { low, high } = this.scene.x_range;
+    const { low, high } = this.scene.xRange;
     const share = (detail.x - area.x) / area.width;
     this.instant = share < 0 || share > 1 ? null : low + share * (high - low);
   }
@@ -305,17 +305,11 @@ export class ScanstitchEvaluationFigures extends LitElement {
   private onStep({ detail }: CustomEvent<{ direction: number }>): void {
     const { selected } = this.scene;
     if (!selected) return;
-    const xs = this.scene.x_of(selected);
+    const xs = this.scene.xOf(selected);
     const pose = this.instant === null ? -detail.direction : nearestIndex(xs, this.instant);
     const step = Math.max(Math.round(xs.length / 200), 1) * detail.direction;
     this.instant = xs[Math.min(Math.max(pose + step, 0), xs.length - 1)] ?? null;
   }
 
-  static override styles = [shared, section_styles, figures_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-evaluation-figures': ScanstitchEvaluationFigures;
-  }
+  static override styles = [shared, sectionStyles, figuresStyles];
 }

@@ -1,8 +1,8 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, table_styles } from '../components/theme.js';
-import { ranking_styles, section_styles } from '../components/section-styles.js';
+import { shared, tableStyles } from '../components/theme.js';
+import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { MapResult, MapQuality } from './protocol.js';
 
 /** The sharpness of maps, where there is no ground truth. Fires `run-map-wanted` where the map of a run can be judged. */
@@ -11,7 +11,7 @@ export class ScanstitchMapPanel extends LitElement {
   @property({ attribute: false }) answer: MapResult | null = null;
   @property({ type: Boolean }) busy = false;
   /** Whether a run waits whose map may be judged. */
-  @property({ type: Boolean }) has_run = false;
+  @property({ type: Boolean }) hasRun = false;
 
   protected override render(): TemplateResult {
     const { answer } = this;
@@ -24,7 +24,7 @@ export class ScanstitchMapPanel extends LitElement {
         <h2>Sharpness of the map</h2>
         <span class="muted">no ground truth needed; lower is sharper, for maps of the same frames</span>
         ${
-          this.has_run
+          this.hasRun
             ? html`<span class="save"
                 ><button ?disabled=${this.busy} @click=${() => this.dispatchEvent(new CustomEvent('run-map-wanted'))}>
                   Measure this run’s map
@@ -47,14 +47,14 @@ export class ScanstitchMapPanel extends LitElement {
   private renderTable(
     rows: readonly { name: string; map: MapQuality; residual: { mean_residual: number; num_pairs: number } | null }[],
   ): TemplateResult {
-    const has_residual = rows.some(({ residual }) => residual !== null);
+    const hasResidual = rows.some(({ residual }) => residual !== null);
     return html`<div class="scroll" role="region" aria-label="Figures of the maps" tabindex="0">
       <table aria-label="Sharpness of maps">
         <thead>
           <tr>
-            <th scope="col" class="name">${has_residual ? 'frames placed by' : 'map'}</th>
+            <th scope="col" class="name">${hasResidual ? 'frames placed by' : 'map'}</th>
             ${
-              has_residual
+              hasResidual
                 ? html`<th scope="col" title="mean distance of a point from the surface that another frame saw there">
                     residual (mm)
                   </th>`
@@ -70,7 +70,7 @@ export class ScanstitchMapPanel extends LitElement {
             ({ name, map, residual }) =>
               html`<tr>
                 <th scope="row" class="name">${name}</th>
-                ${has_residual ? html`<td>${residual ? (1e3 * residual.mean_residual).toFixed(2) : '–'}</td>` : nothing}
+                ${hasResidual ? html`<td>${residual ? (1e3 * residual.mean_residual).toFixed(2) : '–'}</td>` : nothing}
                 <td>${map.mean_map_entropy.toFixed(4)}</td>
                 <td>${(1e6 * map.mean_plane_variance).toFixed(1)}</td>
                 <td>${map.num_points}</td>
@@ -81,11 +81,5 @@ export class ScanstitchMapPanel extends LitElement {
     </div>`;
   }
 
-  static override styles = [shared, section_styles, table_styles, ranking_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map-panel': ScanstitchMapPanel;
-  }
+  static override styles = [shared, sectionStyles, tableStyles, rankingStyles];
 }

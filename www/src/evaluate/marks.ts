@@ -7,22 +7,22 @@ import { poseAtInstant, type Scene } from './scene.js';
 export const NO_MARKS: Marker = () => [];
 
 /** A line through plots that stand below each other; with dots, at the errors. */
-export function instantMarker(scene: Scene, instant: number | null, num_rows: number, has_dots: boolean): Marker {
+export function instantMarker(scene: Scene, instant: number | null, num_rows: number, hasDots: boolean): Marker {
   if (instant === null) return NO_MARKS;
-  const { comparisons, colors, x_range } = scene;
+  const { comparisons, colors, xRange } = scene;
   const high = Math.max(...comparisons.map(({ summary }) => summary.statistics.max), 1e-12) * 1.05;
   return (size) => {
     const row = { width: size.width, height: size.height / num_rows };
     const area = plotArea(row);
-    const x = area.x + (area.width * (instant - x_range.low)) / (x_range.high - x_range.low);
+    const x = area.x + (area.width * (instant - xRange.low)) / (xRange.high - xRange.low);
     const end = size.height - (row.height - area.y - area.height);
     const line: Mark = { line: [x, area.y, x, end], color: colors.selected, width: 1.25 };
-    if (!has_dots) return [line];
+    if (!hasDots) return [line];
     const dots = comparisons.flatMap((comparison): Mark[] => {
       const error = poseAtInstant(scene, comparison, instant)?.error ?? null;
       if (error === null) return [];
       const radius = comparison === scene.selected ? 4 : 3;
-      return [{ dot: [x, area.y + area.height * (1 - error / high)], radius, color: scene.color_of(comparison) }];
+      return [{ dot: [x, area.y + area.height * (1 - error / high)], radius, color: scene.colorOf(comparison) }];
     });
     return [line, ...dots];
   };
@@ -42,7 +42,7 @@ export function poseMarker(scene: Scene, instant: number | null, project: (size:
         return view.project(x, y, z);
       };
       const estimate = at(comparison.estimate_positions);
-      const color = scene.color_of(comparison);
+      const color = scene.colorOf(comparison);
       if (comparison !== selected) return [{ dot: estimate, radius: 3.5, color }];
       const reference = at(comparison.reference_positions);
       return [

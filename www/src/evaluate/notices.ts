@@ -13,29 +13,29 @@ export interface Notices {
 }
 
 export interface NoticeFacts {
-  num_files: number;
+  numFiles: number;
   answer: Result | null;
   selected: Comparison | null;
   /** Of files that could not be opened, or of a worker that crashed. */
   messages: readonly Message[];
 }
 
-export function noticesOf({ num_files, answer, selected, messages }: NoticeFacts): Notices {
+export function noticesOf({ numFiles, answer, selected, messages }: NoticeFacts): Notices {
   const refusals = answer?.refusals ?? [];
   const converted = (answer?.comparisons ?? []).filter(
     (one) => one !== selected && one.summary.advice.includes('conventions_as_read'),
   );
-  const many = `${refusals.length} of ${num_files - 1} cannot be compared; the table says why.`;
+  const many = `${refusals.length} of ${numFiles - 1} cannot be compared; the table says why.`;
   return {
     problems: [
       ...messages.filter(({ kind }) => kind === 'error').map(({ text }) => text),
-      ...(answer?.reference_problem ? [`The ground truth cannot be used. ${answer.reference_problem}`] : []),
-      ...(answer?.relation_problems.slice(0, MAX_ALERTS) ?? []),
+      ...(answer?.referenceProblem ? [`The ground truth cannot be used. ${answer.referenceProblem}`] : []),
+      ...(answer?.relationProblems.slice(0, MAX_ALERTS) ?? []),
       ...(refusals.length > MAX_ALERTS ? [many] : refusals.map(refusalWords)),
     ],
     remarks: [
       ...messages.filter(({ kind }) => kind === 'note').map(({ text }) => text),
-      ...(answer?.reference_notes ?? []).map((note) => `Ground truth: ${note}`),
+      ...(answer?.referenceNotes ?? []).map((note) => `Ground truth: ${note}`),
       ...(selected?.summary.notes ?? []).map((note) => `${selected?.name}: ${note}`),
       ...(converted.length > 0
         ? [`Read in other conventions than their files have: ${named(converted)}. Select one to see what was changed.`]

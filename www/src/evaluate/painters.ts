@@ -40,14 +40,14 @@ function pathPainter(scene: Scene, camera: Camera, project: (size: Size) => Proj
     const others = comparisons.filter((comparison) => comparison !== selected);
     const errors = rangeOf([selected.errors]);
     const shown: ShownPath[] = [
-      { positions: longest(comparisons), color: colors.reference, width: 1.5, is_dashed: true },
+      { positions: longest(comparisons), color: colors.reference, width: 1.5, isDashed: true },
       ...others.map((comparison) => ({
         positions: comparison.estimate_positions,
-        color: scene.color_of(comparison),
+        color: scene.colorOf(comparison),
         width: 1.25,
-        is_dashed: false,
+        isDashed: false,
       })),
-      { positions: selected.estimate_positions, color: shades(selected, errors), width: 2.5, is_dashed: false },
+      { positions: selected.estimate_positions, color: shades(selected, errors), width: 2.5, isDashed: false },
     ];
     drawPaths(pen, view, shown, camera.look, colors);
     drawKey(pen, view, errors, selected.summary.unit, colors);
@@ -57,15 +57,15 @@ function pathPainter(scene: Scene, camera: Camera, project: (size: Size) => Proj
 function errorPainter(scene: Scene): Painter {
   const { selected, colors } = scene;
   const series = scene.comparisons.map((comparison): Series => {
-    const xs = scene.x_of(comparison);
+    const xs = scene.xOf(comparison);
     return {
       x: Float64Array.from(comparison.error_poses, (pose) => xs[pose] as number),
       values: comparison.errors,
       stride: 1,
       offset: 0,
-      color: scene.color_of(comparison),
+      color: scene.colorOf(comparison),
       width: comparison === selected ? 2 : 1,
-      is_dashed: false,
+      isDashed: false,
     };
   });
   series.sort((a, b) => a.width - b.width);
@@ -75,8 +75,8 @@ function errorPainter(scene: Scene): Painter {
   };
 }
 
-function xAxis({ x_range, abscissa }: Scene): Axis {
-  return linearAxis(x_range, abscissa === 'number' ? WHOLE : undefined);
+function xAxis({ xRange, abscissa }: Scene): Axis {
+  return linearAxis(xRange, abscissa === 'number' ? WHOLE : undefined);
 }
 
 function histogramPainter({ selected, colors }: Scene): Painter {
@@ -91,16 +91,16 @@ function histogramPainter({ selected, colors }: Scene): Painter {
 /** Three plots below each other: x, y and z, or roll, pitch and yaw. */
 function panelPainter(scene: Scene, kind: 'positions' | 'angles'): Painter {
   const { selected, colors } = scene;
-  const [of_reference, of_estimate] = panelData(selected, kind);
+  const [ofReference, ofEstimate] = panelData(selected, kind);
   const names = kind === 'positions' ? ['x (m)', 'y (m)', 'z (m)'] : ['roll (deg)', 'pitch (deg)', 'yaw (deg)'];
   return (pen, size) => {
-    if (!selected || !of_reference || !of_estimate) return;
-    const x = scene.x_of(selected);
+    if (!selected || !ofReference || !ofEstimate) return;
+    const x = scene.xOf(selected);
     names.forEach((name, offset) => {
       const line = { x, stride: 3, offset };
       const series: Series[] = [
-        { ...line, values: of_reference, color: colors.reference, width: 1.5, is_dashed: true },
-        { ...line, values: of_estimate, color: scene.color_of(selected), width: 1.5, is_dashed: false },
+        { ...line, values: ofReference, color: colors.reference, width: 1.5, isDashed: true },
+        { ...line, values: ofEstimate, color: scene.colorOf(selected), width: 1.5, isDashed: false },
       ];
       const words = { x: offset === 2 ? ABSCISSA_NAMES[scene.abscissa] : '', y: name };
       const row = { width: size.width, height: size.height / 3 };
@@ -132,8 +132,8 @@ function panelData(
 ): [Float64Array | null, Float64Array | null] {
   if (!comparison) return [null, null];
   if (kind === 'positions') return [comparison.reference_positions, comparison.estimate_positions];
-  const of_reference = inDegrees(comparison.reference_angles, null);
-  return [of_reference, inDegrees(comparison.estimate_angles, of_reference)];
+  const ofReference = inDegrees(comparison.referenceAngles, null);
+  return [ofReference, inDegrees(comparison.estimateAngles, ofReference)];
 }
 
 /** Angles (deg) without jumps by a whole turn: near the angles before them, or, where given, near those beside them. */

@@ -12,8 +12,8 @@ export interface Camera extends Direction {
   look: Look;
   /** Around the middle of what is shown. */
   zoom: number;
-  pan_x: number;
-  pan_y: number;
+  panX: number;
+  panY: number;
 }
 
 /** Right and up on the screen, as directions in the world. */
@@ -44,8 +44,8 @@ export interface Projection {
   area: Area;
   scale: number;
   /** What x, y, z and 1 are multiplied by to give the place on the screen (pixels). */
-  to_x: Row;
-  to_y: Row;
+  toX: Row;
+  toY: Row;
   project(x: number, y: number, z: number): [number, number];
   /** Shown range across and up (m). */
   across: Range;
@@ -75,24 +75,24 @@ export function projection(size: Size, paths: readonly Float64Array[], camera: C
   const area = { ...whole, y: whole.y + KEY_HEIGHT, height: Math.max(whole.height - KEY_HEIGHT, 10) };
   const fit = Math.min(area.width / Math.max(a.high - a.low, 1e-9), area.height / Math.max(b.high - b.low, 1e-9));
   const scale = Math.min(fit * 0.92, 1e9) * camera.zoom;
-  const [middle_a, middle_b] = [(a.low + a.high) / 2 - camera.pan_x, (b.low + b.high) / 2 - camera.pan_y];
-  const [center_x, center_y] = [area.x + area.width / 2, area.y + area.height / 2];
+  const [middleA, middleB] = [(a.low + a.high) / 2 - camera.panX, (b.low + b.high) / 2 - camera.panY];
+  const [centerX, centerY] = [area.x + area.width / 2, area.y + area.height / 2];
   const row = (direction: readonly number[], factor: number, rest: number): Row => [
     factor * (direction[0] ?? 0),
     factor * (direction[1] ?? 0),
     factor * (direction[2] ?? 0),
     rest,
   ];
-  const to_x = row(right, scale, center_x - scale * middle_a);
-  const to_y = row(up, -scale, center_y + scale * middle_b);
+  const toX = row(right, scale, centerX - scale * middleA);
+  const toY = row(up, -scale, centerY + scale * middleB);
   return {
     area,
     scale,
-    to_x,
-    to_y,
-    across: { low: middle_a - area.width / 2 / scale, high: middle_a + area.width / 2 / scale },
-    up: { low: middle_b - area.height / 2 / scale, high: middle_b + area.height / 2 / scale },
-    project: (x, y, z) => [along(to_x, x, y, z), along(to_y, x, y, z)],
+    toX,
+    toY,
+    across: { low: middleA - area.width / 2 / scale, high: middleA + area.width / 2 / scale },
+    up: { low: middleB - area.height / 2 / scale, high: middleB + area.height / 2 / scale },
+    project: (x, y, z) => [along(toX, x, y, z), along(toY, x, y, z)],
   };
 }
 
@@ -102,7 +102,7 @@ export interface ShownPath {
   /** One colour, or one index into the ramp for each pose. */
   color: string | Uint8Array;
   width: number;
-  is_dashed: boolean;
+  isDashed: boolean;
 }
 
 /** Steps shorter than this on the screen are drawn together (pixels). */
@@ -120,8 +120,8 @@ export function drawPaths(pen: Pen, view: Projection, paths: readonly ShownPath[
   if (look !== 'space') drawAxes(pen, area, linearAxis(view.across), linearAxis(view.up), AXIS_NAMES[look], colors);
   pen.inside(area.x, area.y, area.width, area.height, () => {
     if (look === 'space') drawTriad(pen, view, colors);
-    for (const { positions, color, width, is_dashed } of paths) {
-      const dash = is_dashed ? { dash: [6, 4] } : {};
+    for (const { positions, color, width, isDashed } of paths) {
+      const dash = isDashed ? { dash: [6, 4] } : {};
       drawPath(
         view,
         positions,
@@ -143,22 +143,22 @@ function drawPath(
   shades: Uint8Array | null,
 ): void {
   let run: number[] = [];
-  let [last_x, last_y, last_pose] = [Number.NaN, Number.NaN, 0];
-  const num_poses = positions.length / 3;
-  for (let pose = 0; pose < num_poses; pose++) {
+  let [lastX, lastY, lastPose] = [Number.NaN, Number.NaN, 0];
+  const numPoses = positions.length / 3;
+  for (let pose = 0; pose < numPoses; pose++) {
     const i = 3 * pose;
     const [x, y] = view.project(positions[i] as number, positions[i + 1] as number, positions[i + 2] as number);
-    const is_end = pose + 1 === num_poses;
-    if (!is_end && Math.abs(x - last_x) < SHORTEST_STEP && Math.abs(y - last_y) < SHORTEST_STEP) continue;
-    if (shades && run.length > 0 && shades[pose] !== shades[last_pose]) {
+    const isEnd = pose + 1 === numPoses;
+    if (!isEnd && Math.abs(x - lastX) < SHORTEST_STEP && Math.abs(y - lastY) < SHORTEST_STEP) continue;
+    if (shades && run.length > 0 && shades[pose] !== shades[lastPose]) {
       run.push(x, y);
-      stroke(run, last_pose);
+      stroke(run, lastPose);
       run = [];
     }
     run.push(x, y);
-    [last_x, last_y, last_pose] = [x, y, pose];
+    [lastX, lastY, lastPose] = [x, y, pose];
   }
-  if (run.length > 0) stroke(run.length === 2 ? [...run, ...run] : run, last_pose);
+  if (run.length > 0) stroke(run.length === 2 ? [...run, ...run] : run, lastPose);
 }
 
 /** The directions of the world's axes, from the corner. */
@@ -219,8 +219,8 @@ function extent(paths: readonly Float64Array[], axis: number): number {
 /** The pose nearest to a place on the screen, within `reach` pixels; null beside the path. */
 export function poseAt(view: Projection, positions: Float64Array, x: number, y: number, reach: number): number | null {
   // Asked at every move of the pointer, of a hundred thousand poses: numbers alone, and nothing to collect.
-  const [ax, bx, cx, dx] = view.to_x;
-  const [ay, by, cy, dy] = view.to_y;
+  const [ax, bx, cx, dx] = view.toX;
+  const [ay, by, cy, dy] = view.toY;
   let best = reach * reach;
   let nearest = -1;
   for (let i = 0; i + 2 < positions.length; i += 3) {

@@ -59,8 +59,8 @@ export interface Comparison {
   reference_positions: Float64Array;
   estimate_positions: Float64Array;
   /** Roll, pitch, yaw of each pose (rad); null without orientations. */
-  reference_angles: Float64Array | null;
-  estimate_angles: Float64Array | null;
+  referenceAngles: Float64Array | null;
+  estimateAngles: Float64Array | null;
 }
 
 /** An estimate that cannot be compared, and why. */
@@ -76,11 +76,11 @@ export interface Result {
   /** Why no estimate could be aligned at the first pose, as was chosen: all are aligned by SE(3) then. Null where they could. */
   realigned: string | null;
   /** What is wrong with the reference itself; nothing was compared then. */
-  reference_problem: string | null;
+  referenceProblem: string | null;
   /** What reading the reference showed. */
-  reference_notes: readonly string[];
+  referenceNotes: readonly string[];
   /** What is wrong with the list of relations. */
-  relation_problems: string[];
+  relationProblems: string[];
   /** Reading and computing in the worker (ms). */
   elapsed_ms: number;
 }

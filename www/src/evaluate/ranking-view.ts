@@ -1,14 +1,14 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, table_styles } from '../components/theme.js';
-import { ranking_styles, section_styles } from '../components/section-styles.js';
+import { shared, tableStyles } from '../components/theme.js';
+import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
 import { bareProblem, type Column, csv, formatValue, markdown } from './table.js';
 
 export interface Sort {
   id: string;
-  is_descending: boolean;
+  isDescending: boolean;
 }
 
 /**
@@ -21,10 +21,10 @@ export class ScanstitchRanking extends LitElement {
   @property({ attribute: false }) ranked: readonly Comparison[] = [];
   @property({ attribute: false }) refusals: readonly Refusal[] = [];
   @property({ attribute: false }) columns: readonly Column[] = [];
-  @property({ attribute: false }) sort: Sort = { id: 'rmse', is_descending: false };
-  @property({ attribute: false }) selected_id = -1;
+  @property({ attribute: false }) sort: Sort = { id: 'rmse', isDescending: false };
+  @property({ attribute: false }) selectedId = -1;
   @property({ attribute: false }) elapsed_ms = 0;
-  @property({ attribute: false }) reference_name = '';
+  @property({ attribute: false }) referenceName = '';
   @property({ attribute: false }) colors: ReadonlyMap<number, string> = new Map();
 
   protected override render(): TemplateResult {
@@ -32,8 +32,8 @@ export class ScanstitchRanking extends LitElement {
     const count = ranked.length + refusals.length;
     const words =
       ranked.length === 0
-        ? `${refusals.length === 1 ? 'The estimate' : `None of the ${count} estimates`} could ${refusals.length === 1 ? 'not ' : ''}be compared with ${this.reference_name}`
-        : `${ranked.length} compared with ${this.reference_name} in ${this.elapsed_ms.toFixed(0)} ms${
+        ? `${refusals.length === 1 ? 'The estimate' : `None of the ${count} estimates`} could ${refusals.length === 1 ? 'not ' : ''}be compared with ${this.referenceName}`
+        : `${ranked.length} compared with ${this.referenceName} in ${this.elapsed_ms.toFixed(0)} ms${
             refusals.length === 0 ? '' : `, ${refusals.length} could not be`
           }`;
     return html`<section class="ranking" aria-label=${count === 1 ? 'Figures' : 'Ranking'}>
@@ -67,13 +67,13 @@ export class ScanstitchRanking extends LitElement {
 
   private renderHead({ id, label, hint }: Column): TemplateResult {
     const { sort } = this;
-    const order = sort.id === id ? (sort.is_descending ? 'descending' : 'ascending') : 'none';
+    const order = sort.id === id ? (sort.isDescending ? 'descending' : 'ascending') : 'none';
     const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
     return html`<th scope="col" aria-sort=${order}>
       <button
         class="quiet"
         title=${hint}
-        @click=${() => this.tell('sort-changed', { id, is_descending: sort.id === id && !sort.is_descending })}
+        @click=${() => this.tell('sort-changed', { id, isDescending: sort.id === id && !sort.isDescending })}
       >
         ${label}${arrow}
       </button>
@@ -82,13 +82,13 @@ export class ScanstitchRanking extends LitElement {
 
   private renderRow(comparison: Comparison, index: number): TemplateResult {
     const { id, name, summary } = comparison;
-    const is_selected = id === this.selected_id;
-    return html`<tr class=${is_selected ? 'selected' : ''} @click=${() => this.tell('estimate-selected', id)}>
+    const isSelected = id === this.selectedId;
+    return html`<tr class=${isSelected ? 'selected' : ''} @click=${() => this.tell('estimate-selected', id)}>
       <td>${index + 1}</td>
       <td class="name">
         <button
           class="link"
-          aria-pressed=${is_selected}
+          aria-pressed=${isSelected}
           @click=${(event: Event) => {
             event.stopPropagation();
             this.tell('estimate-selected', id);
@@ -126,9 +126,9 @@ export class ScanstitchRanking extends LitElement {
   }
 
   private async copy(write: typeof markdown, form: string): Promise<void> {
-    const { ranked, refusals, columns, reference_name } = this;
+    const { ranked, refusals, columns, referenceName } = this;
     try {
-      await navigator.clipboard.writeText(write({ ranked, refusals, columns, reference_name }));
+      await navigator.clipboard.writeText(write({ ranked, refusals, columns, referenceName }));
       this.tell('said', `The table was copied as ${form}.`);
     } catch {
       this.tell('said', 'The browser did not allow copying.');
@@ -139,11 +139,5 @@ export class ScanstitchRanking extends LitElement {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
-  static override styles = [shared, section_styles, table_styles, ranking_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-ranking': ScanstitchRanking;
-  }
+  static override styles = [shared, sectionStyles, tableStyles, rankingStyles];
 }

@@ -16,11 +16,11 @@ export interface Scene {
   comparisons: readonly Comparison[];
   selected: Comparison | null;
   colors: Colors;
-  color_of(comparison: Comparison): string;
+  colorOf(comparison: Comparison): string;
   abscissa: Abscissa;
   /** Value of each pose on the common axis. */
-  x_of(comparison: Comparison): ArrayLike<number>;
-  x_range: Range;
+  xOf(comparison: Comparison): ArrayLike<number>;
+  xRange: Range;
 }
 
 /** Time only where every estimate has it. */
@@ -50,7 +50,7 @@ export function poseAtInstant(
   comparison: Comparison,
   instant: number,
 ): { pose: number; x: number; error: number | null } | null {
-  const xs = scene.x_of(comparison);
+  const xs = scene.xOf(comparison);
   if (xs.length === 0) return null;
   const pose = nearestIndex(xs, instant);
   const index = nearestIndex(comparison.error_poses, pose);

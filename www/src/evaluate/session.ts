@@ -7,8 +7,8 @@ import { messageOf } from '../engine/message-of.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { sorted } from '../views/sorted.js';
 import { WorkerClient } from './client.js';
-import evaluate_url from './evaluate-worker.ts?worker&url';
-import map_url from './sharpness-worker.ts?worker&url';
+import evaluateUrl from './evaluate-worker.ts?worker&url';
+import mapUrl from './sharpness-worker.ts?worker&url';
 import { skippedWords } from './notices.js';
 import { type Intake, openFiles } from './open-files.js';
 import type {
@@ -35,7 +35,7 @@ export type AuxiliaryId = 'times' | 'relations' | 'clouds';
 
 /** What the user chooses. */
 interface Choices {
-  reference_id: number;
+  referenceId: number;
   /** Those that were changed; the others are as `EvaluateSession.options` has them. */
   options: Partial<EvaluationOptions>;
   loops_only: boolean;
@@ -45,45 +45,45 @@ type Clients = { trajectories: WorkerClient<Command, Query, Result>; dispose(): 
 
 export class EvaluateSession extends Session<Clients> {
   files: readonly TrajectoryFile[] = [];
-  choices: Choices = { reference_id: -1, options: {}, loops_only: false };
+  choices: Choices = { referenceId: -1, options: {}, loops_only: false };
   times: TimesFile | null = null;
   relations: Part | null = null;
   clouds: readonly Part[] = [];
   result: Result | null = null;
-  map_result: MapResult | null = null;
-  is_judging_map = false;
-  selected_id = -1;
-  sort: Sort = { id: 'rmse', is_descending: false };
+  mapResult: MapResult | null = null;
+  isJudgingMap = false;
+  selectedId = -1;
+  sort: Sort = { id: 'rmse', isDescending: false };
   /** The run that was given, until all is removed. */
   run: GivenFiles | null = null;
   /** Id of the run's trajectory, which is never chosen as the reference by itself; -1 without a run. */
-  run_id = -1;
+  runId = -1;
   /** Ids of the run's trajectory and its reference. */
-  #of_run: readonly number[] = [];
+  #ofRun: readonly number[] = [];
   /** Changes with every new set of files. */
-  data_key = 0;
+  dataKey = 0;
   /** Ids of the trajectories that were dropped together beside a run, until the answer tells whether they belong to it. */
   #dropped: readonly number[] = [];
   readonly #onResult: (result: Result) => void;
-  #map_client: WorkerClient<never, MapQuery, MapResult> | null = null;
-  #next_id = 0;
+  #mapClient: WorkerClient<never, MapQuery, MapResult> | null = null;
+  #nextId = 0;
   readonly #faults = {
     failed: (message: string): void => this.#onFailed(message),
-    slow: (is_slow: boolean): void => this.onSlow(is_slow),
+    slow: (isSlow: boolean): void => this.onSlow(isSlow),
     unavailable: (message: string): void => {
-      this.is_judging_map = false;
+      this.isJudgingMap = false;
       this.onUnavailable(message);
     },
   };
   /** What the maps were last judged with. */
   #judged = '';
-  #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, is_descending }: Sort) => {
+  #rankedBy = memoizeLast((comparisons: readonly Comparison[], { id, isDescending }: Sort) => {
     const columns = columnsOf(comparisons[0]?.summary.unit ?? '', this.options, true);
     const column = columns.find((candidate) => candidate.id === id) ?? columns[0];
-    return column ? sorted(comparisons, (one) => column.value(one), is_descending) : comparisons;
+    return column ? sorted(comparisons, (one) => column.value(one), isDescending) : comparisons;
   });
-  #orderOf = memoizeLast((files: readonly TrajectoryFile[], reference_id: number) =>
-    files.map(({ id }) => id).filter((id) => id !== reference_id),
+  #orderOf = memoizeLast((files: readonly TrajectoryFile[], referenceId: number) =>
+    files.map(({ id }) => id).filter((id) => id !== referenceId),
   );
 
   #optionsWith = memoizeLast((alignment: Alignment, chosen: Partial<EvaluationOptions>) => ({ alignment, ...chosen }));
@@ -96,7 +96,7 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   protected override createClient(): Clients {
-    const trajectories = new WorkerClient<Command, Query, Result>(evaluate_url, {
+    const trajectories = new WorkerClient<Command, Query, Result>(evaluateUrl, {
       answered: (result) => this.#onAnswered(result),
       ...this.#faults,
       greet: () => ({ add: this.files, remove: [] }),
@@ -105,8 +105,8 @@ export class EvaluateSession extends Session<Clients> {
       trajectories,
       dispose: () => {
         trajectories.dispose();
-        this.#map_client?.dispose();
-        this.#map_client = null;
+        this.#mapClient?.dispose();
+        this.#mapClient = null;
       },
     };
   }
@@ -125,12 +125,12 @@ export class EvaluateSession extends Session<Clients> {
    */
   get options(): Partial<EvaluationOptions> {
     const { run } = this;
-    const is_run_alone = this.files.every(({ id }) => this.#of_run.includes(id));
-    return this.#optionsWith(run && is_run_alone ? run.alignment : 'se3', this.choices.options);
+    const isRunAlone = this.files.every(({ id }) => this.#ofRun.includes(id));
+    return this.#optionsWith(run && isRunAlone ? run.alignment : 'se3', this.choices.options);
   }
 
-  get reference_name(): string {
-    return this.files.find(({ id }) => id === this.choices.reference_id)?.name ?? '';
+  get referenceName(): string {
+    return this.files.find(({ id }) => id === this.choices.referenceId)?.name ?? '';
   }
 
   get comparisons(): readonly Comparison[] {
@@ -144,13 +144,13 @@ export class EvaluateSession extends Session<Clients> {
 
   /** The estimates as they were opened, by their ids. */
   get order(): readonly number[] {
-    return this.#orderOf(this.files, this.choices.reference_id);
+    return this.#orderOf(this.files, this.choices.referenceId);
   }
 
   /** Adds files; the first time, the one whose name says so is the reference, else the first. `unreadable`: dropped with them. */
   async open(named: readonly NamedFile[], unreadable: readonly Note[] = []): Promise<void> {
     if (named.length + unreadable.length === 0) return;
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     const intake = await openFiles(named);
     const { problems, skipped } = intake;
     problems.push(...unreadable.map(({ file, reason }) => `${file}: ${reason}`));
@@ -165,33 +165,33 @@ export class EvaluateSession extends Session<Clients> {
   /** Restarts with a run of the reconstruction. */
   begin(run: GivenFiles): void {
     const { reference, estimate } = run;
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.clear();
     this.run = run;
     const bytes = new TextEncoder().encode(estimate.text);
-    const own = { id: this.#next_id++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
-    this.run_id = own.id;
-    this.#of_run = [own.id];
+    const own = { id: this.#nextId++, name: estimate.name, parts: [{ name: estimate.name, bytes }] };
+    this.runId = own.id;
+    this.#ofRun = [own.id];
     if (!reference) {
       this.#add([own]);
       return;
     }
     const part = { name: reference.name, bytes: new Uint8Array(reference.bytes.slice(0)) };
-    const file = { id: this.#next_id++, name: reference.name, parts: [part] };
-    this.choices = { ...this.choices, reference_id: file.id };
-    this.#of_run = [file.id, own.id];
+    const file = { id: this.#nextId++, name: reference.name, parts: [part] };
+    this.choices = { ...this.choices, referenceId: file.id };
+    this.#ofRun = [file.id, own.id];
     this.#add([file, own]);
   }
 
   /** Repeats the comparison with other choices. */
   choose(choices: Partial<Choices>): void {
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.choices = { ...this.choices, ...choices };
     this.#ask();
   }
 
   select(id: number): void {
-    this.selected_id = id;
+    this.selectedId = id;
     this.changed();
   }
 
@@ -201,14 +201,14 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   removeEstimate(id: number): void {
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.files = this.files.filter((file) => file.id !== id);
     this.client?.trajectories.tell({ add: [], remove: [id] });
     this.#ask();
   }
 
   removeAuxiliary(id: AuxiliaryId): void {
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     if (id === 'times') this.times = null;
     else if (id === 'relations') this.relations = null;
     else {
@@ -225,7 +225,7 @@ export class EvaluateSession extends Session<Clients> {
     this.#clearMaps();
     this.messages = [];
     this.#forgetRun();
-    this.choices = { ...this.choices, reference_id: -1, options: {} };
+    this.choices = { ...this.choices, referenceId: -1, options: {} };
     this.phase = 'empty';
     this.changed();
   }
@@ -234,7 +234,7 @@ export class EvaluateSession extends Session<Clients> {
   async judgeRun(): Promise<void> {
     const { run } = this;
     if (!run) return;
-    this.is_judging_map = true;
+    this.isJudgingMap = true;
     this.changed();
     try {
       const bytes = await run.readMap();
@@ -247,26 +247,26 @@ export class EvaluateSession extends Session<Clients> {
     }
   }
 
-  #take({ trajectories, times, relations, clouds }: Intake, has_problems: boolean): void {
-    this.times = times ? { ...times, id: this.#next_id++ } : this.times;
+  #take({ trajectories, times, relations, clouds }: Intake, hasProblems: boolean): void {
+    this.times = times ? { ...times, id: this.#nextId++ } : this.times;
     this.relations = relations ?? this.relations;
     this.clouds = [...this.clouds, ...clouds];
-    const files = trajectories.map((found) => ({ ...found, id: this.#next_id++ }));
-    if (this.run_id >= 0 && files.length > 1) this.#dropped = files.map(({ id }) => id);
+    const files = trajectories.map((found) => ({ ...found, id: this.#nextId++ }));
+    if (this.runId >= 0 && files.length > 1) this.#dropped = files.map(({ id }) => id);
     this.#add(files);
-    const is_anything = trajectories.length + clouds.length > 0 || times !== null || relations !== null;
-    if (!is_anything && !has_problems) this.report('None of these files is a trajectory or a map.');
+    const isAnything = trajectories.length + clouds.length > 0 || times !== null || relations !== null;
+    if (!isAnything && !hasProblems) this.report('None of these files is a trajectory or a map.');
     if (this.files.length === 0) this.#judge();
   }
 
   #add(files: readonly TrajectoryFile[]): void {
-    if (this.files.length === 0) this.data_key++;
+    if (this.files.length === 0) this.dataKey++;
     this.files = [...this.files, ...files];
     this.client?.trajectories.tell({ add: files, remove: [] });
-    if (!this.files.some(({ id }) => id === this.choices.reference_id)) {
-      const candidates = this.files.filter(({ id }) => id !== this.run_id);
-      const reference_id = candidates[referenceAmong(candidates.map(({ name }) => name))]?.id ?? -1;
-      this.choices = { ...this.choices, reference_id };
+    if (!this.files.some(({ id }) => id === this.choices.referenceId)) {
+      const candidates = this.files.filter(({ id }) => id !== this.runId);
+      const referenceId = candidates[referenceAmong(candidates.map(({ name }) => name))]?.id ?? -1;
+      this.choices = { ...this.choices, referenceId };
     }
     this.#ask();
   }
@@ -275,35 +275,35 @@ export class EvaluateSession extends Session<Clients> {
    * Trajectories of another recording than the run's, dropped together, are compared among themselves: the run is left out.
    * Whether this is so, and another answer is under way.
    */
-  #leavesRun({ comparisons, reference_problem }: Result): boolean {
-    const dropped = reference_problem === null ? this.#dropped : [];
+  #leavesRun({ comparisons, referenceProblem }: Result): boolean {
+    const dropped = referenceProblem === null ? this.#dropped : [];
     this.#dropped = [];
     const belongs = (id: number): boolean =>
       comparisons.some((one) => one.id === id && one.summary.motions_agree !== false);
-    const is_reference_dropped = dropped.includes(this.choices.reference_id);
-    if (dropped.length === 0 || (is_reference_dropped ? belongs(this.run_id) : dropped.some(belongs))) return false;
-    const of_run = this.#of_run;
+    const isReferenceDropped = dropped.includes(this.choices.referenceId);
+    if (dropped.length === 0 || (isReferenceDropped ? belongs(this.runId) : dropped.some(belongs))) return false;
+    const ofRun = this.#ofRun;
     this.#forgetRun();
-    this.files = this.files.filter(({ id }) => !of_run.includes(id));
-    this.client?.trajectories.tell({ add: [], remove: of_run });
+    this.files = this.files.filter(({ id }) => !ofRun.includes(id));
+    this.client?.trajectories.tell({ add: [], remove: ofRun });
     this.tell([noteMessage('', 'The files are of another recording than the open run, which was left out.')]);
-    this.data_key++;
+    this.dataKey++;
     this.#add([]);
     return true;
   }
 
   #forgetRun(): void {
     this.run = null;
-    this.run_id = -1;
-    this.#of_run = this.#dropped = [];
+    this.runId = -1;
+    this.#ofRun = this.#dropped = [];
   }
 
   #ask(): void {
-    if (this.is_unavailable) {
+    if (this.isUnavailable) {
       this.restart();
       return;
     }
-    const { reference_id: reference, loops_only } = this.choices;
+    const { referenceId: reference, loops_only } = this.choices;
     if (reference < 0) {
       this.client?.trajectories.drop();
       this.result = null;
@@ -325,7 +325,7 @@ export class EvaluateSession extends Session<Clients> {
       this.tell([noteMessage('', `${result.realigned} ${done}`)]);
     }
     const [first] = this.ranked;
-    if (!result.comparisons.some(({ id }) => id === this.selected_id)) this.selected_id = first?.id ?? -1;
+    if (!result.comparisons.some(({ id }) => id === this.selectedId)) this.selectedId = first?.id ?? -1;
     if (first) {
       const { statistics, unit } = first.summary;
       this.announce(
@@ -338,7 +338,7 @@ export class EvaluateSession extends Session<Clients> {
   }
 
   #onFailed(message: string): void {
-    this.is_judging_map = false;
+    this.isJudgingMap = false;
     this.phase = 'crashed';
     this.messages = [];
     this.report(message);
@@ -349,41 +349,41 @@ export class EvaluateSession extends Session<Clients> {
     if (this.clouds.length === 0) return;
     const trajectories =
       this.clouds.length > 1 ? this.files.filter(({ id }) => this.#numPoses(id) === this.clouds.length) : [];
-    const are_frames = trajectories.length > 0;
+    const areFrames = trajectories.length > 0;
     const judged = [this.clouds.map(({ name }) => name), trajectories.map(({ id }) => id)].join('/');
     if (judged === this.#judged) return;
     this.#judged = judged;
-    this.is_judging_map = true;
-    this.#map_client ??= new WorkerClient<never, MapQuery, MapResult>(map_url, {
+    this.isJudgingMap = true;
+    this.#mapClient ??= new WorkerClient<never, MapQuery, MapResult>(mapUrl, {
       answered: (result) => this.#onJudged(result),
       ...this.#faults,
     });
-    this.#map_client.ask({
-      maps: are_frames ? [] : this.clouds,
-      frames: are_frames ? this.clouds : [],
+    this.#mapClient.ask({
+      maps: areFrames ? [] : this.clouds,
+      frames: areFrames ? this.clouds : [],
       trajectories,
     });
     this.changed();
   }
 
   #clearMaps(): void {
-    this.#map_client?.drop();
+    this.#mapClient?.drop();
     this.clouds = [];
-    this.map_result = null;
-    this.is_judging_map = false;
+    this.mapResult = null;
+    this.isJudgingMap = false;
     this.#judged = '';
   }
 
   #onJudged(result: MapResult): void {
-    this.map_result = result;
-    this.is_judging_map = false;
+    this.mapResult = result;
+    this.isJudgingMap = false;
     this.announce('The sharpness of the map has been computed.');
     this.changed();
   }
 
   #numPoses(id: number): number {
     const { comparisons } = this;
-    if (id === this.choices.reference_id) return comparisons[0]?.summary.num_reference ?? 0;
+    if (id === this.choices.referenceId) return comparisons[0]?.summary.num_reference ?? 0;
     return comparisons.find((comparison) => comparison.id === id)?.summary.num_estimate ?? 0;
   }
 }

@@ -40,12 +40,12 @@ const OF_RELATIONS: readonly Column[] = [
 ];
 
 /** Columns of errors in a unit. */
-export function columnsOf(unit: string, options: Partial<EvaluationOptions>, has_relations: boolean): Column[] {
+export function columnsOf(unit: string, options: Partial<EvaluationOptions>, hasRelations: boolean): Column[] {
   const figures = figureColumns(unit, options, true).map(({ value, ...column }) => ({
     ...column,
     value: ({ summary }: Comparison) => value(summary),
   }));
-  return [...figures, ...(has_relations ? OF_RELATIONS : [])];
+  return [...figures, ...(hasRelations ? OF_RELATIONS : [])];
 }
 
 export interface Ranking {
@@ -53,7 +53,7 @@ export interface Ranking {
   ranked: readonly Comparison[];
   refusals: readonly Refusal[];
   columns: readonly Column[];
-  reference_name: string;
+  referenceName: string;
 }
 
 export function markdown(ranking: Ranking): string {
@@ -82,14 +82,14 @@ function heads(ranking: Ranking): string[] {
 }
 
 function cells(ranking: Ranking): string[][] {
-  const { ranked, refusals, columns, reference_name } = ranking;
+  const { ranked, refusals, columns, referenceName } = ranking;
   const last = hasFaults(ranking) ? [''] : [];
   const compared = ranked.map((comparison, index) => [
     String(index + 1),
     comparison.name,
     `${comparison.summary.num_matched}/${comparison.summary.num_estimate}`,
     ...columns.map((column) => formatValue(column.value(comparison))),
-    reference_name,
+    referenceName,
     ...last,
   ]);
   const refused = refusals.map((refusal) => [
@@ -97,7 +97,7 @@ function cells(ranking: Ranking): string[][] {
     refusal.name,
     '–',
     ...columns.map(() => '–'),
-    reference_name,
+    referenceName,
     bareProblem(refusal).replaceAll('\n', ' '),
   ]);
   return [...compared, ...refused];

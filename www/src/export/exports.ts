@@ -5,13 +5,13 @@ import { startWorker } from '../engine/start.js';
 import type { reportHtml } from '../../../package/report/report.js';
 import type { ZipApi } from './zip-worker.js';
 import type { Download, ExportItem } from './download.js';
-import zip_url from './zip-worker.ts?worker&url';
+import zipUrl from './zip-worker.ts?worker&url';
 
 /** Where the contents come from: the engine, and the canvas. */
 export interface Sources {
   ask<K extends Exclude<keyof Answers, 'correspondences'>>(kind: K): Promise<Answers[K]>;
   picture(): Promise<Blob>;
-  frame_names: readonly string[];
+  frameNames: readonly string[];
   report: ReportSource;
 }
 
@@ -30,7 +30,7 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
     case 'map':
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
     case 'grid':
-      return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('grid_files'))) };
+      return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('gridFiles'))) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
     case 'report':
@@ -47,7 +47,7 @@ async function allFiles(sources: Sources): Promise<Files> {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
     ...(await matricesOf(sources)),
     'map.ply': await plyBytes(sources),
-    ...bytesOf(await sources.ask('grid_files')),
+    ...bytesOf(await sources.ask('gridFiles')),
     'map.png': new Uint8Array(await (await sources.picture()).arrayBuffer()),
     'report.json': utf8(await sources.ask('report_json')),
     'report.html': new Uint8Array(await (await reportOf(sources)).arrayBuffer()),
@@ -70,8 +70,8 @@ function dataAddress(blob: Blob): Promise<string> {
   });
 }
 
-async function matricesOf({ ask, frame_names }: Sources): Promise<Files> {
-  return matrixFiles(await ask('trajectory_matrices'), frame_names);
+async function matricesOf({ ask, frameNames }: Sources): Promise<Files> {
+  return matrixFiles(await ask('trajectory_matrices'), frameNames);
 }
 
 function bytesOf(files: Record<string, Uint8Array | string>): Files {
@@ -80,10 +80,10 @@ function bytesOf(files: Record<string, Uint8Array | string>): Files {
 }
 
 /** `matrices/0007_7.txt`: the number keeps the order, the name identifies the scan. */
-export function matrixFiles(matrices: readonly string[], frame_names: readonly string[]): Files {
+export function matrixFiles(matrices: readonly string[], frameNames: readonly string[]): Files {
   return Object.fromEntries(
     matrices.map((matrix, frame) => {
-      const stem = (frame_names[frame] ?? '').replace(/^.*\//, '').replace(/\.[^.]*$/, '');
+      const stem = (frameNames[frame] ?? '').replace(/^.*\//, '').replace(/\.[^.]*$/, '');
       return [`matrices/${String(frame).padStart(4, '0')}_${stem}.txt`, utf8(matrix)];
     }),
   );
@@ -94,7 +94,7 @@ async function plyBytes({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
 }
 
 export async function zip(files: Files): Promise<Blob> {
-  const zipper = new Remote<ZipApi>(startWorker(zip_url));
+  const zipper = new Remote<ZipApi>(startWorker(zipUrl));
   try {
     return new Blob([new Uint8Array(await zipper.call('zip', files))], { type: 'application/zip' });
   } finally {

@@ -21,7 +21,7 @@ const MAX_LISTED = 5;
 export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
   /** Share of the way through the third unknown. */
   @state() private depth = 0.5;
-  protected override readonly is_basin = true;
+  protected override readonly isBasin = true;
   private painterOf = memoizeLast(basinPainter);
 
   /** In the plane all three unknowns. */
@@ -156,11 +156,5 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     const end = this.endOfNode();
     const basin = this.survey.result;
     this.tellGhost(basin && end >= 0 ? basin.ends.T_target_source.subarray(16 * end, 16 * end + 16) : null);
-  }
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-basin': ScanstitchLabBasin;
   }
 }

@@ -19,14 +19,14 @@ import type {
   Pose,
   SearchedBlock,
 } from './protocol.js';
-import worker_url from './lab-worker.ts?worker&url';
+import workerUrl from './lab-worker.ts?worker&url';
 
 /** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
 const NUM_SURVEY_WORKERS = 2;
 
 export interface LabHooks {
   crashed(message: string): void;
-  slow(is_slow: boolean): void;
+  slow(isSlow: boolean): void;
   unavailable(message: string): void;
 }
 
@@ -55,7 +55,7 @@ class LabWorker {
   #prepared = new Map<number, { options: Options; facts: Promise<LabFacts> }>();
 
   constructor({ crashed, slow, unavailable }: LabHooks) {
-    this.#host = new WorkerHost<LabApi>(worker_url, {
+    this.#host = new WorkerHost<LabApi>(workerUrl, {
       crashed: (message) => {
         this.#pair = null;
         crashed(message);
@@ -112,7 +112,7 @@ class LabWorker {
 export class LabClient {
   readonly #hooks: LabHooks;
   readonly #stepper: LabWorker;
-  #survey_workers: LabWorker[] = [];
+  #surveyWorkers: LabWorker[] = [];
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
   readonly #following = new LatestQuery<Following, LabIteration>({
@@ -147,7 +147,7 @@ export class LabClient {
 
   forget(method: number): void {
     this.#methods.delete(method);
-    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.forget(method);
+    for (const worker of [this.#stepper, ...this.#surveyWorkers]) worker.forget(method);
   }
 
   trace(method: number, init: Pose | null): Promise<LabTrace> {
@@ -198,8 +198,8 @@ export class LabClient {
   /** Starts the workers of surveys and prepares the method in them: what is timed afterwards is computing alone. */
   async prepareWorkers(method: number): Promise<void> {
     const pair = this.#opened();
-    while (this.#survey_workers.length < NUM_SURVEY_WORKERS) this.#survey_workers.push(new LabWorker(this.#hooks));
-    await Promise.all(this.#survey_workers.map((worker) => worker.prepare(pair, method, this.#options(method))));
+    while (this.#surveyWorkers.length < NUM_SURVEY_WORKERS) this.#surveyWorkers.push(new LabWorker(this.#hooks));
+    await Promise.all(this.#surveyWorkers.map((worker) => worker.prepare(pair, method, this.#options(method))));
   }
 
   /**
@@ -224,12 +224,12 @@ export class LabClient {
         if (!signal.aborted) done(part, answer);
       }
     };
-    await Promise.all(this.#survey_workers.map(work));
+    await Promise.all(this.#surveyWorkers.map(work));
   }
 
   dispose(): void {
     this.#following.drop();
-    for (const worker of [this.#stepper, ...this.#survey_workers]) worker.dispose();
+    for (const worker of [this.#stepper, ...this.#surveyWorkers]) worker.dispose();
   }
 
   #opened(): Pair {

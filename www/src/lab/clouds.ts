@@ -1,5 +1,5 @@
 /** Where the lab's clouds come from: files of the user, the sample, addresses of a course page. */
-import type { GivenCloud, GivenClouds } from '../components/given-clouds.js';
+import type { CloudData, GivenCloud, GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { NamedFile } from '../datasets/gather.js';
 import { addressesOf, fetchGiven } from '../datasets/given.js';
@@ -117,7 +117,26 @@ function fromScans({ title, scans }: Scans, sample: string, source: string, targ
     read: async () => ({ kind: 'file' as const, name, bytes: new Uint8Array(bytes) }),
   }));
   const has = (name: string): boolean => clouds.some((cloud) => cloud.name === name);
-  const chosen_target = has(target) ? target : (clouds[0]?.name ?? '');
-  const chosen_source = has(source) ? source : (clouds.find(({ name }) => name !== chosen_target)?.name ?? '');
-  return givenClouds(title, sample, clouds, chosen_source, chosen_target);
+  const chosenTarget = has(target) ? target : (clouds[0]?.name ?? '');
+  const chosenSource = has(source) ? source : (clouds.find(({ name }) => name !== chosenTarget)?.name ?? '');
+  return givenClouds(title, sample, clouds, chosenSource, chosenTarget);
+}
+
+/** The two clouds as the engine takes them. */
+export function readPair({ clouds, source, target }: GivenClouds): Promise<[source: CloudData, target: CloudData]> {
+  const read = (name: string): Promise<CloudData> => {
+    const cloud = clouds.find((one) => one.name === name);
+    if (!cloud) throw new Error(`${name} is not among the clouds`);
+    return cloud.read();
+  };
+  return Promise.all([read(source), read(target)]);
+}
+
+/** Another cloud of the list as source or target, from where they lie. */
+export function withChoice(given: GivenClouds, role: 'source' | 'target', name: string): GivenClouds {
+  const { source, target } = given;
+  // The same cloud twice makes no sense: source and target are exchanged.
+  const isExchange = name === (role === 'source' ? target : source);
+  const chosen = isExchange ? { source: target, target: source } : { source, target, [role]: name };
+  return { ...given, ...chosen, init_T_target_source: null };
 }

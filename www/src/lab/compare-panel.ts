@@ -5,7 +5,8 @@ import type { SettingPreset } from '../components/settings-panel.js';
 import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
-import { type LabRun, MAX_RUNS } from './session.js';
+import { type LabRun } from './runs.js';
+import { MAX_RUNS } from './session.js';
 import { lastPose, numPoses } from './trace.js';
 import { endReasonWords, runName } from './words.js';
 
@@ -23,7 +24,7 @@ export interface CompareFacts {
   measureBasins(): void;
 }
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function comparePanel(has: CompareFacts): TemplateResult {
   const { runs, presets, facts } = has;
   const reference = endOf(runs[0]);

@@ -12,7 +12,7 @@ export interface Direction {
   /** Turn in metres at the pairs' rms distance from their middle; unit length together with `shift`. */
   turn: readonly [number, number, number];
   shift: readonly [number, number, number];
-  is_undetermined: boolean;
+  isUndetermined: boolean;
 }
 
 /** From the weakest to the strongest. */
@@ -23,10 +23,10 @@ export function directionsOf({ degeneracy }: LabIteration): Direction[] {
   return shares.map((share, i) => {
     const d = directions.slice(n * i, n * (i + 1));
     const at = (k: number): number => d[k] ?? 0;
-    const is_undetermined = share < undetermined_below;
+    const isUndetermined = share < undetermined_below;
     return n === 3
-      ? { share, turn: [0, 0, at(0)], shift: [at(1), at(2), 0], is_undetermined }
-      : { share, turn: [at(0), at(1), at(2)], shift: [at(3), at(4), at(5)], is_undetermined };
+      ? { share, turn: [0, 0, at(0)], shift: [at(1), at(2), 0], isUndetermined }
+      : { share, turn: [at(0), at(1), at(2)], shift: [at(3), at(4), at(5)], isUndetermined };
   });
 }
 
@@ -66,7 +66,7 @@ const COLORS: Record<'light' | 'dark', readonly [weak: string, strong: string]> 
 };
 
 export const directionColor = (direction: Direction, dark: boolean): string =>
-  COLORS[dark ? 'dark' : 'light'][direction.is_undetermined || direction.share < 0.05 ? 0 : 1];
+  COLORS[dark ? 'dark' : 'light'][direction.isUndetermined || direction.share < 0.05 ? 0 : 1];
 
 /** In the plane. */
 export function arrowsOf(iteration: LabIteration, dark: boolean): Arrow[] {
@@ -126,18 +126,18 @@ export interface DegeneracyFacts {
 /** Farthest that the source is slid, m. */
 const REACH = 2;
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: DegeneracyFacts): TemplateResult {
   const directions = directionsOf(iteration);
   const [weakest] = directions;
-  const num_free = directions.filter(({ is_undetermined }) => is_undetermined).length;
+  const numFree = directions.filter(({ isUndetermined }) => isUndetermined).length;
   if (!weakest) return html`<p class="muted">These pairs have no weight: they determine nothing.</p>`;
   return html`
     <header><h2>What the pairs determine</h2></header>
     <p>
       ${
-        num_free > 0
-          ? html`<strong>${plural(num_free, 'direction is', 'directions are')} undetermined</strong>. The weakest is
+        numFree > 0
+          ? html`<strong>${plural(numFree, 'direction is', 'directions are')} undetermined</strong>. The weakest is
               ${directionName(weakest, is_planar)}: ${formatPercent(weakest.share)} of the pairs measure it.`
           : html`Every direction is determined. The weakest is ${directionName(weakest, is_planar)}:
             ${formatPercent(weakest.share)} of the pairs measure it.`

@@ -23,12 +23,12 @@ const RESIDUALS: Record<CloudMetric, TemplateResult> = {
     ><sub>p</sub> <var>R</var>ᵀ)⁻¹ <var>d</var><sub>i</sub>, over the voxel of each point`,
 };
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function equation(iteration: LabIteration, metric: CloudMetric): TemplateResult {
   const { H, b, x } = iteration;
   const n = b.length;
   const names = unknowns(n);
-  const is_closed = metric === 'point_to_point';
+  const isClosed = metric === 'point_to_point';
   return html`<div class="equation">
     <p class="formula">
       min<sub>x</sub> Σ <var>w</var><sub>i</sub> <var>r</var><sub>i</sub>², &ensp; ${RESIDUALS[metric]}
@@ -55,7 +55,7 @@ export function equation(iteration: LabIteration, metric: CloudMetric): Template
       }
     </p>
     ${
-      is_closed
+      isClosed
         ? html`<p class="explanation">
             Between points the step has a closed form: <var>R</var> from the SVD of Σ <var>w</var> (<var>q</var> −
             <var>q̄</var>)(<var>p</var> − <var>p̄</var>)ᵀ, then <var>t</var> = <var>q̄</var> − <var>R p̄</var> (Umeyama

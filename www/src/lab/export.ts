@@ -11,7 +11,8 @@ import { pngOf } from '../views/canvas.js';
 import { penOn } from '../views/pen.js';
 import { between } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';
-import { type LabRun, type LabSession, pairName } from './session.js';
+import { type LabRun, pairName } from './runs.js';
+import { type LabSession } from './session.js';
 import { numPoses, poseAt } from './trace.js';
 
 const EXPORTS: readonly MenuItem[] = [
@@ -25,8 +26,8 @@ const EXPORTS: readonly MenuItem[] = [
 ];
 
 /** Those that there are: clouds in space have no lines and dots, and some panels have no figure. */
-export const exportItems = (is_planar: boolean, has_figure: boolean): readonly MenuItem[] =>
-  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (has_figure || !id.startsWith('figure')));
+export const exportItems = (is_planar: boolean, hasFigure: boolean): readonly MenuItem[] =>
+  EXPORTS.filter(({ id }) => (is_planar || id !== 'svg') && (hasFigure || !id.startsWith('figure')));
 
 /** A picture of the source at a pose, as a PNG. */
 export type Shoot = (pose: Pose, iteration: LabIteration | null) => Promise<Blob>;

@@ -56,11 +56,11 @@ export function parts(grid: Grid, about: number): GridPart[] {
 }
 
 /**
- * The finest grid, up to `most` nodes an axis, that takes no longer than `milliseconds` where a node takes `of_node`. The number
+ * The finest grid, up to `most` nodes an axis, that takes no longer than `milliseconds` where a node takes `ofNode`. The number
  * of nodes is odd: one of them stands in the middle.
  */
-export function finest(most: readonly number[], of_node: number, milliseconds: number): number[] {
-  const wanted = most.reduce((product, count) => product * count, 1) * of_node;
+export function finest(most: readonly number[], ofNode: number, milliseconds: number): number[] {
+  const wanted = most.reduce((product, count) => product * count, 1) * ofNode;
   const factor = Math.min((milliseconds / Math.max(wanted, 1e-9)) ** (1 / most.length), 1);
   return most
     .map((count) => Math.max(2 * Math.floor((count * factor) / 2) + 1, 5))

@@ -11,7 +11,7 @@ export interface EmptyActions {
   example(name: string): void;
 }
 
-/** `styles`: lab_styles. */
+/** `styles`: labStyles. */
 export function emptyLab(status: ActiveSession, { choose, sample, example }: EmptyActions): TemplateResult {
   return html`<div class="first">
     ${emptyView(
@@ -57,7 +57,7 @@ export function examplesMenu(show: (name: string) => void): TemplateResult {
   ></scanstitch-menu>`;
 }
 
-/** What a scene asks, with its answer folded. `styles`: lab_styles. */
+/** What a scene asks, with its answer folded. `styles`: labStyles. */
 export function question({ text: { title, question, answer, look_at } }: OpenedScene): TemplateResult {
   // Of another scene the answer is folded again.
   const folded = html`<details>

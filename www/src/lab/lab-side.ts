@@ -5,7 +5,7 @@ import '../components/settings-panel.js';
 import './basin-panel.js';
 import './landscape-panel.js';
 import './search-panel.js';
-import { layout_styles } from '../components/run-styles.js';
+import { layoutStyles } from '../components/run-styles.js';
 import type { ScanstitchFigure } from '../components/figure-view.js';
 import { tabs } from '../components/run-parts.js';
 import type { SettingValues } from '../components/settings-panel.js';
@@ -14,11 +14,12 @@ import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { comparePanel } from './compare-panel.js';
 import { degeneracyPanel, directionsOf, slid } from './degeneracy.js';
-import { lab_styles } from './lab-styles.js';
-import { side_styles } from './side-styles.js';
+import { labStyles } from './lab-styles.js';
+import { sideStyles } from './side-styles.js';
 import { methodFields, methodPresets, methodValues, optionsOf } from './method-fields.js';
 import type { LabFacts, LabIteration, Pose } from './protocol.js';
-import { type LabRun, type LabSession, runColor } from './session.js';
+import { type LabRun, runColor } from './runs.js';
+import { type LabSession } from './session.js';
 import { ownPanel } from './own-panel.js';
 import { costPainter, stepPanel } from './step-panel.js';
 import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
@@ -81,7 +82,7 @@ export class ScanstitchLabSide extends LitElement {
   }
 
   protected override willUpdate(): void {
-    if (!this.session.is_dragged) this.slide = null;
+    if (!this.session.isDragged) this.slide = null;
   }
 
   protected override render(): TemplateResult {
@@ -119,8 +120,8 @@ export class ScanstitchLabSide extends LitElement {
     }
     if (tab === 'degeneracy') return this.renderDegeneracy(facts);
     const metric = metricOf(run.options, facts);
-    const shown_at = iteration ? session.iteration_at : session.at;
-    const at = session.is_dragged ? null : shown_at;
+    const shownAt = iteration ? session.iterationIndex : session.at;
+    const at = session.isDragged ? null : shownAt;
     return html`<div class="panel">
       ${stepPanel({ trace, iteration, metric, at, num_source: facts.source_points.length / 3 }, this.renderCost(facts))}
     </div>`;
@@ -152,7 +153,7 @@ export class ScanstitchLabSide extends LitElement {
     const drawn = runs.map((run) => ({
       costs: run.trace?.costs ?? [],
       color: this.colorOf(run),
-      is_active: run.id === active,
+      isActive: run.id === active,
     }));
     const count = Math.max(...runs.map(({ trace }) => numPoses(trace) - 1));
     const known = session.trace?.costs ?? [];
@@ -230,11 +231,5 @@ export class ScanstitchLabSide extends LitElement {
     return runColor(this.session, run, this.colorsOf(this.dark));
   }
 
-  static override styles = [shared, layout_styles, lab_styles, side_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-side': ScanstitchLabSide;
-  }
+  static override styles = [shared, layoutStyles, labStyles, sideStyles];
 }

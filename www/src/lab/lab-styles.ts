@@ -1,6 +1,6 @@
 import { css } from 'lit';
 
-export const lab_styles = css`
+export const labStyles = css`
   :host {
     display: contents;
   }

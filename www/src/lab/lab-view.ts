@@ -5,42 +5,28 @@ import './lab-side.js';
 import './plane-stage.js';
 import './space-stage.js';
 import { announcements } from '../components/announcer.js';
-import { layout_styles } from '../components/run-styles.js';
+import { layoutStyles } from '../components/run-styles.js';
 import { DropTarget } from '../components/drop-target.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import { icon } from '../components/icons.js';
 import { messages } from '../components/run-parts.js';
-import { drop_styles, empty_styles, shared } from '../components/theme.js';
-import type { Note } from '../datasets/note.js';
-import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
-import { LastRequest } from '../engine/last-request.js';
+import { dropStyles, emptyStyles, shared } from '../components/theme.js';
+import { filesOfInput } from '../datasets/gather.js';
 import { messageOf } from '../engine/message-of.js';
 import { download } from '../export/download.js';
 import { baseName } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import {
-  addressedClouds,
-  asLinked,
-  isCloudName,
-  isMapName,
-  joined,
-  type OpenedScene,
-  SAMPLE,
-  sampleClouds,
-  SCENE_ITEMS,
-  sceneClouds,
-} from './clouds.js';
-import { lab_styles } from './lab-styles.js';
+import { labStyles } from './lab-styles.js';
 import type { ScanstitchLabPlane } from './plane-stage.js';
 import { FIRST_LOOK, type PlaneScene, type StageLook, stageTheme } from './plane-painter.js';
 import type { LabFacts, Pose } from './protocol.js';
-import { takeOwn } from './own-files.js';
-import { type ScanstitchLabSide, type Tab, TABS } from './lab-side.js';
-import { type LabLink, readLink, writeLink } from './link.js';
+import type { ScanstitchLabSide, Tab } from './lab-side.js';
+import { LabOpening } from './opening.js';
 import { exportFile, exportItems, type Shoot } from './export.js';
 import { emptyLab, examplesMenu, question } from './lab-empty.js';
-import { LabSession, runColor } from './session.js';
+import { runColor } from './runs.js';
+import { LabSession } from './session.js';
 import { stageScene } from './stage-scene.js';
 import type { ScanstitchLabSpace } from './space-stage.js';
 import type { RunKey } from './stage-keys.js';
@@ -61,26 +47,23 @@ export class ScanstitchLab extends LitElement {
   @property() example = '';
   @property({ type: Boolean }) dark = false;
   /** What is shown stands in the page's address, as a link. */
-  @property({ type: Boolean, attribute: 'remember-link' }) remember_link = false;
+  @property({ type: Boolean, attribute: 'remember-link' }) remembersLink = false;
 
   @state() private tab: Tab = 'step';
   @state() private look = FIRST_LOOK;
-  /** The scene of the gallery that was opened last. */
-  @state() private scene: OpenedScene | null = null;
-  /** What a link says of files that are not there yet. */
-  private awaited: LabLink | null = null;
-  /** Counts the downloads: the last one wins. */
-  private readonly fetching = new LastRequest();
   /** A pose that a landscape or a basin points at. */
   @state() private ghost: Pose | null = null;
-  @query('#pick') private file_input!: HTMLInputElement;
+  @query('#pick') private fileInput!: HTMLInputElement;
   @query('scanstitch-lab-side') private side!: ScanstitchLabSide;
   @query('scanstitch-lab-space') private space!: ScanstitchLabSpace | null;
   @query('scanstitch-lab-plane') private plane!: ScanstitchLabPlane | null;
 
   private session = new LabSession(this);
+  private opening = new LabOpening(this.session, (tab: Tab) => {
+    this.tab = tab;
+  });
   private colorsOf = memoizeLast(makeColors);
-  private drop_target = new DropTarget(this, (transfer) => void this.takeDrop(transfer));
+  private dropTarget = new DropTarget(this, (transfer) => void this.opening.takeDrop(transfer));
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -96,14 +79,16 @@ export class ScanstitchLab extends LitElement {
     if (!this.given && !this.openAddress(location.hash)) this.openOwn();
   }
 
-  /** Opens what the host page names: two clouds, or a scene. */
   private openOwn(): void {
-    if (this.src) this.attend(addressedClouds(this.src));
-    else if (sceneClouds(this.example)) this.showExample(this.example);
-    else if (this.example) {
-      const names = SCENE_ITEMS.map(({ id }) => id).join(', ');
-      this.session.report(`There is no scene “${this.example}”`, `Name one of these: ${names}`);
-    }
+    this.opening.openOwn(this.src, this.example);
+  }
+
+  private openAddress(hash: string): boolean {
+    return this.remembersLink && this.opening.openAddress(hash);
+  }
+
+  private link(): string {
+    return this.opening.link(this.tab);
   }
 
   /** Another scene was typed into the address; by now the lab may have put its own link there again. */
@@ -112,36 +97,6 @@ export class ScanstitchLab extends LitElement {
     if (hash !== this.link()) this.openAddress(hash);
   };
 
-  /** Opens what the page's address names, if it names anything. */
-  private openAddress(hash: string): boolean {
-    const link = this.remember_link ? readLink(hash) : null;
-    if (!link?.source && !link?.sample) return false;
-    this.openLink(link);
-    return true;
-  }
-
-  private openLink(link: LabLink): void {
-    const { sample, source, target, tab } = link;
-    this.tab = TABS.find((one) => one.tab === tab)?.tab ?? 'step';
-    const scene = sample === null ? null : sceneClouds(sample);
-    if (scene) {
-      void this.openScene(scene, link);
-      return;
-    }
-    if (sample !== SAMPLE) {
-      this.awaited = link;
-      const names = [source, target].map(baseName).join(' and ');
-      this.session.report(
-        `This link is about ${names}, which it cannot carry`,
-        isMapName(target)
-          ? 'Open the recording on the map, and look inside this scan or frame'
-          : 'Drop these two files here',
-      );
-      return;
-    }
-    this.attend(sampleClouds(source, target), (given) => this.openAs(given, link));
-  }
-
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('given') && this.given) void this.session.open(this.given);
     else if (changed.get('src') !== undefined || changed.get('example') !== undefined) this.openOwn();
@@ -149,57 +104,45 @@ export class ScanstitchLab extends LitElement {
   }
 
   protected override render(): TemplateResult {
-    const { session, drop_target } = this;
-    const is_empty = session.given === null;
+    const { session, dropTarget } = this;
+    const isEmpty = session.given === null;
     return html`<div
       class="lab run"
-      @dragenter=${drop_target.enter}
-      @dragover=${drop_target.over}
-      @dragleave=${drop_target.leave}
-      @drop=${drop_target.drop}
+      @dragenter=${dropTarget.enter}
+      @dragover=${dropTarget.over}
+      @dragleave=${dropTarget.leave}
+      @drop=${dropTarget.drop}
     >
-      ${is_empty ? this.renderEmpty() : this.renderLab()}
+      ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
-      ${
-        drop_target.is_over
-          ? html`<div class="drop-hint" aria-hidden="true">
-              <div>${icon('download', 28)}Drop one or two clouds here</div>
-            </div>`
-          : nothing
-      }
-      ${announcements(session.announcer)}
+      ${dropTarget.hint('Drop one or two clouds here')} ${announcements(session.announcer)}
     </div>`;
   }
 
   private renderEmpty(): TemplateResult {
     return emptyLab(this.statusOf(), {
-      choose: () => this.file_input.click(),
-      sample: () => this.attend(sampleClouds()),
-      example: (name) => this.showExample(name),
+      choose: () => this.fileInput.click(),
+      sample: () => this.opening.openSample(),
+      example: (name) => this.opening.showExample(name),
     });
   }
 
-  private showExample(name: string): void {
-    const scene = sceneClouds(name);
-    if (scene) void this.openScene(scene);
-  }
-
   private renderLab(): TemplateResult {
-    const { session } = this;
+    const { session, opening } = this;
     const { trace, iteration, player, run, facts } = session;
     const state = run ? stateWords(run, session.at, session.present) : '';
     return html`
-      ${this.renderPair()} ${this.scene && this.scene.given.of === session.given?.of ? question(this.scene) : nothing}
+      ${this.renderPair()} ${opening.scene ? question(opening.scene) : nothing}
       <div class="columns">
         <div class="main">
           <div class="stage-area">
             ${this.renderStage(state)}
             ${
-              session.is_dragged
+              session.isDragged
                 ? html`<button class="primary run-from-here" @click=${() => void session.release()}>
                     Run from here (Enter)
                   </button>`
-                : session.at === 0 && !player.is_playing && trace
+                : session.at === 0 && !player.isPlaying && trace
                   ? html`<p class="hint" aria-hidden="true">
                       ${facts?.is_planar ? 'Drag the blue cloud to another start, or its ring to turn it' : 'Turn on the crossed arrows to drag the source; hold Shift to rotate it'}
                     </p>`
@@ -219,7 +162,7 @@ export class ScanstitchLab extends LitElement {
               look: this.seenLook(),
               iteration,
               is_planar: facts?.is_planar ?? true,
-              has_normals: (facts?.target_normals.length ?? 0) > 0,
+              hasNormals: (facts?.target_normals.length ?? 0) > 0,
               dark: this.dark,
               change: (look) => {
                 this.look = look;
@@ -268,7 +211,7 @@ export class ScanstitchLab extends LitElement {
         >
           ${icon('reset')}Reset start
         </button>
-        <button @click=${() => this.file_input.click()} title="Two clouds, or the poses of your own ICP">
+        <button @click=${() => this.fileInput.click()} title="Two clouds, or the poses of your own ICP">
           ${icon('open')}Open…
         </button>
         ${
@@ -278,7 +221,7 @@ export class ScanstitchLab extends LitElement {
               </button>`
             : nothing
         }
-        ${examplesMenu((name) => this.showExample(name))}
+        ${examplesMenu((name) => this.opening.showExample(name))}
         <scanstitch-menu
           label="Export"
           icon="download"
@@ -300,8 +243,8 @@ export class ScanstitchLab extends LitElement {
     if (!facts.is_planar) {
       return html`<scanstitch-lab-space
         .scene=${this.sceneOf(facts)}
-        .fit_key=${session.generation}
-        .up=${session.is_of_camera ? 'camera' : 'z'}
+        .fitKey=${session.generation}
+        .up=${session.isOfCamera ? 'camera' : 'z'}
         .description=${state}
         @source-dragged=${onDragged}
         @source-released=${onReleased}
@@ -311,7 +254,7 @@ export class ScanstitchLab extends LitElement {
     return html`<scanstitch-lab-plane
       .scene=${this.sceneOf(facts)}
       .turns=${session.given?.turns ?? null}
-      .fit_key=${session.generation}
+      .fitKey=${session.generation}
       .description=${state}
       @source-dragged=${onDragged}
       @source-released=${onReleased}
@@ -322,7 +265,7 @@ export class ScanstitchLab extends LitElement {
   private sceneOf(facts: LabFacts): PlaneScene {
     const { session, dark, ghost } = this;
     const { selected } = this.colorsOf(dark);
-    const of = { session, facts, dark, look: this.seenLook(), shows_directions: this.tab === 'degeneracy' };
+    const of = { session, facts, dark, look: this.seenLook(), showsDirections: this.tab === 'degeneracy' };
     return stageScene(
       of,
       (run) => runColor(session, run, this.colorsOf(dark)),
@@ -332,7 +275,7 @@ export class ScanstitchLab extends LitElement {
 
   /** Beside the directions, pairs are coloured by what they say of the weakest one. */
   private seenLook(): StageLook {
-    return this.tab === 'degeneracy' ? { ...this.look, color_by: 'contribution' } : this.look;
+    return this.tab === 'degeneracy' ? { ...this.look, colorBy: 'contribution' } : this.look;
   }
 
   private onRunKey(key: RunKey): void {
@@ -341,7 +284,7 @@ export class ScanstitchLab extends LitElement {
     const actions: Record<RunKey, () => void> = {
       next: () => session.stepBy(1),
       previous: () => session.stepBy(-1),
-      play: () => (player.is_playing ? player.pause() : player.play()),
+      play: () => (player.isPlaying ? player.pause() : player.play()),
       run: () => void session.release(),
       first: () => player.seek(0),
       last: () => player.seek(player.count),
@@ -364,41 +307,10 @@ export class ScanstitchLab extends LitElement {
     };
   }
 
-  /** A scene of the gallery, with the methods that it compares; a link may hold other methods, a start and an iteration. */
-  private async openScene(scene: OpenedScene, link: LabLink | null = null): Promise<void> {
-    const options = { ...scene.first, ...link?.options };
-    const others = link && link.others.length > 0 ? link.others : scene.others;
-    this.scene = scene;
-    await this.openAs(scene.given, { options, others, start: link?.start ?? null, at: link?.at ?? 0 });
-  }
-
-  private async openAs(
-    given: GivenClouds,
-    { options, others, start, at }: Pick<LabLink, 'options' | 'others' | 'start' | 'at'>,
-  ): Promise<void> {
-    const { session } = this;
-    await session.open(given, options, start);
-    const first = session.active;
-    for (const other of others) await session.addRun(other);
-    session.selectRun(first);
-    session.player.seek(at);
-  }
-
   // What leaves the lab.
 
-  private link(): string {
-    const { given, run, runs, start, at, facts } = this.session;
-    if (!given || !run) return '';
-    const { source, target, sample } = given;
-    const others = runs.filter((other) => other !== run && !other.own).map(({ options }) => options);
-    const content = { sample: sample || null, source, target, options: run.options, others, start, at, tab: this.tab };
-    const { scene } = this;
-    const first = scene !== null && scene.given.of === given.of ? scene.first : {};
-    return writeLink(content, facts?.is_planar ?? true, first);
-  }
-
   private rememberLink(): void {
-    if (!this.remember_link || this.hidden || !this.session.trace || this.session.player.is_playing) return;
+    if (!this.remembersLink || this.hidden || !this.session.trace || this.session.player.isPlaying) return;
     const link = this.link();
     if (link !== location.hash) history.replaceState(history.state, '', link);
   }
@@ -431,58 +343,12 @@ export class ScanstitchLab extends LitElement {
 
   // Files.
 
-  private async take(coming: Promise<NamedFile[]>): Promise<void> {
-    const files = await coming;
-    const clouds = files.filter(({ name }) => isCloudName(name));
-    const [other] = files.filter(({ name }) => !isCloudName(name));
-    if (other && clouds.length === 0) {
-      if (await takeOwn(this.session, other)) this.tab = 'method';
-      return;
-    }
-    const given = joined(this.session.given, clouds);
-    const link = this.awaited && given && asLinked(given, this.awaited);
-    if (link) {
-      this.awaited = null;
-      await this.openAs(link.given, link);
-    } else if (given?.target) await this.session.open(given);
-    else this.session.report('One cloud alone is registered to nothing', 'Drop two clouds together');
-  }
-
-  private async takeDrop(transfer: DataTransfer): Promise<void> {
-    const unreadable: Note[] = [];
-    await this.take(filesOfDrop(transfer, unreadable));
-    for (const { file, reason } of unreadable) this.session.report(`${file}: ${reason}`);
-  }
-
   private onPicked({ target }: Event): void {
     const input = target as HTMLInputElement;
     const files = filesOfInput(input);
     input.value = ''; // so that picking the same files again is a change
-    void this.take(Promise.resolve(files));
+    void this.opening.take(files);
   }
 
-  /** Opens clouds that are being fetched, unless others are opened or asked for meanwhile. */
-  private attend(
-    fetching: Promise<GivenClouds>,
-    open: (given: GivenClouds) => Promise<void> = (given) => this.session.open(given),
-  ): void {
-    const signal = this.fetching.begin();
-    const before = this.session.given;
-    const is_wanted = (): boolean => !signal.aborted && this.session.given === before;
-    fetching.then(
-      (given) => (is_wanted() ? open(given) : undefined),
-      (error: unknown) => {
-        if (!is_wanted()) return;
-        this.session.report(`The clouds could not be fetched: ${messageOf(error)}`, 'Reload the page');
-      },
-    );
-  }
-
-  static override styles = [shared, layout_styles, drop_styles, empty_styles, lab_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab': ScanstitchLab;
-  }
+  static override styles = [shared, layoutStyles, dropStyles, emptyStyles, labStyles];
 }

@@ -7,7 +7,7 @@ import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, OwnComp
 
 let clouds: { source: PointCloud; target: PointCloud } | null = null;
 const labs = new Map<number, IcpLab>();
-const options_of = new Map<number, Options>();
+const optionsOf = new Map<number, Options>();
 
 serve<LabApi>({
   async start(module) {
@@ -26,7 +26,7 @@ serve<LabApi>({
   forget(method) {
     labs.get(method)?.free();
     labs.delete(method);
-    options_of.delete(method);
+    optionsOf.delete(method);
   },
   trace,
   traced_iteration: (method, index) => labOf(method).traced_iteration(index),
@@ -44,7 +44,7 @@ function prepare(method: number, options: Options): LabFacts {
   const lab = new IcpLab(clouds.source, clouds.target, options);
   labs.get(method)?.free();
   labs.set(method, lab);
-  options_of.set(method, options);
+  optionsOf.set(method, options);
   const normals = lab.target_normals();
   // What is drawn needs no more than single precision.
   const single = (values: Float64Array): Float32Array<ArrayBuffer> => Float32Array.from(values);
@@ -67,7 +67,7 @@ function trace(method: number, start: Pose | null): LabTrace {
 function own(method: number, poses: readonly (readonly number[])[]): OwnComparison {
   if (!clouds) throw nothingLoaded();
   const init_T_target_source = [...(poses[0] ?? [])] as EngineGrid['T_center'];
-  const options = { ...options_of.get(method), init_T_target_source };
+  const options = { ...optionsOf.get(method), init_T_target_source };
   return compareOwnIcp({ IcpLab }, clouds.source, clouds.target, options, [...poses]) as OwnComparison;
 }
 

@@ -22,7 +22,7 @@ import { formatNumber } from './words.js';
 /** The cost over two unknowns around the result of the run. Fires `ghost-shown` with a pose or null. */
 @customElement('scanstitch-lab-landscape')
 export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
-  protected override readonly is_basin = false;
+  protected override readonly isBasin = false;
   private painterOf = memoizeLast(landscapePainter);
 
   protected override allAxes(facts: LabFacts): readonly number[] {
@@ -121,11 +121,5 @@ export class ScanstitchLabLandscape extends SurveyPanel<LandscapeSurvey> {
   protected override onNode(): void {
     const { facts } = this.session;
     this.tellGhost(facts && this.nodePose(facts));
-  }
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-landscape': ScanstitchLabLandscape;
   }
 }

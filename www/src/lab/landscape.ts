@@ -131,7 +131,7 @@ export function mapAxes(grid: Grid, turns: readonly [boolean, boolean], size: Si
 
 export const pair = ([a = 0, b = 0]: readonly number[]): [number, number] => [a, b];
 
-const onScreen = (value: number, is_turn: boolean): number => (is_turn ? value * DEGREES : value);
+const onScreen = (value: number, isTurn: boolean): number => (isTurn ? value * DEGREES : value);
 
 /** The lowest and the highest cost (m²). */
 export function costRange({ costs }: Landscape): Range {

@@ -57,8 +57,8 @@ export function readLink(fragment: string): LabLink | null {
 function methodOf(given: URLSearchParams): Options {
   const fields = methodFields(false) as unknown as Parameters<typeof parseSettings>[2];
   const named = parseSettings(given.toString(), {}, fields as never) as Record<string, string | number>;
-  const planar_metric = given.get('metric') === 'point_to_line' ? { metric: 'point_to_line' } : {};
-  return optionsOf({ ...named, ...planar_metric });
+  const planarMetric = given.get('metric') === 'point_to_line' ? { metric: 'point_to_line' } : {};
+  return optionsOf({ ...named, ...planarMetric });
 }
 
 function startNumbers(start: Pose, is_planar: boolean): number[] {

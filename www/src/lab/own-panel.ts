@@ -11,7 +11,7 @@ const KINDS: Record<string, string> = {
   solution: 'The solution',
 };
 
-/** `seek`: looks at the iteration. `styles`: side_styles. */
+/** `seek`: looks at the iteration. `styles`: sideStyles. */
 export function ownPanel(
   { steps, parts_at, fault, num_ours }: OwnComparison,
   seek: (at: number) => void,

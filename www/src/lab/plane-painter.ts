@@ -10,7 +10,7 @@ import { type LabFacts, type LabIteration, NO_PARTNER, type Pose } from './proto
 
 /** What is drawn of a step. */
 export interface StageLook {
-  color_by: PairColor;
+  colorBy: PairColor;
   pairs: boolean;
   rejected: boolean;
   normals: boolean;
@@ -18,7 +18,7 @@ export interface StageLook {
   stretch: number;
 }
 
-export const FIRST_LOOK: StageLook = { color_by: 'residual', pairs: true, rejected: true, normals: false, stretch: 1 };
+export const FIRST_LOOK: StageLook = { colorBy: 'residual', pairs: true, rejected: true, normals: false, stretch: 1 };
 
 /** A direction of motion at the middle of the pairs: a double arrow, or a round one where it turns. */
 export interface Arrow {
@@ -205,7 +205,7 @@ function paintPairs(
 ): void {
   if (!iteration) return;
   const { source, target } = iteration;
-  const shade = shadesOf(iteration, look.color_by);
+  const shade = shadesOf(iteration, look.colorBy);
   const lines = Array.from({ length: NUM_SHADES }, (): number[] => []);
   const dots = Array.from({ length: NUM_SHADES }, (): number[] => []);
   for (let i = 0; i < source.length; i++) {
@@ -232,8 +232,8 @@ function paintRejectedLines(pen: Pen, place: Place, { facts, iteration, dark }: 
     const [qx, qy] = [facts.target_points[3 * to] ?? 0, facts.target_points[3 * to + 1] ?? 0];
     lines[iteration.rejected_reason[i] ?? 0]?.push(...place(px, py), ...place(qx, qy));
   });
-  REJECTION_COLORS.forEach(({ light, dark: on_dark }, reason) => {
-    pen.segments(lines[reason] ?? [], { color: dark ? on_dark : light, width: 1, dash: [2, 3] });
+  REJECTION_COLORS.forEach(({ light, dark: onDark }, reason) => {
+    pen.segments(lines[reason] ?? [], { color: dark ? onDark : light, width: 1, dash: [2, 3] });
   });
 }
 
@@ -260,8 +260,8 @@ function paintRejected(
     else if (reason === 1) marks?.push(x - r, y - r, x + r, y + r, x - r, y + r, x + r, y - r);
     else marks?.push(x - r, y, x + r, y, x, y - r, x, y + r);
   });
-  REJECTION_COLORS.forEach(({ light, dark: on_dark }, reason) => {
-    pen.segments(signs[reason] ?? [], { color: dark ? on_dark : light, width: 1.25 });
+  REJECTION_COLORS.forEach(({ light, dark: onDark }, reason) => {
+    pen.segments(signs[reason] ?? [], { color: dark ? onDark : light, width: 1.25 });
   });
 }
 
@@ -299,13 +299,13 @@ function paintEllipse(pen: Pen, place: Place, { x, y, major, minor, color }: Ell
 
 /** Unit vectors of x and y on the screen. */
 function axesOnScreen(place: Place, x: number, y: number): [[number, number], [number, number]] {
-  const [from, along_x, along_y] = [place(x, y), place(x + 1, y), place(x, y + 1)];
+  const [from, alongX, alongY] = [place(x, y), place(x + 1, y), place(x, y + 1)];
   const unit = (to: [number, number]): [number, number] => {
     const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
     const length = Math.hypot(dx, dy) || 1;
     return [dx / length, dy / length];
   };
-  return [unit(along_x), unit(along_y)];
+  return [unit(alongX), unit(alongY)];
 }
 
 function paintArrow(pen: Pen, place: Place, { x, y, turns, dx, dy, color, label }: Arrow, theme: StageTheme): void {

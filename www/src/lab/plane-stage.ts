@@ -1,6 +1,6 @@
 import { html, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { map_styles } from '../components/map-styles.js';
+import { mapStyles } from '../components/map-styles.js';
 import { shared } from '../components/theme.js';
 import { mapBounds } from '../views/map-bounds.js';
 import { penOn } from '../views/pen.js';
@@ -32,11 +32,11 @@ const MARGIN = { top: 40, right: 56, bottom: 40, left: 40 };
 export class ScanstitchLabPlane extends LabStage {
   /** By how many quarter turns the target is drawn turned; null: as it is best laid. */
   @property({ attribute: false }) turns: Turns | null = null;
-  private view: Viewport = { center_x: 0, center_y: 0, scale: 40, turns: 0 };
+  private view: Viewport = { centerX: 0, centerY: 0, scale: 40, turns: 0 };
   private ground = document.createElement('canvas');
-  private ground_of: readonly unknown[] = [];
+  private groundOf: readonly unknown[] = [];
   /** The user has moved the view: it is no longer fitted when its size changes. */
-  private is_moved = false;
+  private isMoved = false;
   private drag: 'view' | 'source' | 'turn' = 'view';
   private grip: [number, number] = [0, 0];
 
@@ -66,7 +66,7 @@ export class ScanstitchLabPlane extends LabStage {
       middles.map(([x, y]) => ({ x, y })),
     );
     if (bounds) this.view = fitted(bounds, size, MARGIN, this.turns ?? bestTurns(bounds, size));
-    this.is_moved = false;
+    this.isMoved = false;
     this.surface.requestPaint();
   }
 
@@ -79,17 +79,17 @@ export class ScanstitchLabPlane extends LabStage {
     );
   }
 
-  override resized(was_empty: boolean): void {
-    if (was_empty || !this.is_moved) this.fit();
+  override resized(wasEmpty: boolean): void {
+    if (wasEmpty || !this.isMoved) this.fit();
   }
 
   protected override draw(scene: PlaneScene): void {
     const { size, view } = this;
-    const ratio = this.surface.pixel_ratio;
+    const ratio = this.surface.pixelRatio;
     // The target stays while the source moves: it is drawn once for every view.
-    const ground_of = [scene.facts, scene.dark, view, size.width, size.height, ratio];
-    if (ground_of.some((part, i) => part !== this.ground_of[i])) {
-      this.ground_of = ground_of;
+    const groundOf = [scene.facts, scene.dark, view, size.width, size.height, ratio];
+    if (groundOf.some((part, i) => part !== this.groundOf[i])) {
+      this.groundOf = groundOf;
       paintGround(penOn(this.ground, size, ratio), size, view, scene);
     }
     const pen = penOn(this.canvas, size, ratio, this.ground);
@@ -141,13 +141,13 @@ export class ScanstitchLabPlane extends LabStage {
     const { scene, view, size } = this;
     if (!scene) return;
     const { grip } = handleOf(scene.facts, scene.pose, view, size);
-    const is_grip = Math.hypot(x - grip[0], y - grip[1]) <= 14;
-    this.stage.style.cursor = is_grip ? 'alias' : this.holds || this.isOnSource(x, y, 7) ? 'move' : '';
+    const isGrip = Math.hypot(x - grip[0], y - grip[1]) <= 14;
+    this.stage.style.cursor = isGrip ? 'alias' : this.holds || this.isOnSource(x, y, 7) ? 'move' : '';
   }
 
   private move(view: Viewport): void {
     this.view = view;
-    this.is_moved = true;
+    this.isMoved = true;
     this.surface.requestPaint();
   }
 
@@ -188,11 +188,5 @@ export class ScanstitchLabPlane extends LabStage {
     return toWorld(this.view, this.size, x, y);
   }
 
-  static override styles = [shared, map_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-plane': ScanstitchLabPlane;
-  }
+  static override styles = [shared, mapStyles];
 }

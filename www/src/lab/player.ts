@@ -12,7 +12,7 @@ export class Player {
   at = 0;
   /** Iterations of the run. */
   count = 0;
-  is_playing = false;
+  isPlaying = false;
   /** Factor on the playing speed. */
   speed = 1;
   #goal: number | null = null;
@@ -30,11 +30,11 @@ export class Player {
   }
 
   /** On the way to an iteration. */
-  get is_moving(): boolean {
+  get isMoving(): boolean {
     return this.#goal !== null;
   }
 
-  get iteration_ms(): number {
+  get iterationMs(): number {
     return Math.min(Math.max(FILM_MS / Math.max(this.count, 1), SHORTEST_MS), LONGEST_MS) / this.speed;
   }
 
@@ -47,13 +47,13 @@ export class Player {
   play(): void {
     if (this.count === 0) return;
     if (this.at >= this.count) this.at = 0;
-    this.is_playing = true;
+    this.isPlaying = true;
     this.#go(Math.min(Math.floor(this.at) + 1, this.count));
   }
 
   pause(): void {
     clearTimeout(this.#timer);
-    this.is_playing = false;
+    this.isPlaying = false;
     this.#onMove();
   }
 
@@ -78,7 +78,7 @@ export class Player {
     this.#frame = 0;
     if (this.#goal !== null) this.at = this.#goal;
     this.#goal = null;
-    this.is_playing = false;
+    this.isPlaying = false;
   }
 
   #go(goal: number): void {
@@ -95,7 +95,7 @@ export class Player {
 
   #advance = (): void => {
     if (this.#goal === null) return;
-    const share = Math.min((performance.now() - this.#started) / (this.iteration_ms * MOVING_SHARE), 1);
+    const share = Math.min((performance.now() - this.#started) / (this.iterationMs * MOVING_SHARE), 1);
     const ease = share * share * (3 - 2 * share);
     this.at = this.#from + (this.#goal - this.#from) * ease;
     if (share < 1) {
@@ -109,9 +109,9 @@ export class Player {
   };
 
   #arrive(): void {
-    if (this.at >= this.count) this.is_playing = false;
+    if (this.at >= this.count) this.isPlaying = false;
     this.#onArrived();
-    if (!this.is_playing) return;
-    this.#timer = setTimeout(() => this.#go(Math.min(this.at + 1, this.count)), this.iteration_ms * (1 - MOVING_SHARE));
+    if (!this.isPlaying) return;
+    this.#timer = setTimeout(() => this.#go(Math.min(this.at + 1, this.count)), this.iterationMs * (1 - MOVING_SHARE));
   }
 }

@@ -6,11 +6,11 @@ import { shared } from '../components/theme.js';
 import { DEGREES, formatAngle, formatCount, formatDuration, formatLength } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { lab_styles } from './lab-styles.js';
+import { labStyles } from './lab-styles.js';
 import { IDENTITY } from './poses.js';
 import type { LabSession } from './session.js';
 import { type CorrelativeSearch, poseOfBlock, searchPainter, stateAt } from './search.js';
-import { side_styles } from './side-styles.js';
+import { sideStyles } from './side-styles.js';
 
 /** Half widths of the window (m, degrees). */
 const REACHES = [0.5, 1, 2, 4];
@@ -33,33 +33,33 @@ export class ScanstitchLabSearch extends LitElement {
   @state() private milliseconds = 0;
   /** Number of blocks that have been shown. */
   @state() private count = 0;
-  private made_of: readonly unknown[] = [];
+  private madeOf: readonly unknown[] = [];
   private colorsOf = memoizeLast(makeColors);
   private painterOf = memoizeLast(searchPainter);
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.made_of = [];
+    this.madeOf = [];
     this.point(null);
   }
 
   protected override updated(): void {
     const { run, client, generation, start } = this.session;
     if (!run?.trace || !client) return;
-    const made_of = [run.id, run.options, generation, client, start, this.reach, this.turn];
-    if (made_of.every((part, i) => part === this.made_of[i])) return;
-    this.made_of = made_of;
-    void this.compute(made_of);
+    const madeOf = [run.id, run.options, generation, client, start, this.reach, this.turn];
+    if (madeOf.every((part, i) => part === this.madeOf[i])) return;
+    this.madeOf = madeOf;
+    void this.compute(madeOf);
   }
 
-  private async compute(made_of: readonly unknown[]): Promise<void> {
+  private async compute(madeOf: readonly unknown[]): Promise<void> {
     const { run, client, start } = this.session;
     if (!run || !client) return;
     const center = start ?? IDENTITY;
     try {
       const begin = performance.now();
       const blocks = await client.searchPath(run.id, center, this.reach, this.turn / DEGREES);
-      if (this.made_of !== made_of) return;
+      if (this.madeOf !== madeOf) return;
       this.milliseconds = performance.now() - begin;
       this.search = { center, reach: this.reach, blocks };
       // The best pose is what one wants to see first; what comes after it is only ruled out.
@@ -172,7 +172,7 @@ export class ScanstitchLabSearch extends LitElement {
     this.dispatchEvent(new CustomEvent('ghost-shown', { detail, bubbles: true, composed: true }));
   }
 
-  static override styles = [shared, lab_styles, side_styles];
+  static override styles = [shared, labStyles, sideStyles];
 }
 
 function choice(
@@ -188,10 +188,4 @@ function choice(
       ${values.map((value) => html`<option value=${value} .selected=${value === chosen}>${word(value)}</option>`)}
     </select></label
   >`;
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-search': ScanstitchLabSearch;
-  }
 }

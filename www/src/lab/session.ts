@@ -5,41 +5,22 @@ import { Session } from '../components/session.js';
 import { LastRequest } from '../engine/last-request.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { messageOf } from '../engine/message-of.js';
-import type { Colors } from '../views/axes.js';
-import { baseName, formatLength } from '../views/format.js';
 import { LabClient } from './client.js';
+import { readPair, withChoice } from './clouds.js';
 import { DEFAULTS } from './defaults.js';
 import { KeptIterations } from './kept-iterations.js';
 import { Player } from './player.js';
 import { between, IDENTITY } from './poses.js';
-import type { LabFacts, LabIteration, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
-import { MOST_POINTS, voxelFor } from '../../../package/lab/thinning.js';
-import { numLargest, tooLarge } from './thinning.js';
+import type { LabFacts, LabIteration, LabTrace, Options, Pose } from './protocol.js';
+import { type LabRun, newRun, startProblem, traceOfPoses, withStart } from './runs.js';
+import { followedStride, isTooLarge, tooLarge, voxelToThin } from './thinning.js';
 import { numPoses, poseAt } from './trace.js';
 import { stateWords } from './words.js';
 
 /** Methods that are compared at most. */
 export const MAX_RUNS = 4;
-/** Entries of poses that differ by less are equal: a file of nine digits. */
-const SAME_POSE = 1e-8;
-/** Largest number of source points that are paired while the source is dragged: this takes one or two pictures (33 ms). */
-const MAX_FOLLOWED_POINTS = 8000;
 /** Time without movement after which all points are paired during a drag (ms). */
 const RESTING_MS = 200;
-
-/** One method, and what came of it. */
-export interface LabRun {
-  id: number;
-  options: Options;
-  facts: LabFacts | null;
-  trace: LabTrace | null;
-  /** Why there is no trace. */
-  problem: string;
-  /** Poses of somebody else's program: the name of its file; empty for the engine's own runs. */
-  own: string;
-  /** Of such poses with the engine's steps. */
-  comparison: OwnComparison | null;
-}
 
 export class LabSession extends Session<LabClient> {
   given: GivenClouds | null = null;
@@ -52,21 +33,21 @@ export class LabSession extends Session<LabClient> {
   /** The step from the pose, or from the one that the source has just left; null while it is unknown. */
   iteration: LabIteration | null = null;
   /** Steps done before `iteration`: those before `at` while the pairs there are searched; null where the source was dragged to. */
-  iteration_at: number | null = null;
+  iterationIndex: number | null = null;
   /** The source follows the hand. */
-  is_dragged = false;
+  isDragged = false;
   /** The clouds are in the frame of a camera: x right, y down, z forward. */
-  is_of_camera = false;
+  isOfCamera = false;
   /** Changes with the clouds, so that views are fitted again. */
   generation = 0;
   readonly player: Player;
   #iterations = new KeptIterations();
-  #next_id = 1;
+  #nextId = 1;
   readonly #opening = new LastRequest();
   readonly #looking = new LastRequest();
-  #is_to_be_told = false;
+  #isToBeTold = false;
   /** What was said of the start before. */
-  #start_problem = '';
+  #startProblem = '';
   #resting: ReturnType<typeof setTimeout> | undefined;
 
   constructor(host: ReactiveControllerHost & EventTarget) {
@@ -97,7 +78,7 @@ export class LabSession extends Session<LabClient> {
 
   /** The step from where the player is; null while it is computed, and where the source follows the hand. */
   get present(): LabIteration | null {
-    return this.iteration_at === this.at ? this.iteration : null;
+    return this.iterationIndex === this.at ? this.iteration : null;
   }
 
   protected override leave(): void {
@@ -111,7 +92,7 @@ export class LabSession extends Session<LabClient> {
     return new LabClient({
       crashed: (message) =>
         this.tellCrash(message, 'The clouds are still there.', 'Change the method or the start, and it runs again'),
-      slow: (is_slow) => this.onSlow(is_slow),
+      slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.onUnavailable(message),
     });
   }
@@ -130,21 +111,15 @@ export class LabSession extends Session<LabClient> {
     this.activity = 'Reading the clouds';
     this.messages = [];
     this.start = start ?? given.init_T_target_source;
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     const known = options ?? (given.options as Options | null) ?? this.run?.options ?? {};
-    this.#reset([this.#makeRun(known)]);
+    this.#reset([newRun(this.#nextId++, known)]);
     this.changed();
     try {
-      const [source, target] = await Promise.all(
-        [given.source, given.target].map((name) => {
-          const cloud = given.clouds.find((one) => one.name === name);
-          if (!cloud) throw new Error(`${name} is not among the clouds`);
-          return cloud.read();
-        }),
-      );
-      if (signal.aborted || !source || !target || !this.client) return;
+      const [source, target] = await readPair(given);
+      if (signal.aborted || !this.client) return;
       this.client.open(source, target);
-      this.is_of_camera = target.kind === 'depth' || (target.kind === 'positions' && target.is_of_camera === true);
+      this.isOfCamera = target.kind === 'depth' || (target.kind === 'positions' && target.isOfCamera === true);
       this.generation++;
       if (options === null && given.options === null) await this.#dropUnfit(known);
       await this.#runAll();
@@ -164,11 +139,7 @@ export class LabSession extends Session<LabClient> {
   /** Another cloud of the same list as source or target. */
   choose(role: 'source' | 'target', name: string): void {
     if (!this.given) return;
-    const { source, target } = this.given;
-    // The same cloud twice makes no sense: source and target are exchanged.
-    const swaps = name === (role === 'source' ? target : source);
-    const chosen = swaps ? { source: target, target: source } : { source, target, [role]: name };
-    void this.open({ ...this.given, ...chosen, init_T_target_source: null }, this.run?.options ?? null);
+    void this.open(withChoice(this.given, role, name), this.run?.options ?? null);
   }
 
   /** Sets the options of the selected method. */
@@ -183,7 +154,7 @@ export class LabSession extends Session<LabClient> {
   async addRun(options: Options): Promise<void> {
     if (this.runs.length >= MAX_RUNS) return;
     // Until it is prepared, the clouds are shown as they are known.
-    const run = { ...this.#makeRun(options), facts: this.facts };
+    const run = { ...newRun(this.#nextId++, options), facts: this.facts };
     this.runs = [...this.runs, run];
     this.active = run.id;
     this.iteration = null;
@@ -193,20 +164,15 @@ export class LabSession extends Session<LabClient> {
   /** Poses of somebody else's program, beside the engine's: one an iteration, with or without the start before them. */
   async addOwn(name: string, given: readonly (readonly number[])[]): Promise<void> {
     const { client, run, trace } = this;
-    const [first] = given;
-    if (!client || !run || !trace || !first) return;
-    const start = Array.from(poseAt(trace, 0));
-    const has_start = first.every((value, i) => Math.abs(value - (start[i] ?? 0)) < SAME_POSE);
-    const all = has_start ? given : [start, ...given];
-    const own = this.#makeRun(run.options, name);
-    const poses = Float64Array.from(all.flat());
-    const its_trace: LabTrace = { converged: true, end_reason: '', poses, records: [], costs: [], milliseconds: 0 };
+    if (!client || !run || !trace || given.length === 0) return;
+    const all = withStart(given, Array.from(poseAt(trace, 0)));
+    const own = { ...newRun(this.#nextId++, run.options, name), trace: traceOfPoses(all) };
     const others = this.runs.filter((one) => one.own === '').slice(0, MAX_RUNS - 1);
     for (const { id } of this.runs.filter((one) => !others.includes(one))) {
       client.forget(id);
       this.#iterations.forget(id);
     }
-    this.runs = [...others, { ...own, trace: its_trace }];
+    this.runs = [...others, own];
     try {
       const facts = await client.prepare(own.id, run.options);
       this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
@@ -239,11 +205,10 @@ export class LabSession extends Session<LabClient> {
   /** The source follows the hand: to this pose. */
   drag(T: Pose): void {
     this.player.stop();
-    this.is_dragged = true;
-    this.iteration_at = null;
+    this.isDragged = true;
+    this.iterationIndex = null;
     this.pose = T;
-    const num_points = (this.facts?.source_points.length ?? 0) / 3;
-    const stride = Math.max(1, Math.ceil(num_points / MAX_FOLLOWED_POINTS));
+    const stride = followedStride(this.facts);
     clearTimeout(this.#resting);
     this.#follow(T, stride);
     // All of them once the hand rests.
@@ -252,9 +217,9 @@ export class LabSession extends Session<LabClient> {
   }
 
   #follow(T: Pose, stride: number): void {
-    if (!this.is_dragged) return;
+    if (!this.isDragged) return;
     this.client?.follow(this.active, T, stride, (iteration) => {
-      if (!this.is_dragged) return;
+      if (!this.isDragged) return;
       this.iteration = iteration;
       this.changed();
     });
@@ -262,17 +227,15 @@ export class LabSession extends Session<LabClient> {
 
   /** A drag has ended: all methods run from the pose that it has left. */
   async release(plays = true): Promise<void> {
-    if (!this.is_dragged) return;
+    if (!this.isDragged) return;
     this.#endDrag();
-    this.start = this.pose;
-    await this.#runAll();
-    if (plays) this.player.play();
+    await this.startFrom(this.pose, plays);
   }
 
   #endDrag(): void {
     clearTimeout(this.#resting);
     this.client?.unfollow();
-    this.is_dragged = false;
+    this.isDragged = false;
   }
 
   /** From this start on; null is where the clouds lie as they are given. */
@@ -297,7 +260,7 @@ export class LabSession extends Session<LabClient> {
 
   /** Selects the next or the previous iteration, and announces it to screen readers. */
   stepBy(direction: 1 | -1): void {
-    this.#is_to_be_told = true;
+    this.#isToBeTold = true;
     this.player.step(direction);
   }
 
@@ -328,14 +291,11 @@ export class LabSession extends Session<LabClient> {
     this.changed();
     try {
       const facts = await client.prepare(id, options);
-      if (options.voxel_size === undefined && !facts.is_planar && numLargest(facts) > MOST_POINTS) {
-        const voxel_size = await voxelFor(facts.target_points, async (size) =>
-          numLargest(await client.prepare(id, { ...options, voxel_size: size })),
-        );
+      if (options.voxel_size === undefined && isTooLarge(facts)) {
+        const voxel_size = await voxelToThin(facts, (size) => client.prepare(id, { ...options, voxel_size: size }));
         this.tell([tooLarge(facts, voxel_size)]);
         this.#change(id, { options: { ...options, voxel_size } });
-        await this.#runOne(id);
-        return;
+        return this.#runOne(id);
       }
       const trace = await client.trace(id, start);
       const run = this.runs.find((one) => one.id === id);
@@ -354,16 +314,16 @@ export class LabSession extends Session<LabClient> {
   #onTrace(trace: LabTrace): void {
     this.phase = 'done';
     const reach = this.run?.options.max_correspondence_distance ?? DEFAULTS.max_correspondence_distance;
-    this.forget(this.#start_problem);
+    this.forget(this.#startProblem);
     const problem = startProblem(trace, reach);
-    this.#start_problem = problem?.[0] ?? '';
+    this.#startProblem = problem?.[0] ?? '';
     if (problem) this.report(...problem);
     this.#startPlayer();
     const start = Array.from(poseAt(trace, 0));
     // What was computed at another pose is not shown as that of this start.
     if (start.some((value, i) => value !== this.pose[i])) this.iteration = null;
     this.pose = start;
-    this.#is_to_be_told = true;
+    this.#isToBeTold = true;
     this.player.seek(0);
   }
 
@@ -384,7 +344,7 @@ export class LabSession extends Session<LabClient> {
 
   #onMove(): void {
     const { trace, player } = this;
-    if (!trace || this.is_dragged) return;
+    if (!trace || this.isDragged) return;
     const before = Math.min(this.at, player.count);
     const share = player.at - before;
     const from = poseAt(trace, before);
@@ -405,12 +365,12 @@ export class LabSession extends Session<LabClient> {
     const signal = this.#looking.begin();
     try {
       const iteration = await this.iterationAt(run, at);
-      if (signal.aborted || this.is_dragged || !iteration) return;
+      if (signal.aborted || this.isDragged || !iteration) return;
       this.iteration = iteration;
-      this.iteration_at = at;
-      if (this.#is_to_be_told && !this.player.is_moving) {
+      this.iterationIndex = at;
+      if (this.#isToBeTold && !this.player.isMoving) {
         this.announce(stateWords(run, at, iteration));
-        this.#is_to_be_told = false;
+        this.#isToBeTold = false;
       }
       this.changed();
       // The next one is there when it is asked for.
@@ -420,10 +380,6 @@ export class LabSession extends Session<LabClient> {
     }
   }
 
-  #makeRun(options: Options, own = ''): LabRun {
-    return { id: this.#next_id++, options, facts: null, trace: null, problem: '', own, comparison: null };
-  }
-
   #reset(runs: readonly LabRun[]): void {
     for (const { id } of this.runs) this.client?.forget(id);
     this.player.reset(0);
@@ -431,7 +387,7 @@ export class LabSession extends Session<LabClient> {
     this.runs = runs;
     this.active = runs[0]?.id ?? 0;
     this.iteration = null;
-    this.is_dragged = false;
+    this.isDragged = false;
   }
 
   #change(id: number, change: Partial<LabRun>): void {
@@ -439,31 +395,3 @@ export class LabSession extends Session<LabClient> {
     this.changed();
   }
 }
-
-/** Why a start gives no registration, and the remedy. `reach`: the largest distance of a pair, m. */
-function startProblem({ records, end_reason }: LabTrace, reach: number): [problem: string, remedy: string] | null {
-  const [first] = records;
-  if (first?.num_correspondences === 0) {
-    return [
-      `The clouds do not overlap from this start: no point of the source has a partner within ${formatLength(reach)}`,
-      'Drag the source onto the target, or raise the largest pair distance under Methods',
-    ];
-  }
-  if (end_reason !== 'no_step') return null;
-  return first?.num_inliers === 0
-    ? [
-        'Every pair is rejected from this start: by distance, by the normals, or as the target has none',
-        'Drag the source nearer to the target, or raise the largest distance or normal angle under Methods',
-      ]
-    : [
-        'The pairs do not determine a step: there are too few, or the target has no normals to measure along',
-        'Choose point to point under Methods, or clouds of more points',
-      ];
-}
-
-export function runColor({ runs }: LabSession, run: LabRun, { estimates }: Colors): string {
-  return estimates[runs.indexOf(run) % estimates.length] ?? 'currentColor';
-}
-
-/** "2.ply to 1.ply" */
-export const pairName = ({ source, target }: GivenClouds): string => `${baseName(source)} to ${baseName(target)}`;

@@ -1,7 +1,7 @@
 /** Of the panels beside the stage. */
 import { css } from 'lit';
 
-export const side_styles = css`
+export const sideStyles = css`
   .panel {
     display: flex;
     flex-direction: column;

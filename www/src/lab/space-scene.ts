@@ -95,9 +95,9 @@ export class SpaceScene {
     this.#scene.add(this.#world);
   }
 
-  resize(size: Size, pixel_ratio: number): void {
-    this.#renderer.resize(size, pixel_ratio);
-    const ratio = this.#renderer.pixel_ratio;
+  resize(size: Size, pixelRatio: number): void {
+    this.#renderer.resize(size, pixelRatio);
+    const ratio = this.#renderer.pixelRatio;
     this.#layers.target.material.uniforms.u_size = { value: 1.6 * ratio };
     this.#layers.source.material.uniforms.u_size = { value: 2.2 * ratio };
   }

@@ -2,7 +2,7 @@ import { css, html, nothing, type PropertyValues, type TemplateResult } from 'li
 import { customElement, property } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { Graphics, type GraphicsUser } from '../components/graphics.js';
-import { map_styles } from '../components/map-styles.js';
+import { mapStyles } from '../components/map-styles.js';
 import { mapButton } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { pngOf } from '../views/canvas.js';
@@ -48,7 +48,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   private reach = 50;
   /** Middle of the source in the last picture, for the camera to follow; null once the user has moved the camera. */
   private followed: Vec3 | null = null;
-  private is_twisting = false;
+  private isTwisting = false;
   private drawn: { clouds: unknown; pairs: unknown; facts: unknown } = { clouds: null, pairs: null, facts: null };
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -62,7 +62,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
 
   onScene(scene: SpaceScene): void {
     this.drawn = { clouds: null, pairs: null, facts: null };
-    scene.resize(this.size, this.surface.pixel_ratio);
+    scene.resize(this.size, this.surface.pixelRatio);
     this.surface.paintNow();
   }
 
@@ -107,7 +107,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
 
   protected override render(): TemplateResult {
     return html`${this.renderStage(
-      keyed(this.graphics.canvas_number, html`<canvas aria-hidden="true"></canvas>`),
+      keyed(this.graphics.canvasNumber, html`<canvas aria-hidden="true"></canvas>`),
       'Arrow keys move the source in the plane of the screen, square brackets turn it about the line of sight, Shift makes both fine, Enter runs from there. Full stop and comma step on and back, the space bar plays. With Control, arrow keys move the view; plus, minus and F zoom.',
       'Drags move the source; with Shift or two fingers they turn it',
       mapButton('turn', 'Another axis is up', this.up === 'z' ? 'z is up' : 'y is down, as for a camera', () => {
@@ -117,9 +117,9 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
     ${this.graphics.state === 'unavailable' ? html`<p class="no-graphics">This browser shows no 3D graphics (WebGL 2).</p>` : nothing}`;
   }
 
-  override resized(was_empty: boolean): void {
-    this.graphics.scene?.resize(this.size, this.surface.pixel_ratio);
-    if (was_empty) this.fit();
+  override resized(wasEmpty: boolean): void {
+    this.graphics.scene?.resize(this.size, this.surface.pixelRatio);
+    if (wasEmpty) this.fit();
   }
 
   protected override draw(scene: PlaneScene): void {
@@ -156,15 +156,15 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
 
   /** Sends to the card what has changed. */
   private upload(scene: PlaneScene, graphics: SpaceScene): void {
-    const clouds = `${this.fit_key} ${scene.dark} ${this.up}`;
+    const clouds = `${this.fitKey} ${scene.dark} ${this.up}`;
     if (this.drawn.clouds !== clouds || this.drawn.facts !== scene.facts) {
       graphics.set('target', targetVertices(scene, VIEWS[this.up][1]));
       this.drawn.clouds = clouds;
       this.drawn.facts = scene.facts;
       this.drawn.pairs = null;
     }
-    const { color_by, pairs, rejected } = scene.look;
-    const key = [scene.iteration, color_by, pairs, rejected, scene.arrows.length];
+    const { colorBy, pairs, rejected } = scene.look;
+    const key = [scene.iteration, colorBy, pairs, rejected, scene.arrows.length];
     const before = this.drawn.pairs as readonly unknown[] | null;
     if (before?.every((part, i) => part === key[i])) return;
     this.drawn.pairs = key;
@@ -177,7 +177,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   // Moving the source, or the view.
 
   press(): void {
-    this.is_twisting = false;
+    this.isTwisting = false;
   }
 
   turn(right: number, down: number): void {
@@ -188,7 +188,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   /** Shift, another button, or two fingers. */
   shift(right: number, down: number): void {
     if (!this.holds) this.move(panned(this.orbit, this.size, right, down));
-    else if (!this.is_twisting) this.turnSource(-right * TURN_PER_PIXEL);
+    else if (!this.isTwisting) this.turnSource(-right * TURN_PER_PIXEL);
   }
 
   release(): void {
@@ -200,7 +200,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
   }
 
   twist(angle: number): void {
-    this.is_twisting = true;
+    this.isTwisting = true;
     if (this.holds) this.turnSource(-angle);
   }
 
@@ -240,7 +240,7 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
 
   static override styles = [
     shared,
-    map_styles,
+    mapStyles,
     css`
       .no-graphics {
         position: absolute;
@@ -250,10 +250,4 @@ export class ScanstitchLabSpace extends LabStage implements GraphicsUser<SpaceSc
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-lab-space': ScanstitchLabSpace;
-  }
 }

@@ -50,7 +50,7 @@ export function sourceVertices({ facts, iteration, look, dark }: PlaneScene): Ve
   if (iteration) {
     const ramp = shades(dark);
     const reasons = REJECTION_COLORS.map((_, reason) => rejectionColor(reason, dark));
-    const shade = shadesOf(iteration, look.color_by);
+    const shade = shadesOf(iteration, look.colorBy);
     iteration.source.forEach((point, i) => paint(colors, point, ramp[shade[i] ?? 0] ?? own));
     iteration.rejected_source.forEach((point, i) =>
       paint(colors, point, reasons[iteration.rejected_reason[i] ?? 0] ?? own),
@@ -71,7 +71,7 @@ const NOTHING: Vertices = { positions: new Float32Array(0), colors: new Uint8Arr
 export function pairVertices({ facts, iteration, look, dark }: PlaneScene): Vertices {
   if (!iteration || !look.pairs) return NOTHING;
   const ramp = shades(dark);
-  const shade = shadesOf(iteration, look.color_by);
+  const shade = shadesOf(iteration, look.colorBy);
   return lines(
     facts.source_points,
     facts.target_points,

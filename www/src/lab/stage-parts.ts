@@ -18,14 +18,14 @@ export interface LegendFacts {
   iteration: LabIteration | null;
   /** In space pairs have their true length, and normals are not drawn. */
   is_planar: boolean;
-  has_normals: boolean;
+  hasNormals: boolean;
   dark: boolean;
   change(look: StageLook): void;
 }
 
-export function legend({ look, iteration, is_planar, has_normals, dark, change }: LegendFacts): TemplateResult {
+export function legend({ look, iteration, is_planar, hasNormals, dark, change }: LegendFacts): TemplateResult {
   const counts = iteration ? rejectionCounts(iteration) : [];
-  const ends = PAIR_COLORS.find(({ value }) => value === look.color_by)?.ends ?? ['', ''];
+  const ends = PAIR_COLORS.find(({ value }) => value === look.colorBy)?.ends ?? ['', ''];
   const box = (name: 'pairs' | 'rejected' | 'normals', label: string): TemplateResult =>
     html`<label
       ><input
@@ -38,9 +38,9 @@ export function legend({ look, iteration, is_planar, has_normals, dark, change }
     <label
       >Colour
       <select
-        @change=${({ target }: Event) => change({ ...look, color_by: (target as HTMLSelectElement).value as PairColor })}
+        @change=${({ target }: Event) => change({ ...look, colorBy: (target as HTMLSelectElement).value as PairColor })}
       >
-        ${PAIR_COLORS.map(({ value, label }) => html`<option value=${value} .selected=${value === look.color_by}>${label}</option>`)}
+        ${PAIR_COLORS.map(({ value, label }) => html`<option value=${value} .selected=${value === look.colorBy}>${label}</option>`)}
       </select></label
     >
     <span class="scale number"
@@ -60,7 +60,7 @@ export function legend({ look, iteration, is_planar, has_normals, dark, change }
           >`
         : nothing
     }
-    ${is_planar && has_normals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected points')}
+    ${is_planar && hasNormals ? box('normals', 'Normals') : nothing} ${box('rejected', 'Rejected points')}
     ${counts.map((count, reason) =>
       count === 0
         ? nothing
@@ -81,16 +81,16 @@ export interface Transport {
 }
 
 export function transport({ player, state, step, toStart }: Transport): TemplateResult {
-  const { at, count, is_playing } = player;
-  const button = (sign: IconName, label: string, is_off: boolean, press: () => void): TemplateResult =>
-    html`<button class="icon" ?disabled=${is_off} aria-label=${label} title=${label} @click=${press}>
+  const { at, count, isPlaying } = player;
+  const button = (sign: IconName, label: string, isOff: boolean, press: () => void): TemplateResult =>
+    html`<button class="icon" ?disabled=${isOff} aria-label=${label} title=${label} @click=${press}>
       ${icon(sign)}
     </button>`;
   return html`<div class="transport" role="group" aria-label="Iterations">
     ${button('reset', 'Back to the start', count === 0, toStart)}
     ${button('previous', 'One iteration back (,)', at <= 0, () => step(-1))}
     ${
-      is_playing
+      isPlaying
         ? button('pause', 'Pause (space bar)', false, () => player.pause())
         : button('play', 'Play the iterations (space bar)', count === 0, () => player.play())
     }

@@ -4,7 +4,8 @@ import { arrowsOf, ellipseOf } from './degeneracy.js';
 import type { PlaneScene, StageLook } from './plane-painter.js';
 import { acted, centroid } from './poses.js';
 import type { LabFacts, LabTrace, Pose } from './protocol.js';
-import type { LabRun, LabSession } from './session.js';
+import type { LabRun } from './runs.js';
+import type { LabSession } from './session.js';
 import { numPoses, poseAt } from './trace.js';
 
 export interface StageOf {
@@ -12,18 +13,18 @@ export interface StageOf {
   facts: LabFacts;
   dark: boolean;
   look: StageLook;
-  shows_directions: boolean;
+  showsDirections: boolean;
 }
 
 /** `ghost`: another pose of the source, to be drawn beside it. */
 export function stageScene(
-  { session, facts, dark, look, shows_directions }: StageOf,
+  { session, facts, dark, look, showsDirections }: StageOf,
   colorOf: (run: LabRun) => string,
   ghost: { pose: Pose; color: string } | null,
 ): PlaneScene {
-  const { iteration, is_dragged } = session;
-  const others = is_dragged ? [] : session.runs.filter(({ id, trace }) => id !== session.active && trace);
-  const held = shows_directions ? iteration : null;
+  const { iteration, isDragged } = session;
+  const others = isDragged ? [] : session.runs.filter(({ id, trace }) => id !== session.active && trace);
+  const held = showsDirections ? iteration : null;
   return {
     facts,
     dark,
@@ -37,7 +38,7 @@ export function stageScene(
       })),
       ...(ghost ? [ghost] : []),
     ],
-    path: is_dragged ? [] : pathOf(session.trace, facts),
+    path: isDragged ? [] : pathOf(session.trace, facts),
     arrows: held ? arrowsOf(held, dark) : [],
     ellipse: held ? ellipseOf(held, dark) : null,
   };

@@ -23,7 +23,7 @@ const HAND = svg`<path d="M8 1.8v12.4M1.8 8h12.4M6 3.6l2-1.8 2 1.8M6 12.4l2 1.8 
 export abstract class LabStage extends LitElement implements DrawingHost {
   @property({ attribute: false }) scene: PlaneScene | null = null;
   /** Changes with the clouds, so that the view is fitted again. */
-  @property({ attribute: false }) fit_key: unknown = null;
+  @property({ attribute: false }) fitKey: unknown = null;
   @property() description = '';
   /** Whether every drag moves the source: for fingers, which do not hit points. */
   @state() protected holds = false;
@@ -37,7 +37,7 @@ export abstract class LabStage extends LitElement implements DrawingHost {
   abstract release(): void;
   abstract zoom(x: number, y: number, factor: number): void;
   abstract hover(x: number, y: number): void;
-  abstract resized(was_empty: boolean): void;
+  abstract resized(wasEmpty: boolean): void;
   /** Draws the scene; the stage has a size. */
   protected abstract draw(scene: PlaneScene): void;
   protected abstract panBy(right: number, down: number): void;
@@ -50,12 +50,12 @@ export abstract class LabStage extends LitElement implements DrawingHost {
   }
 
   protected override updated(changed: PropertyValues<this>): void {
-    if (changed.has('fit_key')) this.fit();
+    if (changed.has('fitKey')) this.fit();
     this.surface.requestPaint();
   }
 
   /** `keys`: what the keys do, for screen readers; `own`: tools that this stage alone has. */
-  protected renderStage(canvas: unknown, keys: string, hold_hint: string, own: unknown): TemplateResult {
+  protected renderStage(canvas: unknown, keys: string, holdHint: string, own: unknown): TemplateResult {
     return html`<div
         class="stage"
         tabindex="0"
@@ -76,7 +76,7 @@ export abstract class LabStage extends LitElement implements DrawingHost {
         ${mapButton(
           HAND,
           'Drag the source',
-          hold_hint,
+          holdHint,
           () => {
             this.holds = !this.holds;
           },

@@ -20,7 +20,7 @@ export interface StepFacts {
   num_source: number;
 }
 
-/** `styles`: side_styles. */
+/** `styles`: sideStyles. */
 export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult {
   const { trace, iteration, at } = has;
   const count = numPoses(trace) - 1;
@@ -52,11 +52,11 @@ function endWords(trace: LabTrace): string {
   return `${plural(numPoses(trace) - 1, 'iteration')}, ${endReasonWords(trace)}`;
 }
 
-function facts(iteration: LabIteration, cost_before: number | null, num_all: number): TemplateResult {
+function facts(iteration: LabIteration, costBefore: number | null, numAll: number): TemplateResult {
   const { cost, inlier_rmse, fitness, source, rotation_step, translation_step, num_points } = iteration;
   const rejected = rejectionCounts(iteration);
-  const change = cost_before ? (cost - cost_before) / cost_before : null;
-  const num_rejected = rejected.reduce((a, b) => a + b, 0);
+  const change = costBefore ? (cost - costBefore) / costBefore : null;
+  const numRejected = rejected.reduce((a, b) => a + b, 0);
   return html`<dl class="facts number">
     <dt><abbr title="Mean robust loss of a source point (m²)">Cost</abbr></dt>
     <dd>
@@ -72,13 +72,13 @@ function facts(iteration: LabIteration, cost_before: number | null, num_all: num
       ${formatCount(source.length)}
       <span class="muted"
         >(${formatPercent(fitness)} of
-        ${num_points < num_all ? `${formatCount(num_points)} sampled while it moves` : 'the source'})</span
+        ${num_points < numAll ? `${formatCount(num_points)} sampled while it moves` : 'the source'})</span
       >
     </dd>
     <dt>Rejected</dt>
     <dd>
       ${
-        num_rejected === 0
+        numRejected === 0
           ? 'none'
           : rejected
               .flatMap((number, reason) => (number > 0 ? [`${formatCount(number)} ${REJECTION_WORDS[reason]}`] : []))
@@ -90,14 +90,14 @@ function facts(iteration: LabIteration, cost_before: number | null, num_all: num
 
 /** The cost of each iteration of each method, on a logarithmic scale. */
 export function costPainter(
-  runs: readonly { costs: readonly number[]; color: string; is_active: boolean }[],
+  runs: readonly { costs: readonly number[]; color: string; isActive: boolean }[],
   count: number,
   at: number,
   colors: Colors,
 ): Painter {
   return (pen, size) => {
     const x = linearAxis({ low: 0, high: Math.max(count, 1) }, WHOLE);
-    const series = runs.map(({ costs, color, is_active }) => {
+    const series = runs.map(({ costs, color, isActive }) => {
       const known = costs.flatMap((cost, i) => (cost > 0 ? [[i, cost] as const] : []));
       return {
         x: known.map(([i]) => i),
@@ -105,8 +105,8 @@ export function costPainter(
         stride: 1,
         offset: 0,
         color,
-        width: is_active ? 2.25 : 1.5,
-        is_dashed: false,
+        width: isActive ? 2.25 : 1.5,
+        isDashed: false,
       };
     });
     drawSeries(pen, size, series, x, { x: 'iteration', y: 'cost (m²)' }, colors, 'log_fitted', '.0e');

@@ -9,11 +9,12 @@ import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { unknowns } from './equation.js';
 import { isTurn, nodeAt, offsetsOf, offsetsOfNode, poseAtOffsets } from './grids.js';
-import { lab_styles } from './lab-styles.js';
-import { side_styles } from './side-styles.js';
+import { labStyles } from './lab-styles.js';
+import { sideStyles } from './side-styles.js';
 import { type LandscapeMarks, offsetsAt } from './landscape.js';
 import type { Grid, LabFacts, Pose } from './protocol.js';
-import type { LabRun, LabSession } from './session.js';
+import type { LabRun } from './runs.js';
+import type { LabSession } from './session.js';
 import type { SurveyOf } from './survey.js';
 import { surveyStride } from './thinning.js';
 import { lastPose, numPoses, poseAt } from './trace.js';
@@ -45,9 +46,9 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   protected marksOf = memoizeLast((_pose: Pose, _trace: unknown, facts: LabFacts, grid: Grid) =>
     this.marks(facts, grid),
   );
-  private made_of: readonly unknown[] = [];
+  private madeOf: readonly unknown[] = [];
 
-  protected abstract readonly is_basin: boolean;
+  protected abstract readonly isBasin: boolean;
   /** All unknowns of the grid: those of the figure first. */
   protected abstract allAxes(facts: LabFacts): readonly number[];
   protected abstract renderResult(facts: LabFacts): TemplateResult;
@@ -64,9 +65,9 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   protected override updated(): void {
     const { run, client, facts, generation } = this.session;
     if (!run?.trace || !client || !facts) return;
-    const made_of = [run.id, run.options, generation, client, this.range, ...this.allAxes(facts)];
-    if (made_of.every((part, i) => part === this.made_of[i])) return;
-    this.made_of = made_of;
+    const madeOf = [run.id, run.options, generation, client, this.range, ...this.allAxes(facts)];
+    if (madeOf.every((part, i) => part === this.madeOf[i])) return;
+    this.madeOf = madeOf;
     this.node = null;
     // Another start of the same method leads home by another way: the same landscape, around the same pose.
     const reference = lastPose(run.trace);
@@ -83,8 +84,8 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
     const away = Array.from({ length: numPoses(trace) }, (_, i) => offsetsOf(reference, poseAt(trace, i), is_planar));
     const largest = (turns: boolean): number =>
       Math.max(...away.flatMap((offsets) => offsets.filter((_, i) => isTurn(i, is_planar) === turns).map(Math.abs)));
-    const reach = this.is_basin ? 3 * LEAST_REACH : Math.max(LEAST_REACH, options.max_correspondence_distance ?? 0);
-    const turn = Math.min(Math.max(1.25 * largest(true), (this.is_basin ? 2 : 1) * LEAST_TURN) * this.range, Math.PI);
+    const reach = this.isBasin ? 3 * LEAST_REACH : Math.max(LEAST_REACH, options.max_correspondence_distance ?? 0);
+    const turn = Math.min(Math.max(1.25 * largest(true), (this.isBasin ? 2 : 1) * LEAST_TURN) * this.range, Math.PI);
     const shift = Math.max(1.25 * largest(false), reach) * this.range;
     return Array.from({ length: is_planar ? 3 : 6 }, (_, i) => (isTurn(i, is_planar) ? turn : shift));
   }
@@ -216,8 +217,8 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
 
   static override styles = [
     shared,
-    lab_styles,
-    side_styles,
+    labStyles,
+    sideStyles,
     css`
       :host {
         display: flex;

@@ -57,12 +57,12 @@ abstract class Survey<Result> {
     this.#running = running;
     try {
       await of.client.prepareWorkers(of.method);
-      const of_node = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
-      if (!running.signal.aborted) await this.fine(of, of_node, running.signal);
+      const ofNode = running.signal.aborted ? 0 : await this.coarse(of, running.signal);
+      if (!running.signal.aborted) await this.fine(of, ofNode, running.signal);
     } catch (error) {
       // The run reports input errors; the crash of a worker is reported by its host.
-      const is_told = error instanceof WorkerDied || error instanceof EngineProblem;
-      if (!is_told && !running.signal.aborted) throw error;
+      const isTold = error instanceof WorkerDied || error instanceof EngineProblem;
+      if (!isTold && !running.signal.aborted) throw error;
     }
   }
 
@@ -73,7 +73,7 @@ abstract class Survey<Result> {
 
   /** Computes the coarse grid; ms that a node took. */
   protected abstract coarse(of: SurveyOf, signal: AbortSignal): Promise<number>;
-  protected abstract fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void>;
+  protected abstract fine(of: SurveyOf, ofNode: number, signal: AbortSignal): Promise<void>;
 }
 
 export class LandscapeSurvey extends Survey<Landscape> {
@@ -83,8 +83,8 @@ export class LandscapeSurvey extends Survey<Landscape> {
     return (2 * milliseconds) / COARSE_LANDSCAPE ** 2;
   }
 
-  protected override async fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void> {
-    const size = finest([FINE_LANDSCAPE, FINE_LANDSCAPE], of_node, LANDSCAPE_MS);
+  protected override async fine(of: SurveyOf, ofNode: number, signal: AbortSignal): Promise<void> {
+    const size = finest([FINE_LANDSCAPE, FINE_LANDSCAPE], ofNode, LANDSCAPE_MS);
     if ((size[0] ?? 0) > COARSE_LANDSCAPE) await this.#compute(of, { ...of.grid, size }, NUM_PARTS, signal);
   }
 
@@ -122,8 +122,8 @@ export class BasinSurvey extends Survey<Basin> {
     return (2 * milliseconds) / size.reduce((product, count) => product * count, 1);
   }
 
-  protected override async fine(of: SurveyOf, of_node: number, signal: AbortSignal): Promise<void> {
-    const size = finest(FINE_BASIN[of.grid.axes.length === 3 ? 3 : 2], of_node, BASIN_MS);
+  protected override async fine(of: SurveyOf, ofNode: number, signal: AbortSignal): Promise<void> {
+    const size = finest(FINE_BASIN[of.grid.axes.length === 3 ? 3 : 2], ofNode, BASIN_MS);
     await this.#compute(of, { ...of.grid, size }, 2 * NUM_PARTS, signal);
   }
 
@@ -134,7 +134,7 @@ export class BasinSurvey extends Survey<Basin> {
     const index = new Int32Array(width * numRows(grid)).fill(-1);
     const known: BasinEnds[] = [];
     const start = performance.now();
-    let [done, next_label] = [0, start + LABEL_MS];
+    let [done, nextLabel] = [0, start + LABEL_MS];
     const tell = async (): Promise<void> => {
       const [ends, at, share] = [joinedEnds(known), index.slice(), done / index.length];
       const labels = await client.label(method, ends, reference);
@@ -148,8 +148,8 @@ export class BasinSurvey extends Survey<Basin> {
       ({ rows: [from, to] }: GridPart, ends: BasinEnds) => {
         known.push(ends);
         for (let node = from * width; node < to * width; node++) index[node] = done++;
-        if (performance.now() < next_label) return;
-        next_label = performance.now() + LABEL_MS;
+        if (performance.now() < nextLabel) return;
+        nextLabel = performance.now() + LABEL_MS;
         tell().catch(() => undefined); // a worker that died has been told
       },
       signal,

@@ -46,8 +46,8 @@ export function stateWords({ trace }: Named, at: number, iteration: LabIteration
   const where = at === 0 ? `Start of ${plural(count, 'iteration')}` : `After iteration ${at} of ${count}`;
   if (!iteration) return `${where}.`;
   const { rotation_step, translation_step } = iteration;
-  const num_rejected = iteration.rejected_source.length;
-  const pairs = `${plural(iteration.source.length, 'pair')}${num_rejected > 0 ? `, ${num_rejected} rejected` : ''}`;
+  const numRejected = iteration.rejected_source.length;
+  const pairs = `${plural(iteration.source.length, 'pair')}${numRejected > 0 ? `, ${numRejected} rejected` : ''}`;
   const next = `next step ${formatStep(translation_step)} and ${formatAngle(rotation_step, 3)}`;
   return `${where}: ${pairs}, rmse ${formatLength(iteration.inlier_rmse)}, cost ${formatNumber(iteration.cost)}, ${next}.`;
 }
@@ -99,14 +99,14 @@ export function methodName(options: Options, facts: Pick<LabFacts, 'is_planar' |
     search_rotation = PLANAR_DEFAULTS.search_rotation,
   } = options;
   const metric = METRICS[metricOf(options, facts)];
-  const has_width =
+  const hasWidth =
     robust_kernel !== 'none' &&
     (robust_kernel !== DEFAULTS.robust_kernel || robust_kernel_width !== DEFAULTS.robust_kernel_width);
   return [
     metric,
     robust_kernel === 'none'
       ? 'no kernel'
-      : has_width
+      : hasWidth
         ? `${KERNELS[robust_kernel]} ${formatLength(robust_kernel_width)}`
         : '',
     trim_fraction > 0 ? `trimmed ${Math.round(100 * trim_fraction)}\u202f%` : '',

@@ -24,7 +24,7 @@ export function clouds(
   if (frames.length < 2 || source >= frames.length) return null;
   const before = source - 1;
   // Of a log, no file is a cloud.
-  const files = new Map(dataset.scans.flatMap(({ name, bytes, is_log }) => (is_log ? [] : [[name, bytes]])));
+  const files = new Map(dataset.scans.flatMap(({ name, bytes, isLog }) => (isLog ? [] : [[name, bytes]])));
   const scans = frames.map(({ name, T_world_sensor }, i): GivenCloud => {
     const bytes = files.get(name);
     if (bytes) return { name, read: async () => ({ kind: 'file', name, bytes: new Uint8Array(bytes) }) };
@@ -77,8 +77,8 @@ export function turnsOf(
 ): Turns {
   const thetaOf = (wanted: string): number => frames.find(({ name }) => name === wanted)?.T_world_sensor.theta ?? 0;
   const [cos = 1, , , , sin = 0] = pair?.init_T_target_source ?? [];
-  const theta_world_target = pair ? thetaOf(source) - Math.atan2(sin, cos) : thetaOf(target);
-  return ((((turned + Math.round(theta_world_target / (Math.PI / 2))) % 4) + 4) % 4) as Turns;
+  const thetaWorldTarget = pair ? thetaOf(source) - Math.atan2(sin, cos) : thetaOf(target);
+  return ((((turned + Math.round(thetaWorldTarget / (Math.PI / 2))) % 4) + 4) % 4) as Turns;
 }
 
 /** Those of the run's settings that say how two scans are registered; the search before it where the run has one. */

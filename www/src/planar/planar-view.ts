@@ -5,24 +5,31 @@ import type { ScanstitchMap } from '../components/map-view.js';
 import type { Measure } from '../components/before-after.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
+import { Fetched } from '../components/fetched.js';
 import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
-import { comparedWith, trajectoriesToEvaluate } from '../components/to-evaluate.js';
-import { welcome, welcome_styles } from '../components/welcome.js';
-import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
+import { welcome, welcomeStyles } from '../components/welcome.js';
+import type {
+  FrameResult,
+  Grid,
+  IterationRecord,
+  PlanarPoint,
+  PlanarPose,
+  Settings,
+  Snapshot,
+} from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
-import { frameColumns } from '../views/frame-columns.js';
-import { frameRows } from '../views/frame-rows.js';
 import { headlineFigures } from '../views/headline.js';
 import type { BeforeMap, MapMarks, Status } from '../views/map-painter.js';
 import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
 import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
-import { type OccupancyPicture, occupancyPicture } from '../views/occupancy.js';
+import { occupancyPicture } from '../views/occupancy.js';
+import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
 
 const PLANAR: RunKind = {
@@ -35,9 +42,6 @@ const PLANAR: RunKind = {
 
 // The same empty lists every time: a new one would be a change.
 const NO_FRAMES: readonly FrameResult[] = [];
-const NO_NUMBERS: readonly number[] = [];
-const NO_WORDS: readonly string[] = [];
-const NO_ROUNDS: readonly IterationRecord[] = [];
 const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
 
 /**
@@ -46,35 +50,31 @@ const NO_REFERENCE: readonly (PlanarPoint | null)[] = [];
  */
 @customElement('scanstitch-planar')
 export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession, BeforeMap> {
-  @state() private pairs_shown: ShownPairs = 'none';
-  @state() private is_welcome_closed = false;
-  /** All pairs of the selected scan; null while they are not wanted. */
-  @state() private pairs: Float32Array | null = null;
-  @state() private wants_occupancy = false;
-  @state() private occupancy: OccupancyPicture | null = null;
-  /** The result that the grid is of, and whether its colours are for the dark. */
-  private occupancy_of: Snapshot | null = null;
-  private occupancy_dark = false;
+  @state() private pairsShown: ShownPairs = 'none';
+  @state() private isWelcomeClosed = false;
+  @state() private wantsOccupancy = false;
+  /** Null until one is unfolded. */
+  @state() private panels: PlanarPanels | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   override session = this.newSession();
   override readonly of = PLANAR;
+  /** All pairs of the selected scan; null while they are not wanted. */
+  private pairs = new Fetched<Float32Array | null>(this, null);
+  /** Iterations of the selected scan. */
+  private history = new Fetched<readonly IterationRecord[]>(this, []);
+  private grid = new Fetched<Grid | null>(this, null);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
-  private rowsOf = memoizeLast(frameRows);
-  private columnsOf = memoizeLast(frameColumns);
+  private pictureOf = memoizeLast((grid: Grid | null, dark: boolean) => grid && occupancyPicture(grid, dark));
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
   private longestOf = memoizeLast(longestPairs);
   private pieceColorsOf = memoizeLast(pieceColors);
-  private pairs_made_of: readonly unknown[] = [];
-  /** Iterations of the selected scan. */
-  @state() private history: readonly IterationRecord[] = NO_ROUNDS;
-  private history_of: readonly unknown[] = [];
 
   protected override newSession(): PlanarSession {
     const session = new PlanarSession(this);
-    session.has_link = this.remember_settings; // before the next update, which comes too late for a new session
+    session.hasLink = this.rememberSettings; // before the next update, which comes too late for a new session
     return session;
   }
 
@@ -111,6 +111,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         { index, time, pose: inSpace(T_world_sensor), reference: reference && inSpace({ x, y, theta: heading ?? 0 }) },
       ];
     });
+    const { comparedWith, trajectoriesToEvaluate } = await import('../components/to-evaluate.js');
     return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }
 
@@ -144,7 +145,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return makeExport(id as ExportItem['id'], {
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
-      frame_names: result.frames.map(({ name }) => name),
+      frameNames: result.frames.map(({ name }) => name),
       report: this.reportSource(result, this.session.points.points, this.map.turned),
     });
   }
@@ -167,29 +168,21 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
-    this.session.has_link = this.remember_settings;
-    void this.fetchPairs();
-    this.fetchHistory();
-    this.fetchOccupancy();
+    this.session.hasLink = this.rememberSettings;
+    const { session, selected, wantsOccupancy } = this;
+    const { snapshot, phase } = session;
+    const scan = phase === 'crashed' ? null : selected;
+    this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
+    const hasPairs = this.pairsShown !== 'none';
+    const areWanted = hasPairs && scan !== null;
+    this.pairs.want(hasPairs, [snapshot, selected], areWanted ? () => session.ask('correspondences', scan) : null);
+    const gridOf = wantsOccupancy && this.isOver ? snapshot : null;
+    this.grid.want(wantsOccupancy, [gridOf], gridOf && (() => session.ask('occupancy_grid')));
   }
 
-  /** The occupancy grid of the result, if it is selected; drawn again when the theme changes. */
-  private fetchOccupancy(): void {
-    const { snapshot, phase } = this.session;
-    const of = this.wants_occupancy && (phase === 'done' || phase === 'stopped') ? snapshot : null;
-    if (of === this.occupancy_of && this.occupancy_dark === this.dark) return;
-    this.occupancy_of = of;
-    this.occupancy_dark = this.dark;
-    if (!of) {
-      this.occupancy = null;
-      return;
-    }
-    this.session.ask('occupancy_grid').then(
-      (grid) => {
-        if (this.occupancy_of === of) this.occupancy = occupancyPicture(grid, this.dark);
-      },
-      () => undefined, // the run was stopped or restarted: it is requested again
-    );
+  /** Whether there is a result that no frame will be added to. */
+  private get isOver(): boolean {
+    return this.session.phase === 'done' || this.session.phase === 'stopped';
   }
 
   /** By time where the map is one piece, else by piece. */
@@ -208,30 +201,30 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override renderMap(): TemplateResult {
     const { session } = this;
-    const { phase } = session;
+    const pairs = this.pairs.value;
     const result = session.snapshot?.result;
     const frames = result?.frames ?? NO_FRAMES;
     return html`<scanstitch-map
       .points=${session.points}
       .marks=${this.marksOf(
         frames,
-        session.look_direction,
+        session.lookDirection,
         result?.comparison?.reference ?? NO_REFERENCE,
         this.until ?? frames.length,
         this.selected,
         this.hovered,
-        this.pairs && this.pairs_shown === 'longest' ? this.longestOf(this.pairs).drawn : this.pairs,
+        pairs && this.pairsShown === 'longest' ? this.longestOf(pairs).drawn : pairs,
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
       .pieces=${this.pieces()}
       .map_before=${this.overlay}
-      .reference_name=${result?.comparison?.name ?? ''}
-      .fit_key=${this.fit_key}
-      .has_occupancy=${phase === 'done' || phase === 'stopped'}
-      .occupancy=${this.occupancy}
+      .referenceName=${result?.comparison?.name ?? ''}
+      .fitKey=${this.fitKey}
+      .hasOccupancy=${this.isOver}
+      .occupancy=${this.pictureOf(this.grid.value, this.dark)}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
-        this.wants_occupancy = detail;
+        this.wantsOccupancy = detail;
       }}
       .description=${this.mapWords()}
       ?bare=${this.controls === 'none'}
@@ -254,71 +247,55 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
-    const { snapshot, phase, num_unread } = this.session;
+    const { snapshot, phase, numUnread } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
-    const is_growing = phase === 'running';
+    const isGrowing = phase === 'running';
     const { num_frames } = this.loaded();
-    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, is_growing, num_frames, num_unread);
+    const figures = this.figuresOf(snapshot.result, snapshot.timing.total, isGrowing, num_frames, numUnread);
     return html`<scanstitch-headline
       part="figures"
       .figures=${figures}
-      ?compact=${this.is_compact}
+      ?compact=${this.isCompact}
     ></scanstitch-headline>`;
   }
 
-  protected override renderTable(): TemplateResult {
-    const { snapshot } = this.session;
-    const rows = this.rowsOf(
-      snapshot?.result.frames ?? NO_FRAMES,
-      snapshot?.timing.frames ?? NO_NUMBERS,
-      snapshot?.result.comparison?.errors ?? NO_NUMBERS,
-    );
-    return html`<scanstitch-frame-table
-      part="table"
-      .rows=${rows}
-      .columns=${this.columnsOf(snapshot?.result.comparison?.name ?? '')}
-      .colors=${this.colors()}
-      .selected=${this.selected}
-    ></scanstitch-frame-table>`;
+  protected override loadPanels(): void {
+    if (this.panels) return;
+    void import('./panels.js').then(({ PlanarPanels }) => {
+      this.panels ??= new PlanarPanels();
+    });
   }
 
-  /** Of the selected scan, whose panel is loaded with the first one that is selected; of all scans while there is none. */
-  protected override renderDetails(): TemplateResult {
-    const { snapshot, dataset } = this.session;
-    const result = snapshot?.result;
-    const frames = result?.frames ?? NO_FRAMES;
-    const errors = result?.comparison?.errors ?? NO_NUMBERS;
-    const reference_name = result?.comparison?.name ?? '';
-    if (this.selected === null) {
-      return html`<scanstitch-overview
-        .frames=${frames}
-        .joint_history=${result?.joint_history ?? NO_ROUNDS}
-        .notes=${result?.notes ?? NO_WORDS}
-        .errors=${errors}
-        .reference_name=${reference_name}
-        .colors=${this.colors()}
-        @why-wanted=${() => {
-          this.pairs_shown = 'longest';
-        }}
-      ></scanstitch-overview>`;
+  protected override renderTable(): TemplateResult | typeof nothing {
+    return this.panels?.table(this.session.snapshot, this.colors(), this.selected) ?? nothing;
+  }
+
+  protected override renderDetails(): TemplateResult | typeof nothing {
+    const { session, panels, selected } = this;
+    if (!panels) return nothing;
+    if (selected === null) {
+      return panels.overview(session.snapshot, this.colors(), () => {
+        this.pairsShown = 'longest';
+      });
     }
-    void import('../components/why-panel.js');
-    return html`<scanstitch-why
-      .frames=${frames}
-      .index=${this.selected}
-      .history=${this.history}
-      .ms=${snapshot?.timing.frames ?? NO_NUMBERS}
-      .errors=${errors}
-      .reference_name=${reference_name}
-      .colors=${this.colors()}
-      ?removable=${(dataset?.scans.length ?? 0) > 1}
-      .pairs_shown=${this.pairs_shown}
-      .longest=${this.pairs && this.longestOf(this.pairs)}
-      @pairs-wanted=${({ detail }: CustomEvent<ShownPairs>) => {
-        this.pairs_shown = detail;
-      }}
-      @scan-removed=${({ detail }: CustomEvent<string>) => this.session.remove(detail)}
-    ></scanstitch-why>`;
+    const longest = this.pairs.value && this.longestOf(this.pairs.value);
+    return panels.why(
+      session.snapshot,
+      this.colors(),
+      {
+        selected,
+        longest,
+        history: this.history.value,
+        pairsShown: this.pairsShown,
+        isRemovable: (session.dataset?.scans.length ?? 0) > 1,
+      },
+      {
+        showPairs: (which) => {
+          this.pairsShown = which;
+        },
+        remove: (name) => session.remove(name),
+      },
+    );
   }
 
   /** Above the sample that the page opens first; not shown for scans that a host page gives. */
@@ -330,12 +307,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   }
 
   private renderWelcome(): TemplateResult | typeof nothing {
-    if (this.is_welcome_closed || this.controls !== 'full' || !this.isSample()) return nothing;
+    if (this.isWelcomeClosed || this.controls !== 'full' || !this.isSample()) return nothing;
     return welcome({
       want: (id) => this.want(id),
-      copy: (text) => void this.copy(text, 'The lines were copied.'),
+      copy: (text) => void this.session.copy(text, 'The lines were copied.'),
       close: () => {
-        this.is_welcome_closed = true;
+        this.isWelcomeClosed = true;
       },
     });
   }
@@ -370,41 +347,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return `${shown} of ${plural(frames.length, 'scan')}, ${plural(points.points.length / 2, 'point')}.${chosen}`;
   }
 
-  /** The iterations of the selected frame are asked for once for every frame and result. */
-  private fetchHistory(): void {
-    const { session, selected } = this;
-    const of = [session.snapshot, selected];
-    if (of.every((value, i) => value === this.history_of[i])) return;
-    if (of[1] !== this.history_of[1]) this.history = NO_ROUNDS;
-    this.history_of = of;
-    if (selected === null || session.phase === 'crashed') return;
-    session.ask('history', selected).then(
-      (history) => {
-        if (this.history_of === of) this.history = history;
-      },
-      () => undefined, // a crash is reported by the session
-    );
-  }
-
-  /** The pairs of the selected frame are asked for once for every frame and result. */
-  private async fetchPairs(): Promise<void> {
-    const { session, selected, pairs_shown } = this;
-    const made_of = [session.snapshot, selected, pairs_shown === 'none'];
-    if (made_of.every((value, i) => value === this.pairs_made_of[i])) return;
-    this.pairs_made_of = made_of;
-    if (pairs_shown === 'none' || selected === null || session.phase === 'crashed') {
-      this.pairs = null;
-      return;
-    }
-    try {
-      const pairs = await session.ask('correspondences', selected);
-      if (this.pairs_made_of === made_of) this.pairs = pairs;
-    } catch {
-      if (this.pairs_made_of === made_of) this.pairs = null; // a crash is reported by the session
-    }
-  }
-
-  static override styles = [...RunView.styles, welcome_styles];
+  static override styles = [...RunView.styles, welcomeStyles];
 }
 
 /** How a table is read, and the way to change that. */
@@ -417,7 +360,7 @@ function tableLine(format: string, change: () => void): TemplateResult {
 
 function mapMarks(
   frames: readonly FrameResult[],
-  look_direction: number,
+  lookDirection: number,
   reference: readonly (PlanarPoint | null)[],
   until: number,
   selected: number | null,
@@ -427,8 +370,8 @@ function mapMarks(
   return {
     poses: frames.map(({ T_world_sensor }) => T_world_sensor),
     statuses: frames.map(({ status }) => status),
-    uncertain_links: uncertainLinks(frames),
-    look_direction,
+    uncertainLinks: uncertainLinks(frames),
+    lookDirection,
     until,
     selected,
     hovered,
@@ -441,10 +384,4 @@ function mapMarks(
 /** A pose of the plane as one of space. */
 function inSpace({ x, y, theta }: PlanarPose): SpatialPose {
   return { x, y, z: 0, qx: 0, qy: 0, qz: Math.sin(theta / 2), qw: Math.cos(theta / 2) };
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-planar': ScanstitchPlanar;
-  }
 }

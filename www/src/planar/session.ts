@@ -31,17 +31,17 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   /** Number of scans of the run, registered or not; that of a log is known when the run begins. */
   num_scans = 0;
   /** Number of files opened with them that could not be read. */
-  num_unread = 0;
+  numUnread = 0;
   /** Which way the scanner looks in its own frame, rad. */
-  look_direction = 0;
+  lookDirection = 0;
   /** Tables of ranges, and what their columns are; null before files are taken in. */
   tables: TableImports | null = null;
   /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
-  has_link = false;
+  hasLink = false;
   /** What the engine is to be given, or is reading. */
   #candidate: Dataset | null = null;
-  #is_new_dataset = false;
-  #next_reading = 0;
+  #isNewDataset = false;
+  #nextReading = 0;
   /** What is still being fetched gives way to what was opened after it. */
   readonly #fetching = new LastRequest();
   /** Files are taken in one drop after the other. */
@@ -56,7 +56,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
       crashed: (message) => this.#onCrashed(message),
-      slow: (is_slow) => this.onSlow(is_slow),
+      slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.onUnavailable(message),
     });
   }
@@ -80,37 +80,37 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   #open(dataset: Dataset): void {
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.#load(dataset);
   }
 
-  /** Takes in what was opened, asked for at clock time `requested_at`; `joins` what is open. */
-  override add(opened: Opened, requested_at: number, joins = false): Promise<void> {
+  /** Takes in what was opened, asked for at clock time `requestedAt`; `joins` what is open. */
+  override add(opened: Opened, requestedAt: number, joins = false): Promise<void> {
     this.#fetching.end();
-    const add = (): Promise<void> => this.#add(opened, requested_at, joins);
+    const add = (): Promise<void> => this.#add(opened, requestedAt, joins);
     this.#adding = this.#adding.then(add, add);
     return this.#adding;
   }
 
-  async #add({ title, origin, recording }: Opened, requested_at: number, joins: boolean): Promise<void> {
+  async #add({ title, origin, recording }: Opened, requestedAt: number, joins: boolean): Promise<void> {
     const intake = await takeIn(recording);
-    this.requested_at = requested_at;
+    this.requestedAt = requestedAt;
     this.messages = intake.notes.map(({ file, reason }) => noteMessage(file, reason));
     if (origin === 'host' && intake.scans.length > 0) {
       const { scans, reference, odometry } = intake;
       this.#load({ title, origin, scans, reference, odometry });
       return;
     }
-    const num_given = recording.opened.numGiven;
-    const may_be_scans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
+    const numGiven = recording.opened.numGiven;
+    const mayBeScans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
     this.tables ??= await this.#newTables();
-    await this.tables.ask(intake, may_be_scans, (known) => this.#take(known, num_given, joins));
+    await this.tables.ask(intake, mayBeScans, (known) => this.#take(known, numGiven, joins));
   }
 
   async #newTables(): Promise<TableImports> {
     const { TableImports } = await import('./table-imports.js');
     return new TableImports({
-      has_link: () => this.has_link,
+      hasLink: () => this.hasLink,
       describe: async (file, format, scan) => (await this.client?.describeTable(file, format, scan)) ?? null,
       reload: (format) => this.#readTablesAs(format),
       changed: () => this.changed(),
@@ -122,11 +122,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   /** Shows the recording, or reports why there is nothing to show. */
-  #take(intake: Intake, num_given: number, joins: boolean): void {
+  #take(intake: Intake, numGiven: number, joins: boolean): void {
     const trajectory = intake.reference ?? intake.odometry;
     if (intake.scans.length === 0 && !trajectory) {
       this.report(
-        noneUsable(num_given),
+        noneUsable(numGiven),
         'Drop laser scans as PLY files, one file a scan, or a laser log, or depth images, or a folder of them',
       );
       return;
@@ -146,7 +146,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const { dataset, tables } = this;
     if (!dataset || !tables) return;
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     const scans = dataset.scans.map((file) => (tables.isTable(file) ? { ...file, table: format } : file));
     this.#load({ ...dataset, scans });
   }
@@ -161,13 +161,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       return;
     }
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     const unless = (file: InputFile | null): InputFile | null => (file?.name === name ? null : file);
     this.#load({ ...dataset, scans, reference: unless(dataset.reference), odometry: unless(dataset.odometry) });
   }
 
   override clear(): void {
-    const had_scans = this.dataset !== null;
+    const hadScans = this.dataset !== null;
     this.#fetching.end();
     if (this.facts && (this.phase === 'running' || this.phase === 'reading')) this.client?.stop();
     this.#candidate = null;
@@ -175,10 +175,10 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.snapshot = null;
     this.points = NO_POINTS;
     this.num_scans = 0;
-    this.num_unread = 0;
+    this.numUnread = 0;
     this.messages = [];
     this.phase = 'empty';
-    if (had_scans) this.announce('All scans removed.');
+    if (hadScans) this.announce('All scans removed.');
     this.changed();
   }
 
@@ -196,11 +196,11 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     }
     if (!this.dataset) return;
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.phase = 'running';
     this.progress = 0;
     // A preset may make quite another map.
-    this.#is_new_dataset ||= this.facts?.presets.some((preset) => sameSettings(preset.settings, settings)) ?? false;
+    this.#isNewDataset ||= this.facts?.presets.some((preset) => sameSettings(preset.settings, settings)) ?? false;
     this.client?.configure(settings);
     this.announce('Computing again with the new settings.');
   }
@@ -222,7 +222,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   /** Goes on after a stop or a crash. */
   override resume(): void {
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     if (this.#candidate && this.phase === 'stopped') this.#load(this.#candidate);
     else {
       this.phase = 'running';
@@ -238,7 +238,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
 
   #load(dataset: Dataset): void {
     this.#candidate = dataset;
-    if (this.is_unavailable) {
+    if (this.isUnavailable) {
       this.restart();
       return;
     }
@@ -261,8 +261,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   #onReading(file: string, done: number, total: number): void {
     if (!this.#candidate) return;
     const now = performance.now();
-    if (this.phase === 'crashed' || (this.phase === 'reading' && now < this.#next_reading)) return;
-    this.#next_reading = now + READING_INTERVAL_MS;
+    if (this.phase === 'crashed' || (this.phase === 'reading' && now < this.#nextReading)) return;
+    this.#nextReading = now + READING_INTERVAL_MS;
     this.phase = 'reading';
     this.progress = done / Math.max(total, 1);
     this.activity = `Reading ${baseName(file)}, ${done + 1} of ${total}`;
@@ -280,9 +280,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       if (this.snapshot) messages.push(noteMessage('', 'No scan could be read, so the result on the page stays'));
     } else {
       this.phase = 'running';
-      this.#is_new_dataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
+      this.#isNewDataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
       this.dataset = { ...candidate, ...inputs };
-      this.num_unread = candidate.scans.length - inputs.scans.length;
+      this.numUnread = candidate.scans.length - inputs.scans.length;
       this.num_scans = accepted.length;
     }
     this.tell(messages);
@@ -308,13 +308,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     if (!this.dataset) return;
     this.snapshot = snapshot;
     this.ended = state === 'done' ? 'done' : 'stopped';
-    this.points = { points: snapshot.map_points, offsets: snapshot.map_offsets };
-    this.look_direction = lookDirection(
+    this.points = { points: snapshot.map_points, offsets: snapshot.mapOffsets };
+    this.lookDirection = lookDirection(
       this.points,
       snapshot.result.frames.map(({ T_world_sensor }) => T_world_sensor),
     );
-    if (this.#is_new_dataset) {
-      this.#is_new_dataset = false;
+    if (this.#isNewDataset) {
+      this.#isNewDataset = false;
       this.fitAnew();
     }
     this.phase = state;

@@ -66,3 +66,35 @@ export function rememberTable(format: string | null): void {
   const text = values.toString().replaceAll('%3A', ':').replaceAll('%2C', ',');
   history.replaceState(history.state, '', text === '' ? location.pathname + location.search : `#${text}`);
 }
+
+/** Units, and what they are called. */
+export const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres', in: 'inches', ft: 'feet' };
+export const ANGLE_UNITS = {
+  deg: 'degrees',
+  rad: 'radians',
+  '0.9deg': 'gon',
+  '-1deg': 'degrees, clockwise',
+  '-1': 'radians, clockwise',
+  '-0.9deg': 'gon, clockwise',
+};
+/** One radian in degrees, as the engine writes it. */
+const RADIAN = '57.2958';
+export const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
+
+/** The choice that an angle's unit is; another one is a choice of its own. */
+export function unitOfAngles(unit: string): string {
+  if (!unit.endsWith('deg')) return unit === 'gon' ? '0.9deg' : unit;
+  if (unit === 'deg') return unit;
+  const degrees = String(Number(unit.slice(0, -3)));
+  const known: Record<string, string> = { '1': 'deg', [RADIAN]: 'rad', [`-${RADIAN}`]: '-1' };
+  return known[degrees] ?? `${degrees}deg`;
+}
+
+/** Of a table whose columns are not known. */
+export function firstGuess(num_columns: number): string {
+  return num_columns < 24 ? `range=${Math.min(2, num_columns)},unit=m,start=0deg,step=1deg` : `ranges=1:${num_columns}`;
+}
+
+export function cellWords(value: number | null | undefined): string {
+  return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
+}

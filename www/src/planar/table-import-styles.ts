@@ -1,6 +1,6 @@
 import { css } from 'lit';
 
-export const import_styles = css`
+export const importStyles = css`
   dialog {
     width: min(1000px, calc(100vw - 24px));
   }

@@ -1,24 +1,29 @@
 /** What the columns of a table of ranges are: guessed, shown as a scan, changed by hand. */
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { dialog_styles, shared } from '../components/theme.js';
+import { dialogStyles, shared } from '../components/theme.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { TableFacts } from '../engine/protocol.js';
-import { baseName, plural } from '../views/format.js';
-import { sentence } from '../views/words.js';
+import { baseName, plural, sentence } from '../views/format.js';
 import { number, select } from './form-fields.js';
 import { drawScan } from './scan-preview.js';
 import {
+  ANGLE_UNITS,
+  cellWords,
   changed,
   columnsOf,
   degreesOf,
+  firstGuess,
   type FormatParts,
+  LENGTHS,
   partsOf,
   POSE_KINDS,
   textOf,
+  TIME_UNITS,
+  unitOfAngles,
   usesOf,
 } from './table-format.js';
-import { import_styles } from './table-import-styles.js';
+import { importStyles } from './table-import-styles.js';
 import { watchSize } from '../components/watch-size.js';
 
 /** A table that is to be imported. */
@@ -50,9 +55,9 @@ export class ScanstitchTableImport extends LitElement {
   @state() private facts!: TableFacts;
   @state() private parts: FormatParts = new Map();
   /** Whether `facts` are those of the format as it now is. */
-  @state() private is_tried = true;
+  @state() private isTried = true;
   @state() private scan = 0;
-  @state() private is_copied = false;
+  @state() private isCopied = false;
   @query('dialog') private dialog!: HTMLDialogElement;
   @query('canvas') private canvas!: HTMLCanvasElement;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -78,9 +83,9 @@ export class ScanstitchTableImport extends LitElement {
     this.facts = this.request.facts;
     const { format, num_columns } = this.facts;
     this.parts = partsOf(format || firstGuess(num_columns));
-    this.is_tried = format !== '';
+    this.isTried = format !== '';
     this.scan = 0;
-    if (!this.is_tried) this.tryOut();
+    if (!this.isTried) this.tryOut();
   }
 
   protected override firstUpdated(): void {
@@ -135,7 +140,7 @@ export class ScanstitchTableImport extends LitElement {
               @focus=${(event: Event) => (event.target as HTMLInputElement).select()}
             />
           </label>
-          <button type="button" @click=${() => this.copy()}>${this.is_copied ? 'Copied' : 'Copy'}</button>
+          <button type="button" @click=${() => this.copy()}>${this.isCopied ? 'Copied' : 'Copy'}</button>
           <span class="gap"></span>
           <button type="button" @click=${() => this.close('table-cancelled')}>Cancel</button>
           <button class="primary" ?disabled=${problem !== ''}>Read ${plural(num_scans, 'scan')}</button>
@@ -147,20 +152,20 @@ export class ScanstitchTableImport extends LitElement {
   /** The format as text: whole, as the engine understood it, or as it was typed where that is none. */
   private get text(): string {
     const { problem, format } = this.facts;
-    return this.is_tried && problem === '' && format !== '' ? format : textOf(this.parts);
+    return this.isTried && problem === '' && format !== '' ? format : textOf(this.parts);
   }
 
   private renderLayout(): TemplateResult {
-    const is_by_scan = this.parts.has('ranges');
+    const isByScan = this.parts.has('ranges');
     const [first = '1', last = String(this.facts.num_columns)] = columnsOf(this.parts, 'ranges');
     const [angle = '', unit = 'deg'] = columnsOf(this.parts, 'angle');
     return html`<fieldset>
       <legend>Ranges</legend>
-      ${select('Each line is', is_by_scan ? 'scan' : 'reading', { scan: 'a scan', reading: 'one reading' }, (value) =>
+      ${select('Each line is', isByScan ? 'scan' : 'reading', { scan: 'a scan', reading: 'one reading' }, (value) =>
         this.setLayout(value === 'scan'),
       )}
       ${
-        is_by_scan
+        isByScan
           ? html`${this.column('First column', first, (value) => this.change({ ranges: `${value}:${last}` }))}
             ${this.column('Last column', last, (value) => this.change({ ranges: `${first}:${value}` }))}`
           : html`${this.column('Range column', this.parts.get('range') ?? '', (value) => this.change({ range: value }))}
@@ -179,14 +184,14 @@ export class ScanstitchTableImport extends LitElement {
 
   private renderAngles(): TemplateResult {
     const { parts, facts } = this;
-    const has_angles = parts.has('angle');
+    const hasAngles = parts.has('angle');
     const step = Number(degreesOf(parts, 'step'));
     const view = Math.abs(step) * Math.max(0, facts.num_readings - 1);
     return html`<fieldset>
       <legend>Angles, counter-clockwise from ahead</legend>
-      ${number(has_angles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: value && `${value}deg` }))}
+      ${number(hasAngles ? 'Added (°)' : 'First (°)', degreesOf(parts, 'start'), (value) => this.change({ start: value && `${value}deg` }))}
       ${
-        has_angles
+        hasAngles
           ? nothing
           : html`${number('Step (°)', degreesOf(parts, 'step'), (value) => this.change({ step: value && `${value}deg` }))}
               <p class="muted">${view > 0 ? `${facts.num_readings} readings over ${Number(view.toFixed(1))}°` : ''}</p>`
@@ -246,8 +251,8 @@ export class ScanstitchTableImport extends LitElement {
     const { num_columns, names, cells } = this.facts;
     const use = usesOf(this.parts);
     const all = Array.from({ length: num_columns }, (_, at) => at + 1);
-    const is_long = num_columns > FIRST_COLUMNS + LAST_COLUMNS;
-    const shown = is_long ? [...all.slice(0, FIRST_COLUMNS), 0, ...all.slice(-LAST_COLUMNS)] : all;
+    const isLong = num_columns > FIRST_COLUMNS + LAST_COLUMNS;
+    const shown = isLong ? [...all.slice(0, FIRST_COLUMNS), 0, ...all.slice(-LAST_COLUMNS)] : all;
     const cell = (row: readonly (number | null | undefined)[], column: number): TemplateResult =>
       column === 0 ? html`<td>…</td>` : html`<td class=${use(column)}>${cellWords(row[column - 1])}</td>`;
     return html`<div class="cells" role="region" aria-label="First lines of the table" tabindex="0">
@@ -290,10 +295,10 @@ export class ScanstitchTableImport extends LitElement {
     </label>`;
   }
 
-  private setLayout(is_by_scan: boolean): void {
+  private setLayout(isByScan: boolean): void {
     const { num_columns } = this.facts;
     this.change(
-      is_by_scan
+      isByScan
         ? { ranges: `1:${num_columns}`, range: null, angle: null }
         : { ranges: null, range: String(Math.min(2, num_columns)) },
     );
@@ -303,7 +308,7 @@ export class ScanstitchTableImport extends LitElement {
   private change(changes: Readonly<Record<string, string | null>>): void {
     const values = Object.entries(changes).map(([name, value]) => [name, value === '' ? null : value]);
     this.parts = changed(this.parts, Object.fromEntries(values));
-    this.is_tried = false;
+    this.isTried = false;
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.tryOut(), TYPING_MS);
   }
@@ -317,11 +322,11 @@ export class ScanstitchTableImport extends LitElement {
     clearTimeout(this.timer);
     const { parts } = this;
     const signal = this.tries.begin();
-    this.is_copied = false;
+    this.isCopied = false;
     const take = (facts: TableFacts): void => {
       if (signal.aborted) return;
       this.facts = facts;
-      this.is_tried = parts === this.parts;
+      this.isTried = parts === this.parts;
       this.scan = Math.min(this.scan, Math.max(0, facts.num_scans - 1));
     };
     this.trying = this.request
@@ -350,7 +355,7 @@ export class ScanstitchTableImport extends LitElement {
 
   private copy(): void {
     navigator.clipboard?.writeText(`--table ${this.text}`).then(
-      () => (this.is_copied = true),
+      () => (this.isCopied = true),
       () => this.shadowRoot?.querySelector<HTMLInputElement>('.command input')?.select(),
     );
   }
@@ -358,7 +363,7 @@ export class ScanstitchTableImport extends LitElement {
   /** What was changed a moment ago is tried out first. */
   private async submit(event: Event): Promise<void> {
     event.preventDefault();
-    while (!this.is_tried) {
+    while (!this.isTried) {
       this.tryOut();
       await this.trying;
     }
@@ -370,41 +375,5 @@ export class ScanstitchTableImport extends LitElement {
     this.dispatchEvent(new CustomEvent(type, { detail: this.text, bubbles: true, composed: true }));
   }
 
-  static override styles = [shared, dialog_styles, import_styles];
-}
-
-const LENGTHS = { m: 'metres', cm: 'centimetres', mm: 'millimetres', in: 'inches', ft: 'feet' };
-const ANGLE_UNITS = {
-  deg: 'degrees',
-  rad: 'radians',
-  '0.9deg': 'gon',
-  '-1deg': 'degrees, clockwise',
-  '-1': 'radians, clockwise',
-  '-0.9deg': 'gon, clockwise',
-};
-/** One radian in degrees, as the engine writes it. */
-const RADIAN = '57.2958';
-const TIME_UNITS = { s: 'seconds', ms: 'milliseconds', us: 'microseconds', ns: 'nanoseconds' };
-
-/** The choice that an angle's unit is; another one is a choice of its own. */
-function unitOfAngles(unit: string): string {
-  if (!unit.endsWith('deg')) return unit === 'gon' ? '0.9deg' : unit;
-  if (unit === 'deg') return unit;
-  const degrees = String(Number(unit.slice(0, -3)));
-  const known: Record<string, string> = { '1': 'deg', [RADIAN]: 'rad', [`-${RADIAN}`]: '-1' };
-  return known[degrees] ?? `${degrees}deg`;
-}
-
-function firstGuess(num_columns: number): string {
-  return num_columns < 24 ? `range=${Math.min(2, num_columns)},unit=m,start=0deg,step=1deg` : `ranges=1:${num_columns}`;
-}
-
-function cellWords(value: number | null | undefined): string {
-  return value === null || value === undefined ? '–' : String(Number(value.toPrecision(6)));
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-table-import': ScanstitchTableImport;
-  }
+  static override styles = [shared, dialogStyles, importStyles];
 }

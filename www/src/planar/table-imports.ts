@@ -15,7 +15,7 @@ const READING_COLUMNS = [2, 3, 4, 5, 6];
 
 export interface TableHooks {
   /** Whether the page's address is the page's own, to read formats from and to write them into. */
-  has_link(): boolean;
+  hasLink(): boolean;
   /** Null where a file is no table, or there is no engine to tell. */
   describe(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null>;
   /** Reads the tables that are loaded once more. */
@@ -47,22 +47,22 @@ export class TableImports {
 
   /**
    * Finds out what the columns of the tables are that were taken in, and then loads them: at once, or when somebody has
-   * answered. `may_be_scans`: whether a trajectory alone has nothing here that it belongs to.
+   * answered. `mayBeScans`: whether a trajectory alone has nothing here that it belongs to.
    */
-  async ask(intake: Intake, may_be_scans: boolean, load: (intake: Intake) => void): Promise<void> {
-    const tables = intake.scans.filter(({ is_table }) => is_table);
-    const alone = may_be_scans && intake.scans.length === 0 ? intake.reference : null;
+  async ask(intake: Intake, mayBeScans: boolean, load: (intake: Intake) => void): Promise<void> {
+    const tables = intake.scans.filter(({ isTable }) => isTable);
+    const alone = mayBeScans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
     if (!file) return load(intake);
-    const linked = this.#hooks.has_link() ? tableOfLink(location.hash) : '';
+    const linked = this.#hooks.hasLink() ? tableOfLink(location.hash) : '';
     const facts = await this.#hooks.describe(file, linked || null, 0).catch(() => null);
     if (!facts) return load(intake);
     const asFormat = (format: string): Intake => withFormat(intake, file === alone ? [file] : tables, format);
-    const is_clear = facts.problem === '' && facts.doubt === '';
+    const isClear = facts.problem === '' && facts.doubt === '';
     if (file === alone) {
-      const may_be_readings = READING_COLUMNS.includes(facts.num_columns) && !TRAJECTORY_NAME.test(file.name);
-      if (!may_be_readings) return load(intake);
-    } else if (is_clear) {
+      const mayBeReadings = READING_COLUMNS.includes(facts.num_columns) && !TRAJECTORY_NAME.test(file.name);
+      if (!mayBeReadings) return load(intake);
+    } else if (isClear) {
       for (const { name } of tables) this.#guessed.set(name, facts.format);
       return load(linked === '' ? intake : asFormat(linked));
     }
@@ -87,7 +87,7 @@ export class TableImports {
   answer(format: string | null): void {
     this.request = null;
     this.#hooks.changed();
-    if (format !== null && this.#hooks.has_link()) rememberTable(format);
+    if (format !== null && this.#hooks.hasLink()) rememberTable(format);
     this.#answer(format);
   }
 
@@ -107,7 +107,7 @@ export class TableImports {
 function withFormat(intake: Intake, tables: readonly InputFile[], table: string): Intake {
   const [first] = tables;
   if (first && intake.reference === first) {
-    return { ...intake, scans: [{ ...first, table, is_log: true, is_table: true }], reference: null };
+    return { ...intake, scans: [{ ...first, table, isLog: true, isTable: true }], reference: null };
   }
   return { ...intake, scans: intake.scans.map((scan) => (tables.includes(scan) ? { ...scan, table } : scan)) };
 }

@@ -15,7 +15,7 @@ export interface Intake {
 }
 
 /** Whether there is a log of many scans among them: a recording that is whole. */
-export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ is_log }) => is_log);
+export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ isLog }) => isLog);
 
 /** A file that cannot be read becomes a note; the rest goes on. */
 export async function takeIn(recording: OpenedRecording): Promise<Intake> {
@@ -28,25 +28,25 @@ export async function takeIn(recording: OpenedRecording): Promise<Intake> {
     try {
       const bytes = await file.read();
       notes.push(...(file.losses ?? []));
-      const is_log = logs.includes(name);
-      return [{ name, bytes: ownBuffer(bytes), ...(is_log && { is_log, is_table: tables.includes(name) }) }];
+      const isLog = logs.includes(name);
+      return [{ name, bytes: ownBuffer(bytes), ...(isLog && { isLog, isTable: tables.includes(name) }) }];
     } catch (error) {
       notes.push({ file: name, reason: `not used: ${(error as { problem?: string }).problem ?? messageOf(error)}` });
       return [];
     }
   };
   const found = beside ?? { reference: recording.reference[0], odometry: recording.odometry, notes: recording.notes };
-  const [read_scans, [reference = null], [odometry = null]] = await Promise.all([
+  const [readScans, [reference = null], [odometry = null]] = await Promise.all([
     Promise.all(scans.map(read)),
     read(found.reference),
     read(found.odometry),
   ]);
-  return { scans: read_scans.flat(), reference, odometry, notes: [...found.notes, ...notes] };
+  return { scans: readScans.flat(), reference, odometry, notes: [...found.notes, ...notes] };
 }
 
 function ownBuffer(bytes: Uint8Array): ArrayBuffer {
-  const is_whole = bytes.byteLength === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
-  return is_whole ? (bytes.buffer as ArrayBuffer) : bytes.slice().buffer;
+  const isWhole = bytes.byteLength === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
+  return isWhole ? (bytes.buffer as ArrayBuffer) : bytes.slice().buffer;
 }
 
 /**
@@ -55,18 +55,18 @@ function ownBuffer(bytes: Uint8Array): ArrayBuffer {
  * or odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
-  const is_whole = !joins || hasLog(intake.scans) || hasLog(present?.scans ?? []) || present?.origin !== 'user';
-  const extends_present = present !== null && (!is_whole || intake.scans.length === 0);
-  const old_scans = extends_present ? present.scans : [];
+  const isWhole = !joins || hasLog(intake.scans) || hasLog(present?.scans ?? []) || present?.origin !== 'user';
+  const extendsPresent = present !== null && (!isWhole || intake.scans.length === 0);
+  const oldScans = extendsPresent ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
-  const scans = [...old_scans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
+  const scans = [...oldScans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
   scans.sort((a, b) => compareNaturally(a.name, b.name));
   return {
-    title: extends_present ? present.title : titleOf(intake.scans),
-    origin: extends_present ? present.origin : 'user',
+    title: extendsPresent ? present.title : titleOf(intake.scans),
+    origin: extendsPresent ? present.origin : 'user',
     scans,
-    reference: intake.reference ?? (extends_present ? present.reference : null),
-    odometry: intake.odometry ?? (extends_present ? present.odometry : null),
+    reference: intake.reference ?? (extendsPresent ? present.reference : null),
+    odometry: intake.odometry ?? (extendsPresent ? present.odometry : null),
   };
 }
 

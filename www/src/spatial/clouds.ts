@@ -33,7 +33,7 @@ export async function clouds(
   // Of one frame the frame itself says more: it has all its points.
   const motions = source > 1 ? await mapBefore(from.at) : null;
   const map = motions && mapCloud(`map of ${source} frames`, points, motions, result.camera !== null);
-  const has_map = map && METHODS_WITH_MAP.includes(result.settings.method ?? '');
+  const hasMap = map && METHODS_WITH_MAP.includes(result.settings.method ?? '');
   return {
     title: dataset.title,
     sample: '',
@@ -43,7 +43,7 @@ export async function clouds(
       ...(map ? [map] : []),
     ],
     source: from.name,
-    target: has_map ? map.name : to.name,
+    target: hasMap ? map.name : to.name,
     options: optionsOf(result),
     init_T_target_source: null,
   };
@@ -57,7 +57,7 @@ function mapCloud(
   name: string,
   { positions, frames }: MapPoints,
   motions: Float64Array,
-  is_of_camera: boolean,
+  isOfCamera: boolean,
 ): GivenCloud {
   const read = async (): Promise<CloudData> => {
     const xyz = new Float32Array(positions.length);
@@ -70,7 +70,7 @@ function mapCloud(
       xyz.set(added(turned({ qx, qy, qz, qw }, point), [x, y, z]), length);
       length += 3;
     }
-    return { kind: 'positions', name, xyz: xyz.slice(0, length), is_of_camera };
+    return { kind: 'positions', name, xyz: xyz.slice(0, length), isOfCamera };
   };
   return { name, read };
 }
@@ -88,10 +88,10 @@ function optionsOf({ settings, camera }: SpatialResult): Readonly<Record<string,
 const reachOf = (reach: number | undefined): Record<string, number> =>
   reach ? { max_correspondence_distance: reach } : {};
 
-async function readCloud(name: string, { file, is_cloud }: SpatialJob, result: SpatialResult): Promise<CloudData> {
+async function readCloud(name: string, { file, isCloud }: SpatialJob, result: SpatialResult): Promise<CloudData> {
   const bytes = (await file.read()).slice();
   const { camera, depth_scale } = result;
-  if (is_cloud || !camera) return { kind: 'file', name: file.path, bytes };
+  if (isCloud || !camera) return { kind: 'file', name: file.path, bytes };
   const { fx, fy, cx, cy } = camera;
   return { kind: 'depth', name, bytes, camera: { fx, fy, cx, cy }, depth_scale: depth_scale ?? 1000 };
 }

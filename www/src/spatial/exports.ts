@@ -47,7 +47,7 @@ export interface SpatialSources {
   surface(format: MeshFormat): Promise<Uint8Array>;
   picture(): Promise<Blob>;
   errors(): string;
-  frame_names: readonly string[];
+  frameNames: readonly string[];
   report: ReportSource;
 }
 
@@ -85,7 +85,7 @@ export async function makeSpatialExport(id: string, sources: SpatialSources): Pr
 async function allFiles(sources: SpatialSources): Promise<Record<string, Uint8Array>> {
   return {
     'trajectory.tum': utf8(await sources.ask('trajectory_tum')),
-    ...matrixFiles(await sources.ask('trajectory_matrices'), sources.frame_names),
+    ...matrixFiles(await sources.ask('trajectory_matrices'), sources.frameNames),
     'map.ply': await sources.ask('map_ply'),
     'map.pcd': await sources.ask('map_pcd'),
     'report.json': utf8(await sources.ask('report_json')),

@@ -62,18 +62,18 @@ export class FrameImageLoader implements ReactiveController {
       await image.decode();
       return image;
     };
-    const [color_image, depth_colors] = await Promise.allSettled([loadColor(), depth ? this.#picture(depth) : null]);
+    const [colorImage, depthColors] = await Promise.allSettled([loadColor(), depth ? this.#picture(depth) : null]);
     if (this.#wanted !== key) {
       URL.revokeObjectURL(url);
       return;
     }
     URL.revokeObjectURL(this.#url);
     this.#url = url;
-    const found = depth_colors.status === 'fulfilled' ? depth_colors.value : null;
+    const found = depthColors.status === 'fulfilled' ? depthColors.value : null;
     this.#show(frame, {
-      color: color_image.status === 'fulfilled' ? color_image.value : null,
+      color: colorImage.status === 'fulfilled' ? colorImage.value : null,
       depth: found && depthPicture(found, depth_scale),
-      problem: depth_colors.status === 'rejected' ? String((depth_colors.reason as Error).message) : '',
+      problem: depthColors.status === 'rejected' ? String((depthColors.reason as Error).message) : '',
     });
   }
 

@@ -1,8 +1,8 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { badList, frame_styles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
+import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { numberTable } from '../components/number-table.js';
-import { chart_styles, panel_styles, shared, status_styles } from '../components/theme.js';
+import { chartStyles, panelStyles, shared, statusStyles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
   baseName,
@@ -14,9 +14,10 @@ import {
   formatLength,
   formatPercent,
   plural,
+  sentence,
 } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
-import { frameSummary, sentence } from '../views/words.js';
+import { frameSummary } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
@@ -75,17 +76,17 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private renderAll({ frames }: SpatialResult): TemplateResult {
-    const num_bad = numBad(frames);
+    const badCount = numBad(frames);
     const assessment =
-      num_bad > 0
-        ? `${plural(num_bad, 'frame')} of ${frames.length} to check:`
+      badCount > 0
+        ? `${plural(badCount, 'frame')} of ${frames.length} to check:`
         : frames.length === 1
           ? 'A single frame: it is the origin of the map.'
           : `All ${frames.length} frames were registered. Select one in a chart, in the table or on the map to see its images.`;
     return html`
       <header><h2>All frames</h2></header>
       <p>${assessment}</p>
-      ${num_bad > 0 ? badList(frames, this.colors, this.select) : nothing}
+      ${badCount > 0 ? badList(frames, this.colors, this.select) : nothing}
     `;
   }
 
@@ -145,7 +146,7 @@ export class ScanstitchFramePanel extends LitElement {
     const pose = frame.T_world_sensor;
     const error = comparison?.errors[index] ?? null;
     const turned = comparison?.rotation_errors[index] ?? null;
-    const is_matched = frame.history.length > 0 || index > 0;
+    const isMatched = frame.history.length > 0 || index > 0;
     const invalid = this.images.depth?.invalid ?? 0;
     return html`<dl class="facts number">
       <dt>Position</dt>
@@ -163,7 +164,7 @@ export class ScanstitchFramePanel extends LitElement {
               <dd>${formatLength(error)}${turned === null ? nothing : html`, ${formatAngle(turned)}`}</dd>`
       }
       ${
-        is_matched
+        isMatched
           ? html`<dt><abbr title="Share of its points that agree with the map before it">Agreement</abbr></dt>
               <dd>${formatPercent(frame.agreement)}; ${formatPercent(frame.overlap)} seen before</dd>
               <dt>Registration</dt>
@@ -256,10 +257,10 @@ export class ScanstitchFramePanel extends LitElement {
 
   static override styles = [
     shared,
-    status_styles,
-    panel_styles,
-    chart_styles,
-    frame_styles,
+    statusStyles,
+    panelStyles,
+    chartStyles,
+    frameStyles,
     css`
       .reason {
         padding: 8px 10px;
@@ -323,10 +324,4 @@ export class ScanstitchFramePanel extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-frame-panel': ScanstitchFramePanel;
-  }
 }

@@ -68,8 +68,8 @@ function framesFigure(result: SpatialResult, num_frames: number): Figure {
     meaning: provided === '' ? good : `${good} ${provided}`,
     tone: counts.lost > 0 ? 'lost' : worries.length > 0 || provided !== '' ? 'doubtful' : 'plain',
   };
-  const is_assumed = provided !== '' && assumptions.length > 0;
-  return is_assumed ? { ...figure, action: changeAction('Change what the good frames assume') } : figure;
+  const isAssumed = provided !== '' && assumptions.length > 0;
+  return isAssumed ? { ...figure, action: changeAction('Change what the good frames assume') } : figure;
 }
 
 /** Opens the dialog of what is assumed. */
@@ -94,11 +94,11 @@ function cameraFigure({ camera, depth_scale, cloud_unit, quantisation, assumptio
   if (!camera) return cloudFigure(cloud_unit, assumptions);
   const angle = 2 * Math.atan(camera.width / 2 / camera.fx) * DEGREES;
   const scale = depth_scale === null ? '' : `${Number(depth_scale.toPrecision(6))} values per metre`;
-  const focal_length = assumedMark(assumptions, 'fx');
+  const focalLength = assumedMark(assumptions, 'fx');
   const parts = [
     scale && `depth: ${scale}${assumedMark(assumptions, 'depth_scale')}`,
     quantisation && `${quantisation === 'truncated' ? 'rounded down' : quantisation} to whole values`,
-    focal_length && `focal length${focal_length}`,
+    focalLength && `focal length${focalLength}`,
   ];
   const figure: Figure = {
     label: 'Camera',

@@ -24,13 +24,13 @@ const CAMERA_UP: Vec3 = [0, -1, 0];
 const LASER_UP: Vec3 = [0, 0, 1];
 
 /**
- * Rotation from the map's world to the picture's: rows are right, up and backward. `has_camera`: the sensor looks along
- * z and has y down; otherwise a laser with z up is thought possible too. `max_count` points have a vote: 4000 are certain to a
+ * Rotation from the map's world to the picture's: rows are right, up and backward. `hasCamera`: the sensor looks along
+ * z and has y down; otherwise a laser with z up is thought possible too. `maxCount` points have a vote: 4000 are certain to a
  * tenth of a degree.
  */
-export function leveling(points: MapPoints, has_camera: boolean, max_count: number): Mat3 {
-  const candidates = has_camera ? [CAMERA_UP] : [LASER_UP, CAMERA_UP];
-  const voted = candidates.map((presumed) => ({ presumed, ...voteOnUp(points, presumed, max_count) }));
+export function leveling(points: MapPoints, hasCamera: boolean, maxCount: number): Mat3 {
+  const candidates = hasCamera ? [CAMERA_UP] : [LASER_UP, CAMERA_UP];
+  const voted = candidates.map((presumed) => ({ presumed, ...voteOnUp(points, presumed, maxCount) }));
   const best = voted.reduce((a, b) => (b.share > a.share ? b : a));
   const up = best.share >= MIN_SHARE ? best.up : best.presumed;
   const ahead: Vec3 = best.presumed === LASER_UP ? [1, 0, 0] : [0, 0, 1];
@@ -39,37 +39,37 @@ export function leveling(points: MapPoints, has_camera: boolean, max_count: numb
 }
 
 /** Floors, tables and ceilings are level: the mean of the normals that stand nearly upright. */
-function voteOnUp({ normals }: MapPoints, presumed: Vec3, max_count: number): { up: Vec3; share: number } {
+function voteOnUp({ normals }: MapPoints, presumed: Vec3, maxCount: number): { up: Vec3; share: number } {
   const count = normals.length / 3;
-  const stride = Math.max(1, Math.ceil(count / max_count));
+  const stride = Math.max(1, Math.ceil(count / maxCount));
   let up = presumed;
   let share = 0;
   for (const cone of CONES) {
-    const [up_x, up_y, up_z] = up;
-    let [sum_x, sum_y, sum_z] = [0, 0, 0];
+    const [upX, upY, upZ] = up;
+    let [sumX, sumY, sumZ] = [0, 0, 0];
     let votes = 0;
     // This is done whenever the map has grown: no vector is made for a point.
     for (let at = 0; at < 3 * count; at += 3 * stride) {
       const [x, y, z] = [normals[at] ?? 0, normals[at + 1] ?? 0, normals[at + 2] ?? 0];
-      const cosine = x * up_x + y * up_y + z * up_z;
+      const cosine = x * upX + y * upY + z * upZ;
       if (Math.abs(cosine) < NORMAL_UNIT * cone) continue;
       const sign = Math.sign(cosine);
-      sum_x += sign * x;
-      sum_y += sign * y;
-      sum_z += sign * z;
+      sumX += sign * x;
+      sumY += sign * y;
+      sumZ += sign * z;
       votes++;
     }
     if (votes === 0) return { up: presumed, share: 0 };
-    up = normalized([sum_x, sum_y, sum_z]);
+    up = normalized([sumX, sumY, sumZ]);
     share = votes / Math.ceil(count / stride);
   }
   return { up, share };
 }
 
 /** A sample of the points in the picture's world, sufficient to fit a view. */
-export function sample(points: MapPoints, R_view_map: Mat3, max_count: number): Vec3[] {
+export function sample(points: MapPoints, R_view_map: Mat3, maxCount: number): Vec3[] {
   const count = points.positions.length / 3;
-  const stride = Math.max(1, Math.ceil(count / max_count));
+  const stride = Math.max(1, Math.ceil(count / maxCount));
   const sampled: Vec3[] = [];
   for (let i = 0; i < count; i += stride) {
     const at = 3 * i;
@@ -108,12 +108,12 @@ export function heightsOf(sampled: readonly Vec3[], cameras: readonly Vec3[]): H
   const camera = Number.isFinite(highest) ? highest : 0;
   const above = heights.filter((height) => height > camera + BELOW_CEILING);
   const ceiling = fullestBin(above);
-  const num_beyond = ceiling === null ? 0 : above.filter((height) => height > ceiling + CLEARANCE).length;
+  const numBeyond = ceiling === null ? 0 : above.filter((height) => height > ceiling + CLEARANCE).length;
   const floor = fullestBin(heights.filter((height) => height < camera - 0.3)) ?? bottom;
   const section = Math.min(camera + ABOVE_CAMERA, (ceiling ?? top) - BELOW_CEILING);
   // Without a ceiling, or where all lies far below or above the cameras, there is nothing to cut open.
-  const is_open = num_beyond > MAX_BEYOND_CEILING * above.length;
-  return { floor, top, section: section > floor + 0.5 && !is_open ? section : top };
+  const isOpen = numBeyond > MAX_BEYOND_CEILING * above.length;
+  return { floor, top, section: section > floor + 0.5 && !isOpen ? section : top };
 }
 
 function fullestBin(heights: Float64Array): number | null {
@@ -124,7 +124,7 @@ function fullestBin(heights: Float64Array): number | null {
 }
 
 /** The turn about the vertical (rad) at which the plan fills the smallest rectangle, its long side across the screen. */
-export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): number {
+export function straightAzimuth(sampled: readonly Vec3[], isWide: boolean): number {
   const STEPS = 60;
   const [xs, zs] = [coordinates(sampled, 0), coordinates(sampled, 2)];
   const along = new Float64Array(sampled.length);
@@ -132,15 +132,15 @@ export function straightAzimuth(sampled: readonly Vec3[], is_wide: boolean): num
     for (let i = 0; i < along.length; i++) along[i] = a * (xs[i] ?? 0) + b * (zs[i] ?? 0);
     return spread(along);
   };
-  let best = { area: Number.POSITIVE_INFINITY, azimuth: 0, is_wide: true };
+  let best = { area: Number.POSITIVE_INFINITY, azimuth: 0, isWide: true };
   for (let step = 0; step < STEPS; step++) {
     const azimuth = ((step / STEPS) * Math.PI) / 2;
     const [cos, sin] = [Math.cos(azimuth), Math.sin(azimuth)];
     const width = spreadAlong(cos, -sin);
     const depth = spreadAlong(sin, cos);
-    if (width * depth < best.area * 0.995) best = { area: width * depth, azimuth, is_wide: width >= depth };
+    if (width * depth < best.area * 0.995) best = { area: width * depth, azimuth, isWide: width >= depth };
   }
-  return best.is_wide === is_wide ? best.azimuth : best.azimuth - Math.PI / 2;
+  return best.isWide === isWide ? best.azimuth : best.azimuth - Math.PI / 2;
 }
 
 /** Extent of all but the outermost hundredth on either side. */

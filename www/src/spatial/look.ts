@@ -46,7 +46,7 @@ export interface LookChoices {
   /** Null: as the data suggest it, as for `section`. */
   mode: ColorMode | null;
   /** Of a point, in sides of a voxel. */
-  size_factor: number;
+  sizeFactor: number;
   /** Where the map is cut, m above the first camera. */
   section: number | null;
   surface: SurfaceChoices;
@@ -55,7 +55,7 @@ export interface LookChoices {
 
 export const FIRST_CHOICES: LookChoices = {
   mode: null,
-  size_factor: 1.6,
+  sizeFactor: 1.6,
   section: null,
   surface: FIRST_SURFACE_CHOICES,
   shows: { points: true, estimate: true, reference: true, cameras: true, grid: true },
@@ -63,7 +63,7 @@ export const FIRST_CHOICES: LookChoices = {
 
 /** What of a run the look depends on. */
 export interface LookFacts {
-  has_colors: boolean;
+  hasColors: boolean;
   /** Edge of the map's voxels, m. */
   voxel_size: number;
   heights: Heights;
@@ -76,15 +76,15 @@ export interface LookFacts {
   dark: boolean;
 }
 
-export const chosenMode = ({ mode }: LookChoices, has_colors: boolean): ColorMode =>
-  mode ?? (has_colors ? 'image' : 'height');
+export const chosenMode = ({ mode }: LookChoices, hasColors: boolean): ColorMode =>
+  mode ?? (hasColors ? 'image' : 'height');
 
 /** The surface is of all frames: where some are hidden, the points are drawn. */
 const isSurfaceShown = ({ surface }: LookChoices, { mesh, until, num_frames }: LookFacts): boolean =>
   mesh !== null && surface.shown !== 'points' && until >= num_frames;
 
 function surfaceColors({ surface, mode }: LookChoices, { colors }: SurfaceMesh): SurfaceColors {
-  if (surface.by_deviation) return 'deviation';
+  if (surface.byDeviation) return 'deviation';
   if (mode === 'frame') return 'plain';
   return mode ?? (colors.length > 0 ? 'image' : 'plain');
 }
@@ -96,10 +96,10 @@ export function sceneLook(choices: LookChoices, facts: LookFacts): SceneLook {
   const { heights, num_frames, until, selected, mesh, dark } = facts;
   const section = chosenSection(choices, heights);
   const colors = sceneColors(dark);
-  const has_surface = isSurfaceShown(choices, facts);
+  const hasSurface = isSurfaceShown(choices, facts);
   return {
-    mode: chosenMode(choices, facts.has_colors),
-    point_size: choices.size_factor * facts.voxel_size,
+    mode: chosenMode(choices, facts.hasColors),
+    pointSize: choices.sizeFactor * facts.voxel_size,
     section: section >= heights.top ? 1e9 : section,
     until,
     selected: selected ?? -1,
@@ -109,7 +109,7 @@ export function sceneLook(choices: LookChoices, facts: LookFacts): SceneLook {
     ramp: ramp(dark),
     highlight: colors.selected,
     colors,
-    shows: { ...choices.shows, points: choices.shows.points && !(has_surface && choices.surface.shown === 'surface') },
-    surface: has_surface && mesh ? { colors: surfaceColors(choices, mesh), deviation: deviationTop(mesh) } : null,
+    shows: { ...choices.shows, points: choices.shows.points && !(hasSurface && choices.surface.shown === 'surface') },
+    surface: hasSurface && mesh ? { colors: surfaceColors(choices, mesh), deviation: deviationTop(mesh) } : null,
   };
 }

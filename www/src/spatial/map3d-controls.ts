@@ -51,10 +51,10 @@ export function readout(
     hovered,
     mode,
     dark,
-    metres_per_pixel,
-  }: { hovered: string | null; mode: ColorMode; dark: boolean; metres_per_pixel: number },
+    metresPerPixel,
+  }: { hovered: string | null; mode: ColorMode; dark: boolean; metresPerPixel: number },
 ): TemplateResult {
-  const metres = roundedDown(Math.max(110 * metres_per_pixel, 1e-3));
+  const metres = roundedDown(Math.max(110 * metresPerPixel, 1e-3));
   const { floor, top } = heights;
   const stops = ramp(dark)
     .filter((_, i) => i % 7 === 0)
@@ -70,7 +70,7 @@ export function readout(
           </span>`
         : nothing
     }
-    <span class="scale number" style="width: calc(${(metres / metres_per_pixel).toFixed(1)} * var(--px))"
+    <span class="scale number" style="width: calc(${(metres / metresPerPixel).toFixed(1)} * var(--px))"
       >${metres} m</span
     >
   </div>`;
@@ -91,38 +91,38 @@ export function graphicsNotice(state: GraphicsState, retry: () => void): Templat
 
 /** What the map in space can do that the flat one cannot. */
 export function ownButtons({
-  is_flat,
+  isFlat,
   fromAbove,
   toggleProjection,
 }: {
-  is_flat: boolean;
+  isFlat: boolean;
   fromAbove: () => void;
   toggleProjection: () => void;
 }): TemplateResult {
   return html`${mapButton(FROM_ABOVE, 'View from above', 'View from above (T)', fromAbove)}
-  ${mapButton(FLAT, 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: is_flat })}`;
+  ${mapButton(FLAT, 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: isFlat })}`;
 }
 
 /** Layers and how, and what is to change. */
 export interface LayersState {
   choices: LookChoices;
-  has_colors: boolean;
+  hasColors: boolean;
   /** m. */
   voxel_size: number;
   /** Side of the floor's squares, m. */
-  grid_step: number;
+  gridStep: number;
   /** Name of the reference file; null: there is none. */
-  reference_name: string | null;
-  has_cameras: boolean;
+  referenceName: string | null;
+  hasCameras: boolean;
   choose: (change: Partial<LookChoices>) => void;
 }
 
 export function layers({ choices, choose, ...has }: LayersState): TemplateResult {
-  const { shows, size_factor } = choices;
+  const { shows, sizeFactor } = choices;
   const layer = (name: LayerName, label: string, sign: string): TemplateResult =>
     layerBox(label, sign, shows[name], (shown) => choose({ shows: { ...shows, [name]: shown } }));
-  const chosen = chosenMode(choices, has.has_colors);
-  const modes = COLOR_MODES.filter(({ mode }) => has.has_colors || mode !== 'image');
+  const chosen = chosenMode(choices, has.hasColors);
+  const modes = COLOR_MODES.filter(({ mode }) => has.hasColors || mode !== 'image');
   return layerList(html`
     <label class="row"
       >Colour
@@ -137,14 +137,14 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
         min="0.4"
         max="4"
         step="0.1"
-        .value=${String(size_factor)}
-        aria-valuetext="${formatFixed(size_factor * has.voxel_size * 100, 1)} cm"
-        @input=${(event: Event) => choose({ size_factor: Number((event.target as HTMLInputElement).value) })}
+        .value=${String(sizeFactor)}
+        aria-valuetext="${formatFixed(sizeFactor * has.voxel_size * 100, 1)} cm"
+        @input=${(event: Event) => choose({ sizeFactor: Number((event.target as HTMLInputElement).value) })}
       />
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
-    ${has.reference_name === null ? nothing : layer('reference', `Ground truth: ${baseName(has.reference_name)}`, 'reference')}
-    ${has.has_cameras ? layer('cameras', 'Cameras', 'cameras') : nothing}
-    ${layer('grid', `Grid of ${has.grid_step} m`, 'grid')}
+    ${has.referenceName === null ? nothing : layer('reference', `Ground truth: ${baseName(has.referenceName)}`, 'reference')}
+    ${has.hasCameras ? layer('cameras', 'Cameras', 'cameras') : nothing}
+    ${layer('grid', `Grid of ${has.gridStep} m`, 'grid')}
   `);
 }

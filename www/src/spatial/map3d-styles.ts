@@ -1,7 +1,7 @@
 import { css } from 'lit';
 
 /** What lies over the map in space. */
-export const map3d_styles = css`
+export const map3dStyles = css`
   .notice {
     position: absolute;
     top: 50%;

@@ -1,10 +1,10 @@
-import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
 import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
 import { Graphics, type GraphicsUser } from '../components/graphics.js';
-import { map_styles } from '../components/map-styles.js';
-import { closeByEscape, mapToolbar } from '../components/map-toolbar.js';
+import { mapStyles } from '../components/map-styles.js';
+import { mapFrame, mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
 import { Viewpoint } from './viewpoint.js';
@@ -14,7 +14,7 @@ import { floorLines } from './floor.js';
 import { NO_POINTS } from './leveling.js';
 import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, ramp, sceneLook } from './look.js';
 import { graphicsNotice, layers, ownButtons, readout, type Section, sectionSlider } from './map3d-controls.js';
-import { map3d_styles } from './map3d-styles.js';
+import { map3dStyles } from './map3d-styles.js';
 import {
   fitted,
   isAlike,
@@ -26,11 +26,11 @@ import {
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
-import type { Camera, Pose } from './poses.js';
+import { type BeforePath, NO_MARKS, showMarks, type SpatialMarks } from './path-marks.js';
 import type { MapScene, SceneLook } from './scene.js';
 import {
   NO_SURFACE,
-  surface_styles,
+  surfaceStyles,
   surfaceBar,
   surfaceButton,
   type SurfaceChoices,
@@ -38,52 +38,30 @@ import {
 } from './surface-bar.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
 
-/** Layers over the points. */
-export interface SpatialMarks {
-  poses: readonly Pose[];
-  reference: readonly (Pose | null)[];
-  camera: Camera | null;
-  /** Frames shown, from the first on. */
-  until: number;
-  selected: number | null;
-}
-
-/** The path of a result that another one has replaced. */
-export interface BeforePath {
-  poses: readonly Pose[];
-}
-
-const NO_MARKS: SpatialMarks = { poses: [], reference: [], camera: null, until: 0, selected: null };
-
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
-/** How far a camera's image is drawn before it, m; the selected one's is larger, to be seen. */
-const CAMERA_DEPTH = 0.16;
-const SELECTED_DEPTH = 2.4 * CAMERA_DEPTH;
-
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
  * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, `map-painted` when a new set of
- * points is on the screen, and
- * `graphics-changed` with 'lost', 'restored' or 'unavailable'.
+ * points is on the screen, and `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
 export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
   @property({ attribute: false }) points: MapPoints = NO_POINTS;
   @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
   /** The path that this one replaces, to be compared with it. */
-  @property({ attribute: false }) path_before: BeforePath | null = null;
+  @property({ attribute: false }) pathBefore: BeforePath | null = null;
   /** What there is of the run's surface. */
-  @property({ attribute: false }) run_surface: SurfaceState = NO_SURFACE;
+  @property({ attribute: false }) runSurface: SurfaceState = NO_SURFACE;
   @property({ attribute: false }) names: readonly string[] = [];
-  @property({ attribute: false }) reference_name = '';
+  @property({ attribute: false }) referenceName = '';
   /** Edge of the map's voxels, m: how large a point is drawn. */
   @property({ attribute: false }) voxel_size = 0.02;
-  @property({ attribute: false }) has_colors = true;
+  @property({ attribute: false }) hasColors = true;
   @property({ type: Boolean }) dark = false;
   /** Changes with the data set, so that the view is fitted again. */
-  @property({ attribute: false }) fit_key: unknown = null;
+  @property({ attribute: false }) fitKey: unknown = null;
   @property({ attribute: false }) description = '';
   /** Without the buttons on it and the section's slider beside it. */
   @property({ type: Boolean, reflect: true }) bare = false;
@@ -93,45 +71,44 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   @property({ attribute: false }) image: HTMLImageElement | null = null;
 
   @state() private choices: LookChoices = FIRST_CHOICES;
-  @state() private layers_open = false;
+  @state() private layersOpen = false;
   @state() private hovered: number | null = null;
   @query('.stage') readonly stage!: HTMLElement;
   @query('canvas') readonly canvas!: HTMLCanvasElement;
 
-  /** The text beside the map is updated when a flight of the camera ends: updating it at every picture would take longer
-   * than drawing the picture. */
+  /** The text beside the map is updated when a flight ends: at every picture that would take longer than drawing it. */
   private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
   private surface = new DrawingSurface(this);
   private survey: Survey = NO_SURVEY;
-  private has_new_points = false;
+  private hasNewPoints = false;
 
   protected override firstUpdated(): void {
     this.surface.begin();
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
-    if (changed.has('fit_key')) {
+    if (changed.has('fitKey')) {
       this.choices = { ...this.choices, section: null };
       this.viewpoint.reset();
     }
     // Beside the result before, the section stays where it was.
-    if (changed.has('path_before') && this.path_before && this.points.positions.length > 0) {
+    if (changed.has('pathBefore') && this.pathBefore && this.points.positions.length > 0) {
       this.choices = { ...this.choices, section: this.cut() };
     }
-    if (changed.has('points') || changed.has('fit_key')) this.takeSurvey();
-    if (this.isOtherSurface(changed) && this.run_surface.mesh) this.chooseSurface({ shown: 'surface' });
+    if (changed.has('points') || changed.has('fitKey')) this.takeSurvey();
+    if (this.isOtherSurface(changed) && this.runSurface.mesh) this.chooseSurface({ shown: 'surface' });
   }
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('points')) {
       this.graphics.scene?.setPoints(this.points);
-      this.has_new_points = true;
+      this.hasNewPoints = true;
     }
-    if (this.isOtherSurface(changed)) this.graphics.scene?.setSurface(this.run_surface.mesh);
-    const is_whole = changed.has('growing') && !this.growing;
-    if ((changed.has('points') || is_whole) && !this.viewpoint.is_moved) this.follow(changed.has('fit_key'));
-    if (changed.has('path_before')) this.graphics.scene?.setBefore(this.path_before?.poses ?? []);
+    if (this.isOtherSurface(changed)) this.graphics.scene?.setSurface(this.runSurface.mesh);
+    const isWhole = changed.has('growing') && !this.growing;
+    if ((changed.has('points') || isWhole) && !this.viewpoint.isMoved) this.follow(changed.has('fitKey'));
+    if (changed.has('pathBefore')) this.graphics.scene?.setBefore(this.pathBefore?.poses ?? []);
     if (changed.has('marks') || changed.has('image') || changed.has('points')) {
       this.passMarks(changed.get('marks') ?? null);
     }
@@ -139,16 +116,15 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   /** Shows the whole map, from the present viewpoint. */
-  fit(at_once = false): void {
-    this.viewpoint.is_moved = false;
-    this.fly(this.toAll(this.straightened()), at_once);
+  fit(atOnce = false): void {
+    this.viewpoint.isMoved = false;
+    this.fly(this.toAll(this.straightened()), atOnce);
   }
 
   /** Looks straight down. */
   fromAbove(): void {
-    this.viewpoint.is_moved = false;
-    const { straight } = this.survey;
-    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: straight, elevation: STRAIGHT_DOWN }), false);
+    this.viewpoint.isMoved = false;
+    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: this.survey.straight, elevation: STRAIGHT_DOWN }), false);
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */
@@ -160,69 +136,58 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   protected override render(): TemplateResult {
     const section = { heights: this.survey.heights, cut: this.cut() };
-    const toggleLayers = (): void => {
-      this.layers_open = !this.layers_open;
-    };
-    const onKey = (event: KeyboardEvent): void => {
-      if (this.layers_open) closeByEscape(event, toggleLayers);
-    };
-    return html`<div class="frame" @keydown=${{ handleEvent: onKey, capture: true }}>
-      ${sectionSlider(section, (height) => this.choose({ section: height }))}
-      <div class="view">
-        <div
-          class="stage"
-          tabindex="0"
-          role="group"
-          aria-label="Map"
-          aria-describedby="map-keys"
-          @keydown=${this.onKey}
-        >
-          ${keyed(this.graphics.canvas_number, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
-          <p id="map-keys" class="visually-hidden">
-            Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from
-            above, P changes between perspective and plan, M makes the surface or changes between it and the points,
-            comma and full stop select the frame before and after.
-          </p>
-        </div>
-        ${graphicsNotice(this.graphics.state, () => this.graphics.restart())}
-        ${this.renderControls(section, toggleLayers)}
-      </div>
-      ${this.layers_open ? this.renderLayers() : nothing}
-      ${surfaceBar(this.run_surface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change))}
-    </div>`;
+    return mapFrame({
+      describedBy: 'map-keys',
+      onKey: (event) => this.onKey(event),
+      before: sectionSlider(section, (height) => this.choose({ section: height })),
+      stage: html`${keyed(this.graphics.canvasNumber, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
+        <p id="map-keys" class="visually-hidden">
+          Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
+          P changes between perspective and plan, M makes the surface or changes between it and the points, comma and
+          full stop select the frame before and after.
+        </p>`,
+      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
+      layers: this.layersOpen ? this.renderLayers() : null,
+      toggleLayers: this.toggleLayers,
+      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change)),
+    });
   }
 
-  private renderControls(section: Section, toggleLayers: () => void): TemplateResult {
-    const { choices, viewpoint, has_colors } = this;
+  private toggleLayers = (): void => {
+    this.layersOpen = !this.layersOpen;
+  };
+
+  private renderControls(section: Section): TemplateResult {
+    const { choices, viewpoint, hasColors } = this;
     return html`${readout(section, {
       hovered: this.hovered === null ? null : (this.names[this.hovered] ?? ''),
-      mode: chosenMode(choices, has_colors),
+      mode: chosenMode(choices, hasColors),
       dark: this.dark,
-      metres_per_pixel: metresPerPixel(viewpoint.orbit, this.surface.size),
+      metresPerPixel: metresPerPixel(viewpoint.orbit, this.surface.size),
     })}
     ${mapToolbar({
       zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
       fit: () => this.fit(),
-      own: html`${surfaceButton(this.run_surface, choices.surface, () => this.toggleSurface())}${ownButtons({
-        is_flat: viewpoint.orbit.projection === 'orthographic',
+      own: html`${surfaceButton(this.runSurface, choices.surface, () => this.toggleSurface())}${ownButtons({
+        isFlat: viewpoint.orbit.projection === 'orthographic',
         fromAbove: () => this.fromAbove(),
         toggleProjection: () => this.toggleProjection(),
       })}`,
-      has_layers: this.layers_open,
-      layers_hint: 'Layers and colours',
-      toggleLayers,
+      hasLayers: this.layersOpen,
+      layersHint: 'Layers and colours',
+      toggleLayers: this.toggleLayers,
     })}`;
   }
 
   private renderLayers(): TemplateResult {
-    const { choices, has_colors, voxel_size, marks } = this;
+    const { choices, hasColors, voxel_size, marks } = this;
     return layers({
       choices,
-      has_colors,
+      hasColors,
       voxel_size,
-      grid_step: floorLines(this.onFloor(), this.survey.straight).step,
-      reference_name: marks.reference.length > 0 ? this.reference_name : null,
-      has_cameras: marks.camera !== null,
+      gridStep: floorLines(this.onFloor(), this.survey.straight).step,
+      referenceName: marks.reference.length > 0 ? this.referenceName : null,
+      hasCameras: marks.camera !== null,
       choose: (change) => this.choose(change),
     });
   }
@@ -232,8 +197,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private isOtherSurface(changed: PropertyValues<this>): boolean {
-    const before = changed.get('run_surface');
-    return before !== undefined && before.mesh !== this.run_surface.mesh;
+    const before = changed.get('runSurface');
+    return before !== undefined && before.mesh !== this.runSurface.mesh;
   }
 
   private chooseSurface(change: Partial<SurfaceChoices>): void {
@@ -242,9 +207,9 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** Makes the surface, or changes between it and the points. */
   private toggleSurface(): void {
-    const { mesh, num_placed } = this.run_surface;
+    const { mesh, numPlaced } = this.runSurface;
     if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
-    else if (num_placed > 0) this.emit('surface-wanted', null);
+    else if (numPlaced > 0) this.emit('surface-wanted', null);
   }
 
   // Layers.
@@ -254,12 +219,12 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   onScene(scene: MapScene): void {
-    scene.resize(this.surface.size, this.surface.pixel_ratio);
+    scene.resize(this.surface.size, this.surface.pixelRatio);
     scene.setPoints(this.points);
-    scene.setSurface(this.run_surface.mesh);
-    scene.setBefore(this.path_before?.poses ?? []);
+    scene.setSurface(this.runSurface.mesh);
+    scene.setBefore(this.pathBefore?.poses ?? []);
     this.passMarks(null);
-    this.has_new_points = true;
+    this.hasNewPoints = true;
     this.requestPaint();
   }
 
@@ -268,31 +233,21 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private passMarks(before: SpatialMarks | null): void {
-    const { marks, survey } = this;
+    const { marks, survey, image } = this;
     const { scene } = this.graphics;
-    if (!scene) return;
-    const is_new = before === null || before.poses !== marks.poses || before.reference !== marks.reference;
-    if (is_new) {
-      scene.setPaths(marks.poses, marks.reference, marks.camera, CAMERA_DEPTH);
-      const shown = this.onFloor();
-      if (shown.length > 0) scene.setGround(survey.R_view_map, shown, survey.heights.floor, survey.straight);
-    }
-    const pose = marks.selected === null ? null : (marks.poses[marks.selected] ?? null);
-    scene.setSelected(pose, marks.camera, SELECTED_DEPTH, this.image);
+    if (scene) showMarks(scene, marks, before, image, { ...survey, onFloor: () => this.onFloor() });
   }
 
   /** What the squares on the floor lie under. */
   private onFloor(): readonly Vec3[] {
-    const { sampled, R_view_map } = this.survey;
-    return [...sampled, ...positions(this.marks.poses, R_view_map)];
+    return [...this.survey.sampled, ...positions(this.marks.poses, this.survey.R_view_map)];
   }
 
   private takeSurvey(): void {
     const { poses, camera } = this.marks;
-    const kind = { has_camera: camera !== null, is_rough: this.growing };
-    this.survey = leveled(this.survey, this.points, poses, kind);
+    this.survey = leveled(this.survey, this.points, poses, { hasCamera: camera !== null, isRough: this.growing });
     const { width, height } = this.surface.size;
-    this.survey = straightened(this.survey, poses, { cut: this.cut(), is_wide: width >= height });
+    this.survey = straightened(this.survey, poses, { cut: this.cut(), isWide: width >= height });
   }
 
   private cut(): number {
@@ -300,19 +255,17 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private look(): SceneLook {
-    const { has_colors, voxel_size, dark, marks, run_surface } = this;
-    const { until, selected, poses } = marks;
-    const { heights } = this.survey;
-    const { mesh } = run_surface;
-    const facts = { has_colors, voxel_size, heights, num_frames: poses.length, until, selected, mesh, dark };
-    return sceneLook(this.choices, facts);
+    const { hasColors, voxel_size, dark, runSurface, survey } = this;
+    const { until, selected, poses } = this.marks;
+    const of = { num_frames: poses.length, until, selected, mesh: runSurface.mesh, heights: survey.heights };
+    return sceneLook(this.choices, { hasColors, voxel_size, dark, ...of });
   }
 
   // Painting.
 
   resized(): void {
-    this.graphics.scene?.resize(this.surface.size, this.surface.pixel_ratio);
-    if (!this.viewpoint.is_moved) this.fit(true);
+    this.graphics.scene?.resize(this.surface.size, this.surface.pixelRatio);
+    if (!this.viewpoint.isMoved) this.fit(true);
   }
 
   private requestPaint(): void {
@@ -322,17 +275,17 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   paint(): void {
     const { viewpoint, graphics } = this;
-    if (viewpoint.is_flying) {
+    if (viewpoint.isFlying) {
       viewpoint.advance();
-      if (!viewpoint.is_flying) this.requestUpdate();
+      if (!viewpoint.isFlying) this.requestUpdate();
     }
     graphics.scene?.render(viewpoint.orbit, this.look(), this.survey.R_view_map[1]);
-    if (viewpoint.is_flying) this.requestPaint();
+    if (viewpoint.isFlying) this.requestPaint();
     else this.stage.ariaBusy = 'false';
     // Where nothing can be drawn, whoever waits for the map need not wait for ever.
     if (!graphics.scene && graphics.state !== 'unavailable') return;
-    if (this.has_new_points) {
-      this.has_new_points = false;
+    if (this.hasNewPoints) {
+      this.hasNewPoints = false;
       this.emit('map-painted', null);
     }
   }
@@ -340,10 +293,10 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   // Moving about.
 
   /** Keeps the map in view while it grows; the view stands still where little has been added. */
-  private follow(at_once: boolean): void {
-    if (this.growing && this.path_before) return; // the view stays as it was, for the two to be compared
+  private follow(atOnce: boolean): void {
+    if (this.growing && this.pathBefore) return; // the view stays as it was, for the two to be compared
     const to = this.toAll(this.straightened());
-    if (at_once || !this.growing || !isAlike(this.viewpoint.goal, to)) this.fly(to, at_once);
+    if (atOnce || !this.growing || !isAlike(this.viewpoint.goal, to)) this.fly(to, atOnce);
   }
 
   /** From above, the walls run across and along the screen. */
@@ -357,21 +310,21 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     // The buttons need room at the right, and the picture is to stay in the middle.
     const { size } = this.surface;
     const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 56, along: 30 };
-    const poses = [...this.marks.poses, ...(this.path_before?.poses ?? [])];
+    const poses = [...this.marks.poses, ...(this.pathBefore?.poses ?? [])];
     return fitted(orbit, openSamples(this.survey, poses, this.cut()), size, margin);
   }
 
-  private fly(to: Orbit, at_once: boolean): void {
+  private fly(to: Orbit, atOnce: boolean): void {
     if (this.survey.sampled.length === 0) return;
-    if (at_once) this.viewpoint.jump(to);
+    if (atOnce) this.viewpoint.jump(to);
     else this.viewpoint.fly(to);
-    if (!this.viewpoint.is_flying) this.requestUpdate();
+    if (!this.viewpoint.isFlying) this.requestUpdate();
     this.requestPaint();
   }
 
   private move(orbit: Orbit): void {
     this.viewpoint.jump(orbit);
-    this.viewpoint.is_moved = true;
+    this.viewpoint.isMoved = true;
     this.requestUpdate();
   }
 
@@ -379,7 +332,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     const { orbit } = this.viewpoint;
     this.viewpoint.jump({ ...orbit, projection: orbit.projection === 'perspective' ? 'orthographic' : 'perspective' });
     this.requestUpdate();
-    if (!this.viewpoint.is_moved) this.fit(true);
+    if (!this.viewpoint.isMoved) this.fit(true);
   }
 
   zoomBy(factor: number): void {
@@ -443,11 +396,5 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
   }
 
-  static override styles = [shared, map_styles, map3d_styles, surface_styles];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-map3d': ScanstitchMap3d;
-  }
+  static override styles = [shared, mapStyles, map3dStyles, surfaceStyles];
 }

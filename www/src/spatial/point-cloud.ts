@@ -123,14 +123,14 @@ export class PointCloud {
   /** Takes the map as it is now. Points that are where they were before are not sent to the card again. */
   set({ positions, colors, normals, frames }: MapPoints): void {
     const count = positions.length / 3;
-    const is_new = count > this.#capacity;
-    if (is_new) this.#makeRoom(Math.max(count, 2 * this.#capacity, 65_536));
+    const isNew = count > this.#capacity;
+    if (isNew) this.#makeRoom(Math.max(count, 2 * this.#capacity, 65_536));
     else if (count === 0 && this.#capacity > 0) this.#makeRoom(0);
     const { geometry } = this.object;
     geometry.setDrawRange(0, count);
     if (count === 0) return;
     const position = attribute(geometry, 'position');
-    const first = is_new ? 0 : firstDifference(position.array as Float32Array, positions) / 3;
+    const first = isNew ? 0 : firstDifference(position.array as Float32Array, positions) / 3;
     if (first >= count) return;
     (position.array as Float32Array).set(positions.subarray(3 * first), 3 * first);
     const color = attribute(geometry, 'color');
@@ -150,7 +150,7 @@ export class PointCloud {
     }
   }
 
-  look(look: PointLook, half_height: number): void {
+  look(look: PointLook, halfHeight: number): void {
     const { uniforms } = this.object.material;
     const set = (name: string, value: number): void => {
       const uniform = uniforms[name];
@@ -165,7 +165,7 @@ export class PointCloud {
     set('u_low', look.low);
     set('u_high', look.high);
     set('u_last', look.num_frames - 1);
-    set('u_half_height', half_height);
+    set('u_half_height', halfHeight);
     uniforms.u_up?.value.set(...look.up);
     uniforms.u_highlight?.value.set(...look.highlight.map((value) => value / 255));
     if (look.ramp !== this.#ramp && uniforms.u_ramp) {

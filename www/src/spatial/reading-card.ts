@@ -69,11 +69,11 @@ export class ScanstitchReadingCard extends LitElement {
 
   private renderQuestion({ value, why, likely, setting }: Assumption): TemplateResult {
     const image = this.view && paintTopView(this.view, this.dark);
-    const is_cloud = setting === 'cloud_unit';
-    const unit = is_cloud ? 'm' : 'per metre';
+    const isCloud = setting === 'cloud_unit';
+    const unit = isCloud ? 'm' : 'per metre';
     return html`<p>
         ${
-          is_cloud
+          isCloud
             ? `No file says the unit of the clouds' coordinates: ${valueText(value)} m is assumed, as ${why}.`
             : `No file says how many raw depth values make a metre: ${valueText(value)} is assumed, ${why}. The first image from above, at each scale:`
         }
@@ -89,8 +89,7 @@ export class ScanstitchReadingCard extends LitElement {
               >
                 ${this.view && image ? topView(this.view, image, scale) : nothing}
                 <span class="number"
-                  >${valueText(scale)} ${is_cloud ? unit : ''}
-                  ${scale === value ? 'assumed' : is_cloud ? '' : unit}</span
+                  >${valueText(scale)} ${isCloud ? unit : ''} ${scale === value ? 'assumed' : isCloud ? '' : unit}</span
                 >
                 ${
                   this.view
@@ -102,9 +101,7 @@ export class ScanstitchReadingCard extends LitElement {
         )}
       </ul>
       <p class="actions">
-        <button @click=${() => this.choose({ choice: 'more' })}>
-          ${is_cloud ? 'Another unit…' : 'Another scale…'}
-        </button>
+        <button @click=${() => this.choose({ choice: 'more' })}>${isCloud ? 'Another unit…' : 'Another scale…'}</button>
         <button class="primary" @click=${() => this.choose({ choice: 'dismiss' })}>Keep ${valueText(value)}</button>
       </p>`;
   }
@@ -206,10 +203,4 @@ export class ScanstitchReadingCard extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-reading-card': ScanstitchReadingCard;
-  }
 }

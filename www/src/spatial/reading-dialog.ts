@@ -1,6 +1,6 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { dialog_styles, shared } from '../components/theme.js';
+import { dialogStyles, shared } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
 import type { Camera } from './poses.js';
 import { valueText, valueWords } from './reading.js';
@@ -102,7 +102,7 @@ export class ScanstitchReadingDialog extends LitElement {
 
   static override styles = [
     shared,
-    dialog_styles,
+    dialogStyles,
     css`
       :host {
         display: contents;
@@ -151,10 +151,4 @@ export class ScanstitchReadingDialog extends LitElement {
       }
     `,
   ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-reading-dialog': ScanstitchReadingDialog;
-  }
 }

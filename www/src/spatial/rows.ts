@@ -8,10 +8,10 @@ import { type Column, millimetres, type TableRow, UNKNOWN } from '../views/frame
 export interface SpatialRow extends TableRow {
   result: SpatialFrameResult;
   error: number | null;
-  rotation_error: number | null;
+  rotationError: number | null;
   ms: number;
   /** The first frame is where the map begins: it is matched with nothing. */
-  is_origin: boolean;
+  isOrigin: boolean;
 }
 
 export function spatialRows(result: SpatialResult | null, ms: readonly number[]): SpatialRow[] {
@@ -21,9 +21,9 @@ export function spatialRows(result: SpatialResult | null, ms: readonly number[])
     status: frame.status,
     result: frame,
     error: result?.comparison?.errors[index] ?? null,
-    rotation_error: result?.comparison?.rotation_errors[index] ?? null,
+    rotationError: result?.comparison?.rotation_errors[index] ?? null,
     ms: ms[index] ?? 0,
-    is_origin: index === 0 && frame.history.length === 0,
+    isOrigin: index === 0 && frame.history.length === 0,
   }));
 }
 
@@ -32,23 +32,23 @@ export function heading({ qx, qy, qz, qw }: SpatialPose): number {
   return Math.atan2(2 * (qx * qz + qw * qy), 1 - 2 * (qx * qx + qy * qy));
 }
 
-/** `reference_name` empty: no columns for the distance to it. */
-export function spatialColumns(reference_name: string, has_camera: boolean): Column<SpatialRow>[] {
+/** `referenceName` empty: no columns for the distance to it. */
+export function spatialColumns(referenceName: string, hasCamera: boolean): Column<SpatialRow>[] {
   const columns: Column<SpatialRow>[] = [];
   // First: they are what a run is judged by, and the last columns may have to be scrolled to.
-  if (reference_name !== '') {
+  if (referenceName !== '') {
     columns.push(
       {
         label: 'error',
         unit: 'mm',
-        title: `distance to ${reference_name}`,
+        title: `distance to ${referenceName}`,
         cell: ({ error }) => millimetres(error),
       },
       {
         label: 'rotation',
         unit: '°',
-        title: `angle to ${reference_name}`,
-        cell: ({ rotation_error }) => (rotation_error === null ? UNKNOWN : formatFixed(rotation_error * DEGREES, 2)),
+        title: `angle to ${referenceName}`,
+        cell: ({ rotationError }) => (rotationError === null ? UNKNOWN : formatFixed(rotationError * DEGREES, 2)),
       },
     );
   }
@@ -56,13 +56,13 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
     columns.push({
       label: axis,
       unit: 'm',
-      title: has_camera
+      title: hasCamera
         ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it`
         : 'as the first cloud has it',
       cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
     });
   }
-  if (has_camera) {
+  if (hasCamera) {
     columns.push({
       label: 'heading',
       unit: '°',
@@ -75,14 +75,14 @@ export function spatialColumns(reference_name: string, has_camera: boolean): Col
       label: 'inliers',
       unit: '',
       title: 'matched points, and their share of all points',
-      cell: ({ is_origin, result }) =>
-        is_origin ? UNKNOWN : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
+      cell: ({ isOrigin, result }) =>
+        isOrigin ? UNKNOWN : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
     },
     {
       label: 'rmse',
       unit: 'mm',
       title: 'root mean square distance of matched points after registration',
-      cell: ({ is_origin, result }) => (is_origin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
+      cell: ({ isOrigin, result }) => (isOrigin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
     },
   );
   columns.push({ label: 'time', unit: 'ms', title: 'registering this frame', cell: ({ ms }) => formatFixed(ms, 1) });
@@ -99,7 +99,7 @@ export function errorCsv(result: SpatialResult, ms: readonly number[]): string {
   const rows = spatialRows(result, ms).map((row) => {
     const { x, y, z } = row.result.T_world_sensor;
     const { num_inliers, fitness, inlier_rmse } = row.result;
-    const errors = [row.error ?? '', row.rotation_error ?? ''];
+    const errors = [row.error ?? '', row.rotationError ?? ''];
     return [row.frame, row.name, row.status, x, y, z, ...errors, num_inliers, fitness, inlier_rmse, row.ms].map(String);
   });
   return `${csvFormatRows([ERROR_COLUMNS, ...rows])}\n`;

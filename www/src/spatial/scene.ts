@@ -17,7 +17,7 @@ import { type Camera, corners, frustumSegments, type Pose, pathSegments, positio
 import type { Mat3, Vec3 } from '../views/vectors.js';
 
 export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up'> {
-  point_size: number;
+  pointSize: number;
   colors: SceneColors;
   shows: Record<LayerName, boolean>;
   /** Null: the surface is not shown. */
@@ -72,8 +72,8 @@ export class MapScene {
     this.#scene.add(this.#world);
   }
 
-  resize(size: Size, pixel_ratio: number): void {
-    this.#renderer.resize(size, pixel_ratio);
+  resize(size: Size, pixelRatio: number): void {
+    this.#renderer.resize(size, pixelRatio);
   }
 
   setPoints(points: MapPoints): void {
@@ -113,9 +113,9 @@ export class MapScene {
 
   render(orbit: Orbit, look: SceneLook, up: Vec3): void {
     const { colors, shows } = look;
-    const { size, pixel_ratio: ratio } = this.#renderer;
+    const { size, pixelRatio: ratio } = this.#renderer;
     this.#points.object.visible = shows.points;
-    this.#points.look({ ...look, up, size: look.point_size, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
+    this.#points.look({ ...look, up, size: look.pointSize, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
     this.#surface.object.visible = look.surface !== null;
     if (look.surface) this.#surface.look({ ...look, ...look.surface, up });
     this.#grid.object.visible = shows.grid;
@@ -135,7 +135,7 @@ export class MapScene {
 
   /** What `render` would show, as a PNG of `scale` times the size. */
   async toPng(orbit: Orbit, look: SceneLook, up: Vec3, scale: number): Promise<Blob> {
-    const { size, pixel_ratio: ratio } = this.#renderer;
+    const { size, pixelRatio: ratio } = this.#renderer;
     this.resize(size, Math.max(scale, ratio));
     try {
       this.render(orbit, look, up);

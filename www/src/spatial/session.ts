@@ -23,17 +23,17 @@ const MEASURED_SIZES = [0.1, 0.05, 0.02, 0.01];
 export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, SpatialDataset, SpatialSnapshot> {
   points = NO_POINTS;
   /** Milliseconds of registering each frame, in the order of the result's frames. */
-  frame_ms: readonly number[] = [];
+  frameMs: readonly number[] = [];
   /** Since the run was asked for, ms; waiting for the user not counted. */
   elapsed_ms = 0;
   /** The map in voxels of other sizes; null before it was asked for. */
   sizes: readonly SizedMap[] | null = null;
-  #ms_by_index = new Map<number, number>();
-  #started_at = 0;
-  #next_progress = 0;
-  #worked_ms = 0;
+  #msByIndex = new Map<number, number>();
+  #startedAt = 0;
+  #nextProgress = 0;
+  #workedMs = 0;
   /** The frames wait for the engine to start. */
-  #is_waiting = false;
+  #isWaiting = false;
   readonly #opening = new LastRequest();
 
   protected override createClient(): SpatialClient {
@@ -46,7 +46,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       replaced: (name) =>
         this.tell([noteMessage(name, 'The worker that prepared this frame crashed and was replaced')]),
       crashed: (message, restarts) => this.#onCrashed(message, restarts),
-      slow: (is_slow) => this.onSlow(is_slow),
+      slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.#onEnded(message),
     });
   }
@@ -58,9 +58,9 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   /** Opens files: a recording replaces the current one, or is added to it if `joins` is set; a reference is always added. */
-  override async add(opening: Opened | Promise<Opened>, requested_at: number, joins = false): Promise<void> {
+  override async add(opening: Opened | Promise<Opened>, requestedAt: number, joins = false): Promise<void> {
     const signal = this.#opening.begin();
-    this.requested_at = requested_at;
+    this.requestedAt = requestedAt;
     if (this.phase !== 'running') this.phase = 'reading';
     this.activity = 'Inspecting the files';
     this.progress = 0;
@@ -75,11 +75,11 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
         return;
       }
       const previous = this.dataset;
-      const is_same_camera = previous?.recording.intrinsics === dataset.recording.intrinsics;
+      const isSameCamera = previous?.recording.intrinsics === dataset.recording.intrinsics;
       const continues =
-        previous !== null && this.snapshot !== null && is_same_camera && isPrefix(previous.jobs, dataset.jobs);
+        previous !== null && this.snapshot !== null && isSameCamera && isPrefix(previous.jobs, dataset.jobs);
       this.dataset = dataset;
-      if (this.is_unavailable) this.restart();
+      if (this.isUnavailable) this.restart();
       else if (continues && this.facts) this.#extend(previous, dataset);
       else this.#load();
     } catch (error) {
@@ -93,35 +93,35 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   removeReference(): void {
     if (!this.dataset) return;
     const { recording } = this.dataset;
-    this.dataset = { ...this.dataset, recording: { ...recording, reference: [] }, reference_name: '' };
+    this.dataset = { ...this.dataset, recording: { ...recording, reference: [] }, referenceName: '' };
     this.client?.setReference(null);
   }
 
   override clear(): void {
-    const had_frames = this.dataset !== null;
+    const hadFrames = this.dataset !== null;
     this.#opening.end();
-    this.#is_waiting = false;
+    this.#isWaiting = false;
     this.client?.stop();
     this.dataset = null;
     this.snapshot = null;
     this.points = NO_POINTS;
     this.messages = [];
     this.phase = 'empty';
-    if (had_frames) this.announce('All frames removed.');
+    if (hadFrames) this.announce('All frames removed.');
     this.changed();
   }
 
   protected override recompute(): void {
     if (!this.dataset) return;
     this.messages = [];
-    this.requested_at = performance.now();
+    this.requestedAt = performance.now();
     this.#load();
     this.announce('Computing again with the new settings.');
   }
 
   /** Stops at once; the frame that is being registered may still come in. */
   override stop(): void {
-    if (this.phase === 'reading' && !this.#is_waiting) {
+    if (this.phase === 'reading' && !this.#isWaiting) {
       // Files are being inspected.
       this.#opening.end();
       this.keepResult();
@@ -135,10 +135,10 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   override resume(): void {
-    if (this.#is_waiting) this.#load();
+    if (this.#isWaiting) this.#load();
     else {
       this.phase = 'running';
-      this.#started_at = performance.now();
+      this.#startedAt = performance.now();
       this.client?.resume();
     }
     this.announce('Computing continues.');
@@ -187,7 +187,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     const job = this.dataset?.jobs.find((candidate) => candidate.index === index);
     const find = (readable: Readable | null | undefined): Content | null =>
       (readable && this.dataset?.recording.files.get(readable.path)) ?? null;
-    return { depth: job && !job.is_cloud ? find(job.file) : null, color: find(job?.color) };
+    return { depth: job && !job.isCloud ? find(job.file) : null, color: find(job?.color) };
   }
 
   // What is loaded.
@@ -209,19 +209,19 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   /** The reference trajectory as one file. */
   #reference(): Readable | null {
     if (!this.dataset) return null;
-    const { recording, reference_name } = this.dataset;
+    const { recording, referenceName } = this.dataset;
     const parts = recording.reference.map((path) => recording.files.get(path)).filter((file) => file !== undefined);
     const [only] = parts;
     if (!only) return null;
     if (parts.length < 2) return { path: only.path, read: async () => trajectoryBytes(only.path, await only.read()) };
     return {
-      path: reference_name,
+      path: referenceName,
       read: async () => joinPoses(await Promise.all(parts.map((file) => file.read()))),
     };
   }
 
   #wait(): void {
-    this.#is_waiting = true;
+    this.#isWaiting = true;
     this.phase = 'reading';
     this.activity = 'Starting the engine';
     this.changed();
@@ -232,13 +232,13 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       this.#wait();
       return;
     }
-    this.#is_waiting = false;
+    this.#isWaiting = false;
     this.phase = 'running';
     this.progress = 0;
     this.activity = `Preparing ${plural(this.dataset?.jobs.length ?? 0, 'frame')}`;
-    this.#ms_by_index.clear();
-    this.#worked_ms = 0;
-    this.#started_at = performance.now();
+    this.#msByIndex.clear();
+    this.#workedMs = 0;
+    this.#startedAt = performance.now();
     this.fitAnew();
     this.snapshot = null;
     this.points = NO_POINTS;
@@ -248,7 +248,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   #extend(previous: SpatialDataset, dataset: SpatialDataset): void {
     this.phase = 'running';
-    this.#started_at = performance.now();
+    this.#startedAt = performance.now();
     if (dataset.jobs.length > previous.jobs.length) this.activity = 'Adding frames';
     this.client?.extend(this.#inputs());
   }
@@ -257,14 +257,14 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
 
   protected override onStarted(): void {
     if (this.phase === 'starting') this.phase = 'empty';
-    if (this.#is_waiting && this.phase === 'reading') this.#load();
+    if (this.#isWaiting && this.phase === 'reading') this.#load();
   }
 
   #onRegistered(index: number, ms: number, done: number, total: number): void {
-    this.#ms_by_index.set(index, ms);
+    this.#msByIndex.set(index, ms);
     const now = performance.now();
-    if (this.phase !== 'running' || now < this.#next_progress) return;
-    this.#next_progress = now + PROGRESS_INTERVAL_MS;
+    if (this.phase !== 'running' || now < this.#nextProgress) return;
+    this.#nextProgress = now + PROGRESS_INTERVAL_MS;
     this.progress = done / Math.max(total, 1);
     this.activity = `Registering frame ${Math.min(done + 1, total)} of ${total}`;
     this.changed();
@@ -286,12 +286,12 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.ended = state === 'done' ? 'done' : 'stopped';
     this.sizes = null;
     this.points = snapshot.points;
-    this.frame_ms = snapshot.result.frames.map(({ index }) => this.#ms_by_index.get(index) ?? 0);
+    this.frameMs = snapshot.result.frames.map(({ index }) => this.#msByIndex.get(index) ?? 0);
     if (state !== 'running') {
       this.#pause();
       this.phase = state;
     }
-    this.elapsed_ms = this.#worked_ms + (this.#started_at > 0 ? performance.now() - this.#started_at : 0);
+    this.elapsed_ms = this.#workedMs + (this.#startedAt > 0 ? performance.now() - this.#startedAt : 0);
     if (state === 'done') this.#onDone(snapshot);
     this.changed();
   }
@@ -313,14 +313,14 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   }
 
   /** A reference that fits no frame or not all must not go unnoticed; the engine's other notes are read beside the result. */
-  #tellOfReference(notes: readonly string[], is_unused: boolean): void {
-    const name = this.dataset?.reference_name ?? '';
+  #tellOfReference(notes: readonly string[], isUnused: boolean): void {
+    const name = this.dataset?.referenceName ?? '';
     if (name === '') return;
-    const isOwn = (text: string): boolean => (is_unused ? text.includes(baseName(name)) : text.startsWith(`${name}: `));
+    const isOwn = (text: string): boolean => (isUnused ? text.includes(baseName(name)) : text.startsWith(`${name}: `));
     const own = notes.filter(isOwn);
     const words = own.map((text) => text.replace(`${name}: `, ''));
     this.tell(
-      is_unused
+      isUnused
         ? words.map((problem) => errorMessage({ file: name, place: null, problem, remedy: '' }))
         : words.map((text) => noteMessage(name, text)),
     );
@@ -329,15 +329,15 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
   #onCrashed(message: string, restarts: boolean): void {
     this.#pause();
     if (restarts) {
-      this.#ms_by_index.clear();
-      this.#started_at = performance.now();
+      this.#msByIndex.clear();
+      this.#startedAt = performance.now();
       this.phase = 'running';
       this.progress = 0;
     } else this.phase = 'crashed';
     if (restarts) this.tellCrash(message, 'It was started again and computes again from the first frame', '');
     else {
-      const what_now = 'It was started again and your files are still loaded';
-      this.tellCrash(message, what_now, 'Compute again, perhaps with other settings');
+      const whatNow = 'It was started again and your files are still loaded';
+      this.tellCrash(message, whatNow, 'Compute again, perhaps with other settings');
     }
   }
 
@@ -346,18 +346,18 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
     this.onUnavailable(message);
   }
 
-  #tellNothing(num_files: number): void {
+  #tellNothing(numFiles: number): void {
     this.keepResult();
     this.report(
-      noneUsable(num_files),
+      noneUsable(numFiles),
       'Drop depth images (PNG or PGM) with their colour images, or clouds (PLY or PCD), one file a frame',
     );
     if (this.snapshot) this.tell([noteMessage('', 'The result on the page stays')]);
   }
 
   #pause(): void {
-    if (this.#started_at > 0) this.#worked_ms += performance.now() - this.#started_at;
-    this.#started_at = 0;
+    if (this.#startedAt > 0) this.#workedMs += performance.now() - this.#startedAt;
+    this.#startedAt = 0;
   }
 }
 

@@ -5,6 +5,7 @@ import './map3d.js';
 import './reading-card.js';
 import './reading-dialog.js';
 import type { Measure } from '../components/before-after.js';
+import { Fetched } from '../components/fetched.js';
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { MenuItem } from '../components/menu.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
@@ -28,7 +29,8 @@ import { clouds } from './clouds.js';
 import { makeSpatialExport, SPATIAL_EXPORTS, surfaceFormat, withSurface } from './exports.js';
 import { FrameImageLoader } from './frame-images.js';
 import { spatialFigures } from './headline.js';
-import type { BeforePath, ScanstitchMap3d, SpatialMarks } from './map3d.js';
+import type { ScanstitchMap3d } from './map3d.js';
+import type { BeforePath, SpatialMarks } from './path-marks.js';
 import { openAssumption } from './reading.js';
 import type { ReadingChoice } from './reading-card.js';
 import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
@@ -56,15 +58,15 @@ const DEPTH_SCALE = 1000;
 export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot, SpatialSession, BeforePath> {
   @query('scanstitch-map3d') private map!: ScanstitchMap3d;
   @query('scanstitch-reading-dialog') private dialog!: ScanstitchReadingDialog;
-  /** The first depth image from above, and what it is of. */
-  @state() private top_view: { key: unknown; view: TopView | null } = { key: null, view: null };
   /** The question that was answered or dismissed. */
   @state() private dismissed = '';
 
   override session = this.newSession();
   override readonly of = SPATIAL;
+  /** The first depth image from above. */
+  private topView = new Fetched<TopView | null>(this, null);
   private loader = new FrameImageLoader(this, (file) => this.session.depthPicture(file));
-  private run_surface = new RunSurface(this);
+  private runSurface = new RunSurface(this);
   private namesOf = memoizeLast((frames: readonly SpatialFrameResult[]) => frames.map(({ name }) => name));
   private posesOf = memoizeLast((frames: readonly SpatialFrameResult[]) =>
     frames.map(({ T_world_sensor }) => T_world_sensor),
@@ -126,19 +128,19 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   protected override outcomeOf({ result }: SpatialSnapshot): ScanstitchResult {
-    const { frame_ms } = this.session;
-    return { kind: 'spatial', result, timing: { total: frame_ms.reduce((a, b) => a + b, 0), frames: [...frame_ms] } };
+    const { frameMs } = this.session;
+    return { kind: 'spatial', result, timing: { total: frameMs.reduce((a, b) => a + b, 0), frames: [...frameMs] } };
   }
 
   protected override measures({ result }: SpatialSnapshot): readonly Measure[] {
     const { frames, comparison } = result;
-    const { points, frame_ms } = this.session;
-    const total = frame_ms.reduce((sum, ms) => sum + ms, 0);
+    const { points, frameMs } = this.session;
+    const total = frameMs.reduce((sum, ms) => sum + ms, 0);
     return [
       { label: 'Good frames', value: frames.filter(({ status }) => status === 'good').length, format: formatCount },
       { label: 'Distance to ground truth', value: comparison?.mean ?? null, format: formatLength },
       { label: 'Points of the map', value: points.positions.length / 3, format: formatCount },
-      { label: 'Time a frame', value: total / Math.max(frame_ms.length, 1), format: formatDuration },
+      { label: 'Time a frame', value: total / Math.max(frameMs.length, 1), format: formatDuration },
     ];
   }
 
@@ -152,7 +154,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
 
   /** What of the surface is stopped or fails has been told. */
   override async runExport(id: string): Promise<void> {
-    if (surfaceFormat(id) && !(await this.run_surface.make(this.session))) return;
+    if (surfaceFormat(id) && !(await this.runSurface.make(this.session))) return;
     return super.runExport(id);
   }
 
@@ -160,10 +162,10 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { session } = this;
     return makeSpatialExport(id, {
       ask: (kind) => session.ask(kind),
-      surface: (format) => this.run_surface.file(session, format),
+      surface: (format) => this.runSurface.file(session, format),
       picture: () => this.map.picture(),
-      errors: () => errorCsv(result, session.frame_ms),
-      frame_names: result.frames.map(({ name }) => name),
+      errors: () => errorCsv(result, session.frameMs),
+      frameNames: result.frames.map(({ name }) => name),
       report: this.reportSource(result, session.points.positions),
     });
   }
@@ -177,7 +179,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     return {
       title: dataset?.title ?? '',
       count: dataset ? plural(num_frames, dataset.recording.kind === 'clouds' ? 'cloud' : 'frame') : '',
-      reference: dataset?.reference_name ?? '',
+      reference: dataset?.referenceName ?? '',
       num_frames,
     };
   }
@@ -185,7 +187,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
     const { session, num_frames } = this;
-    this.run_surface.follow(session);
+    this.runSurface.follow(session);
     // Without a selection the images are those of the first frame, so that they do not change during the run.
     const pictured = this.selected ?? (num_frames > 0 ? 0 : null);
     const { depth, color } = pictured === null ? { depth: null, color: null } : session.filesOf(pictured);
@@ -207,38 +209,38 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
         this.until ?? frames.length,
         this.selected,
       )}
-      .run_surface=${this.run_surface.stateOf(session)}
+      .runSurface=${this.runSurface.stateOf(session)}
       .names=${this.namesOf(frames)}
-      .reference_name=${result?.comparison?.name ?? ''}
+      .referenceName=${result?.comparison?.name ?? ''}
       .voxel_size=${result?.settings.map_voxel_size || 0.05}
-      .has_colors=${session.points.colors.length > 0}
-      .path_before=${this.overlay}
-      .fit_key=${this.fit_key}
+      .hasColors=${session.points.colors.length > 0}
+      .pathBefore=${this.overlay}
+      .fitKey=${this.fitKey}
       .description=${this.mapWords(result)}
       .image=${this.selected !== null && this.loader.frame === this.selected ? this.loader.images.color : null}
       ?growing=${phase === 'running'}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
-      @surface-wanted=${() => this.run_surface.make(session)}
+      @surface-wanted=${() => this.runSurface.make(session)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;
   }
 
   private renderMaking(): TemplateResult | typeof nothing {
-    const { progress, activity } = this.run_surface;
-    return progress === null ? nothing : activityBox(activity, progress, 'Stop', () => this.run_surface.stop());
+    const { progress, activity } = this.runSurface;
+    return progress === null ? nothing : activityBox(activity, progress, 'Stop', () => this.runSurface.stop());
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
-    const { snapshot, points, frame_ms, elapsed_ms } = this.session;
+    const { snapshot, points, frameMs, elapsed_ms } = this.session;
     if (!snapshot || snapshot.result.frames.length === 0) return nothing;
-    const timing = this.timingOf(frame_ms, elapsed_ms);
+    const timing = this.timingOf(frameMs, elapsed_ms);
     const figures = this.figuresOf(snapshot.result, timing, points.positions.length / 3, this.loaded().num_frames);
     return html`<scanstitch-headline
       part="figures"
       .figures=${figures}
-      ?compact=${this.is_compact}
+      ?compact=${this.isCompact}
       @figure-action=${() => this.dialog.show()}
     ></scanstitch-headline>`;
   }
@@ -260,7 +262,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ? html`<scanstitch-reading-card
           .suggestion=${asked.suggestion}
           .question=${asked.open}
-          .view=${this.top_view.view}
+          .view=${this.topView.value}
           ?dark=${this.dark}
           @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
         ></scanstitch-reading-card>`
@@ -292,21 +294,14 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   private wantTopView(): void {
     const camera = this.session.snapshot?.result.camera;
     const key = this.session.dataset?.jobs[0]?.file ?? null;
-    if (!camera || !this.question()?.open || key === this.top_view.key) return;
-    this.top_view = { key, view: null };
-    this.session.topView(camera.fx).then(
-      (view) => {
-        if (this.top_view.key === key) this.top_view = { key, view };
-      },
-      () => undefined, // the question stands without a picture
-    );
+    if (camera && this.question()?.open) this.topView.want(key, [], () => this.session.topView(camera.fx));
   }
 
   protected override renderTable(): TemplateResult {
     const result = this.session.snapshot?.result ?? null;
     return html`<scanstitch-frame-table
       part="table"
-      .rows=${this.rowsOf(result, this.session.frame_ms)}
+      .rows=${this.rowsOf(result, this.session.frameMs)}
       .columns=${this.columnsOf(result?.comparison?.name ?? '', result?.camera !== null)}
       .colors=${this.colors()}
       .selected=${this.selected}
@@ -317,7 +312,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   protected override renderDetails(): TemplateResult {
     return html`<scanstitch-frame-panel
       .result=${this.session.snapshot?.result ?? null}
-      .ms=${this.session.frame_ms}
+      .ms=${this.session.frameMs}
       .colors=${this.colors()}
       .selected=${this.selected}
       .images=${this.loader.images}
@@ -353,7 +348,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
     const { frames, comparison } = result;
     const distance = comparison ? ` Mean distance to the ground truth ${formatLength(comparison.mean)}.` : '';
     const chosen = this.selected === null ? '' : ` ${baseName(frames[this.selected]?.name ?? '')} is selected.`;
-    const surface = surfaceWords(this.run_surface.stateOf(this.session));
+    const surface = surfaceWords(this.runSurface.stateOf(this.session));
     const length = frames.reduce((sum, { T_world_sensor: { x, y, z } }, i) => {
       const before = frames[i - 1]?.T_world_sensor;
       return before ? sum + Math.hypot(x - before.x, y - before.y, z - before.z) : sum;
@@ -384,9 +379,3 @@ function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
 // The same empty list every time: a new one would be a change.
 const NO_REFERENCE: SpatialMarks['reference'] = [];
 const NO_ASSUMPTIONS: readonly Assumption[] = [];
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-spatial': ScanstitchSpatial;
-  }
-}

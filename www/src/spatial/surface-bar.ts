@@ -11,21 +11,21 @@ import { cssColor, type Rgb } from '../views/palette.js';
 export interface SurfaceState {
   mesh: SurfaceMesh | null;
   /** 0: the run has none. */
-  num_placed: number;
+  numPlaced: number;
   num_frames: number;
-  is_making: boolean;
+  isMaking: boolean;
 }
 
-export const NO_SURFACE: SurfaceState = { mesh: null, num_placed: 0, num_frames: 0, is_making: false };
+export const NO_SURFACE: SurfaceState = { mesh: null, numPlaced: 0, num_frames: 0, isMaking: false };
 
 /** What is drawn of a map that has a surface. */
 export interface SurfaceChoices {
   shown: 'points' | 'surface' | 'both';
   /** Coloured by the standard deviation of its vertices. */
-  by_deviation: boolean;
+  byDeviation: boolean;
 }
 
-export const FIRST_SURFACE_CHOICES: SurfaceChoices = { shown: 'surface', by_deviation: false };
+export const FIRST_SURFACE_CHOICES: SurfaceChoices = { shown: 'surface', byDeviation: false };
 
 const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
   { shown: 'points', label: 'Points' },
@@ -47,13 +47,13 @@ export const deviationTop = memoizeLast(({ deviations }: SurfaceMesh): number =>
 
 /** Makes the surface; once it is there, shows it or the points. Nothing where the run can have none. */
 export function surfaceButton(
-  { mesh, num_placed, is_making }: SurfaceState,
+  { mesh, numPlaced, isMaking }: SurfaceState,
   { shown }: SurfaceChoices,
   press: () => void,
 ): TemplateResult | typeof nothing {
-  if (num_placed === 0 && !mesh) return nothing;
-  const hint = mesh ? 'Surface or points (M)' : `Make a surface of triangles of ${plural(num_placed, 'frame')} (M)`;
-  return mapButton(FACETS, 'Surface', hint, press, { pressed: is_making || (mesh !== null && shown !== 'points') });
+  if (numPlaced === 0 && !mesh) return nothing;
+  const hint = mesh ? 'Surface or points (M)' : `Make a surface of triangles of ${plural(numPlaced, 'frame')} (M)`;
+  return mapButton(FACETS, 'Surface', hint, press, { pressed: isMaking || (mesh !== null && shown !== 'points') });
 }
 
 /** Below the map, while there is a surface. */
@@ -83,11 +83,11 @@ export function surfaceBar(
     <label
       ><input
         type="checkbox"
-        .checked=${choices.by_deviation}
-        @change=${() => choose({ ...choices, by_deviation: !choices.by_deviation })}
+        .checked=${choices.byDeviation}
+        @change=${() => choose({ ...choices, byDeviation: !choices.byDeviation })}
       />Standard deviation</label
     >
-    ${choices.by_deviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
+    ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
 }
@@ -108,13 +108,13 @@ export function surfaceWords({ mesh, num_frames }: SurfaceState): string {
     num_frames === mesh.num_frames
       ? plural(num_frames, 'frame')
       : `${formatCount(mesh.num_frames)} of ${plural(num_frames, 'frame')}`;
-  const left_out = num_frames === mesh.num_frames ? '' : ', those with a good pose';
+  const leftOut = num_frames === mesh.num_frames ? '' : ', those with a good pose';
   const voxels = `voxels of ${formatFixed(100 * mesh.voxel_size, 0)} cm`;
   const memory = mesh.voxel_size > 1.5 * VOXEL_SIZE ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
-  return `${size} of ${of}${left_out}; ${voxels}${memory}`;
+  return `${size} of ${of}${leftOut}; ${voxels}${memory}`;
 }
 
-export const surface_styles = css`
+export const surfaceStyles = css`
   .surface-bar {
     grid-area: legend;
     display: flex;

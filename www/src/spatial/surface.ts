@@ -31,11 +31,11 @@ export class RunSurface implements ReactiveController {
   #host: ReactiveControllerHost & { readonly isConnected: boolean };
   #placedOf = memoizeLast(placedFrames);
   #stateOf = memoizeLast(
-    (mesh: SurfaceMesh | null, num_placed: number, num_frames: number, is_making: boolean): SurfaceState => ({
+    (mesh: SurfaceMesh | null, numPlaced: number, num_frames: number, isMaking: boolean): SurfaceState => ({
       mesh,
-      num_placed,
+      numPlaced,
       num_frames,
-      is_making,
+      isMaking,
     }),
   );
 
@@ -51,21 +51,21 @@ export class RunSurface implements ReactiveController {
 
   stateOf({ snapshot, phase }: SpatialSession): SurfaceState {
     const { result } = snapshot ?? {};
-    const has_ended = phase === 'done' || phase === 'stopped';
-    const num_placed = has_ended && result?.camera ? this.#placedOf(result).length : 0;
-    return this.#stateOf(this.mesh, num_placed, result?.frames.length ?? 0, this.progress !== null);
+    const hasEnded = phase === 'done' || phase === 'stopped';
+    const numPlaced = hasEnded && result?.camera ? this.#placedOf(result).length : 0;
+    return this.#stateOf(this.mesh, numPlaced, result?.frames.length ?? 0, this.progress !== null);
   }
 
   /** To be called whenever the run may be another one. */
   follow(session: SpatialSession): void {
     if (!this.#making) return;
     const { snapshot, phase } = session;
-    const is_same =
+    const isSame =
       session === this.#making.session &&
       phase !== 'running' &&
       snapshot !== null &&
       areEqual(this.#placedOf(snapshot.result), this.#making.frames);
-    if (!is_same) this.#end();
+    if (!isSame) this.#end();
   }
 
   /** Makes it, unless it is there or being made. Whether it is there in the end; why not is told. */
@@ -88,7 +88,7 @@ export class RunSurface implements ReactiveController {
 
   /** The surface that is there, as a file. Made again where its thread has died since. */
   async file(session: SpatialSession, format: MeshFormat): Promise<Uint8Array> {
-    if (this.#making?.client.has_died) this.#end();
+    if (this.#making?.client.hasDied) this.#end();
     if (!(await this.make(session)) || !this.#making) throw new Error('There is no surface');
     return this.#making.client.file(format);
   }
@@ -126,14 +126,12 @@ export class RunSurface implements ReactiveController {
 
   #onFailed({ session }: Making, error: unknown): void {
     this.#end();
-    const is_crash = error instanceof WorkerDied;
-    const why = is_crash
-      ? `: its worker ended (${messageOf(error)}), as when memory is short`
-      : `: ${messageOf(error)}`;
+    const isCrash = error instanceof WorkerDied;
+    const why = isCrash ? `: its worker ended (${messageOf(error)}), as when memory is short` : `: ${messageOf(error)}`;
     session.report(
       `The surface could not be made${why.replace(/\.$/, '')}. ${POINTS_STAY}`,
-      is_crash ? 'Close other tabs and try again' : '',
-      is_crash ? () => void this.make(session) : undefined,
+      isCrash ? 'Close other tabs and try again' : '',
+      isCrash ? () => void this.make(session) : undefined,
     );
   }
 

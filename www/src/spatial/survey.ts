@@ -34,12 +34,12 @@ export function leveled(
   before: Survey,
   points: MapPoints,
   poses: readonly Pose[],
-  { has_camera, is_rough }: { has_camera: boolean; is_rough: boolean },
+  { hasCamera, isRough }: { hasCamera: boolean; isRough: boolean },
 ): Survey {
   // Without points the picture stays as it lies.
   if (points.positions.length === 0) return { ...before, sampled: [], heights: NO_SURVEY.heights };
-  const count = is_rough ? NUM_SAMPLES / ROUGHNESS : NUM_SAMPLES;
-  const R_view_map = leveling(points, has_camera, 3 * count);
+  const count = isRough ? NUM_SAMPLES / ROUGHNESS : NUM_SAMPLES;
+  const R_view_map = leveling(points, hasCamera, 3 * count);
   const cameras = positions(poses, R_view_map);
   const heights = heightsOf(sample(points, R_view_map, 4 * count), cameras);
   return { R_view_map, sampled: sample(points, R_view_map, count), heights, straight: before.straight };
@@ -49,10 +49,10 @@ export function leveled(
 export function straightened(
   survey: Survey,
   poses: readonly Pose[],
-  { cut, is_wide }: { cut: number; is_wide: boolean },
+  { cut, isWide }: { cut: number; isWide: boolean },
 ): Survey {
   if (survey.sampled.length === 0) return survey;
-  return { ...survey, straight: straightAzimuth(openSamples(survey, poses, cut), is_wide) };
+  return { ...survey, straight: straightAzimuth(openSamples(survey, poses, cut), isWide) };
 }
 
 /** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */

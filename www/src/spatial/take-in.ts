@@ -8,29 +8,29 @@ import { baseName } from '../views/format.js';
 export interface SpatialDataset extends Opened {
   jobs: readonly SpatialJob[];
   /** Name of the reference; empty without. */
-  reference_name: string;
+  referenceName: string;
 }
 
 /** Whether these frames can join those that are open: of one kind, in one folder, none of them twice. */
 export function canJoin(present: SpatialDataset, { origin, recording }: Opened): boolean {
   if (present.origin !== 'user' || origin !== 'user') return false;
-  const is_alike = present.recording.kind === recording.kind && present.recording.root === recording.root;
-  return is_alike && ![...recording.files.keys()].some((path) => isFrame(present, path));
+  const isAlike = present.recording.kind === recording.kind && present.recording.root === recording.root;
+  return isAlike && ![...recording.files.keys()].some((path) => isFrame(present, path));
 }
 
 /** What is loaded after `opened` came to `present`: a recording replaces it, or joins it where it is to and can; other files lie beside it. */
 export async function combine(present: SpatialDataset | null, opened: Opened, joins: boolean): Promise<SpatialDataset> {
   const fresh = opened.recording;
-  const has_frames = framesOf(fresh) > 0;
-  if (present === null || (has_frames && !(joins && canJoin(present, opened)))) return makeDataset(opened);
+  const hasFrames = framesOf(fresh) > 0;
+  if (present === null || (hasFrames && !(joins && canJoin(present, opened)))) return makeDataset(opened);
   const all = await present.recording.with(fresh);
   const told = present.recording.opened.notes;
   const together = { ...all, notes: all.notes.filter((note) => !told.includes(note)) };
-  if (has_frames) return makeDataset({ ...present, recording: together });
+  if (hasFrames) return makeDataset({ ...present, recording: together });
   // Beside the recording a camera is known by what is in it; a trajectory alone may be of any kind.
-  const spoken_of = [together.intrinsics, ...together.reference, ...lossesOf(together)];
+  const spokenOf = [together.intrinsics, ...together.reference, ...lossesOf(together)];
   const given = [...fresh.files.keys()];
-  if (given.some((path) => spoken_of.includes(path))) return makeDataset({ ...present, recording: together });
+  if (given.some((path) => spokenOf.includes(path))) return makeDataset({ ...present, recording: together });
   const trajectory = given.find((path) => /\.(npy|txt|tum|csv|log|traj|json|ya?ml|xml)$/i.test(path));
   if (trajectory === undefined) return makeDataset(opened);
   const { files, opened: parts } = together;
@@ -46,7 +46,7 @@ function makeDataset({ title, origin, recording }: Opened): SpatialDataset {
     origin,
     recording,
     jobs: jobsOf(recording),
-    reference_name: recording.reference.length > 1 ? folder || 'the pose files' : first,
+    referenceName: recording.reference.length > 1 ? folder || 'the pose files' : first,
   };
 }
 
@@ -60,7 +60,7 @@ export function jobsOf(recording: OpenedRecording): SpatialJob[] {
       time: recording.cloud_times?.[index] ?? null,
       file: file(path),
       color: null,
-      is_cloud: true,
+      isCloud: true,
     }));
   }
   return recording.depth_frames.map(({ name, depth, color, time }, index) => ({
@@ -69,7 +69,7 @@ export function jobsOf(recording: OpenedRecording): SpatialJob[] {
     time,
     file: file(depth),
     color: color === null ? null : file(color),
-    is_cloud: false,
+    isCloud: false,
   }));
 }
 

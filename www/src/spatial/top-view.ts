@@ -29,13 +29,13 @@ function words(metres: number): string {
 }
 
 /** The view's surfaces as a picture, dense ones dark (on a light page) or bright. */
-export function paintTopView({ columns, rows, density }: TopView, is_dark: boolean): string {
+export function paintTopView({ columns, rows, density }: TopView, isDark: boolean): string {
   const canvas = document.createElement('canvas');
   [canvas.width, canvas.height] = [columns, rows];
   const context = canvas.getContext('2d');
   if (!context) return '';
   const image = context.createImageData(columns, rows);
-  const [red, green, blue] = is_dark ? [138, 176, 255] : [35, 86, 199];
+  const [red, green, blue] = isDark ? [138, 176, 255] : [35, 86, 199];
   density.forEach((value, i) => image.data.set([red, green, blue, value], 4 * i));
   context.putImageData(image, 0, 0);
   return canvas.toDataURL();

@@ -14,7 +14,7 @@ export class Viewpoint {
   #orbit = FIRST_VIEW;
   #flight: { from: Orbit; to: Orbit; start: number } | null = null;
   /** The user moved the view: auto-fit is off. */
-  is_moved = false;
+  isMoved = false;
 
   get orbit(): Orbit {
     return this.#orbit;
@@ -25,13 +25,13 @@ export class Viewpoint {
     return this.#flight?.to ?? this.#orbit;
   }
 
-  get is_flying(): boolean {
+  get isFlying(): boolean {
     return this.#flight !== null;
   }
 
   reset(): void {
     this.jump(FIRST_VIEW);
-    this.is_moved = false;
+    this.isMoved = false;
   }
 
   jump(to: Orbit): void {

@@ -14,7 +14,7 @@ import type { Problem } from '../engine/protocol.js';
 import { WorkerHost } from '../engine/worker-host.js';
 import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
 import type { GivenRecording } from '../components/run-kind.js';
-import worker_url from './strategies-worker.ts?worker&url';
+import workerUrl from './strategies-worker.ts?worker&url';
 
 /** Results are asked for at most this often while frames come in, ... */
 const RESULT_INTERVAL_MS = 1500;
@@ -27,7 +27,7 @@ export interface StrategyListener {
   /** One entry a strategy. */
   results(results: readonly StrategyResult[], milliseconds: readonly (readonly number[])[]): void;
   problem(problem: Problem): void;
-  slow(is_slow: boolean): void;
+  slow(isSlow: boolean): void;
   unavailable(message: string): void;
 }
 
@@ -38,14 +38,14 @@ export class StrategyClient {
   #preparers: ThreadPreparer[] = [];
   #stopping: AbortController | null = null;
   #race: StrategyRace | null = null;
-  #next_results = 0;
+  #nextResults = 0;
 
   constructor(listener: StrategyListener) {
     this.#listener = listener;
     // The running comparison fails, and reports it.
-    this.#host = new WorkerHost<ComparerApi>(worker_url, {
+    this.#host = new WorkerHost<ComparerApi>(workerUrl, {
       crashed: () => this.stop(),
-      slow: (is_slow) => listener.slow(is_slow),
+      slow: (isSlow) => listener.slow(isSlow),
       unavailable: (message) => {
         this.stop();
         listener.unavailable(message);
@@ -87,7 +87,7 @@ export class StrategyClient {
       { isOver: () => stopping.signal.aborted },
     );
     this.#race = race;
-    this.#next_results = performance.now() + RESULT_INTERVAL_MS;
+    this.#nextResults = performance.now() + RESULT_INTERVAL_MS;
     const run = this.#makeRun(race, jobs.length);
     // Colours say nothing here, and take time to read.
     run.add(jobs.map((job) => ({ ...job, color: null })));
@@ -124,7 +124,7 @@ export class StrategyClient {
         begin: async ({ name, file }) => this.#host.call('begin', name, await file.read()),
         place: async (bytes) => {
           const progress = await race.place(bytes);
-          if (performance.now() >= this.#next_results) await this.#tellResults(race);
+          if (performance.now() >= this.#nextResults) await this.#tellResults(race);
           return progress;
         },
         finish: () => race.finish(),
@@ -145,7 +145,7 @@ export class StrategyClient {
       results.push(await this.#host.call('result', strategy, times));
     }
     const cost = performance.now() - start;
-    this.#next_results = performance.now() + Math.max(RESULT_INTERVAL_MS, cost / RESULT_SHARE);
+    this.#nextResults = performance.now() + Math.max(RESULT_INTERVAL_MS, cost / RESULT_SHARE);
     if (race !== this.#race) return;
     this.#listener.results(
       results,

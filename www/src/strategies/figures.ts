@@ -9,7 +9,7 @@ export interface Drawn {
   result: StrategyResult;
   milliseconds: readonly number[];
   color: string;
-  is_selected: boolean;
+  isSelected: boolean;
 }
 
 export type FigureId = 'points' | 'time' | 'error' | 'paths';
@@ -29,9 +29,9 @@ export const FIGURES: readonly { id: FigureId; title: string; about: string }[] 
   { id: 'paths', title: 'Paths from above', about: 'Dashed: ground truth.' },
 ];
 
-export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, is_log: boolean): Painter {
+export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, isLog: boolean): Painter {
   // The selected one comes last, on top.
-  const drawn = [...all].sort((a, b) => Number(a.is_selected) - Number(b.is_selected));
+  const drawn = [...all].sort((a, b) => Number(a.isSelected) - Number(b.isSelected));
   if (id === 'paths') return pathPainter(drawn, colors);
   const values: Record<Exclude<FigureId, 'paths'>, (one: Drawn) => readonly (number | null)[]> = {
     points: ({ result }) => result.frames.map(({ map_points }) => map_points),
@@ -48,15 +48,15 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
       stride: 1,
       offset: 0,
       color: one.color,
-      width: one.is_selected ? 2.5 : 1.5,
-      is_dashed: false,
+      width: one.isSelected ? 2.5 : 1.5,
+      isDashed: false,
     };
   });
   const x = linearAxis({ ...rangeOf(series.map(({ x }) => x)), low: 0 }, WHOLE);
   const unit = { points: 'points', time: 'ms', error: 'm' }[id];
   const names = { x: 'frame', y: unit };
   return (pen, size) => {
-    drawSeries(pen, size, series, x, names, colors, is_log ? 'log' : 'from_zero', FORMATS[id]);
+    drawSeries(pen, size, series, x, names, colors, isLog ? 'log' : 'from_zero', FORMATS[id]);
   };
 }
 
@@ -75,10 +75,10 @@ function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
   const ahead = spread('z') >= spread('y') ? 'z' : 'y';
   const paths = [
     { points: poses, color: colors.reference, width: 1.5, dash: [5, 4] },
-    ...drawn.map(({ result, color, is_selected }) => ({
+    ...drawn.map(({ result, color, isSelected }) => ({
       points: result.frames.map((frame) => frame.T_world_sensor),
       color,
-      width: is_selected ? 2.5 : 1.5,
+      width: isSelected ? 2.5 : 1.5,
       dash: undefined,
     })),
   ];

@@ -64,7 +64,7 @@ export class StrategiesSession extends Session<StrategyClient> {
         this.changed();
       },
       problem: (problem) => this.tell([errorMessage(problem)]),
-      slow: (is_slow) => this.onSlow(is_slow),
+      slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.onUnavailable(message),
     });
   }
@@ -89,10 +89,10 @@ export class StrategiesSession extends Session<StrategyClient> {
       await this.#list();
       if (signal.aborted) return;
       this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
-      const is_done = await client.run(given, this.compared);
-      if (!signal.aborted) this.#onEnd(is_done);
+      const isDone = await client.run(given, this.compared);
+      if (!signal.aborted) this.#onEnd(isDone);
     } catch (error) {
-      if (signal.aborted || this.is_unavailable) return;
+      if (signal.aborted || this.isUnavailable) return;
       this.phase = 'crashed';
       this.report(messageOf(error));
     }
@@ -140,14 +140,14 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.changed();
   }
 
-  #onEnd(is_done: boolean): void {
-    this.phase = is_done ? 'done' : 'stopped';
+  #onEnd(isDone: boolean): void {
+    this.phase = isDone ? 'done' : 'stopped';
     const notes = new Set(this.results.flatMap((result) => result.notes));
     this.tell([...notes].map((text) => noteMessage('', text)));
-    this.announce(`${is_done ? 'Compared' : 'Stopped'}: ${plural(this.num_frames, 'frame')}.`);
+    this.announce(`${isDone ? 'Compared' : 'Stopped'}: ${plural(this.num_frames, 'frame')}.`);
     if (this.num_frames === 0) {
       this.results = [];
-      if (is_done) this.phase = 'crashed';
+      if (isDone) this.phase = 'crashed';
     }
     this.changed();
     this.#onOver();

@@ -7,9 +7,9 @@ import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { Phase } from '../components/session.js';
-import { empty_styles, page_styles, shared, table_styles } from '../components/theme.js';
+import { emptyStyles, pageStyles, shared, tableStyles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
-import { ranking_styles, section_styles } from '../components/section-styles.js';
+import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import { download } from '../export/download.js';
 import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -17,11 +17,11 @@ import { sorted } from '../views/sorted.js';
 import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
 import type { GivenRecording } from '../components/run-kind.js';
-import { strategy_styles } from './styles.js';
+import { strategyStyles } from './styles.js';
 
 interface Sort {
   name: string;
-  is_descending: boolean;
+  isDescending: boolean;
 }
 
 /** Columns of which the smallest value is the best one. */
@@ -39,7 +39,7 @@ export class ScanstitchStrategies extends LitElement {
 
   @state() private selected: string | null = null;
   @state() private sort: Sort | null = null;
-  @state() private log_figures: ReadonlySet<FigureId> = new Set<FigureId>(['points']);
+  @state() private logFigures: ReadonlySet<FigureId> = new Set<FigureId>(['points']);
 
   private session = new StrategiesSession(this, () => this.tellCompared());
   private colorsOf = memoizeLast(makeColors);
@@ -148,15 +148,15 @@ export class ScanstitchStrategies extends LitElement {
   }
 
   private renderHead({ name, label, unit, about }: Column): TemplateResult {
-    const is_sorted = this.sort?.name === name;
-    const order = is_sorted ? (this.sort?.is_descending ? 'descending' : 'ascending') : 'none';
+    const isSorted = this.sort?.name === name;
+    const order = isSorted ? (this.sort?.isDescending ? 'descending' : 'ascending') : 'none';
     const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
     return html`<th scope="col" aria-sort=${order}>
       <button
         class="quiet"
         title=${about}
         @click=${() => {
-          this.sort = { name, is_descending: is_sorted && !this.sort?.is_descending };
+          this.sort = { name, isDescending: isSorted && !this.sort?.isDescending };
         }}
       >
         ${unit ? `${label} (${unit})` : label}${arrow}
@@ -167,20 +167,20 @@ export class ScanstitchStrategies extends LitElement {
   private renderRow(row: Row, columns: readonly Column[], best: ReadonlyMap<string, number | null>): TemplateResult {
     const { name, label, result } = row;
     const index = this.session.compared.findIndex((preset) => preset.name === name);
-    const is_selected = this.selected === name;
-    const is_retired = this.session.retired.has(index);
+    const isSelected = this.selected === name;
+    const isRetired = this.session.retired.has(index);
     const select = (): void => {
-      this.selected = is_selected ? null : name;
+      this.selected = isSelected ? null : name;
     };
     return html`<tr
-      class="${is_selected ? 'selected' : ''} ${is_retired ? 'retired' : ''}"
+      class="${isSelected ? 'selected' : ''} ${isRetired ? 'retired' : ''}"
       title=${this.session.compared[index]?.explanation ?? ''}
       @click=${select}
     >
       <td class="name">
         <button
           class="link"
-          aria-pressed=${is_selected}
+          aria-pressed=${isSelected}
           @click=${(event: Event) => {
             event.stopPropagation();
             select();
@@ -189,7 +189,7 @@ export class ScanstitchStrategies extends LitElement {
           <i style="background:${this.colorOf(index)}"></i>${label}
         </button>
         ${
-          this.session.phase === 'running' && !is_retired
+          this.session.phase === 'running' && !isRetired
             ? html`<button
                 class="icon quiet"
                 aria-label="Stop ${label}"
@@ -206,24 +206,24 @@ export class ScanstitchStrategies extends LitElement {
       </td>
       ${columns.map((column) => {
         const value = column.value(result);
-        const is_best = value !== null && value === best.get(column.name);
-        return html`<td class=${is_best ? 'best' : ''}>${cell(column, result)}</td>`;
+        const isBest = value !== null && value === best.get(column.name);
+        return html`<td class=${isBest ? 'best' : ''}>${cell(column, result)}</td>`;
       })}
     </tr>`;
   }
 
   private renderFigures(): TemplateResult {
     const colors = this.colorsOf(this.dark);
-    const has_reference = this.session.results.some(({ comparison }) => comparison !== null);
+    const hasReference = this.session.results.some(({ comparison }) => comparison !== null);
     const drawn = this.session.results.map((result, index): Drawn => ({
       result,
       milliseconds: this.session.milliseconds[index] ?? [],
       color: this.colorOf(index),
-      is_selected: this.session.compared[index]?.name === this.selected,
+      isSelected: this.session.compared[index]?.name === this.selected,
     }));
     return html`<div class="figures">
-      ${FIGURES.filter(({ id }) => id !== 'error' || has_reference).map(({ id, title, about }) => {
-        const is_log = id !== 'paths' && this.log_figures.has(id);
+      ${FIGURES.filter(({ id }) => id !== 'error' || hasReference).map(({ id, title, about }) => {
+        const isLog = id !== 'paths' && this.logFigures.has(id);
         return html`<section aria-label=${title}>
           <header>
             <h2>${title}</h2>
@@ -232,13 +232,13 @@ export class ScanstitchStrategies extends LitElement {
               id === 'paths'
                 ? nothing
                 : html`<label
-                    ><input type="checkbox" .checked=${is_log} @change=${() => this.toggleLog(id)} />Logarithmic
+                    ><input type="checkbox" .checked=${isLog} @change=${() => this.toggleLog(id)} />Logarithmic
                     scale</label
                   >`
             }
           </header>
           <scanstitch-figure
-            .painter=${makePainter(id, drawn, colors, is_log)}
+            .painter=${makePainter(id, drawn, colors, isLog)}
             label=${title}
             description="${about} ${this.figureWords(id)}"
           ></scanstitch-figure>
@@ -305,7 +305,7 @@ export class ScanstitchStrategies extends LitElement {
     });
     const { sort } = this;
     const column = sort && columnsOf(rows).find(({ name }) => name === sort.name);
-    return column ? sorted(rows, ({ result }) => column.value(result), sort.is_descending) : rows;
+    return column ? sorted(rows, ({ result }) => column.value(result), sort.isDescending) : rows;
   }
 
   private bestOf({ name, value }: Column): number | null {
@@ -329,9 +329,9 @@ export class ScanstitchStrategies extends LitElement {
   }
 
   private toggleLog(id: FigureId): void {
-    const logs = new Set(this.log_figures);
+    const logs = new Set(this.logFigures);
     if (!logs.delete(id)) logs.add(id);
-    this.log_figures = logs;
+    this.logFigures = logs;
   }
 
   private async copy(text: string, form: string): Promise<void> {
@@ -343,19 +343,5 @@ export class ScanstitchStrategies extends LitElement {
     }
   }
 
-  static override styles = [
-    shared,
-    section_styles,
-    table_styles,
-    ranking_styles,
-    page_styles,
-    empty_styles,
-    strategy_styles,
-  ];
-}
-
-declare global {
-  interface HTMLElementTagNameMap {
-    'scanstitch-strategies': ScanstitchStrategies;
-  }
+  static override styles = [shared, sectionStyles, tableStyles, rankingStyles, pageStyles, emptyStyles, strategyStyles];
 }

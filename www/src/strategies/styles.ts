@@ -1,6 +1,6 @@
 import { css } from 'lit';
 
-export const strategy_styles = css`
+export const strategyStyles = css`
   :host {
     container-type: inline-size;
   }

@@ -121,5 +121,5 @@ export function drawAxes(
     pen.text(at, area.y + area.height + 11, label, { ...small, align: 'middle' });
   }
   pen.text(area.x + area.width, area.y + area.height + 26, names.x, { ...small, align: 'end' });
-  pen.text(area.x - 44, area.y + area.height / 2, names.y, { ...small, align: 'middle', is_upright: true });
+  pen.text(area.x - 44, area.y + area.height / 2, names.y, { ...small, align: 'middle', isUpright: true });
 }

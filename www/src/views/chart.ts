@@ -73,14 +73,14 @@ const MAX_BARS = 150;
 /** One bar per frame, in the frame's colour; of many frames, one per run of them, as high as their largest. */
 export function barChart({ values, format, color, name, selected, ends }: BarSpec): SVGTemplateResult {
   const high = largest(values.filter((value) => value !== null));
-  const num_bars = Math.min(values.length, MAX_BARS);
-  const pitch = (WIDTH - LEFT - RIGHT) / Math.max(num_bars, 1);
+  const numBars = Math.min(values.length, MAX_BARS);
+  const pitch = (WIDTH - LEFT - RIGHT) / Math.max(numBars, 1);
   const gap = pitch > 4 ? Math.min(pitch * 0.25, 5) : 0;
-  const bars = Array.from({ length: num_bars }, (_, i) => {
-    const first = Math.floor((i * values.length) / num_bars);
-    const last = Math.floor(((i + 1) * values.length) / num_bars);
+  const bars = Array.from({ length: numBars }, (_, i) => {
+    const first = Math.floor((i * values.length) / numBars);
+    const last = Math.floor(((i + 1) * values.length) / numBars);
     const frame = largestIn(values, first, last);
-    return { frame, is_selected: selected !== null && selected >= first && selected < last };
+    return { frame, isSelected: selected !== null && selected >= first && selected < last };
   });
   return svg`
     <g class="axes">
@@ -91,7 +91,7 @@ export function barChart({ values, format, color, name, selected, ends }: BarSpe
       <text x=${LEFT} y=${HEIGHT - 3}>${ends?.[0] ?? 'first scan'}</text>
       <text x=${WIDTH - RIGHT} y=${HEIGHT - 3} text-anchor="end">${ends?.[1] ?? 'last'}</text>
     </g>
-    ${bars.map(({ frame, is_selected }, i) => {
+    ${bars.map(({ frame, isSelected }, i) => {
       const value = values[frame] ?? null;
       if (value === null) return nothing;
       const height = Math.max((value / high) * (HEIGHT - TOP - BOTTOM), 0.5);
@@ -101,18 +101,18 @@ export function barChart({ values, format, color, name, selected, ends }: BarSpe
         y=${(HEIGHT - BOTTOM - height).toFixed(2)}
         height=${height.toFixed(2)}
         rx=${gap > 1 ? 1.5 : 0}
-        fill=${is_selected ? 'var(--selected)' : color(frame)}
+        fill=${isSelected ? 'var(--selected)' : color(frame)}
       ><title>${name(frame)}: ${format(value)}</title></rect>`;
     })}`;
 }
 
 /** The frame under a place, given as a share of the chart's width; null beside the bars. */
 export function barAt(share: number, values: readonly (number | null)[]): number | null {
-  const num_bars = Math.min(values.length, MAX_BARS);
-  const bar = Math.floor(((share * WIDTH - LEFT) / (WIDTH - LEFT - RIGHT)) * num_bars);
-  if (bar < 0 || bar >= num_bars) return null;
-  const first = Math.floor((bar * values.length) / num_bars);
-  return largestIn(values, first, Math.floor(((bar + 1) * values.length) / num_bars));
+  const numBars = Math.min(values.length, MAX_BARS);
+  const bar = Math.floor(((share * WIDTH - LEFT) / (WIDTH - LEFT - RIGHT)) * numBars);
+  if (bar < 0 || bar >= numBars) return null;
+  const first = Math.floor((bar * values.length) / numBars);
+  return largestIn(values, first, Math.floor(((bar + 1) * values.length) / numBars));
 }
 
 function largestIn(values: readonly (number | null)[], first: number, last: number): number {

@@ -25,7 +25,7 @@ export interface Series {
   offset: number;
   color: string;
   width: number;
-  is_dashed: boolean;
+  isDashed: boolean;
 }
 
 const LEFT = 58;
@@ -55,20 +55,20 @@ export function drawSeries(
   x: Axis,
   names: { x: string; y: string },
   colors: Colors,
-  value_scale: ValueScale,
+  valueScale: ValueScale,
   format?: string,
 ): void {
   const ends = series.flatMap(({ values, stride, offset }) => {
     const extent = extentOf([values], stride, offset);
     return extent ? [extent.low, extent.high] : [];
   });
-  const y = valueAxis(ends, value_scale, format);
+  const y = valueAxis(ends, valueScale, format);
   const area = plotArea(size);
   drawAxes(pen, area, x, y, names, colors);
   pen.inside(area.x, area.y, area.width, area.height, () => {
     for (const one of series) {
       const points = columns(one, area, x, y);
-      const dash = one.is_dashed ? { dash: [5, 4] } : {};
+      const dash = one.isDashed ? { dash: [5, 4] } : {};
       pen.line(points, { color: one.color, width: one.width, ...dash });
     }
   });
@@ -78,17 +78,17 @@ export function drawSeries(
 const LEAST_ON_LOG_AXIS = 1e-3;
 
 /** `ends`: the smallest and largest values of all lines. */
-function valueAxis(ends: readonly number[], value_scale: ValueScale, format: string | undefined): Axis {
-  if (value_scale === 'log_fitted') {
+function valueAxis(ends: readonly number[], valueScale: ValueScale, format: string | undefined): Axis {
+  if (valueScale === 'log_fitted') {
     const { low, high } = extentOf([ends]) ?? { low: LEAST_ON_LOG_AXIS, high: 1 };
     return logAxis({ low, high: Math.max(high, low * 1.5) }, format);
   }
   const all = rangeOf([ends]);
-  if (value_scale === 'log') {
+  if (valueScale === 'log') {
     const low = Math.max(all.low, LEAST_ON_LOG_AXIS);
     return logAxis({ low, high: Math.max(all.high, low * 10) }, format);
   }
-  const range = value_scale === 'from_zero' ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
+  const range = valueScale === 'from_zero' ? { low: 0, high: Math.max(all.high, 1e-12) * 1.05 } : padded(all);
   return linearAxis(range, format);
 }
 
@@ -128,19 +128,19 @@ export function drawHistogram(
   colors: Colors,
 ): void {
   const range = { low: 0, high: rangeOf([errors]).high * 1.001 || 1 };
-  const num_bins = Math.min(Math.max(Math.ceil(Math.sqrt(errors.length)), 4), 40);
-  const counts = new Array<number>(num_bins).fill(0);
+  const numBins = Math.min(Math.max(Math.ceil(Math.sqrt(errors.length)), 4), 40);
+  const counts = new Array<number>(numBins).fill(0);
   for (let i = 0; i < errors.length; i++) {
-    const bin = Math.min(Math.floor(((errors[i] as number) / range.high) * num_bins), num_bins - 1);
+    const bin = Math.min(Math.floor(((errors[i] as number) / range.high) * numBins), numBins - 1);
     counts[bin] = (counts[bin] ?? 0) + 1;
   }
   const y = { low: 0, high: Math.max(...counts) * 1.08 };
   const area = plotArea(size);
   drawAxes(pen, area, linearAxis(range), linearAxis(y), { x: name, y: 'poses' }, colors);
-  const pitch = area.width / num_bins;
+  const pitch = area.width / numBins;
   counts.forEach((count, bin) => {
     const height = (area.height * count) / y.high;
-    const shade = colors.ramp[Math.floor((bin / num_bins) * colors.ramp.length)] ?? colors.text;
+    const shade = colors.ramp[Math.floor((bin / numBins) * colors.ramp.length)] ?? colors.text;
     pen.rect(area.x + bin * pitch + 0.5, area.y + area.height - height, Math.max(pitch - 1, 1), height, shade);
   });
   marks.forEach(({ value }) => {
@@ -152,9 +152,9 @@ export function drawHistogram(
     const at = area.x + (area.width * value) / range.high;
     const words = `${name} ${shortNumber(value, 3)}`;
     const [y, width] = [area.y + 8 + 16 * index, 6.3 * words.length + 6];
-    const is_left = at - width - 6 > area.x && (at + width + 6 > area.x + area.width || value < range.high / 2);
-    pen.rect(is_left ? at - width - 3 : at + 3, y - 7, width, 14, colors.background);
-    pen.text(is_left ? at - 6 : at + 6, y, words, { color: colors.text, size: 11, align: is_left ? 'end' : 'start' });
+    const isLeft = at - width - 6 > area.x && (at + width + 6 > area.x + area.width || value < range.high / 2);
+    pen.rect(isLeft ? at - width - 3 : at + 3, y - 7, width, 14, colors.background);
+    pen.text(isLeft ? at - 6 : at + 6, y, words, { color: colors.text, size: 11, align: isLeft ? 'end' : 'start' });
   });
 }
 

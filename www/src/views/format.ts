@@ -9,8 +9,8 @@ const THIN_SPACE = '\u202f';
 export function formatFixed(value: number, decimals: number): string {
   if (!Number.isFinite(value)) return 'not a number';
   const text = value.toFixed(decimals);
-  const is_zero = Number(text) === 0;
-  return is_zero ? text.replace('-', '') : text.replace('-', MINUS);
+  const isZero = Number(text) === 0;
+  return isZero ? text.replace('-', '') : text.replace('-', MINUS);
 }
 
 /** A length in the unit that suits it: 0.4 mm, 15.7 mm, 121 mm, 1.23 m. */
@@ -67,4 +67,10 @@ export function formatStep(metres: number): string {
   const size = Math.abs(metres);
   const sign = metres < 0 ? '\u2212' : '';
   return sign + (size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size));
+}
+
+/** With a capital at the start and a full stop at the end. */
+export function sentence(text: string): string {
+  const trimmed = text.trim();
+  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
 }

@@ -26,16 +26,16 @@ export function millimetres(metres: number | null): string {
   return metres === null ? UNKNOWN : formatFixed(metres * 1000, metres < 0.1 ? 1 : 0);
 }
 
-/** `reference_name` empty: no column for the distance to it. */
-export function frameColumns(reference_name: string): Column<FrameRow>[] {
+/** `referenceName` empty: no column for the distance to it. */
+export function frameColumns(referenceName: string): Column<FrameRow>[] {
   const origin = 'metres, in the frame of the first scan';
   const columns: Column<FrameRow>[] = [];
   // First: it is what a run is judged by, and the last columns may have to be scrolled to.
-  if (reference_name !== '') {
+  if (referenceName !== '') {
     columns.push({
       label: 'error',
       unit: 'mm',
-      title: `distance to ${reference_name}`,
+      title: `distance to ${referenceName}`,
       cell: ({ error }) => millimetres(error),
     });
   }
@@ -48,19 +48,19 @@ export function frameColumns(reference_name: string): Column<FrameRow>[] {
       unit: '',
       title: 'matched points, and their share of all points',
       cell: (row) =>
-        row.is_origin ? UNKNOWN : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
+        row.isOrigin ? UNKNOWN : html`${formatCount(row.num_inliers)} <small>${formatPercent(row.fitness)}</small>`,
     },
     {
       label: 'rmse',
       unit: 'mm',
       title: 'root mean square distance of matched points after registration',
-      cell: (row) => (row.is_origin ? UNKNOWN : formatFixed(row.inlier_rmse * 1000, 1)),
+      cell: (row) => (row.isOrigin ? UNKNOWN : formatFixed(row.inlier_rmse * 1000, 1)),
     },
     {
       label: 'iterations',
       unit: '',
       title: 'ICP iterations until the pose converged',
-      cell: (row) => (row.is_origin ? UNKNOWN : row.iterations),
+      cell: (row) => (row.isOrigin ? UNKNOWN : row.iterations),
     },
     {
       label: 'time',

@@ -16,7 +16,7 @@ export interface FrameRow {
   ms: number;
   status: Status;
   /** The first frame is where the map begins: it is matched with nothing. */
-  is_origin: boolean;
+  isOrigin: boolean;
 }
 
 interface Frame {
@@ -45,6 +45,6 @@ export function frameRows(
     error: errors[frame] ?? null,
     ms: ms[frame] ?? 0,
     status,
-    is_origin: frame === 0 && iterations === 0,
+    isOrigin: frame === 0 && iterations === 0,
   }));
 }

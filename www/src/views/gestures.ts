@@ -104,23 +104,23 @@ export class Gestures implements ReactiveController {
       return;
     }
     // Each of two fingers moves the view by half of its own movement.
-    const [old_x, old_y] = [before.x - other.x, before.y - other.y];
-    const [new_x, new_y] = [now.x - other.x, now.y - other.y];
+    const [oldX, oldY] = [before.x - other.x, before.y - other.y];
+    const [newX, newY] = [now.x - other.x, now.y - other.y];
     this.#target.shift((now.x - before.x) / 2, (now.y - before.y) / 2);
-    const factor = Math.hypot(new_x, new_y) / Math.max(Math.hypot(old_x, old_y), 1);
+    const factor = Math.hypot(newX, newY) / Math.max(Math.hypot(oldX, oldY), 1);
     this.#target.zoom((now.x + other.x) / 2, (now.y + other.y) / 2, factor);
-    const angle = Math.atan2(new_y, new_x) - Math.atan2(old_y, old_x);
+    const angle = Math.atan2(newY, newX) - Math.atan2(oldY, oldX);
     this.#target.twist?.(Math.atan2(Math.sin(angle), Math.cos(angle)));
   }
 
   #up(event: PointerEvent): void {
-    const was_pressed = this.#fingers.delete(event.pointerId);
-    if (was_pressed && this.#fingers.size === 0) this.#target.release?.();
-    const is_touch = event.pointerType === 'touch';
-    const is_tap = event.type === 'pointerup' && this.#distance <= (is_touch ? TAP.touch : TAP.mouse);
-    if (!is_tap || event.button !== 0 || this.#fingers.size > 0) return;
-    if (!was_pressed && !this.#isGuarded()) return;
+    const wasPressed = this.#fingers.delete(event.pointerId);
+    if (wasPressed && this.#fingers.size === 0) this.#target.release?.();
+    const isTouch = event.pointerType === 'touch';
+    const isTap = event.type === 'pointerup' && this.#distance <= (isTouch ? TAP.touch : TAP.mouse);
+    if (!isTap || event.button !== 0 || this.#fingers.size > 0) return;
+    if (!wasPressed && !this.#isGuarded()) return;
     const { x, y } = this.#place(event);
-    this.#target.tap(x, y, is_touch ? 24 : 12);
+    this.#target.tap(x, y, isTouch ? 24 : 12);
   }
 }

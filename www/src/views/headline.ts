@@ -39,27 +39,27 @@ export function comparisonFigure(comparison: ComparedError, noun: 'scan' | 'fram
   const label = `${distance} to ${baseName(name)}`;
   if (num_matched === 0)
     return { label, value: 'no match', meaning: `no ground truth pose matches a ${noun}`, tone: 'doubtful' };
-  const when_aligned = aligned ? `; ${formatLength(aligned.mean)} when aligned` : '';
-  const meaning = `mean from the first pose${when_aligned}; rmse ${formatLength(rmse)}, max ${formatLength(max)}`;
+  const whenAligned = aligned ? `; ${formatLength(aligned.mean)} when aligned` : '';
+  const meaning = `mean from the first pose${whenAligned}; rmse ${formatLength(rmse)}, max ${formatLength(max)}`;
   return { label, value: formatLength(mean), meaning, tone: 'plain' };
 }
 
 type Frames = Result['frames'];
 
 /**
- * `total_ms`: computing alone, without drawing and waiting. `is_growing`: there is more to come. `num_scans`: scans of the
- * run, registered or not. `num_unread`: files beside them that could not be read.
+ * `total_ms`: computing alone, without drawing and waiting. `isGrowing`: there is more to come. `num_scans`: scans of the
+ * run, registered or not. `numUnread`: files beside them that could not be read.
  */
 export function headlineFigures(
   result: Result,
   total_ms: number,
-  is_growing: boolean,
+  isGrowing: boolean,
   num_scans: number,
-  num_unread: number,
+  numUnread: number,
 ): Figure[] {
   const { frames, sharpness, comparison } = result;
-  const figures = [scansFigure(frames, num_scans, num_unread)];
-  if (sharpness || is_growing) {
+  const figures = [scansFigure(frames, num_scans, numUnread)];
+  if (sharpness || isGrowing) {
     figures.push({
       label: 'Sharpness',
       value: sharpness ? formatLength(sharpness.mean_residual) : '…',
@@ -72,15 +72,15 @@ export function headlineFigures(
   return figures;
 }
 
-function scansFigure(frames: Frames, num_scans: number, num_unread: number): Figure {
+function scansFigure(frames: Frames, num_scans: number, numUnread: number): Figure {
   const num_lost = frames.filter(({ status }) => status === 'lost').length;
-  const num_doubtful = frames.filter(({ status }) => status === 'doubtful').length;
-  const num_pieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
+  const numDoubtful = frames.filter(({ status }) => status === 'doubtful').length;
+  const numPieces = new Set(frames.flatMap(({ status, piece }) => (status === 'lost' ? [] : [piece]))).size;
   const worries = [
     num_lost > 0 ? `${formatCount(num_lost)} lost` : '',
-    num_doubtful > 0 ? `${formatCount(num_doubtful)} doubtful` : '',
-    num_pieces > 1 ? `map in ${formatCount(num_pieces)} pieces` : '',
-    num_unread > 0 ? `${plural(num_unread, 'file')} not read` : '',
+    numDoubtful > 0 ? `${formatCount(numDoubtful)} doubtful` : '',
+    numPieces > 1 ? `map in ${formatCount(numPieces)} pieces` : '',
+    numUnread > 0 ? `${plural(numUnread, 'file')} not read` : '',
   ].filter((words) => words !== '');
 
   const count = formatCount(frames.length);
@@ -89,7 +89,7 @@ function scansFigure(frames: Frames, num_scans: number, num_unread: number): Fig
     label: frames.length === 1 ? 'Scan' : 'Scans',
     value: frames.length < num_scans ? `${count} of ${formatCount(num_scans)}` : count,
     meaning: worries.length > 0 ? worries.join(', ') : without,
-    tone: num_lost > 0 ? 'lost' : num_doubtful + num_unread > 0 ? 'doubtful' : 'plain',
+    tone: num_lost > 0 ? 'lost' : numDoubtful + numUnread > 0 ? 'doubtful' : 'plain',
   };
 }
 

@@ -15,16 +15,16 @@ const MAX_FRAMES = 50;
  * one that sees all around.
  */
 export function lookDirection({ points, offsets }: PointSet, poses: readonly Pose[]): number {
-  const num_seen = new Uint16Array(NUM_BINS);
+  const numSeen = new Uint16Array(NUM_BINS);
   const stride = Math.max(1, Math.ceil(poses.length / MAX_FRAMES));
   let num_frames = 0;
   for (let frame = 0; frame < poses.length; frame += stride) {
     const seen = seenBins(points, offsets[frame] ?? 0, offsets[frame + 1] ?? 0, poses[frame] as Pose);
     if (seen.size > 0) num_frames++;
-    for (const bin of seen) num_seen[bin] = (num_seen[bin] ?? 0) + 1;
+    for (const bin of seen) numSeen[bin] = (numSeen[bin] ?? 0) + 1;
   }
-  const is_seen = Uint8Array.from(num_seen, (count) => (count > 0 && count >= SEEN_BY * num_frames ? 1 : 0));
-  const { start, length } = longestGap(is_seen);
+  const isSeen = Uint8Array.from(numSeen, (count) => (count > 0 && count >= SEEN_BY * num_frames ? 1 : 0));
+  const { start, length } = longestGap(isSeen);
   if (length === NUM_BINS || (length / NUM_BINS) * 2 * Math.PI < SMALLEST_GAP) return 0;
   const middle = start + length / 2 + NUM_BINS / 2;
   return ((((middle % NUM_BINS) / NUM_BINS) * 2 * Math.PI + Math.PI) % (2 * Math.PI)) - Math.PI;
@@ -42,11 +42,11 @@ function seenBins(points: Float32Array, first: number, last: number, pose: Pose)
 }
 
 /** The longest run of zeros around the circle. */
-function longestGap(is_seen: Uint8Array): { start: number; length: number } {
+function longestGap(isSeen: Uint8Array): { start: number; length: number } {
   let best = { start: 0, length: 0 };
   let length = 0;
-  for (let i = 0; i < 2 * is_seen.length; i++) {
-    length = is_seen[i % is_seen.length] === 0 ? Math.min(length + 1, is_seen.length) : 0;
+  for (let i = 0; i < 2 * isSeen.length; i++) {
+    length = isSeen[i % isSeen.length] === 0 ? Math.min(length + 1, isSeen.length) : 0;
     if (length > best.length) best = { start: i - length + 1, length };
   }
   return best;

@@ -43,17 +43,17 @@ export function mapBounds(
   }
   const sorted = ranges.slice(0, count).sort();
   const limit = Math.max(at(sorted, NEAR_QUANTILE), NEAR_MEDIANS * at(sorted, 0.5));
-  const is_near = (_: number, i: number): boolean => i < count && (ranges[i] ?? 0) <= limit;
+  const isNear = (_: number, i: number): boolean => i < count && (ranges[i] ?? 0) <= limit;
   const shown = [...frames.flatMap((frame) => poses[frame] ?? []), ...reference];
-  const along_x = span(
-    xs.filter(is_near).sort(),
+  const alongX = span(
+    xs.filter(isNear).sort(),
     shown.map(({ x }) => x),
   );
-  const along_y = span(
-    ys.filter(is_near).sort(),
+  const alongY = span(
+    ys.filter(isNear).sort(),
     shown.map(({ y }) => y),
   );
-  return along_x && along_y && { min_x: along_x[0], max_x: along_x[1], min_y: along_y[0], max_y: along_y[1] };
+  return alongX && alongY && { minX: alongX[0], maxX: alongX[1], minY: alongY[0], maxY: alongY[1] };
 }
 
 /** From the least to the largest of all but the strays. */

@@ -43,50 +43,50 @@ const PAINT_BUDGET_MS = 7;
 export class MapCanvas {
   readonly canvas: HTMLCanvasElement;
   #size: Size = { width: 0, height: 0 };
-  #pixel_ratio = 1;
+  #pixelRatio = 1;
   #layer = document.createElement('canvas');
-  #layer_image: ImageData | null = null;
-  #layer_view: Viewport | null = null;
-  #is_layer_stale = true;
-  #layer_ms = 0;
+  #layerImage: ImageData | null = null;
+  #layerView: Viewport | null = null;
+  #isLayerStale = true;
+  #layerMs = 0;
 
   constructor(canvas: HTMLCanvasElement = document.createElement('canvas')) {
     this.canvas = canvas;
   }
 
   /** The canvas gets this size, in CSS pixels, and is empty. */
-  resize(size: Size, pixel_ratio: number): void {
+  resize(size: Size, pixelRatio: number): void {
     this.#size = size;
-    this.#pixel_ratio = pixel_ratio;
+    this.#pixelRatio = pixelRatio;
     for (const canvas of [this.canvas, this.#layer]) {
-      canvas.width = Math.max(Math.round(size.width * pixel_ratio), 1);
-      canvas.height = Math.max(Math.round(size.height * pixel_ratio), 1);
+      canvas.width = Math.max(Math.round(size.width * pixelRatio), 1);
+      canvas.height = Math.max(Math.round(size.height * pixelRatio), 1);
     }
-    this.#layer_image = null;
-    this.#is_layer_stale = true;
+    this.#layerImage = null;
+    this.#isLayerStale = true;
   }
 
   /** Points, their colours, or which of them are shown have changed. */
   invalidate(): void {
-    this.#is_layer_stale = true;
+    this.#isLayerStale = true;
   }
 
   /**
-   * Paints the map. `is_in_motion`: another picture follows at once; if the points are slow to paint, their last picture is
+   * Paints the map. `isInMotion`: another picture follows at once; if the points are slow to paint, their last picture is
    * moved instead. Returns whether the points were painted for this view.
    */
-  paint(content: MapContent, view: Viewport, is_in_motion: boolean): boolean {
+  paint(content: MapContent, view: Viewport, isInMotion: boolean): boolean {
     if (content.points.offsets.length <= 1) {
       this.#clear(content.dark);
       return true;
     }
-    const shown = this.#layer_view;
-    const is_movable = shown !== null && !this.#is_layer_stale && shown.turns === view.turns;
-    const is_exact = is_movable && sameView(shown, view);
-    const may_move = is_movable && is_in_motion && this.#layer_ms > PAINT_BUDGET_MS;
-    if (!is_exact && !may_move) this.#paintLayer(content, view);
+    const shown = this.#layerView;
+    const isMovable = shown !== null && !this.#isLayerStale && shown.turns === view.turns;
+    const isExact = isMovable && sameView(shown, view);
+    const mayMove = isMovable && isInMotion && this.#layerMs > PAINT_BUDGET_MS;
+    if (!isExact && !mayMove) this.#paintLayer(content, view);
     this.#compose(content, view);
-    return is_exact || !may_move;
+    return isExact || !mayMove;
   }
 
   /** Without frames there are no grid and no axes. */
@@ -94,54 +94,54 @@ export class MapCanvas {
     const ctx = context2d(this.canvas);
     ctx.fillStyle = (dark ? DARK_MAP : LIGHT_MAP).background;
     ctx.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    this.#is_layer_stale = true;
+    this.#isLayerStale = true;
   }
 
-  #paintLayer({ points, marks, colors: frame_colors, before, only, dark }: MapContent, view: Viewport): void {
+  #paintLayer({ points, marks, colors: frameColors, before, only, dark }: MapContent, view: Viewport): void {
     const start = performance.now();
     const { width, height } = this.#layer;
-    this.#layer_image ??= new ImageData(width, height);
-    const pixels = new Uint32Array(this.#layer_image.data.buffer);
+    this.#layerImage ??= new ImageData(width, height);
+    const pixels = new Uint32Array(this.#layerImage.data.buffer);
     pixels.fill(0);
-    const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixel_ratio;
-    const colors = Uint32Array.from(frame_colors, (color) => packColor(color));
+    const diameter = pointDiameter(points.points.length / 2, this.#size) * this.#pixelRatio;
+    const colors = Uint32Array.from(frameColors, (color) => packColor(color));
     const device = { width, height };
     if (before) {
-      const num_before = before.points.offsets.length - 1;
-      const grey = new Uint32Array(num_before).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
+      const numBefore = before.points.offsets.length - 1;
+      const grey = new Uint32Array(numBefore).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
       const style = { colors: grey, diameter };
-      paintPoints(pixels, device, view, this.#pixel_ratio, before.points, 0, num_before, style);
+      paintPoints(pixels, device, view, this.#pixelRatio, before.points, 0, numBefore, style);
     }
     const paint = (first: number, last: number, size: number): void =>
-      paintPoints(pixels, device, view, this.#pixel_ratio, points, first, last, { colors, diameter: size });
+      paintPoints(pixels, device, view, this.#pixelRatio, points, first, last, { colors, diameter: size });
     const until = Math.min(marks.until, points.offsets.length - 1);
     if (!only) paint(0, until, diameter);
     for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter);
     const { selected } = marks;
     if (selected !== null && selected < marks.until) {
       colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
-      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixel_ratio));
+      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio));
     }
-    context2d(this.#layer).putImageData(this.#layer_image, 0, 0);
-    this.#layer_view = view;
-    this.#is_layer_stale = false;
-    this.#layer_ms = performance.now() - start;
+    context2d(this.#layer).putImageData(this.#layerImage, 0, 0);
+    this.#layerView = view;
+    this.#isLayerStale = false;
+    this.#layerMs = performance.now() - start;
   }
 
   #compose({ marks, colors, layers, before, only, occupancy, dark }: MapContent, view: Viewport): void {
     const size = this.#size;
     const theme = dark ? DARK_MAP : LIGHT_MAP;
     const ctx = context2d(this.canvas);
-    ctx.setTransform(this.#pixel_ratio, 0, 0, this.#pixel_ratio, 0, 0);
+    ctx.setTransform(this.#pixelRatio, 0, 0, this.#pixelRatio, 0, 0);
     ctx.fillStyle = theme.background;
     ctx.fillRect(0, 0, size.width, size.height);
     if (layers.grid) paintGrid(ctx, size, view, theme);
 
     // The layer may show a moment ago: it is moved and scaled to where it belongs now.
-    const shown = this.#layer_view ?? view;
+    const shown = this.#layerView ?? view;
     const factor = view.scale / shown.scale;
-    const left = toScreenX(view, size, shown.center_x, shown.center_y) - (size.width / 2) * factor;
-    const top = toScreenY(view, size, shown.center_x, shown.center_y) - (size.height / 2) * factor;
+    const left = toScreenX(view, size, shown.centerX, shown.centerY) - (size.width / 2) * factor;
+    const top = toScreenY(view, size, shown.centerX, shown.centerY) - (size.height / 2) * factor;
     if (layers.occupancy && occupancy) {
       paintOccupancy(ctx, size, view, occupancy);
     } else {
@@ -161,5 +161,5 @@ export class MapCanvas {
 }
 
 function sameView(a: Viewport, b: Viewport): boolean {
-  return a.center_x === b.center_x && a.center_y === b.center_y && a.scale === b.scale && a.turns === b.turns;
+  return a.centerX === b.centerX && a.centerY === b.centerY && a.scale === b.scale && a.turns === b.turns;
 }

@@ -16,9 +16,9 @@ export interface MapMarks {
   poses: readonly Pose[];
   statuses: readonly Status[];
   /** For each frame whether its link to the frame before is uncertain. */
-  uncertain_links: readonly boolean[];
+  uncertainLinks: readonly boolean[];
   /** Direction in which the scanner looks, from the x axis of its own frame, rad. */
-  look_direction: number;
+  lookDirection: number;
   /** Frames before this one are shown. */
   until: number;
   selected: number | null;
@@ -94,20 +94,20 @@ export function paintGrid(ctx: Context, size: Size, view: Viewport, theme: MapTh
   const step = roundLength(view, 110);
   // Quarter turns keep the lines upright; on the screen the origin and the pitch are all there is to know.
   const pitch = step * view.scale;
-  const origin_x = toScreenX(view, size, 0, 0);
-  const origin_y = toScreenY(view, size, 0, 0);
-  const stroke = (color: string, is_axis: boolean): void => {
+  const originX = toScreenX(view, size, 0, 0);
+  const originY = toScreenY(view, size, 0, 0);
+  const stroke = (color: string, isAxis: boolean): void => {
     ctx.strokeStyle = color;
     ctx.beginPath();
-    for (let i = Math.ceil(-origin_x / pitch); origin_x + i * pitch <= size.width; i++) {
-      if ((i === 0) !== is_axis) continue;
-      const x = Math.round(origin_x + i * pitch) + 0.5;
+    for (let i = Math.ceil(-originX / pitch); originX + i * pitch <= size.width; i++) {
+      if ((i === 0) !== isAxis) continue;
+      const x = Math.round(originX + i * pitch) + 0.5;
       ctx.moveTo(x, 0);
       ctx.lineTo(x, size.height);
     }
-    for (let i = Math.ceil(-origin_y / pitch); origin_y + i * pitch <= size.height; i++) {
-      if ((i === 0) !== is_axis) continue;
-      const y = Math.round(origin_y + i * pitch) + 0.5;
+    for (let i = Math.ceil(-originY / pitch); originY + i * pitch <= size.height; i++) {
+      if ((i === 0) !== isAxis) continue;
+      const y = Math.round(originY + i * pitch) + 0.5;
       ctx.moveTo(0, y);
       ctx.lineTo(size.width, y);
     }
@@ -125,18 +125,18 @@ export function paintAxes(ctx: Context, size: Size, view: Viewport, theme: MapTh
   ctx.textBaseline = 'middle';
   ctx.lineCap = 'round';
   const angles = [toScreenAngle(view, 0), toScreenAngle(view, Math.PI / 2)];
-  const reach_left = Math.max(...angles.map((angle) => -Math.cos(angle)));
-  const reach_down = Math.max(...angles.map((angle) => -Math.sin(angle)));
-  const x = 16 + 34 * Math.max(reach_left, 0);
-  const y = size.height - 16 - 34 * Math.max(reach_down, 0);
+  const reachLeft = Math.max(...angles.map((angle) => -Math.cos(angle)));
+  const reachDown = Math.max(...angles.map((angle) => -Math.sin(angle)));
+  const x = 16 + 34 * Math.max(reachLeft, 0);
+  const y = size.height - 16 - 34 * Math.max(reachDown, 0);
   const arrows = (): void => {
     ctx.beginPath();
     for (const angle of angles) {
-      const tip_x = x + 24 * Math.cos(angle);
-      const tip_y = y - 24 * Math.sin(angle);
+      const tipX = x + 24 * Math.cos(angle);
+      const tipY = y - 24 * Math.sin(angle);
       ctx.moveTo(x, y);
-      ctx.lineTo(tip_x, tip_y);
-      arrowHead(ctx, tip_x, tip_y, -angle, 5);
+      ctx.lineTo(tipX, tipY);
+      arrowHead(ctx, tipX, tipY, -angle, 5);
     }
     ctx.stroke();
   };

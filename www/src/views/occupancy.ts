@@ -8,8 +8,8 @@ export interface OccupancyPicture {
   /** Side of a cell, m. */
   resolution: number;
   /** The corner with the least x and y, m. */
-  origin_x: number;
-  origin_y: number;
+  originX: number;
+  originY: number;
 }
 
 /** Grey value of each kind of cell, on a light map and on a dark one. */
@@ -22,7 +22,7 @@ const OCCUPIED = 0;
 
 export function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | null {
   const { width, height, resolution, grey_values } = grid;
-  const [origin_x = 0, origin_y = 0] = grid.origin;
+  const [originX = 0, originY = 0] = grid.origin;
   const image = document.createElement('canvas');
   const context = image.getContext('2d');
   if (!context || width === 0 || height === 0) return null;
@@ -35,7 +35,7 @@ export function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | 
     pixels.data.set([shade, shade, shade, 255], 4 * cell);
   }
   context.putImageData(pixels, 0, 0);
-  return { image, resolution, origin_x, origin_y };
+  return { image, resolution, originX, originY };
 }
 
 /** Draws the picture at its position, rotated like the view. */
@@ -43,16 +43,16 @@ export function paintOccupancy(
   ctx: CanvasRenderingContext2D,
   size: Size,
   view: Viewport,
-  { image, resolution, origin_x, origin_y }: OccupancyPicture,
+  { image, resolution, originX, originY }: OccupancyPicture,
 ): void {
-  const top = origin_y + image.height * resolution;
+  const top = originY + image.height * resolution;
   const at = (x: number, y: number): [number, number] => [toScreenX(view, size, x, y), toScreenY(view, size, x, y)];
-  const [left_x, left_y] = at(origin_x, top);
-  const [right_x, right_y] = at(origin_x + resolution, top);
-  const [below_x, below_y] = at(origin_x, top - resolution);
+  const [leftX, leftY] = at(originX, top);
+  const [rightX, rightY] = at(originX + resolution, top);
+  const [belowX, belowY] = at(originX, top - resolution);
   ctx.save();
   // One pixel of the picture is one cell.
-  ctx.transform(right_x - left_x, right_y - left_y, below_x - left_x, below_y - left_y, left_x, left_y);
+  ctx.transform(rightX - leftX, rightY - leftY, belowX - leftX, belowY - leftY, leftX, leftY);
   ctx.imageSmoothingEnabled = view.scale * resolution < 1;
   ctx.drawImage(image, 0, 0);
   ctx.restore();

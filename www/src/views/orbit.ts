@@ -46,11 +46,11 @@ export const Z_UP: Axes = { right: [0, 1, 0], up: [0, 0, 1], back: [1, 0, 0] };
 export function axes({ azimuth, elevation }: Direction, world: Axes = Y_UP): Axes {
   const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
   const [ce, se] = [Math.cos(elevation), Math.sin(elevation)];
-  const level_back = added(scaled(world.back, ca), world.right, sa);
+  const levelBack = added(scaled(world.back, ca), world.right, sa);
   return {
     right: added(scaled(world.right, ca), world.back, -sa),
-    up: added(scaled(world.up, ce), level_back, -se),
-    back: added(scaled(level_back, ce), world.up, se),
+    up: added(scaled(world.up, ce), levelBack, -se),
+    back: added(scaled(levelBack, ce), world.up, se),
   };
 }
 
@@ -103,9 +103,9 @@ export function fitted(orbit: Orbit, points: readonly Vec3[], size: Size, margin
     width: Math.max(size.width - 2 * margin.across, 40),
     height: Math.max(size.height - 2 * margin.along, 40),
   };
-  const tan_height = TAN_HALF_VIEW * (free.height / size.height);
-  const tan_width = TAN_HALF_VIEW * (free.width / size.height);
-  const flat = Math.max((across.high - across.low) / 2 / tan_width, (along.high - along.low) / 2 / tan_height, 0.5);
+  const tanHeight = TAN_HALF_VIEW * (free.height / size.height);
+  const tanWidth = TAN_HALF_VIEW * (free.width / size.height);
+  const flat = Math.max((across.high - across.low) / 2 / tanWidth, (along.high - along.low) / 2 / tanHeight, 0.5);
   // What is nearer than the target looks larger.
   const distance = orbit.projection === 'perspective' ? flat + (deep.high - deep.low) / 2 : flat;
   const target = added(
@@ -132,13 +132,13 @@ function range(values: readonly number[]): { low: number; high: number } {
 /** Where a point of the picture's world is on the screen, CSS pixels; null behind the eye. */
 export function toScreen(orbit: Orbit, size: Size, point: Vec3): { x: number; y: number } | null {
   const axis = axes(orbit);
-  const from_target = added(point, orbit.target, -1);
-  const depth = orbit.distance - dot(from_target, axis.back);
+  const fromTarget = added(point, orbit.target, -1);
+  const depth = orbit.distance - dot(fromTarget, axis.back);
   if (orbit.projection === 'perspective' && depth < 0.01) return null;
   const scale = size.height / 2 / TAN_HALF_VIEW / (orbit.projection === 'perspective' ? depth : orbit.distance);
   return {
-    x: size.width / 2 + dot(from_target, axis.right) * scale,
-    y: size.height / 2 - dot(from_target, axis.up) * scale,
+    x: size.width / 2 + dot(fromTarget, axis.right) * scale,
+    y: size.height / 2 - dot(fromTarget, axis.up) * scale,
   };
 }
 

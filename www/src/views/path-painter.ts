@@ -25,7 +25,7 @@ export function paintTrajectory(
   const shown = marks.poses.slice(0, marks.until);
   const among = only && new Set(only);
   const isShown = (frame: number): boolean => among?.has(frame) ?? true;
-  paintPath(ctx, size, view, shown, marks.uncertain_links, theme, isShown);
+  paintPath(ctx, size, view, shown, marks.uncertainLinks, theme, isShown);
 
   const arrow = (frame: number, radius: number, fill: string, outline: string): void => {
     const pose = shown[frame];
@@ -35,7 +35,7 @@ export function paintTrajectory(
       paintCross(ctx, x, y, 0.6 * radius, theme);
       return;
     }
-    const heading = toScreenAngle(view, pose.theta + marks.look_direction);
+    const heading = toScreenAngle(view, pose.theta + marks.lookDirection);
     paintArrow(ctx, x, y, heading, radius, fill, outline);
   };
   const ownColor = (frame: number): string => cssColor(colors[frame] ?? theme.selected);
@@ -63,16 +63,16 @@ export function poseAt(
   marks: MapMarks,
   size: Size,
   view: Viewport,
-  screen_x: number,
-  screen_y: number,
+  screenX: number,
+  screenY: number,
   reach: number,
 ): number | null {
   let nearest: number | null = null;
   let best = reach;
   marks.poses.slice(0, marks.until).forEach((pose, frame) => {
     const distance = Math.hypot(
-      toScreenX(view, size, pose.x, pose.y) - screen_x,
-      toScreenY(view, size, pose.x, pose.y) - screen_y,
+      toScreenX(view, size, pose.x, pose.y) - screenX,
+      toScreenY(view, size, pose.x, pose.y) - screenY,
     );
     if (distance <= best) {
       best = distance;
@@ -88,19 +88,19 @@ function paintPath(
   size: Size,
   view: Viewport,
   poses: readonly Pose[],
-  uncertain_links: readonly boolean[],
+  uncertainLinks: readonly boolean[],
   theme: MapTheme,
   isShown: (frame: number) => boolean,
 ): void {
-  const links = (is_uncertain: boolean): void => {
+  const links = (isUncertain: boolean): void => {
     ctx.beginPath();
     poses.forEach((pose, i) => {
       if (!isShown(i)) return;
       const x = toScreenX(view, size, pose.x, pose.y);
       const y = toScreenY(view, size, pose.x, pose.y);
       const before = isShown(i - 1) ? poses[i - 1] : undefined;
-      if (before && (uncertain_links[i] ?? false) === is_uncertain) {
-        if (is_uncertain)
+      if (before && (uncertainLinks[i] ?? false) === isUncertain) {
+        if (isUncertain)
           ctx.moveTo(toScreenX(view, size, before.x, before.y), toScreenY(view, size, before.x, before.y));
         ctx.lineTo(x, y);
       } else {

@@ -14,7 +14,7 @@ export interface TextStyle {
   size: number;
   align?: 'start' | 'middle' | 'end';
   /** Turned by a quarter to the left. */
-  is_upright?: boolean;
+  isUpright?: boolean;
   /** Colour of a rim that keeps the words apart from what lies behind them. */
   halo?: string;
 }
@@ -110,11 +110,11 @@ export class CanvasPen implements Pen {
   }
 
   text(x: number, y: number, words: string, style: TextStyle): void {
-    const { color, size, align = 'start', is_upright = false, halo } = style;
+    const { color, size, align = 'start', isUpright = false, halo } = style;
     const { context } = this;
     context.save();
     context.translate(x, y);
-    if (is_upright) context.rotate(-Math.PI / 2);
+    if (isUpright) context.rotate(-Math.PI / 2);
     context.fillStyle = color;
     context.font = `${size}px ${FONT}`;
     context.textAlign = align === 'middle' ? 'center' : align;
@@ -143,7 +143,7 @@ export class CanvasPen implements Pen {
 
 export class SvgPen implements Pen {
   #parts: string[] = [];
-  #num_clips = 0;
+  #numClips = 0;
 
   line(points: ArrayLike<number>, { color, width, dash }: Stroke): void {
     const words: string[] = [];
@@ -191,9 +191,9 @@ export class SvgPen implements Pen {
   }
 
   text(x: number, y: number, words: string, style: TextStyle): void {
-    const { color, size, align = 'start', is_upright = false, halo } = style;
+    const { color, size, align = 'start', isUpright = false, halo } = style;
     const rim = halo ? ` stroke="${halo}" stroke-width="4" stroke-linejoin="round" paint-order="stroke"` : '';
-    const place = is_upright
+    const place = isUpright
       ? `transform="translate(${short(x)} ${short(y)}) rotate(-90)"`
       : `x="${short(x)}" y="${short(y)}"`;
     this.#parts.push(
@@ -202,7 +202,7 @@ export class SvgPen implements Pen {
   }
 
   inside(x: number, y: number, width: number, height: number, draw: () => void): void {
-    const id = `clip${this.#num_clips++}`;
+    const id = `clip${this.#numClips++}`;
     const rect = `<rect x="${short(x)}" y="${short(y)}" width="${short(width)}" height="${short(height)}"/>`;
     this.#parts.push(`<clipPath id="${id}">${rect}</clipPath><g clip-path="url(#${id})">`);
     draw();

@@ -9,7 +9,7 @@ export interface Piece {
   /** What exported files call it; empty for small ones together. */
   exported: string;
   /** How many pieces stand behind it: one, or all small ones. */
-  num_pieces: number;
+  numPieces: number;
   /** Frames in it, in ascending order. */
   frames: readonly number[];
   color: Rgb;
@@ -30,30 +30,30 @@ const MIN_FRAMES = 5;
  * the map is one piece.
  */
 export function certainPieces(frames: readonly Frame[], dark: boolean): Piece[] {
-  const of_piece = new Map<number, number[]>();
+  const ofPiece = new Map<number, number[]>();
   frames.forEach(({ piece, status }, frame) => {
     if (status === 'lost') return;
-    const known = of_piece.get(piece);
+    const known = ofPiece.get(piece);
     if (known) known.push(frame);
-    else of_piece.set(piece, [frame]);
+    else ofPiece.set(piece, [frame]);
   });
-  if (of_piece.size < 2) return [];
-  const by_size = [...of_piece].sort(([, p], [, q]) => q.length - p.length);
-  const is_shown = ([piece, members]: [number, number[]], rank: number): boolean =>
+  if (ofPiece.size < 2) return [];
+  const bySize = [...ofPiece].sort(([, p], [, q]) => q.length - p.length);
+  const isShown = ([piece, members]: [number, number[]], rank: number): boolean =>
     piece === 0 || (rank < HUES.length - 1 && members.length >= MIN_FRAMES);
-  const shown = by_size.filter(is_shown);
-  const others = by_size.filter((piece, rank) => !is_shown(piece, rank));
+  const shown = bySize.filter(isShown);
+  const others = bySize.filter((piece, rank) => !isShown(piece, rank));
   const pieces = shown.map(([piece, members], rank) => ({
     label: rank === 0 ? 'Main piece' : piece === 0 ? 'Piece of the first scan' : `Piece ${rank + 1}`,
     exported: piece === 0 ? 'map' : `map_piece_${piece}`,
-    num_pieces: 1,
+    numPieces: 1,
     frames: members,
     color: hueColor(HUES[rank] ?? 0, dark),
   }));
   if (others.length === 0) return pieces;
   const rest = others.flatMap(([, members]) => members).sort((a, b) => a - b);
   const label = others.length === 1 ? '1 small piece' : `${others.length} small pieces`;
-  return [...pieces, { label, exported: '', num_pieces: others.length, frames: rest, color: grey(dark) }];
+  return [...pieces, { label, exported: '', numPieces: others.length, frames: rest, color: grey(dark) }];
 }
 
 /** The colour of each frame's piece; a lost frame has that of the small pieces. */
@@ -71,7 +71,7 @@ export function uncertainLinks(frames: readonly Frame[]): boolean[] {
   return frames.map(({ piece, status }, i) => {
     const before = frames[i - 1];
     if (!before) return false;
-    const is_lost = status === 'lost' || before.status === 'lost';
-    return is_lost || piece !== before.piece || (piece === 0 && status === 'doubtful');
+    const isLost = status === 'lost' || before.status === 'lost';
+    return isLost || piece !== before.piece || (piece === 0 && status === 'doubtful');
   });
 }

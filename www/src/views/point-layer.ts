@@ -47,8 +47,8 @@ export interface PointStyle {
 
 /** How large points should be, in CSS pixels: large where they are few on the screen, one pixel where they are dense. */
 export function pointDiameter(num_points: number, size: Size): number {
-  const area_per_point = (size.width * size.height) / Math.max(num_points, 1);
-  return Math.min(Math.max(Math.sqrt(area_per_point) / 5, 1), 3.4);
+  const areaPerPoint = (size.width * size.height) / Math.max(num_points, 1);
+  return Math.min(Math.max(Math.sqrt(areaPerPoint) / 5, 1), 3.4);
 }
 
 /**
@@ -57,23 +57,23 @@ export function pointDiameter(num_points: number, size: Size): number {
  */
 export function paintPoints(
   pixels: Uint32Array,
-  device_size: Size,
+  deviceSize: Size,
   view: Viewport,
-  pixel_ratio: number,
+  pixelRatio: number,
   set: PointSet,
   first: number,
   last: number,
   style: PointStyle,
 ): void {
-  const { width, height } = device_size;
+  const { width, height } = deviceSize;
   // The map from the world to pixels is affine: three points of it give its six numbers.
-  const device_view = { ...view, scale: view.scale * pixel_ratio };
-  const origin_x = toScreenX(device_view, device_size, 0, 0);
-  const origin_y = toScreenY(device_view, device_size, 0, 0);
-  const x_of_x = toScreenX(device_view, device_size, 1, 0) - origin_x;
-  const y_of_x = toScreenY(device_view, device_size, 1, 0) - origin_y;
-  const x_of_y = toScreenX(device_view, device_size, 0, 1) - origin_x;
-  const y_of_y = toScreenY(device_view, device_size, 0, 1) - origin_y;
+  const deviceView = { ...view, scale: view.scale * pixelRatio };
+  const originX = toScreenX(deviceView, deviceSize, 0, 0);
+  const originY = toScreenY(deviceView, deviceSize, 0, 0);
+  const xOfX = toScreenX(deviceView, deviceSize, 1, 0) - originX;
+  const yOfX = toScreenY(deviceView, deviceSize, 1, 0) - originY;
+  const xOfY = toScreenX(deviceView, deviceSize, 0, 1) - originX;
+  const yOfY = toScreenY(deviceView, deviceSize, 0, 1) - originY;
   const { points, offsets } = set;
   const diameter = Math.round(style.diameter);
   const dot = diameter > 2 ? makeDot(style.diameter) : null;
@@ -82,10 +82,10 @@ export function paintPoints(
     const rgb = color & 0xffffff;
     const end = 2 * (offsets[frame + 1] ?? 0);
     for (let i = 2 * (offsets[frame] ?? 0); i < end; i += 2) {
-      const world_x = points[i] as number;
-      const world_y = points[i + 1] as number;
-      const x = Math.floor(origin_x + world_x * x_of_x + world_y * x_of_y);
-      const y = Math.floor(origin_y + world_x * y_of_x + world_y * y_of_y);
+      const worldX = points[i] as number;
+      const worldY = points[i + 1] as number;
+      const x = Math.floor(originX + worldX * xOfX + worldY * xOfY);
+      const y = Math.floor(originY + worldX * yOfX + worldY * yOfY);
       if (x < 0 || x >= width || y < 0 || y >= height) continue;
       const at = y * width + x;
       if (dot === null) {

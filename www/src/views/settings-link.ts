@@ -45,12 +45,12 @@ export function faultsToBegin<S extends object>(
   fragment: string,
 ): string[] {
   const names = presets.map(({ name }) => name);
-  const wrong_preset =
+  const wrongPreset =
     preset === '' || names.includes(preset) ? [] : [`“${preset}” is not a preset: ${names.join(', ')}`];
   // A fragment without a value is a place in the page, or the mark of a view; what tables are like is not a setting.
   const linked = ownerOf(fragment) === view ? [...new URLSearchParams(fragment.replace(/^#/, ''))] : [];
   const own = new URLSearchParams(linked.filter(([name, value]) => value !== '' && name !== 'table')).toString();
-  return [...wrong_preset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
+  return [...wrongPreset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
 }
 
 /** Writes what differs from the default into the page's address; nothing is there before the engine is ready. */
@@ -60,9 +60,9 @@ export function rememberSettings<S extends object>(
   settings: S | null,
 ): void {
   const first = facts?.presets[0];
-  const settings_text = first && settings ? writeSettings(settings, first.settings) : '';
+  const settingsText = first && settings ? writeSettings(settings, first.settings) : '';
   const table = view === 'planar' ? new URLSearchParams(location.hash.replace(/^#/, '')).get('table') : null;
-  const text = [settings_text, ...(table === null ? [] : [`table=${table}`])].filter((part) => part !== '').join('&');
+  const text = [settingsText, ...(table === null ? [] : [`table=${table}`])].filter((part) => part !== '').join('&');
   const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;
   history.replaceState(history.state, '', text === '' ? location.pathname + location.search : fragment);
 }

@@ -21,7 +21,7 @@ const MAX_PIXEL_RATIO = 2;
 
 export class SpaceRenderer {
   size: Size = { width: 1, height: 1 };
-  pixel_ratio = 1;
+  pixelRatio = 1;
   #renderer: WebGLRenderer;
   #perspective = new PerspectiveCamera();
   #orthographic = new OrthographicCamera();
@@ -38,10 +38,10 @@ export class SpaceRenderer {
     return this.#renderer.domElement;
   }
 
-  resize(size: Size, pixel_ratio: number): void {
+  resize(size: Size, pixelRatio: number): void {
     this.size = size;
-    this.pixel_ratio = Math.min(pixel_ratio, MAX_PIXEL_RATIO);
-    this.#renderer.setPixelRatio(this.pixel_ratio);
+    this.pixelRatio = Math.min(pixelRatio, MAX_PIXEL_RATIO);
+    this.#renderer.setPixelRatio(this.pixelRatio);
     this.#renderer.setSize(size.width, size.height, false);
   }
 
@@ -57,9 +57,9 @@ export class SpaceRenderer {
 
   #place(orbit: Orbit, reach: number): PerspectiveCamera | OrthographicCamera {
     const aspect = this.size.width / Math.max(this.size.height, 1);
-    const is_flat = orbit.projection === 'orthographic';
-    const camera = is_flat ? this.#orthographic : this.#perspective;
-    if (is_flat) {
+    const isFlat = orbit.projection === 'orthographic';
+    const camera = isFlat ? this.#orthographic : this.#perspective;
+    if (isFlat) {
       const half = orbit.distance * TAN_HALF_VIEW;
       Object.assign(this.#orthographic, { top: half, bottom: -half, left: -half * aspect, right: half * aspect });
       // The eye may stand inside the map there: what lies behind it is seen as well.

@@ -4,8 +4,8 @@ export type Turns = 0 | 1 | 2 | 3;
 /** Which part of the world the canvas shows. World: metres, y up. Screen: CSS pixels, y down. */
 export interface Viewport {
   /** The world point in the middle of the canvas, m. */
-  center_x: number;
-  center_y: number;
+  centerX: number;
+  centerY: number;
   /** CSS pixels per metre. */
   scale: number;
   turns: Turns;
@@ -17,10 +17,10 @@ export interface Size {
 }
 
 export interface Bounds {
-  min_x: number;
-  min_y: number;
-  max_x: number;
-  max_y: number;
+  minX: number;
+  minY: number;
+  maxX: number;
+  maxY: number;
 }
 
 const MIN_SCALE = 0.02; // 1 km in 20 pixels
@@ -30,13 +30,13 @@ const COS = [1, 0, -1, 0] as const;
 const SIN = [0, 1, 0, -1] as const;
 
 export function toScreenX(view: Viewport, size: Size, x: number, y: number): number {
-  const { center_x, center_y, scale, turns } = view;
-  return size.width / 2 + ((x - center_x) * COS[turns] - (y - center_y) * SIN[turns]) * scale;
+  const { centerX, centerY, scale, turns } = view;
+  return size.width / 2 + ((x - centerX) * COS[turns] - (y - centerY) * SIN[turns]) * scale;
 }
 
 export function toScreenY(view: Viewport, size: Size, x: number, y: number): number {
-  const { center_x, center_y, scale, turns } = view;
-  return size.height / 2 - ((x - center_x) * SIN[turns] + (y - center_y) * COS[turns]) * scale;
+  const { centerX, centerY, scale, turns } = view;
+  return size.height / 2 - ((x - centerX) * SIN[turns] + (y - centerY) * COS[turns]) * scale;
 }
 
 /** A direction in the world, rad, as it appears on the screen, still counter-clockwise. */
@@ -44,15 +44,15 @@ export function toScreenAngle(view: Viewport, angle: number): number {
   return angle + (view.turns * Math.PI) / 2;
 }
 
-export function toWorld(view: Viewport, size: Size, screen_x: number, screen_y: number): { x: number; y: number } {
-  const offset = unturned(view, screen_x - size.width / 2, size.height / 2 - screen_y);
-  return { x: view.center_x + offset.x, y: view.center_y + offset.y };
+export function toWorld(view: Viewport, size: Size, screenX: number, screenY: number): { x: number; y: number } {
+  const offset = unturned(view, screenX - size.width / 2, size.height / 2 - screenY);
+  return { x: view.centerX + offset.x, y: view.centerY + offset.y };
 }
 
 /** Moved by `dx` to the right and `dy` down, CSS pixels. */
 export function panned(view: Viewport, dx: number, dy: number): Viewport {
   const offset = unturned(view, dx, -dy);
-  return { ...view, center_x: view.center_x - offset.x, center_y: view.center_y - offset.y };
+  return { ...view, centerX: view.centerX - offset.x, centerY: view.centerY - offset.y };
 }
 
 /** A vector of CSS pixels, right and up, as a vector in the world, m. */
@@ -61,15 +61,15 @@ function unturned({ scale, turns }: Viewport, right: number, up: number): { x: n
 }
 
 /** Zoomed by `factor` so that the world point under the screen point stays where it is. */
-export function zoomedAt(view: Viewport, size: Size, screen_x: number, screen_y: number, factor: number): Viewport {
+export function zoomedAt(view: Viewport, size: Size, screenX: number, screenY: number, factor: number): Viewport {
   const scale = Math.min(Math.max(view.scale * factor, MIN_SCALE), MAX_SCALE);
-  const fixed = toWorld(view, size, screen_x, screen_y);
+  const fixed = toWorld(view, size, screenX, screenY);
   const zoomed = { ...view, scale };
-  const now_there = toWorld(zoomed, size, screen_x, screen_y);
+  const nowThere = toWorld(zoomed, size, screenX, screenY);
   return {
     ...zoomed,
-    center_x: view.center_x + fixed.x - now_there.x,
-    center_y: view.center_y + fixed.y - now_there.y,
+    centerX: view.centerX + fixed.x - nowThere.x,
+    centerY: view.centerY + fixed.y - nowThere.y,
   };
 }
 
@@ -84,10 +84,10 @@ export interface Margin {
 export function united(a: Bounds | null, b: Bounds | null): Bounds | null {
   if (!a || !b) return a ?? b;
   return {
-    min_x: Math.min(a.min_x, b.min_x),
-    min_y: Math.min(a.min_y, b.min_y),
-    max_x: Math.max(a.max_x, b.max_x),
-    max_y: Math.max(a.max_y, b.max_y),
+    minX: Math.min(a.minX, b.minX),
+    minY: Math.min(a.minY, b.minY),
+    maxX: Math.max(a.maxX, b.maxX),
+    maxY: Math.max(a.maxY, b.maxY),
   };
 }
 
@@ -99,8 +99,8 @@ export function fitted(bounds: Bounds, size: Size, margin: Margin, turns: Turns)
     Math.max(size.height - margin.top - margin.bottom, 40) / height,
   );
   const middle: Viewport = {
-    center_x: (bounds.min_x + bounds.max_x) / 2,
-    center_y: (bounds.min_y + bounds.max_y) / 2,
+    centerX: (bounds.minX + bounds.maxX) / 2,
+    centerY: (bounds.minY + bounds.maxY) / 2,
     scale,
     turns,
   };
@@ -119,14 +119,14 @@ export function bestTurns(bounds: Bounds, size: Size): Turns {
 }
 
 function extent(bounds: Bounds, turns: Turns): Size {
-  const along_x = Math.max(bounds.max_x - bounds.min_x, 0.5);
-  const along_y = Math.max(bounds.max_y - bounds.min_y, 0.5);
-  return turns % 2 === 0 ? { width: along_x, height: along_y } : { width: along_y, height: along_x };
+  const alongX = Math.max(bounds.maxX - bounds.minX, 0.5);
+  const alongY = Math.max(bounds.maxY - bounds.minY, 0.5);
+  return turns % 2 === 0 ? { width: alongX, height: alongY } : { width: alongY, height: alongX };
 }
 
-/** A round length (m) for the scale bar, which is at most `max_pixels` on the screen. */
-export function roundLength(view: Viewport, max_pixels: number): number {
-  return roundedDown(max_pixels / view.scale);
+/** A round length (m) for the scale bar, which is at most `maxPixels` on the screen. */
+export function roundLength(view: Viewport, maxPixels: number): number {
+  return roundedDown(maxPixels / view.scale);
 }
 
 /** The largest of 1, 2 or 5 times a power of ten that is not larger. */

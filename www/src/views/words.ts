@@ -65,9 +65,3 @@ export function directionWords(direction: { x: number; y: number; theta: number 
   const angle = (((Math.atan2(direction.y, direction.x) * DEGREES) % 180) + 180) % 180;
   return `The view does not constrain the position along one direction, ${formatFixed(angle, 0)}° in the map (degenerate geometry): walls that run that way look the same from anywhere along them.`;
 }
-
-/** With a capital at the start and a full stop at the end. */
-export function sentence(text: string): string {
-  const trimmed = text.trim();
-  return `${trimmed.charAt(0).toUpperCase()}${trimmed.slice(1)}${/[.!?…]$/.test(trimmed) ? '' : '.'}`;
-}

@@ -1,6 +1,6 @@
 //! Settings with a part of the engine left out: what each part brings.
 
-use scanstitch::odometry::depth::{Effort, Verification};
+use scanstitch::odometry::depth::Effort;
 use scanstitch::pipeline::spatial_settings::{ColorUse, LoopClosing, Quantisation, SpatialSettings};
 use scanstitch::registration::solver::Motion;
 
@@ -28,7 +28,6 @@ pub fn ablations(settings: &SpatialSettings) -> Vec<Variant> {
         with("planar", |settings| settings.motion = Motion::Planar),
         with("without colours", |settings| settings.color = ColorUse::NotUsed),
         with("without loops closed", |settings| settings.loop_closing = LoopClosing::Off),
-        with("without verification", |settings| settings.verification = Verification::Off),
         with("quick", |settings| settings.effort = Effort::Quick),
     ]
 }

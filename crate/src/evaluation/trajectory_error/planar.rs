@@ -155,7 +155,8 @@ mod tests {
 
         let stamped =
             Trajectory { stamps: Some(vec![1.0, 2.0, 3.0, 4.0]), positions: along_x(4), ..Trajectory::default() };
-        let error = planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
+        let error =
+            planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
         assert!((error.max - 0.1).abs() < 1e-12);
 
         // By time, where most frames have a partner in the reference; the poses of the first of these are made equal.
@@ -168,11 +169,13 @@ mod tests {
 
         // A doubtful frame is no anchor: the next good one is.
         let doubtful = [false, true, true];
-        let error =
-            planar_error(&estimate, &doubtful, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
-        assert!((error.errors[1], error.num_matched) == (Some(0.0), 3) && (error.errors[0].unwrap() - 0.1).abs() < 1e-12);
+        let error = planar_error(&estimate, &doubtful, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
+        assert!(
+            (error.errors[1], error.num_matched) == (Some(0.0), 3) && (error.errors[0].unwrap() - 0.1).abs() < 1e-12
+        );
 
-        let refused = planar_error(&estimate, &[true; 3], &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
+        let refused =
+            planar_error(&estimate, &[true; 3], &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
         assert!(refused.to_string().starts_with("ref.txt: The reference has 5 poses, but there are 3 scans."));
         assert!(planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "8.ply"], None, "ref.txt", &lines).is_err());
     }

@@ -111,8 +111,12 @@ mod tests {
     }
 
     fn frames(poses: &[Option<Pose3>]) -> Vec<EstimatedFrame> {
-        let frame =
-            |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame { index, time: None, T_world_sensor: *pose, is_good: true };
+        let frame = |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame {
+            index,
+            time: None,
+            T_world_sensor: *pose,
+            is_good: true,
+        };
         poses.iter().enumerate().map(frame).collect()
     }
 

@@ -74,8 +74,10 @@ fn in_radians(scans: &mut [LaserScan]) -> Result<Option<String>> {
         let problem = format!("The readings of a scan cover an angle of {:.0} rad", coverage(widest));
         return Err(Error::line(widest.line, problem, "Give the angles in radians: a turn has 6.28 of them"));
     }
-    let note =
-        format!("Readings over an angle of {:.0} cannot be in radians: its angles are read as degrees.", coverage(widest));
+    let note = format!(
+        "Readings over an angle of {:.0} cannot be in radians: its angles are read as degrees.",
+        coverage(widest)
+    );
     for scan in &mut *scans {
         match &mut scan.bearings {
             Bearings::Even { start, step } => (*start, *step) = (start.to_radians(), step.to_radians()),

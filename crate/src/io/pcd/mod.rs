@@ -1,12 +1,13 @@
 //! Point clouds in PCD files, the format of the Point Cloud Library.
 //!
 //! The format: the library's documentation, "The PCD (Point Cloud Data) file format", versions 0.5 to 0.7.
-//! Read are ascii, binary and binary_compressed: positions, and normals and colours where present; other fields are
+//! Read are ascii, binary and binary_compressed: positions, and normals, colours and times where present; other fields are
 //! stepped over, and names may be in capitals.
 //!
 //! - `x y` without `z` is a scan in the plane, z = 0.
 //! - Normals are `normal_x normal_y normal_z`. They are made unit length, as those of PLY files are.
 //! - Colours are `rgb` or `rgba`: 0xAARRGGBB in 32 bits, which a file may announce as a float.
+//! - Times are `t`, `time`, `timestamp` or `offset_time`, as drivers of lidars call them, in whichever unit.
 //! - Points that are not finite are kept, as in organised clouds they hold a place.
 //! - `VIEWPOINT` is not applied: the points are as the file has them.
 //! - Numbers of ascii files are separated by blanks, commas or semicolons.
@@ -21,7 +22,7 @@ use glam::DVec3;
 use self::header::{Encoding, Field, Header, Kind};
 use super::cloud_parts::{origin_of, rounding_of, unit_normals, unless_zero};
 use super::text::{line_number, number, quote, refuse_pointer_and_utf16};
-use crate::geometry::PointCloud;
+use crate::geometry::{PointCloud, PointTimes};
 use crate::{Error, Result};
 
 pub use write::{Format, write};
@@ -151,8 +152,8 @@ fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointC
     Ok(columns.cloud(rows.len(), |column, point| column.text_value(rows[point][column.slot])))
 }
 
-/// x y z, the normal, the colour.
-const NUM_COLUMNS: usize = 7;
+/// x y z, the normal, the colour, the time.
+const NUM_COLUMNS: usize = 8;
 
 /// A field that means something to a point cloud.
 #[derive(Clone, Copy)]
@@ -181,11 +182,16 @@ impl Column<'_> {
 
 /// Place of the colour in a row.
 const COLOR: usize = 6;
+/// Place of the time in a row.
+const TIME: usize = 7;
+/// What drivers call the time of a point: Ouster, Velodyne, Hesai and RoboSense, Livox.
+const TIME_NAMES: [&str; 6] = ["t", "time", "timestamp", "offset_time", "timeoffset", "time_offset"];
 
 struct Columns<'a> {
     position: [Option<Column<'a>>; 3],
     normal: Option<[Column<'a>; 3]>,
     color: Option<Column<'a>>,
+    time: Option<Column<'a>>,
 }
 
 impl<'a> Columns<'a> {
@@ -207,11 +213,12 @@ impl<'a> Columns<'a> {
         let normal = [find(3, &["normal_x", "nx"]), find(4, &["normal_y", "ny"]), find(5, &["normal_z", "nz"])];
         let normal = if let [Some(x), Some(y), Some(z)] = normal { Some([x, y, z]) } else { None };
         let color = find(COLOR, &["rgb", "rgba"]).filter(|column| column.field.size == 4);
-        Ok(Self { position, normal, color })
+        let time = find(TIME, &TIME_NAMES).filter(|column| column.field.count == 1);
+        Ok(Self { position, normal, color, time })
     }
 
     fn all(&self) -> impl Iterator<Item = &Column<'a>> {
-        self.position.iter().flatten().chain(self.normal.iter().flatten()).chain(&self.color)
+        self.position.iter().flatten().chain(self.normal.iter().flatten()).chain(&self.color).chain(&self.time)
     }
 
     /// Where the value with this index goes in a row, if anywhere.
@@ -238,6 +245,9 @@ impl<'a> Columns<'a> {
             let [_, red, green, blue] = (value(column, point) as u32).to_be_bytes();
             [red, green, blue]
         };
+        let times = |column: &Column<'a>| {
+            PointTimes::new(&(0..num_points).map(|point| value(column, point)).collect::<Vec<f64>>())
+        };
         PointCloud {
             positions: (0..num_points).map(|point| (position(point) - origin).as_vec3()).collect(),
             normals: self
@@ -247,6 +257,7 @@ impl<'a> Columns<'a> {
             colors: self.color.as_ref().map(|column| (0..num_points).map(|point| color(column, point)).collect()),
             origin,
             rounded_off: self.holds_doubles().then(rest).and_then(unless_zero),
+            times: self.time.as_ref().and_then(times),
         }
     }
 }

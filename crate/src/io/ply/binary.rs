@@ -161,6 +161,7 @@ impl<'a, const BIG: bool> Records<'a, BIG> {
             colors: layout.color.map(|color| self.colors(&color)),
             origin,
             rounded_off: layout.holds_doubles().then(rest).and_then(unless_zero),
+            times: None,
         }
     }
 

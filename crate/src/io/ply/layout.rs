@@ -128,7 +128,7 @@ pub(super) fn collect(mut rows: impl Rows, count: u64, most: usize, layout: &Lay
     }
     let normals = layout.normal.and_then(|_| unit_normals(normals));
     let colors = layout.color.map(|columns| byte_colors(&colors, &columns));
-    Ok(PointCloud { positions, normals, colors, origin, rounded_off: unless_zero(rest) })
+    Ok(PointCloud { positions, normals, colors, origin, rounded_off: unless_zero(rest), times: None })
 }
 
 /// Colours as bytes. Full intensity is defined in the [module's documentation](super).

@@ -53,7 +53,7 @@ impl Voxel {
         let (before, old) = (self.information(), self.distance());
         let sum = before + information;
         let mean = old + (distance - old) * (information / sum);
-        self.distance = (mean * STEPS).round_ties_even() as i16;
+        self.distance = round(mean * STEPS) as i16;
         // Rounded to nearest, or a weight that grows by little would never grow.
         self.information = ((sum.to_bits() + 0x8000) >> 16) as u16;
         (before > 0.0).then(|| (distance - old).powi(2) * (before * information / sum))
@@ -85,6 +85,14 @@ impl Voxel {
     }
 }
 
+/// To the nearest whole number, below 2^22: where a single has no bits left for a fraction, adding rounds. Without an instruction of
+/// the processor for it, `round_ties_even` is a call of a function.
+#[inline]
+fn round(value: f32) -> f32 {
+    const SHIFT: f32 = 1.5 * (1 << 23) as f32;
+    value + SHIFT - SHIFT
+}
+
 /// The blocks that hold a surface.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blocks {
@@ -94,6 +102,8 @@ pub(super) struct Blocks {
     pub(super) voxels: Vec<[Voxel; VOXELS]>,
     /// Information of views through each block that saw nothing in it (1/m^2).
     pub(super) seen_through: Vec<f32>,
+    /// Number of the last frame that touched each block.
+    pub(super) last_frames: Vec<u32>,
 }
 
 impl Blocks {
@@ -113,6 +123,7 @@ impl Blocks {
             self.corners.push(corner);
             self.voxels.push([Voxel::default(); VOXELS]);
             self.seen_through.push(0.0);
+            self.last_frames.push(0);
         }
         number as usize
     }

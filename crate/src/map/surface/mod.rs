@@ -12,10 +12,11 @@
 //!
 //! The surface is extracted as a dual mesh with a vertex a cell (Gibson, "Constrained elastic surface nets", MICCAI 1998).
 //!
-//! Read `fusion` first.
+//! Read `fusion` first, then `view`.
 
 mod blocks;
 mod extraction;
 mod fusion;
+mod view;
 
 pub use fusion::{SurfaceFusion, SurfaceOptions};

@@ -2,10 +2,12 @@
 //!
 //! Clouds lack the pixel grid of a camera: normals come from neighbours, and correspondences from a k-d tree. No motion
 //! model is trusted: the initial guess is chosen by how well it fits, and global registration is tried where the result is
-//! doubtful. Read [`CloudOdometry::register_frame`] first.
+//! doubtful. Read [`CloudOdometry::register_frame`] first. [`SweepOdometry`] straightens the sweeps of a lidar that moves while it turns.
 
 pub mod options;
 pub mod prepared;
+mod skew_test;
+pub mod sweeps;
 
 use std::slice;
 
@@ -13,6 +15,7 @@ use nalgebra::Vector3;
 
 pub use self::options::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use self::prepared::PreparedCloud;
+pub use self::sweeps::{SweepEstimate, SweepOdometry};
 use crate::error::Result;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::map::cloud::CloudMap;
@@ -90,6 +93,12 @@ struct Candidate {
     assessment: Assessment,
 }
 
+/// A registration that is not lost, before the cloud is added to the map.
+struct Found {
+    candidate: Candidate,
+    T_world_sensor: Pose3,
+}
+
 impl Candidate {
     fn overlap(&self) -> f64 {
         self.registration.fitness
@@ -126,22 +135,35 @@ impl CloudOdometry {
     /// Registers the next cloud, which was prepared with the same options. A lost cloud does not enter
     /// the map, and the next cloud starts from the last registered pose.
     pub fn register_frame(&mut self, frame: PreparedCloud) -> CloudEstimate {
-        let num_points = frame.target().normals().iter().flatten().count();
-        if num_points < MIN_POINTS {
-            return self.lost(Assessment::too_few_points(num_points), None);
+        if self.last.is_none() {
+            return self.begin(frame);
         }
-        let Some(last) = &self.last else { return self.begin(frame) };
+        match self.find(&frame) {
+            Ok(found) => self.accept(frame, found),
+            Err(lost) => *lost,
+        }
+    }
+
+    /// Where a cloud is that comes after the first one; it is not added to the map.
+    ///
+    /// # Errors
+    /// The estimate of a cloud that is lost.
+    fn find(&self, frame: &PreparedCloud) -> std::result::Result<Found, Box<CloudEstimate>> {
+        let num_points = num_oriented(frame);
+        let Some(last) = self.last.as_ref().filter(|_| num_points >= MIN_POINTS) else {
+            return Err(Box::new(self.lost(Assessment::too_few_points(num_points), None)));
+        };
 
         // The target, and its pose.
         let map;
         let (target, T_world_target, T_target_last) = match self.options.method {
             CloudMethod::CloudToCloud => (last.target(), self.T_world_last, Pose3::identity()),
             CloudMethod::CloudMap => {
-                map = self.map_around(&frame);
+                map = self.map_around(frame);
                 (&map, Pose3::identity(), self.T_world_last)
             }
         };
-        let task = Task { frame: &frame, last, target, T_target_last };
+        let task = Task { frame, last, target, T_target_last };
 
         // From the last pose and the last motion; by features always, never, or where the result is doubtful.
         let candidate = match self.options.global_registration {
@@ -151,16 +173,25 @@ impl CloudOdometry {
         };
 
         match candidate {
-            Err(reason) => self.lost(Assessment::lost(reason), None),
+            Err(reason) => Err(Box::new(self.lost(Assessment::lost(reason), None))),
             Ok(candidate) if candidate.assessment.status == Status::Lost => {
-                self.lost(Assessment::lost(candidate.assessment.reason), Some(candidate.registration))
+                let assessment = Assessment::lost(candidate.assessment.reason);
+                Err(Box::new(self.lost(assessment, Some(candidate.registration))))
             }
-            Ok(candidate) => self.accept(frame, candidate, &T_world_target),
+            Ok(candidate) => {
+                let T_world_sensor = (T_world_target * candidate.registration.T_target_source).renormalized();
+                Ok(Found { candidate, T_world_sensor })
+            }
         }
     }
 
     /// The first cloud defines the world frame.
     fn begin(&mut self, frame: PreparedCloud) -> CloudEstimate {
+        let num_points = num_oriented(&frame);
+        if num_points < MIN_POINTS {
+            return self.lost(Assessment::too_few_points(num_points), None);
+        }
+        self.map = CloudMap::new(self.options.voxel_size);
         self.global_voxel_size = self.options.global_voxel_size(frame.cloud());
         self.keep(frame, true);
         CloudEstimate {
@@ -326,10 +357,9 @@ impl CloudOdometry {
     }
 
     /// Makes a cloud the last registered one, and adds it to the map unless free space contradicts it.
-    fn accept(&mut self, frame: PreparedCloud, candidate: Candidate, T_world_target: &Pose3) -> CloudEstimate {
+    fn accept(&mut self, frame: PreparedCloud, Found { candidate, T_world_sensor }: Found) -> CloudEstimate {
         let overlap = candidate.overlap();
         let Candidate { registration, is_global, assessment } = candidate;
-        let T_world_sensor = (T_world_target * registration.T_target_source).renormalized();
         self.last_motion = self.T_world_last.inverse() * T_world_sensor;
         self.T_world_last = T_world_sensor;
         self.keep(frame, assessment.agreement >= LIMITS.doubtful_agreement);
@@ -348,4 +378,9 @@ impl CloudOdometry {
         let overlap = registration.as_ref().map_or(0.0, |registration| registration.fitness);
         CloudEstimate { T_world_sensor: self.T_world_last, registration, overlap, is_global: false, assessment }
     }
+}
+
+/// Number of points that have a normal.
+fn num_oriented(frame: &PreparedCloud) -> usize {
+    frame.target().normals().iter().flatten().count()
 }

@@ -65,6 +65,8 @@ pub struct CloudOptions {
     /// Whether a stage with a larger distance precedes the last one, a robust kernel weights the pairs, and pairs whose
     /// normals differ are rejected. Course pipelines have none of these.
     pub robust: bool,
+    /// Most points of a cloud that are registered and become part of the map; the others are for normals, features and free space.
+    pub max_points: usize,
     /// Whether points whose neighbours do not clearly lie in a plane have no normal: the rings of a spinning laser need it, a
     /// depth image does not.
     pub clear_normals: bool,
@@ -101,6 +103,7 @@ impl CloudOptions {
             tests_free_space: true,
             normals: NORMAL_NEIGHBORS,
             robust: true,
+            max_points: usize::MAX,
             clear_normals: true,
         }
     }

@@ -20,11 +20,16 @@ use crate::search::KdTree;
 
 /// A downsampled cloud with normals and a k-d tree. Preparing it is most of the work and needs no other cloud.
 pub struct PreparedCloud {
+    /// With normals: zero for points that are not registered, not a number where a registered one has none.
     cloud: PointCloud,
+    /// The registered points.
     target: OrientedTarget<3>,
     described: OnceCell<Described>,
     view: OnceCell<SphericalView>,
 }
+
+/// The golden ratio: its multiples fall evenly between whole numbers, whatever the period of the points, as that of a lidar's rings.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 impl PreparedCloud {
     /// Downsamples a cloud (sensor frame) and estimates its normals; its own are ignored, as their orientation is unknown.
@@ -32,47 +37,73 @@ impl PreparedCloud {
     /// # Errors
     /// When an option is out of its limits.
     pub fn new(cloud: &PointCloud, options: &CloudOptions) -> Result<Self> {
+        Ok(Self::with_normals(Self::downsampled(cloud, options)?, options))
+    }
+
+    /// The points that [`new`](Self::new) keeps of a cloud, without normals.
+    ///
+    /// # Errors
+    /// When an option is out of its limits.
+    pub fn downsampled(cloud: &PointCloud, options: &CloudOptions) -> Result<PointCloud> {
         options.check()?;
         refuse_map_coordinates(cloud)?;
         let finite = cloud.positions.iter().filter(|p| p.is_finite());
         let lowest = finite.copied().reduce(glam::Vec3::min).unwrap_or_default();
         let corner = lowest.as_dvec3() - 0.5 * options.voxel_size;
-        let mut cloud = if cloud.normals.is_some() {
-            voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner)?
-        } else {
-            voxel_downsample_from(cloud, options.voxel_size, corner)?
-        };
+        if cloud.normals.is_some() {
+            return voxel_downsample_from(&PointCloud { normals: None, ..cloud.clone() }, options.voxel_size, corner);
+        }
+        voxel_downsample_from(cloud, options.voxel_size, corner)
+    }
+
+    /// Estimates the normals of the points to be registered of a cloud that is [`downsampled`](Self::downsampled).
+    pub(crate) fn with_normals(mut cloud: PointCloud, options: &CloudOptions) -> Self {
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        let estimate = if options.clear_normals { estimate_clear_normals } else { estimate_normals };
-        let normals = estimate(&cloud.positions, &tree, options.normals, options.viewpoint);
-        let single = |normal: &Option<Vector3<f64>>| {
-            normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3())
+        let chosen = chosen(cloud.len(), options.max_points);
+        let normals = if options.clear_normals {
+            estimate_clear_normals(&cloud.positions, &tree, &chosen, options.normals, options.viewpoint)
+        } else {
+            let all = estimate_normals(&cloud.positions, &tree, options.normals, options.viewpoint);
+            chosen.iter().map(|&point| all[point]).collect()
         };
-        cloud.normals = Some(normals.iter().map(single).collect());
-        Ok(Self::with_tree(cloud, normals, tree))
+        let mut single = vec![glam::Vec3::ZERO; cloud.len()];
+        for (&point, normal) in chosen.iter().zip(&normals) {
+            single[point] = normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3());
+        }
+        cloud.normals = Some(single);
+        let tree = (chosen.len() == cloud.len()).then_some(tree);
+        Self::of_chosen(cloud, &chosen, normals, tree)
     }
 
     /// From a cloud that was prepared before, as [`cloud`](Self::cloud) gives it, possibly in another worker.
     pub fn from_cloud(cloud: PointCloud) -> Self {
-        let known =
-            |normal: &glam::Vec3| normal.is_finite().then(|| Vector3::from(normal.as_dvec3().to_array()).normalize());
-        let none = vec![None; cloud.len()];
-        let normals = cloud.normals.as_ref().map_or(none, |normals| normals.iter().map(known).collect());
-        let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        Self::with_tree(cloud, normals, tree)
+        let given = |point: usize| cloud.normals.as_ref().map_or(glam::Vec3::NAN, |normals| normals[point]);
+        let chosen: Vec<usize> = (0..cloud.len()).filter(|&point| given(point) != glam::Vec3::ZERO).collect();
+        let known = |&point: &usize| {
+            let normal = given(point);
+            normal.is_finite().then(|| Vector3::from(normal.as_dvec3().to_array()).normalize())
+        };
+        let normals = chosen.iter().map(known).collect();
+        Self::of_chosen(cloud, &chosen, normals, None)
     }
 
-    fn with_tree(cloud: PointCloud, normals: Vec<Option<Vector3<f64>>>, tree: KdTree<3>) -> Self {
-        let points = cloud.positions.iter().map(|p| Vector3::from(p.as_dvec3().to_array())).collect();
-        Self {
-            target: OrientedTarget::with_tree(points, normals, tree),
-            cloud,
-            described: OnceCell::new(),
-            view: OnceCell::new(),
-        }
+    /// With an index of the chosen points, where there is one.
+    fn of_chosen(
+        cloud: PointCloud,
+        chosen: &[usize],
+        normals: Vec<Option<Vector3<f64>>>,
+        tree: Option<KdTree<3>>,
+    ) -> Self {
+        let points = chosen.iter().map(|&point| double(&cloud.positions[point])).collect();
+        let target = match tree {
+            Some(tree) => OrientedTarget::with_tree(points, normals, tree),
+            None => OrientedTarget::new(points, normals),
+        };
+        Self { target, cloud, described: OnceCell::new(), view: OnceCell::new() }
     }
 
-    /// The downsampled points with normals (NaN where there is none), and with the colours of the cloud, if any.
+    /// The downsampled points with normals (NaN where there is none, zero where the point is not registered), and with the colours of
+    /// the cloud, if any.
     pub fn cloud(&self) -> &PointCloud {
         &self.cloud
     }
@@ -93,7 +124,8 @@ impl PreparedCloud {
     }
 
     pub(super) fn view(&self, viewpoint: Vector3<f64>) -> &SphericalView {
-        self.view.get_or_init(|| SphericalView::new(self.target.points(), viewpoint))
+        let points = || self.cloud.positions.iter().map(double).collect::<Vec<_>>();
+        self.view.get_or_init(|| SphericalView::new(&points(), viewpoint))
     }
 
     /// At most `most` of its points, in equal steps by index; of these, the points that have a normal.
@@ -103,6 +135,16 @@ impl PreparedCloud {
         let (points, normals) = every.filter(|(_, normal)| normal.is_some()).map(|(p, n)| (*p, *n)).unzip();
         Sample { points, normals }
     }
+}
+
+/// At most `most` of `count` points, evenly spread over their order.
+fn chosen(count: usize, most: usize) -> Vec<usize> {
+    let share = most as f64 / count.max(1) as f64;
+    (0..count).filter(|&point| (GOLDEN_RATIO * point as f64).fract() < share).collect()
+}
+
+fn double(point: &glam::Vec3) -> Vector3<f64> {
+    Vector3::from(point.as_dvec3().to_array())
 }
 
 /// Points with features, and an index of them.
@@ -115,8 +157,9 @@ pub(super) struct Described {
 impl Described {
     fn new(prepared: &PreparedCloud, options: &CloudOptions, voxel_size: f64) -> Self {
         let around = feature_neighborhood(voxel_size);
+        let is_whole = prepared.target.points().len() == prepared.cloud.len();
         let coarse = (voxel_size > options.voxel_size).then(|| voxel_downsample(&prepared.cloud, voxel_size).ok());
-        let Some(coarse) = coarse.flatten() else {
+        let Some(coarse) = coarse.flatten().or_else(|| (!is_whole).then(|| prepared.cloud.clone())) else {
             let (normals, tree) = (prepared.target.normals(), prepared.target.tree());
             let cloud = DescribedCloud::new(&prepared.cloud.positions, normals, tree, around);
             return Self { cloud, tree: None };

@@ -37,7 +37,7 @@ pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, score};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
 pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
-pub use self::options::{ColorUse, DepthOptions, Effort, Verification};
+pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
 pub use self::tentative_branch::{UnresolvedFrame, UnresolvedFrames};
 #[cfg(doc)]

@@ -34,16 +34,6 @@ pub enum ColorUse {
     NotUsed,
 }
 
-/// Whether a registration is checked before it is accepted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Verification {
-    /// Always.
-    #[default]
-    On,
-    /// Each frame is added where it fits best near the last one. For ablations: it shows what verification contributes.
-    Off,
-}
-
 /// All options of [`DepthOdometry`](super::DepthOdometry).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DepthOptions {
@@ -53,8 +43,6 @@ pub struct DepthOptions {
     pub effort: Effort,
     /// How colours contribute, where frames have them.
     pub color: ColorUse,
-    /// Whether registrations are checked.
-    pub verification: Verification,
     /// Noise of the sensor.
     pub noise: DepthNoise,
 }

@@ -5,6 +5,7 @@ mod counterparts;
 mod fan;
 mod joint;
 mod keyframe_graph;
+mod localization;
 mod pairs;
 mod run;
 mod scan_to_map;
@@ -29,6 +30,7 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
 use run::Run;
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;

@@ -11,7 +11,7 @@ use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces};
 use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
-use crate::geometry::PointCloud;
+use crate::geometry::{PointCloud, PointTimes};
 use crate::pipeline::spatial_settings::Quantisation;
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::map_image::MapImage;
@@ -54,6 +54,8 @@ struct Grid {
 struct CloudHeader {
     has_normals: bool,
     has_colors: bool,
+    /// The earliest of the points' times, where they have some (s).
+    first_time: Option<f64>,
 }
 
 impl PreparedFrame {
@@ -200,7 +202,7 @@ fn put_prepared(bytes: &mut Vec<u8>, PreparedSurfels { image, picked, coarse, te
 fn take_prepared(grid: &Grid, rest: &mut &[u8]) -> Result<PreparedSurfels> {
     let image = take_surfels(grid, rest)?;
     let picked = PickedCells::from_lists([take(rest)?, take(rest)?, take(rest)?, take(rest)?]);
-    let coarse = take::<[u32; 8]>(rest)?.into_iter().map(PackedSurfel::from_bits).collect();
+    let coarse = Arc::new(take::<[u32; 8]>(rest)?.into_iter().map(PackedSurfel::from_bits).collect());
     let (patches, numbers) = (take::<u32>(rest)?, take::<[f64; 6]>(rest)?);
     if patches.len() != numbers.len() || patches.iter().any(|&patch| patch as usize >= image.cells.len()) {
         return Err(no_frame());
@@ -224,7 +226,7 @@ fn most_bytes_of(PreparedSurfels { image, picked, coarse, textured, .. }: &Prepa
 /// The filled cells, each with its piece of surface.
 fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
     bytes.extend((image.surfels().count() as u64).to_le_bytes());
-    for (cell, surfel) in (0u32..).zip(&image.cells) {
+    for (cell, surfel) in (0u32..).zip(image.cells.iter()) {
         if let Some(surfel) = surfel {
             bytes.extend_from_slice(bytemuck::bytes_of(&cell));
             bytes.extend_from_slice(bytemuck::bytes_of(&numbers_of(surfel)));
@@ -233,7 +235,11 @@ fn put_surfels(bytes: &mut Vec<u8>, image: &SurfelImage) {
 }
 
 fn cloud_header(cloud: &PointCloud) -> CloudHeader {
-    CloudHeader { has_normals: cloud.normals.is_some(), has_colors: cloud.colors.is_some() }
+    CloudHeader {
+        has_normals: cloud.normals.is_some(),
+        has_colors: cloud.colors.is_some(),
+        first_time: cloud.times.as_ref().map(|times| times.origin),
+    }
 }
 
 fn put_cloud(bytes: &mut Vec<u8>, cloud: &PointCloud) {
@@ -244,17 +250,29 @@ fn put_cloud(bytes: &mut Vec<u8>, cloud: &PointCloud) {
     if let Some(colors) = &cloud.colors {
         put(bytes, colors);
     }
+    if let Some(times) = &cloud.times {
+        put(bytes, &times.offsets);
+    }
 }
 
 fn take_cloud(header: &CloudHeader, rest: &mut &[u8]) -> Result<PointCloud> {
     let positions = take::<Vec3>(rest)?;
     let normals = if header.has_normals { Some(take::<Vec3>(rest)?) } else { None };
     let colors = if header.has_colors { Some(take::<[u8; 3]>(rest)?) } else { None };
+    let times = match header.first_time {
+        Some(origin) => Some(PointTimes { origin, offsets: take::<f32>(rest)? }),
+        None => None,
+    };
     let fits = |length: Option<usize>| length.is_none_or(|length| length == positions.len());
-    if !fits(normals.as_ref().map(Vec::len)) || !fits(colors.as_ref().map(Vec::len)) {
+    let lengths = [
+        normals.as_ref().map(Vec::len),
+        colors.as_ref().map(Vec::len),
+        times.as_ref().map(|times| times.offsets.len()),
+    ];
+    if !lengths.into_iter().all(fits) {
         return Err(no_frame());
     }
-    Ok(PointCloud { positions, normals, colors, ..PointCloud::default() })
+    Ok(PointCloud { positions, normals, colors, times, ..PointCloud::default() })
 }
 
 fn numbers_of(surfel: &Surfel) -> [f64; 7] {
@@ -274,13 +292,13 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
         *cells.get_mut(cell as usize).ok_or_else(no_frame)? = Some(surfel);
     }
     let Grid { camera, cell_size, columns, rows, .. } = *grid;
-    Ok(SurfelImage { camera, cell_size, columns, rows, cells, brightness: None })
+    Ok(SurfelImage { camera, cell_size, columns, rows, cells: Arc::new(cells), brightness: None })
 }
 
 /// Number of a cell, and the numbers of its piece of surface.
 const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
-/// Position, normal and colour of a point.
-const POINT_BYTES: usize = 27;
+/// Position, normal, colour and time of a point.
+const POINT_BYTES: usize = 31;
 /// Far more than all that is no list takes.
 const HEADER_BYTES: usize = 4096;
 

@@ -12,6 +12,7 @@ use crate::io::length_unit::{
 };
 use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
+use crate::preprocess::point_clock::PointClock;
 
 /// How clouds are read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +25,10 @@ pub struct CloudReading {
     pub viewpoint: [f64; 3],
     /// Whether the sensor is at the origin of the coordinates of each cloud.
     pub is_sensor_at_origin: bool,
+    /// How the times of points are read; none where the points have no times that could be those of a sweep.
+    pub clock: Option<PointClock>,
+    /// Whether all points of a cloud are registered, however many.
+    pub is_whole: bool,
     /// What was assumed.
     pub assumptions: Vec<Assumption>,
     /// What is worth knowing of that, in whole sentences.
@@ -34,6 +39,8 @@ pub struct CloudReading {
 const HEADER_BYTES: usize = 2048;
 /// Coordinates that begin so far from their origin (units of the file) are those of a map, which are metres.
 const MAP_DISTANCE: f64 = 1e5;
+/// What is said of times of points that are not those of a sensor.
+const TIMES_OF_MAP: &str = "The times of points are not used: the coordinates do not begin at the sensor";
 
 impl CloudReading {
     /// From the settings and the first cloud, with the bytes of its file; and half of the size of what it shows (m).
@@ -54,21 +61,31 @@ impl CloudReading {
         } else {
             unit * center - origin + side.length() * DVec3::AXES[shortest]
         };
-        let notes = (!is_sensor_at_origin).then(|| note_on_place(origin)).into_iter().collect();
+        let on_place = (!is_sensor_at_origin).then(|| note_on_place(origin));
+        let (clock, on_clock) = match &cloud.times {
+            Some(_) if !is_sensor_at_origin => (None, Some(TIMES_OF_MAP.to_owned())),
+            Some(times) => match PointClock::of(times) {
+                Ok(clock) => (Some(clock), Some(clock.note(times))),
+                Err(note) => (None, Some(note)),
+            },
+            None => (None, None),
+        };
+        let notes = on_place.into_iter().chain(on_clock).collect();
         let assumptions = assumption.into_iter().collect();
         let (origin, viewpoint) = (origin.to_array(), viewpoint.to_array());
-        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, assumptions, notes };
+        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, clock, is_whole: false, assumptions, notes };
         (reading, unit * quantile(&mut sizes.clone(), 0.5).unwrap_or(1.0))
     }
 
-    /// A cloud as it is read: in metres, behind the shift, single precision.
-    pub(super) fn read(&self, cloud: &PointCloud) -> PointCloud {
+    /// A cloud as it is read: in metres, behind the shift, single precision; its times in seconds from the frame's time stamp.
+    pub(super) fn read(&self, cloud: &PointCloud, stamp: Option<f64>) -> PointCloud {
         let origin = DVec3::from(self.origin);
         let position = |index: usize| (self.unit * cloud.absolute_point(index) - origin).as_vec3();
         PointCloud {
             positions: (0..cloud.len()).map(position).collect(),
             normals: cloud.normals.clone(),
             colors: cloud.colors.clone(),
+            times: self.clock.zip(cloud.times.as_ref()).map(|(clock, times)| clock.seconds(times, stamp)),
             ..PointCloud::default()
         }
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::depth_scale::disparity_step;
-use crate::camera::{Brightness, ColorImage, DepthImage, DepthValues, DepthScale, Pinhole, SurfelImage};
+use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, DepthValues, Pinhole, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
@@ -35,9 +35,9 @@ mod single_precision;
 
 pub use cloud_reading::CloudReading;
 use depth_values::values_of;
-use single_precision::refuse_rounded;
 pub use frame_note::FrameNote;
 pub(crate) use frame_note::merged;
+use single_precision::refuse_rounded;
 
 /// What preparing a frame has to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -132,6 +132,15 @@ impl DecodeConfig {
         Ok(Self { depth: Some(depth), ..config })
     }
 
+    /// For methods that take clouds as they are: the times of points are not read, and all points are registered.
+    #[must_use]
+    pub(crate) fn with_whole_clouds(mut self) -> Self {
+        if let Some(cloud) = &mut self.cloud {
+            (cloud.clock, cloud.is_whole) = (None, true);
+        }
+        self
+    }
+
     /// What was assumed of the frames.
     pub(crate) fn assumptions(&self) -> &[Assumption] {
         let of_depth = self.depth.as_ref().map(|depth| &depth.assumptions);
@@ -155,6 +164,7 @@ impl DecodeConfig {
         self.cloud.as_ref().map_or(options, |cloud| CloudOptions {
             viewpoint: cloud.viewpoint.into(),
             tests_free_space: cloud.is_sensor_at_origin,
+            max_points: if cloud.is_whole { usize::MAX } else { options.max_points },
             ..options
         })
     }
@@ -311,8 +321,11 @@ impl MapPoints {
         match self {
             Self::Image(image, _) => image.depths.len() * if image.colors.is_some() { 8 } else { 5 },
             Self::Cloud(cloud) => {
-                let a_point =
-                    12 + if cloud.normals.is_some() { 12 } else { 0 } + if cloud.colors.is_some() { 3 } else { 0 };
+                let a_point = 12
+                    + [(cloud.normals.is_some(), 12), (cloud.colors.is_some(), 3), (cloud.times.is_some(), 4)]
+                        .map(|(is_there, bytes)| usize::from(is_there) * bytes)
+                        .iter()
+                        .sum::<usize>();
                 cloud.len() * a_point
             }
         }
@@ -326,7 +339,7 @@ impl MapPoints {
             Self::Image(image, _) => *image = image.thinned(phase % 2, phase / 2),
             Self::Cloud(cloud) => {
                 let kept: Vec<usize> = (phase..cloud.len()).step_by(4).collect();
-                *cloud = selected(cloud, &kept);
+                *cloud = cloud.selected(&kept);
             }
         }
     }
@@ -383,7 +396,7 @@ impl PreparedFrame {
             // Courses take every value for what it says.
             let taken = if settings.method == Method::Course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
-            let options = CloudOptions { clear_normals: false, ..settings.cloud_options() };
+            let options = CloudOptions { clear_normals: false, max_points: usize::MAX, ..settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
         };
         Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
@@ -399,7 +412,7 @@ impl PreparedFrame {
             let problem = "This is a cloud, and the first frame is a depth image";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
-        let whole = reading.read(&read_cloud(&label.name, bytes)?);
+        let whole = reading.read(&read_cloud(&label.name, bytes)?, label.time);
         let limits = if reading.is_sensor_at_origin { settings.min_range..=settings.max_range } else { 0.0..=f64::MAX };
         let cloud = in_range(&whole, *limits.start() as f32, *limits.end() as f32);
         let in_file = |error: Error| error.in_file(&label.name);
@@ -407,7 +420,13 @@ impl PreparedFrame {
             let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
             return Err(in_file(Error::whole(problem, "Give other limits of the range")));
         }
-        let prepared = PreparedCloud::new(&cloud, &decode_config.cloud_options()).map_err(in_file)?.cloud().clone();
+        let options = decode_config.cloud_options();
+        let prepared = if cloud.times.is_some() {
+            // Its normals are those of the straightened sweep, which registration makes of it.
+            PreparedCloud::downsampled(&cloud, &options).map_err(in_file)?
+        } else {
+            PreparedCloud::new(&cloud, &options).map_err(in_file)?.cloud().clone()
+        };
         let map_points = if settings.map_voxel_size < settings.voxel_size {
             voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
         } else {
@@ -443,17 +462,7 @@ pub(crate) fn map_image(
 fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
     let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
     let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
-    selected(cloud, &kept)
-}
-
-fn selected(cloud: &PointCloud, kept: &[usize]) -> PointCloud {
-    PointCloud {
-        positions: kept.iter().map(|&point| cloud.positions[point]).collect(),
-        normals: cloud.normals.as_ref().map(|normals| kept.iter().map(|&point| normals[point]).collect()),
-        colors: cloud.colors.as_ref().map(|colors| kept.iter().map(|&point| colors[point]).collect()),
-        origin: cloud.origin,
-        rounded_off: None,
-    }
+    cloud.selected(&kept)
 }
 
 fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
@@ -475,7 +484,10 @@ fn refuse_upright_plane(cloud: &PointCloud) -> Result<()> {
     let Some(first) = finite().next() else { return Ok(()) };
     let Some(axis) = (0..2).find(|&axis| finite().all(|p| p[axis] == first[axis])) else { return Ok(()) };
     let [flat, other] = if axis == 0 { ["x", "y"] } else { ["y", "x"] };
-    let problem = format!("All points have {flat} = {}: this is a scan of a planar laser, in the plane of {other} and z", first[axis]);
+    let problem = format!(
+        "All points have {flat} = {}: this is a scan of a planar laser, in the plane of {other} and z",
+        first[axis]
+    );
     Err(Error::whole(problem, "Give it in the plane of x and y, with z = 0: x ahead, y to the left"))
 }
 

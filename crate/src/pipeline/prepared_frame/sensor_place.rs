@@ -71,7 +71,8 @@ pub(super) fn is_sensor_at_origin(points: &[DVec3], extent: &Extent) -> bool {
 fn edge_on_share(points: &[DVec3], center: DVec3) -> f64 {
     let local: Vec<Vec3> = points.iter().map(|point| (*point - center).as_vec3()).collect();
     let tree = KdTree::build(bytemuck::cast_slice(&local));
-    let normals = estimate_clear_normals(&local, &tree, NORMAL_NEIGHBORS, DVec3::ZERO);
+    let normals =
+        estimate_clear_normals(&local, &tree, &(0..local.len()).collect::<Vec<_>>(), NORMAL_NEIGHBORS, DVec3::ZERO);
     let sine = |(point, normal): (&DVec3, &Option<Vector3<f64>>)| {
         let ray = point.normalize_or_zero();
         normal.map(|normal| (normal.x * ray.x + normal.y * ray.y + normal.z * ray.z).abs())

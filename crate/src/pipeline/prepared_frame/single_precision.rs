@@ -8,7 +8,8 @@ const MOST_ROUNDING: f64 = 0.01;
 
 /// Refuses a cloud whose coordinates are those of single precision and rounded by too much of half its size (in its unit).
 pub(super) fn refuse_rounded(cloud: &PointCloud, size: f64) -> Result<()> {
-    let coordinates = || (0..cloud.len()).flat_map(|index| cloud.absolute_point(index).to_array()).filter(|c| c.is_finite());
+    let coordinates =
+        || (0..cloud.len()).flat_map(|index| cloud.absolute_point(index).to_array()).filter(|c| c.is_finite());
     let largest = coordinates().fold(0.0, |most: f64, c| most.max(c.abs()));
     let rounding = largest * f64::from(f32::EPSILON);
     let are_single = || coordinates().all(|c| f64::from(c as f32) == c);

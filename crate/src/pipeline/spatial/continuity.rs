@@ -47,7 +47,7 @@ impl Step {
 }
 
 /// 95 % bound of the error of good frames after uncertain ones, as a multiple of the standard deviation that these leave: that of a
-/// normal distribution; measured, 1.2 (`docs/depth_ablations.md`).
+/// normal distribution; measured, 1.2 (`docs/measurements/depth_ablations.md`).
 const ERROR_RATIO: f64 = 2.0;
 
 /// What is said where neither the surfaces nor the sensor's other steps tell how far it moved.

@@ -4,11 +4,12 @@ use crate::error::Result;
 use crate::geometry::Pose3;
 use crate::graph::loops::spatial::SpatialLoops;
 use crate::odometry::assessment::Status;
-use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud};
+use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud, SweepEstimate, SweepOdometry};
 use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate, UnresolvedFrames};
 use crate::pipeline::prepared_frame::{DecodeConfig, Surfaces};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation};
 use crate::registration::free_space::DepthNoise;
+use nalgebra::Vector6;
 
 /// Registered frames that decide how depth was rounded, ...
 const DECIDING_FRAMES: usize = 12;
@@ -36,9 +37,9 @@ impl Hypotheses {
 
     /// Registers a frame and closes the loops that it completes. Drops the reading that fits worse, once enough frames have
     /// been registered, and returns the one that is left.
-    pub(super) fn register(&mut self, surfaces: &Surfaces) -> Option<Quantisation> {
+    pub(super) fn register(&mut self, surfaces: &Surfaces, stamp: Option<f64>) -> Option<Quantisation> {
         for hypothesis in &mut self.0 {
-            hypothesis.add(surfaces);
+            hypothesis.add(surfaces, stamp);
             hypothesis.close_loops();
         }
         if !self.is_decided() {
@@ -48,6 +49,20 @@ impl Hypotheses {
         self.0.swap(0, best);
         self.0.truncate(1);
         self.best().map(|hypothesis| hypothesis.quantisation)
+    }
+
+    /// Velocities of the sensor during sweeps (see [`SweepEstimate`]), by the number of the frame, that have been found since the last
+    /// call.
+    pub(super) fn take_velocities(&mut self) -> Vec<(usize, Vector6<f64>)> {
+        self.0.first_mut().map(|hypothesis| std::mem::take(&mut hypothesis.velocities)).unwrap_or_default()
+    }
+
+    /// What was done about the motion of the sensor during sweeps, in a whole sentence; `None` where points have no times.
+    pub(super) fn note_on_sweeps(&self) -> Option<String> {
+        match &self.best()?.odometry {
+            Odometry::Sweep(odometry) => Some(odometry.note()),
+            Odometry::Depth(_) | Odometry::Cloud(_) => None,
+        }
     }
 
     /// Tries one of the frames again that were not found; whether there may be more.
@@ -79,7 +94,7 @@ impl Hypotheses {
     pub(super) fn unresolved(&self) -> Option<UnresolvedFrames> {
         match &self.best()?.odometry {
             Odometry::Depth(odometry) => odometry.unresolved(),
-            Odometry::Cloud(_) => None,
+            Odometry::Cloud(_) | Odometry::Sweep(_) => None,
         }
     }
 
@@ -113,6 +128,8 @@ pub(super) struct QuantisationHypothesis {
     odometry: Odometry,
     pub estimates: Vec<SpatialEstimate>,
     pub loops: Option<SpatialLoops>,
+    /// Velocities of the sensor during sweeps, by the number of the frame, that have been found since they were last taken.
+    velocities: Vec<(usize, Vector6<f64>)>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
     /// everything smaller makes the residuals smaller, too.
     misfit: f64,
@@ -122,6 +139,7 @@ pub(super) struct QuantisationHypothesis {
 enum Odometry {
     Depth(Box<DepthOdometry>),
     Cloud(Box<CloudOdometry>),
+    Sweep(Box<SweepOdometry>),
 }
 
 impl QuantisationHypothesis {
@@ -132,6 +150,9 @@ impl QuantisationHypothesis {
             Method::SurfelMap => {
                 Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))
             }
+            _ if config.cloud.as_ref().is_some_and(|cloud| cloud.clock.is_some()) => {
+                Odometry::Sweep(Box::new(SweepOdometry::new(config.cloud_options())?))
+            }
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(config.cloud_options())?)),
         };
         Ok(Self {
@@ -139,12 +160,13 @@ impl QuantisationHypothesis {
             odometry,
             estimates: Vec::new(),
             loops: (settings.loop_closing == LoopClosing::On).then(|| SpatialLoops::new(settings.motion)),
+            velocities: Vec::new(),
             misfit: 0.0,
             num_registered: 0,
         })
     }
 
-    fn add(&mut self, surfaces: &Surfaces) {
+    fn add(&mut self, surfaces: &Surfaces, stamp: Option<f64>) {
         let mut estimate = match (&mut self.odometry, surfaces) {
             (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
                 let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
@@ -167,10 +189,14 @@ impl QuantisationHypothesis {
                 estimate
             }
             (Odometry::Cloud(odometry), Surfaces::Cloud(cloud)) => {
-                let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } =
-                    odometry.register_frame(PreparedCloud::from_cloud(cloud.clone()));
-                let is_in_map = assessment.status != Status::Lost;
-                SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
+                of_cloud(odometry.register_frame(PreparedCloud::from_cloud(cloud.clone())))
+            }
+            (Odometry::Sweep(odometry), Surfaces::Cloud(cloud)) => {
+                let found = odometry.register_sweep(cloud.clone(), stamp);
+                let SweepEstimate { estimate, velocity, first_velocity } = found;
+                self.velocities.extend(first_velocity.map(|velocity| (0, velocity)));
+                self.velocities.push((self.estimates.len(), velocity));
+                of_cloud(estimate)
             }
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
@@ -204,6 +230,12 @@ impl QuantisationHypothesis {
         apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
         is_more
     }
+}
+
+fn of_cloud(estimate: CloudEstimate) -> SpatialEstimate {
+    let CloudEstimate { T_world_sensor, registration, overlap, assessment, .. } = estimate;
+    let is_in_map = assessment.status != Status::Lost;
+    SpatialEstimate { T_world_sensor, registration, overlap, assessment, is_in_map }
 }
 
 /// What has been found out of frames before the last one.

@@ -150,7 +150,7 @@ impl SpatialReconstruction {
     /// Does one bounded piece of work: registers a frame, relocalizes one that was not found, or closes a loop.
     pub fn step(&mut self) -> Progress {
         if let Some(frame) = self.waiting.pop_front() {
-            let decided = self.hypotheses.register(&frame.surfaces);
+            let decided = self.hypotheses.register(&frame.surfaces, frame.label.time);
             return self.store(frame, decided);
         }
         if self.is_complete && !self.is_finished && self.hypotheses.relocalize_next() {
@@ -175,7 +175,13 @@ impl SpatialReconstruction {
         if let Some(depth) = self.decode_config.as_mut().and_then(|config| config.depth.as_mut()) {
             depth.decided = depth.decided.or(decided);
         }
-        if self.frames.push(Frame { label: frame.label, map_points: frame.map_points }) {
+        let mut is_map_stale = self.frames.push(Frame { label: frame.label, map_points: frame.map_points });
+        for (number, velocity) in self.hypotheses.take_velocities() {
+            self.frames.straighten(number, &velocity);
+            // That of a frame before this one may be in the map already.
+            is_map_stale |= number + 1 < self.frames.len();
+        }
+        if is_map_stale {
             // The map is one of the frames as they are kept, whenever it is asked for.
             self.stitched = None;
         }
@@ -328,6 +334,7 @@ impl SpatialReconstruction {
         }
         notes.extend(self.note_on_rest());
         notes.extend(self.range_use.note());
+        notes.extend(self.hypotheses.note_on_sweeps());
         notes.extend(self.loop_report().note());
         notes.extend(self.unresolved_note());
         notes

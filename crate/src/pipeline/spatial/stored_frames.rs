@@ -4,7 +4,10 @@
 //! gives to a page: then all frames are thinned out alike, those to come as well. Which points go depends on the frames
 //! alone, so the same recording gives the same map everywhere.
 
+use nalgebra::Vector6;
+
 use crate::pipeline::prepared_frame::{FrameLabel, MapPoints};
+use crate::preprocess::deskew::deskew;
 
 /// Kept points take at most this much (bytes): 416 frames of 640 x 480 pixels with colours as they come, four times as
 /// many thinned once.
@@ -42,6 +45,15 @@ impl StoredFrames {
         self.num_thinnings += 1;
         self.num_bytes = self.frames.iter().map(|frame| frame.map_points.num_bytes()).sum();
         true
+    }
+
+    /// Straightens the points of a sweep, as they are seen from where the sensor was at the frame's time stamp. Points of the first
+    /// frame keep their times until another frame has told its velocity.
+    pub(super) fn straighten(&mut self, number: usize, velocity: &Vector6<f64>) {
+        let Some(Frame { map_points: MapPoints::Cloud(cloud), .. }) = self.frames.get_mut(number) else { return };
+        if number > 0 || *velocity != Vector6::zeros() {
+            *cloud = deskew(std::mem::take(cloud), velocity, 0.0);
+        }
     }
 
     pub(super) fn len(&self) -> usize {

@@ -94,7 +94,7 @@ impl StrategyComparison {
     pub fn begin(&mut self, name: &str, first: &[u8]) -> Result<&DecodeConfig> {
         let decode_config = match self.decode_config.take() {
             Some(known) => known,
-            None => DecodeConfig::new(&self.settings, name, first)?,
+            None => DecodeConfig::new(&self.settings, name, first)?.with_whole_clouds(),
         };
         let (spacing, is_camera) = (decode_config.settings.voxel_size, decode_config.depth.is_some());
         self.strategies.iter_mut().for_each(|strategy| strategy.odometry.expect_frames(spacing, is_camera));

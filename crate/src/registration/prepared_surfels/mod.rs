@@ -3,6 +3,8 @@
 
 mod surfel_cloud;
 
+use std::sync::Arc;
+
 use self::surfel_cloud::NormalBins;
 pub(crate) use self::surfel_cloud::SurfelCloud;
 use crate::camera::Pinhole;
@@ -20,7 +22,7 @@ pub struct PreparedSurfels {
     pub image: SurfelImage,
     pub(crate) picked: PickedCells,
     /// The nearest surfel of each 2 x 2 cells, tagged with the cell of [`coarse_camera`](Self::coarse_camera).
-    pub(crate) coarse: Vec<PackedSurfel>,
+    pub(crate) coarse: Arc<Vec<PackedSurfel>>,
     /// Points of high image gradient, where there is a colour image.
     pub(crate) textured: Vec<TexturedPoint>,
     /// Slopes of the brightness on the outlines of objects and beside them: whether the colours are registered to the depth.
@@ -59,7 +61,7 @@ const COARSE_SIDE: usize = 2;
 impl PreparedSurfels {
     /// Samples the surfels; `num_fine` of them are registered in the last stage.
     pub(crate) fn new(image: SurfelImage, num_fine: usize) -> Self {
-        let filled = (0u32..).zip(&image.cells).filter(|(_, surfel)| surfel.is_some());
+        let filled = (0u32..).zip(image.cells.iter()).filter(|(_, surfel)| surfel.is_some());
         let filled: Vec<u32> = filled.map(|(cell, _)| cell).collect();
         let bins = NormalBins::of(image.surfels().map(|surfel| &surfel.normal));
         let pick = |most| bins.sample_evenly(most).into_iter().map(|index| filled[index]).collect();
@@ -69,7 +71,7 @@ impl PreparedSurfels {
             fine: pick(num_fine),
             for_submap: pick(SUBMAP_POINTS),
         };
-        let coarse = ProjectiveTarget::of_frame(&image, COARSE_SIDE).packed_surfels();
+        let coarse = Arc::new(ProjectiveTarget::of_frame(&image, COARSE_SIDE).packed_surfels());
         let textured = textured_points(&image);
         Self { image, picked, coarse, textured, outline_contrast: OutlineContrast::default() }
     }

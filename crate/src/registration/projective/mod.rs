@@ -372,6 +372,7 @@ mod tests {
         };
         let (columns, rows) = (cells.width, cells.height);
         let cells = (0..columns * rows).map(surfel).collect();
+        let cells = std::sync::Arc::new(cells);
         let frame = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
         for side in [1, 2] {
             let camera = cell_camera(&frame.camera, side * frame.cell_size);

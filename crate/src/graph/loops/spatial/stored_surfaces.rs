@@ -20,7 +20,7 @@ pub(super) struct PackedSurfaces {
     sparse: Vec<PackedSurfel>,
     camera: Pinhole,
     /// The surfels of the view, each with its cell.
-    surfels: Vec<PackedSurfel>,
+    surfels: Arc<Vec<PackedSurfel>>,
 }
 
 impl StoredSurfaces {
@@ -100,6 +100,7 @@ pub(super) mod tests {
             Some(Surfel { point: ray * (-2.0 / normal.dot(&ray)), normal, sigma: 0.01 })
         };
         let cells = (0..columns * rows).map(surfel).collect();
+        let cells = std::sync::Arc::new(cells);
         let image = SurfelImage { camera, cell_size: 4, columns, rows, cells, brightness: None };
         DepthOptions::default().prepared(image)
     }

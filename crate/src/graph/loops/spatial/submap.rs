@@ -1,6 +1,7 @@
 //! A submap: what a few frames saw. Another frame is registered to it, and accepted or not.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use nalgebra::{Matrix6, Vector3};
 
@@ -32,7 +33,7 @@ pub(super) struct FrameSurfaces {
     /// In the camera's own frame, at half the resolution.
     pub(super) view: ProjectiveTarget,
     /// The surfels of the view, each with its cell.
-    pub(super) surfels: Vec<PackedSurfel>,
+    pub(super) surfels: Arc<Vec<PackedSurfel>>,
 }
 
 /// What one frame of a submap saw.

@@ -98,7 +98,8 @@ impl Table {
     fn turned_over(&self) -> Option<Self> {
         let width = self.width();
         let is_table = self.rows.iter().all(|row| row.values.len() == width && row.words.is_empty());
-        let is_scan_a_column = width > 2 && field_of_view(self.rows.len()).is_some() && field_of_view(width - 1).is_none();
+        let is_scan_a_column =
+            width > 2 && field_of_view(self.rows.len()).is_some() && field_of_view(width - 1).is_none();
         if !self.names.is_empty() || !is_table || !is_scan_a_column || !is_even_growth(&self.rows, 0) {
             return None;
         }

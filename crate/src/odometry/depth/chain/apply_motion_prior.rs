@@ -1,6 +1,5 @@
 //! The motion prior, applied to a pose that hardly any surface constrains along one direction.
 
-use super::super::Verification;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
@@ -24,8 +23,7 @@ impl Chain {
         matcher: &FrameMatcher<'_>,
         hypothesis: PoseHypothesis,
     ) -> PoseHypothesis {
-        let is_off = self.options.verification == Verification::Off;
-        if is_off || hypothesis.is_placed_by_brightness || self.num_rejected > 0 || !hypothesis.is_plausible() {
+        if hypothesis.is_placed_by_brightness || self.num_rejected > 0 || !hypothesis.is_plausible() {
             return hypothesis;
         }
         if !hypothesis.is_degenerate() && hypothesis.is_well_constrained() {

@@ -1,6 +1,5 @@
 //! Assess: what becomes of a frame with the pose that was found for it.
 
-use super::super::Verification;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
@@ -43,10 +42,6 @@ impl Chain {
             Proposal::InMap(hypothesis) => (hypothesis, false),
             Proposal::Tracked(hypothesis) => (hypothesis, true),
         };
-        if self.options.verification == Verification::Off {
-            let assessment = Assessment { agreement: hypothesis.agreement, ..Assessment::first() };
-            return Decision::Append(hypothesis, assessment);
-        }
         if self.is_accepted(&hypothesis) {
             let hypothesis = self.with_second_basin(matcher, hypothesis);
             let assessment = self.assessment_of(&hypothesis);
@@ -89,9 +84,7 @@ impl Chain {
 
     /// Whether a pose near the prediction is accepted, or undetermined along one direction only.
     pub(in super::super) fn needs_no_wider_search(&self, hypothesis: &PoseHypothesis) -> bool {
-        self.options.verification == Verification::Off
-            || self.is_accepted(hypothesis)
-            || hypothesis.is_degenerate_inside_gate(self.gate_of(hypothesis))
+        self.is_accepted(hypothesis) || hypothesis.is_degenerate_inside_gate(self.gate_of(hypothesis))
     }
 
     /// The assessment of a pose, with the reason why it is not accepted.

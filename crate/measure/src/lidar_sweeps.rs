@@ -1,0 +1,185 @@
+//! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
+//! straightened, and with skew left in, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
+//! `--write DIR` to write the sweeps for other programs (x y z t as
+//! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::cloud::{CloudOdometry, CloudOptions, PreparedCloud, SweepOdometry};
+use scanstitch::pipeline::SpatialSettings;
+use scanstitch_scene::moving_lidar::MovingLidar;
+use scanstitch_scene::plaza::{around_the_plaza, plaza};
+use scanstitch_scene::space::Space;
+
+use crate::arguments::{argument, flag};
+use crate::depth::processor_time::seconds_used;
+
+/// A drive around the square.
+struct Drive<'a> {
+    space: &'a Space,
+    lidar: MovingLidar,
+    speed: f64,
+    rate: f64,
+    num_sweeps: usize,
+    seed: u64,
+}
+
+impl Drive<'_> {
+    fn pose(&self, time: f64) -> Pose3 {
+        around_the_plaza(self.speed, self.rate, time)
+    }
+
+    fn start(&self, sweep: usize) -> f64 {
+        self.lidar.period * sweep as f64
+    }
+
+    /// The sweeps; without skew each is measured from where it begins.
+    fn sweeps(&self, has_skew: bool) -> Vec<PointCloud> {
+        let sweep = |number: usize| {
+            let start = self.start(number);
+            let pose = |time| self.pose(if has_skew { time } else { start });
+            self.lidar.sweep(self.space, pose, start, 1000 * self.seed + number as u64)
+        };
+        (0..self.num_sweeps).map(sweep).collect()
+    }
+
+    /// Root mean square and largest error of the positions (m), relative to the first pose, and how many sweeps are good.
+    fn errors(&self, poses: &[(Pose3, Status)]) -> (f64, f64, usize) {
+        let T_first_world = self.pose(0.0).inverse();
+        let off = |(number, (pose, _)): (usize, &(Pose3, Status))| {
+            ((T_first_world * self.pose(self.start(number))).inverse() * pose).translation_norm()
+        };
+        let all: Vec<f64> = poses.iter().enumerate().map(off).collect();
+        let num_good = poses.iter().filter(|(_, status)| *status == Status::Good).count();
+        let square: f64 = all.iter().map(|error| error * error).sum::<f64>() / all.len() as f64;
+        (square.sqrt(), all.iter().copied().fold(0.0, f64::max), num_good)
+    }
+}
+
+/// The options that the page has for clouds like this one.
+fn options_for(cloud: &PointCloud) -> CloudOptions {
+    let mut ranges: Vec<f32> = cloud.positions.iter().map(|point| point.length()).collect();
+    ranges.sort_by(f32::total_cmp);
+    SpatialSettings::default().for_clouds(f64::from(ranges[ranges.len() / 2])).cloud_options()
+}
+
+fn without_times(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
+    let options = options_for(&clouds[0]);
+    let mut odometry = CloudOdometry::new(options).unwrap();
+    let register = |cloud: &PointCloud| {
+        let cloud = PointCloud::from_positions(cloud.positions.clone());
+        let found = odometry.register_frame(PreparedCloud::new(&cloud, &options).unwrap());
+        (found.T_world_sensor, found.assessment.status)
+    };
+    clouds.iter().map(register).collect()
+}
+
+fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
+    let options = options_for(&clouds[0]);
+    let mut odometry = SweepOdometry::new(options).unwrap();
+    let register = |(number, cloud): (usize, &PointCloud)| {
+        let found =
+            odometry.register_sweep(PreparedCloud::downsampled(cloud, &options).unwrap(), Some(0.1 * number as f64));
+        (found.estimate.T_world_sensor, found.estimate.assessment.status)
+    };
+    clouds.iter().enumerate().map(register).collect()
+}
+
+fn write(folder: &Path, drive: &Drive, clouds: &[PointCloud]) {
+    std::fs::create_dir_all(folder).unwrap();
+    let mut truth = String::new();
+    for (number, cloud) in clouds.iter().enumerate() {
+        let times = cloud.times.as_ref().unwrap();
+        let rows = cloud.positions.iter().zip(&times.offsets);
+        let values = rows.flat_map(|(p, t)| [p.x, p.y, p.z, *t].map(f64::from));
+        let bytes: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
+        std::fs::write(folder.join(format!("{number:04}.bin")), bytes).unwrap();
+        let t = (drive.pose(0.0).inverse() * drive.pose(drive.start(number))).translation.vector;
+        let _ = writeln!(truth, "{} {} {}", t.x, t.y, t.z);
+    }
+    std::fs::write(folder.join("truth.txt"), truth).unwrap();
+}
+
+fn time(space: &Space, num_sweeps: usize) {
+    let lidar = MovingLidar::rings(64, 1875);
+    let drive = Drive { space, lidar, speed: 5.0, rate: 0.5, num_sweeps, seed: 1 };
+    let clouds = drive.sweeps(false);
+    let points = clouds.iter().map(PointCloud::len).sum::<usize>() / clouds.len();
+    let options = options_for(&clouds[0]);
+    let mut odometry = CloudOdometry::new(options).unwrap();
+    let (mut spent, mut num_kept, mut found) = ([0.0; 3], 0, Vec::new());
+    for cloud in &clouds {
+        let cloud = PointCloud::from_positions(cloud.positions.clone());
+        let mut last = seconds_used();
+        let mut lap = |stage: usize| {
+            spent[stage] += (seconds_used() - last) * 1e3 / num_sweeps as f64;
+            last = seconds_used();
+        };
+        num_kept += PreparedCloud::downsampled(&cloud, &options).unwrap().len() / num_sweeps;
+        lap(0);
+        let prepared = PreparedCloud::new(&cloud, &options).unwrap();
+        lap(1);
+        let estimate = odometry.register_frame(prepared);
+        lap(2);
+        found.push((estimate.T_world_sensor, estimate.assessment.status));
+    }
+    let [downsample, prepare, register] = spent;
+    let each = prepare + register;
+    let (rmse, worst, good) = drive.errors(&found);
+    println!(
+        "{points} points a sweep, {num_kept} kept: {each:.1} ms a sweep (downsample {downsample:.1}, normals {:.1}, register {register:.1}), {:.1} mm rmse, {:.1} mm at most, {good} good",
+        prepare - downsample,
+        1e3 * rmse,
+        1e3 * worst
+    );
+    if let Some(folder) = argument("--write") {
+        write(&Path::new(&folder).join("timing"), &drive, &clouds);
+    }
+}
+
+/// Means over the worlds: root mean square and largest error (mm), and the number of good sweeps.
+fn cell(errors: &[(f64, f64, usize)]) -> String {
+    let count = errors.len() as f64;
+    let mean = |of: fn(&(f64, f64, usize)) -> f64| errors.iter().map(of).sum::<f64>() / count;
+    format!("{:.1} / {:.1}, {:.0}", 1e3 * mean(|e| e.0), 1e3 * mean(|e| e.1), mean(|e| e.2 as f64))
+}
+
+pub fn main() {
+    let number = |name, default| argument(name).and_then(|count| count.parse().ok()).unwrap_or(default);
+    let num_sweeps = number("--sweeps", 20);
+    let worlds: Vec<Space> = (1..=number("--worlds", 1) as u64).map(plaza).collect();
+    if flag("--time") {
+        return time(&worlds[0], num_sweeps);
+    }
+    println!("{:26} {:>22} {:>22} {:>22}", "rmse / most (mm), good", "no skew", "straightened", "skew left in");
+    for (name, lidar) in [
+        ("16 rings", MovingLidar::rings(16, 1800)),
+        ("32 rings", MovingLidar::rings(32, 1024)),
+        ("64 rings", MovingLidar::rings(64, 1024)),
+        ("rosette", MovingLidar::rosette()),
+    ] {
+        if argument("--only").is_some_and(|only| only != name) {
+            continue;
+        }
+        for (speed, rate) in [(0.5, 1.0), (2.0, 1.0), (10.0, 1.0), (0.5, 2.0), (2.0, 2.0), (10.0, 2.0)] {
+            let mut columns = [(); 3].map(|()| Vec::new());
+            for (space, seed) in worlds.iter().zip(1..) {
+                let drive = Drive { space, lidar, speed, rate, num_sweeps, seed };
+                let (still, skewed) = (drive.sweeps(false), drive.sweeps(true));
+                let all = [without_times(&still), straightened(&skewed), without_times(&skewed)];
+                for (column, poses) in columns.iter_mut().zip(&all) {
+                    column.push(drive.errors(poses));
+                }
+                if let Some(folder) = argument("--write") {
+                    let name = format!("{}_{speed}_{rate}_{seed}", name.replace(' ', "_"));
+                    write(&Path::new(&folder).join(&name), &drive, &skewed);
+                }
+            }
+            let [a, b, c] = columns.map(|column| cell(&column));
+            println!("{:26} {a:>22} {b:>22} {c:>22}", format!("{name}, {speed} m/s, {rate} rad/s"));
+        }
+    }
+}

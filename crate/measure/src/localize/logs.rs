@@ -1,0 +1,51 @@
+//! Halves of logs in each other's grids, and logs in the grids of other buildings.
+
+use super::building::{BUILDINGS, Building};
+use super::{Score, number, run};
+use crate::arguments::{argument, flag};
+
+fn buildings() -> Vec<Building> {
+    let data = argument("--data").unwrap_or_else(|| "../shared/data/laser".to_owned());
+    let only = argument("--only");
+    let is_chosen = |name: &str| only.as_deref().is_none_or(|only| only.split(',').any(|only| only == name));
+    let chosen = BUILDINGS.iter().filter(|(name, ..)| is_chosen(name));
+    chosen.map(|&building| Building::read(&data, building)).collect()
+}
+
+pub fn halves() {
+    let mut sum = Score::default();
+    for building in buildings() {
+        let num = building.log.scans.len();
+        let halves = if flag("--time") {
+            [building.part(0..num / 2), building.part(num / 2..num)]
+        } else {
+            [building.part((0..num).step_by(2)), building.part((1..num).step_by(2))]
+        };
+        for (map, located) in [(0, 1), (1, 0)] {
+            let grid = halves[map].grid();
+            let (starts, size) = (number("--starts", 1), halves[located].log.scans.len());
+            for first in (0..starts).map(|start| start * size / starts) {
+                let part = halves[located].part(first..size);
+                let score = run(&mut part.localization(&grid, !flag("--alone")), |frame| Some(part.reference[frame]));
+                score.print(&format!("{}, half {located} from scan {first}", building.name));
+                sum.add(&score);
+            }
+        }
+    }
+    sum.print("all");
+}
+
+pub fn others() {
+    let buildings = buildings();
+    let grids: Vec<_> = buildings.iter().map(Building::grid).collect();
+    let mut num_wrong = 0;
+    for (map, grid) in grids.iter().enumerate() {
+        for (_, building) in buildings.iter().enumerate().filter(|(index, _)| *index != map) {
+            let part = building.part(0..building.log.scans.len().min(number("--scans", 400)));
+            let score = run(&mut part.localization(grid, !flag("--alone")), |_| None);
+            num_wrong += usize::from(score.good > 0);
+            score.print(&format!("{} in {}", building.name, buildings[map].name));
+        }
+    }
+    println!("{num_wrong} pairs with a certain place");
+}

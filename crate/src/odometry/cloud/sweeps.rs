@@ -1,0 +1,223 @@
+//! Odometry of a lidar that moves while it turns: every sweep is straightened by the motion that its registration finds.
+//!
+//! Each point has its time, and the sensor is taken to move with a constant velocity during a sweep: at first that of the last one,
+//! then that from the last sweep to this one (Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-A, straightens once, with the last
+//! velocity). Sweeps are registered as they are seen from their middle, where an error of the velocity does the least harm. The first
+//! one is straightened when the second one is there. Where sweeps fit one another better as they are, they are left so.
+
+use nalgebra::Vector6;
+
+use super::options::CloudOptions;
+use super::prepared::PreparedCloud;
+use super::skew_test::SkewTest;
+use super::{CloudEstimate, CloudOdometry, Found};
+use crate::error::Result;
+use crate::geometry::quantile::quantile;
+use crate::geometry::{PointCloud, Pose3, RigidMotion};
+use crate::odometry::assessment::Status;
+use crate::preprocess::deskew::deskew;
+
+/// A sweep is straightened at most so often. The error of the velocity falls at each time by the ratio of the bend that is left to the
+/// way between two sweeps, which is a small one.
+const MAX_PASSES: usize = 4;
+/// Straightening once more must move the sweep's ends by this (voxels): a fifth of the last step of a registration that has converged,
+/// so that what is left is lost in that.
+const MIN_BEND: f64 = 0.2 * super::MOVING_STEP;
+
+/// A sweep's estimate, and the motion that straightens its points.
+pub struct SweepEstimate {
+    /// The pose of the sensor at the time stamp of the frame, in the frame of the first one at its own.
+    pub estimate: CloudEstimate,
+    /// Velocity of the sensor during the sweep: the tangent of its motion in its own frame in a second (rotation first).
+    pub velocity: Vector6<f64>,
+    /// The velocity during the first sweep, where this sweep is the one that told it.
+    pub first_velocity: Option<Vector6<f64>>,
+}
+
+/// Odometry of sweeps whose points have times. The world frame is that of the sensor at the time stamp of the first sweep.
+pub struct SweepOdometry {
+    clouds: CloudOdometry,
+    options: CloudOptions,
+    /// The first sweep, as long as it is not straightened.
+    first: Option<Sweep>,
+    T_world_stamp_of_first: Pose3,
+    /// When the last registered sweep was measured (s).
+    last_time: Option<f64>,
+    velocity: Option<Vector6<f64>>,
+    skew_test: SkewTest,
+    /// The last sweep as it is, where the test is open.
+    last_as_it_is: Option<PreparedCloud>,
+    /// Furthest that the ends of a sweep were moved against each other (m).
+    largest_bend: f64,
+}
+
+/// A sweep as it was measured.
+struct Sweep {
+    cloud: PointCloud,
+    /// From the time stamp to the middle of the sweep (s).
+    middle: f64,
+    /// Duration (s).
+    span: f64,
+    /// When its middle was measured (s), where the frame has a time stamp.
+    time: Option<f64>,
+    /// Median distance of the points from the sensor (m).
+    range: f64,
+}
+
+impl Sweep {
+    fn new(cloud: PointCloud, stamp: Option<f64>) -> Self {
+        let span = cloud.times.as_ref().map_or(0.0, crate::geometry::PointTimes::span);
+        let middle = cloud.times.as_ref().map_or(0.0, |times| times.origin + 0.5 * span);
+        let mut ranges: Vec<f64> = cloud.positions.iter().map(|point| f64::from(point.length())).collect();
+        let range = quantile(&mut ranges, 0.5).unwrap_or(0.0);
+        Self { cloud, middle, span, time: stamp.map(|stamp| stamp + middle), range }
+    }
+
+    /// As it would be seen at once from where the sensor was in the middle.
+    fn straight(&self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
+        match self.cloud.times {
+            Some(_) => PreparedCloud::with_normals(deskew(self.cloud.clone(), velocity, self.middle), options),
+            None => PreparedCloud::from_cloud(self.cloud.clone()),
+        }
+    }
+
+    /// How far this velocity moves a point at the median range from the beginning of the sweep to its end (m).
+    fn bend(&self, velocity: &Vector6<f64>) -> f64 {
+        self.span * (velocity.fixed_rows::<3>(0).norm() * self.range + velocity.fixed_rows::<3>(3).norm())
+    }
+
+    /// The pose at the time stamp, from that in the middle.
+    fn at_stamp(&self, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+        T_world_middle * <Pose3 as RigidMotion>::exp(&(-self.middle * velocity))
+    }
+}
+
+impl SweepOdometry {
+    /// Odometry without sweeps.
+    ///
+    /// # Errors
+    /// When an option is out of its limits.
+    pub fn new(options: CloudOptions) -> Result<Self> {
+        Ok(Self {
+            clouds: CloudOdometry::new(options)?,
+            options,
+            first: None,
+            T_world_stamp_of_first: Pose3::identity(),
+            last_time: None,
+            velocity: None,
+            skew_test: SkewTest::default(),
+            last_as_it_is: None,
+            largest_bend: 0.0,
+        })
+    }
+
+    /// What was done about the motion of the sensor during sweeps, in a whole sentence.
+    pub fn note(&self) -> String {
+        if self.is_refuted() {
+            return "The times of points are not used: sweeps fit one another better as they are. They seem to have been \
+                    straightened already"
+                .to_owned();
+        }
+        format!(
+            "Sweeps are straightened: the motion of the sensor moves the end of a sweep against its beginning by up to {:.2} m, at \
+             the median range of its points",
+            self.largest_bend
+        )
+    }
+
+    /// Whether sweeps fit one another better as they are than straightened: they seem to have been straightened already.
+    pub fn is_refuted(&self) -> bool {
+        self.skew_test.verdict == Some(false)
+    }
+
+    /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
+    pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
+        let sweep = Sweep::new(cloud, stamp);
+        if self.clouds.last.is_none() {
+            return self.begin(sweep);
+        }
+        let (velocity, frame, found) = match self.find(&sweep) {
+            Ok(found) => found,
+            Err(lost) => return self.lost(&sweep, *lost),
+        };
+        let first_velocity = self.first.take().map(|first| {
+            self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
+            velocity
+        });
+        self.test_skew(&sweep, &velocity, &frame, &found);
+        let mut estimate = self.clouds.accept(frame, found);
+        if let Some(as_it_is) = self.last_as_it_is.take_if(|_| self.skew_test.verdict.is_some())
+            && self.is_refuted()
+        {
+            self.clouds.begin(as_it_is);
+        }
+        (self.last_time, self.velocity) = (sweep.time, Some(velocity));
+        self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
+        estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
+        SweepEstimate { estimate, velocity, first_velocity }
+    }
+
+    /// Registers a sweep and straightens it by what that finds, until both agree.
+    fn find(&mut self, sweep: &Sweep) -> std::result::Result<(Vector6<f64>, PreparedCloud, Found), Box<CloudEstimate>> {
+        let interval = self.interval(sweep);
+        let mut velocity = self.velocity.filter(|_| !self.is_refuted()).unwrap_or_default();
+        let mut frame = sweep.straight(&velocity, &self.options);
+        let mut found = self.clouds.find(&frame)?;
+        for _ in 1..if self.is_refuted() { 1 } else { MAX_PASSES } {
+            let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
+            let next = motion.log() / interval;
+            if sweep.bend(&(next - velocity)) < MIN_BEND * self.options.voxel_size {
+                break;
+            }
+            velocity = next;
+            if let Some(first) = &self.first {
+                self.clouds.begin(first.straight(&velocity, &self.options));
+            }
+            self.clouds.last_motion = motion;
+            frame = sweep.straight(&velocity, &self.options);
+            found = self.clouds.find(&frame)?;
+        }
+        Ok((velocity, frame, found))
+    }
+
+    /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided.
+    fn test_skew(&mut self, sweep: &Sweep, velocity: &Vector6<f64>, frame: &PreparedCloud, found: &Found) {
+        if self.skew_test.verdict.is_some() || sweep.bend(velocity) < self.options.voxel_size {
+            self.last_as_it_is = None;
+            return;
+        }
+        let as_it_is = sweep.straight(&Vector6::zeros(), &self.options);
+        if let (Some(last), Some(last_as_it_is)) = (&self.clouds.last, &self.last_as_it_is) {
+            let T_last_this = self.clouds.T_world_last.inverse() * found.T_world_sensor;
+            self.skew_test.add([last, frame], [last_as_it_is, &as_it_is], &T_last_this, &self.options);
+        }
+        self.last_as_it_is = Some(as_it_is);
+    }
+
+    /// Time from the last registered sweep to this one (s). Where stamps do not tell, or stand still, a sweep follows the last one.
+    fn interval(&self, sweep: &Sweep) -> f64 {
+        let by_stamps = sweep.time.zip(self.last_time).map(|(time, last)| time - last);
+        by_stamps.filter(|interval| *interval > 0.0).unwrap_or(if sweep.span > 0.0 { sweep.span } else { 1.0 })
+    }
+
+    fn begin(&mut self, sweep: Sweep) -> SweepEstimate {
+        let velocity = Vector6::zeros();
+        let estimate = self.clouds.begin(sweep.straight(&velocity, &self.options));
+        if estimate.assessment.status != Status::Lost {
+            self.last_time = sweep.time;
+            self.first = Some(sweep);
+        }
+        SweepEstimate { estimate, velocity, first_velocity: None }
+    }
+
+    fn lost(&self, sweep: &Sweep, mut estimate: CloudEstimate) -> SweepEstimate {
+        let velocity = self.velocity.unwrap_or_default();
+        estimate.T_world_sensor = self.in_world(sweep, &estimate.T_world_sensor, &velocity);
+        SweepEstimate { estimate, velocity, first_velocity: None }
+    }
+
+    fn in_world(&self, sweep: &Sweep, T_world_middle: &Pose3, velocity: &Vector6<f64>) -> Pose3 {
+        let T = self.T_world_stamp_of_first.inverse() * sweep.at_stamp(T_world_middle, velocity);
+        <Pose3 as RigidMotion>::renormalized(&T)
+    }
+}

@@ -1,0 +1,21 @@
+//! Where in a map the scans of a recording were taken: a map and scans with the motion between them in, a pose with its covariance and
+//! its rivals out.
+//!
+//! Read `localizer` first, then `belief`, `places` (what makes a place certain) and `search` (how all places are found). `likelihood` says how well
+//! beams fit the map that `field` prepares; `window` joins the last scans; `refine` registers beams to walls.
+
+mod belief;
+mod field;
+mod likelihood;
+mod localizer;
+mod location;
+mod nearest_cells;
+mod places;
+mod pooled;
+mod refine;
+mod search;
+mod window;
+
+pub use field::MapField;
+pub use localizer::Localizer;
+pub use location::{Location, Place, Verdict};

@@ -1,0 +1,65 @@
+//! Localisation in a map for JavaScript.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use crate::occupancy_grid::OccupancyGrid;
+use crate::{Reconstruction, plain};
+use scanstitch::geometry::RigidMotion;
+use scanstitch::pipeline::planar::{Localization as Run, LocalizationResult};
+
+/// The scans of a reconstruction, located in a map: call `step()` until it returns false, and `result()` at any time. Call `free()`
+/// when it is no longer used.
+#[wasm_bindgen]
+pub struct Localization {
+    run: Run,
+}
+
+#[wasm_bindgen]
+impl Reconstruction {
+    /// Prepares to locate the scans in a map, with their odometry. `step()` need not have been called.
+    ///
+    /// # Errors
+    /// When the map has no walls or no free space.
+    pub fn localization(&self, map: &OccupancyGrid) -> Result<Localization, JsValue> {
+        Ok(Localization { run: self.engine.localization(&map.grid)? })
+    }
+}
+
+#[wasm_bindgen]
+impl Localization {
+    /// Locates the next scan. False after the last one.
+    pub fn step(&mut self) -> bool {
+        self.run.step()
+    }
+
+    /// Number of scans located so far.
+    pub fn num_located(&self) -> usize {
+        self.run.locations().len()
+    }
+
+    /// Number of all scans.
+    pub fn num_scans(&self) -> usize {
+        self.run.scans().len()
+    }
+
+    /// The result so far.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    pub fn result(&self) -> Result<Ts<LocalizationResult>, JsValue> {
+        Ok(plain(&self.run.result()))
+    }
+
+    /// The returns of a scan at its most likely place: x y x y ... in the world (m); none where it has no place.
+    pub fn scan_points(&self, scan: usize) -> Vec<f32> {
+        let placed = self.run.locations().get(scan).and_then(|location| location.place).zip(self.run.scans().get(scan));
+        let points = placed.iter().flat_map(|(place, scan)| scan.points.iter().map(|p| place.T_world_sensor.act(p)));
+        points.flat_map(|p| [p.x as f32, p.y as f32]).collect()
+    }
+
+    /// The trajectory in TUM's format, a line for every scan whose place is certain.
+    pub fn trajectory_tum(&self) -> String {
+        self.run.trajectory_tum()
+    }
+}

@@ -1,0 +1,124 @@
+//! Surfaces of depth images for JavaScript.
+
+use js_sys::{Float32Array, Uint8Array, Uint32Array};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use wasm_bindgen::prelude::*;
+
+use crate::from_object;
+use scanstitch::error::Error;
+use scanstitch::geometry::{Pose3, TriangleMesh};
+use scanstitch::io::mesh::{self, MeshFormat};
+use scanstitch::pipeline::prepared_frame::ColorFile;
+use scanstitch::pipeline::surface::SurfaceReconstruction;
+
+#[wasm_bindgen]
+extern "C" {
+    /// Any subset of the options; missing ones have their default values.
+    #[wasm_bindgen(typescript_type = "Partial<SurfaceOptions>")]
+    pub type PartialSurfaceOptions;
+    /// File format of a mesh.
+    #[wasm_bindgen(typescript_type = "'ply' | 'obj' | 'stl'")]
+    pub type MeshFormatName;
+}
+
+/// A surface of triangles that grows by depth images at known poses. Call `free()` when it is no longer used.
+#[wasm_bindgen]
+pub struct Surface {
+    surface: SurfaceReconstruction,
+    mesh: Option<TriangleMesh>,
+}
+
+#[wasm_bindgen]
+impl Surface {
+    /// Without images; `decode_config` is that of a run, which tells how depth is read.
+    ///
+    /// # Errors
+    /// When an option is unknown or out of its limits, or the frames of the run are clouds.
+    #[wasm_bindgen(constructor)]
+    pub fn new(decode_config: &str, options: Option<PartialSurfaceOptions>) -> Result<Surface, JsValue> {
+        let decode_config = serde_json::from_str(decode_config)
+            .map_err(|_| Error::whole("This is not a decode configuration", "Pass on what decode_config() returned"))?;
+        let options = from_object(options.map(JsValue::from))?;
+        Ok(Self { surface: SurfaceReconstruction::new(decode_config, options)?, mesh: None })
+    }
+
+    /// Adds a depth image at its pose x y z qx qy qz qw (m, camera to world), with the file of its colours where it has any.
+    ///
+    /// # Errors
+    /// When the depth image is damaged or of another size than the first of the run, or the pose is none.
+    #[allow(clippy::needless_pass_by_value, reason = "optional arrays cross by value")]
+    pub fn add(&mut self, name: &str, depth: &[u8], color: Option<Vec<u8>>, pose: &[f64]) -> Result<(), JsValue> {
+        let T_world_camera = pose_of(pose).ok_or_else(|| {
+            Error::whole("The pose is not seven finite numbers", "Give x y z qx qy qz qw").in_file(name)
+        })?;
+        let color = color.as_deref().map(|bytes| ColorFile { name: "its colour image", bytes: Ok(bytes) });
+        self.mesh = None;
+        Ok(self.surface.add(name, depth, color, &T_world_camera)?)
+    }
+
+    /// Side of a voxel (m): larger than in the options where the memory was not enough.
+    #[wasm_bindgen(getter)]
+    pub fn voxel_size(&self) -> f64 {
+        self.surface.fusion().voxel_size()
+    }
+
+    /// Number of images added.
+    #[wasm_bindgen(getter)]
+    pub fn num_frames(&self) -> usize {
+        self.surface.fusion().num_frames()
+    }
+
+    /// Number of triangles.
+    #[wasm_bindgen(getter)]
+    pub fn num_triangles(&mut self) -> usize {
+        self.mesh().triangles.len()
+    }
+
+    /// Vertices x y z ... (m), in the world frame of the poses.
+    pub fn positions(&mut self) -> Float32Array {
+        Float32Array::from(triples(&self.mesh().positions).as_slice())
+    }
+
+    /// Unit normals x y z ...
+    pub fn normals(&mut self) -> Float32Array {
+        Float32Array::from(triples(&self.mesh().normals).as_slice())
+    }
+
+    /// Red, green, blue, ...; empty where the recording has no colours.
+    pub fn colors(&mut self) -> Uint8Array {
+        Uint8Array::from(self.mesh().colors.as_flattened())
+    }
+
+    /// Standard deviation of each vertex along its normal (m).
+    pub fn deviations(&mut self) -> Float32Array {
+        Float32Array::from(self.mesh().deviations.as_slice())
+    }
+
+    /// Three vertices a triangle.
+    pub fn triangles(&mut self) -> Uint32Array {
+        Uint32Array::from(self.mesh().triangles.as_flattened())
+    }
+
+    /// The surface as a file.
+    ///
+    /// # Errors
+    /// When the format is unknown.
+    pub fn file(&mut self, format: &MeshFormatName) -> Result<Vec<u8>, JsValue> {
+        let format = MeshFormat::named(&JsValue::from(format).as_string().unwrap_or_default())?;
+        Ok(mesh::write(self.mesh(), format))
+    }
+
+    fn mesh(&mut self) -> &TriangleMesh {
+        self.mesh.get_or_insert_with(|| self.surface.mesh())
+    }
+}
+
+fn pose_of(numbers: &[f64]) -> Option<Pose3> {
+    let &[x, y, z, qx, qy, qz, qw] = numbers else { return None };
+    let rotation = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-8)?;
+    numbers.iter().all(|number| number.is_finite()).then(|| Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+}
+
+fn triples(vectors: &[glam::Vec3]) -> Vec<f32> {
+    vectors.iter().flat_map(glam::Vec3::to_array).collect()
+}

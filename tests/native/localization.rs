@@ -1,0 +1,111 @@
+//! Localisation in generated maps: found at the true poses, with all places of symmetric rooms, and never falsely certain.
+
+use std::rc::Rc;
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use scanstitch::geometry::{Pose2, RigidMotion};
+use scanstitch::map::occupancy_grid::OccupancyGrid;
+use scanstitch::odometry::assessment::Status;
+use scanstitch::odometry::localization::{Localizer, Location, MapField, Place, Verdict};
+use scanstitch::odometry::planar::MeasuredMotion;
+use scanstitch::preprocess::planar_scan::PlanarScan;
+use scanstitch_scene::ambiguous::{self, Ambiguity};
+use scanstitch_scene::laser::Laser;
+use scanstitch_scene::office::{OfficeOptions, generate};
+use scanstitch_scene::random::Random;
+use scanstitch_scene::recording::PlanarRecording;
+
+fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
+    let usable = |scan: &Vec<Vector2<f64>>| scan.iter().copied().filter(|p| p.norm() < 49.0).collect();
+    recording.scans.iter().map(|scan| PlanarScan::new(usable(scan))).collect()
+}
+
+/// The grid of a recording at its true poses.
+fn grid_of(recording: &PlanarRecording, scans: &[PlanarScan]) -> OccupancyGrid {
+    let placed: Vec<_> = scans.iter().zip(recording.T_world_sensor.iter().copied()).collect();
+    OccupancyGrid::new(&placed, std::slice::from_ref(&recording.T_world_sensor), 0.05)
+}
+
+/// The motions between poses as wheels measure them, with 5 % of noise.
+fn motions(poses: &[Pose2], seed: u64) -> Vec<Option<MeasuredMotion>> {
+    let mut random = Random::new(seed);
+    let mut motion = |pair: &[Pose2]| {
+        let moved = pair[0].inverse() * pair[1];
+        let size = 0.01 + 0.05 * moved.log().norm();
+        let sigma = Vector3::new(0.5 * size, size, size);
+        let noise = Vector3::from_fn(|i, _| sigma[i] * random.normal());
+        let covariance = Matrix3::from_diagonal(&sigma.component_mul(&sigma));
+        Some(MeasuredMotion { T_before_sensor: Pose2::exp(&noise) * moved, covariance })
+    };
+    [None].into_iter().chain(poses.windows(2).map(&mut motion)).collect()
+}
+
+fn localizer(grid: &OccupancyGrid) -> Localizer {
+    Localizer::new(Rc::new(MapField::new(grid)), true)
+}
+
+fn is_wrong(location: &Location, truth: &Pose2) -> bool {
+    let off = location.place.unwrap().T_world_sensor.inverse() * truth;
+    off.translation_norm() > 0.3 || off.rotation_angle() > 0.05
+}
+
+fn good(localizer: &Localizer) -> impl Iterator<Item = (usize, &Location)> {
+    localizer.locations().iter().enumerate().filter(|(_, location)| location.status == Status::Good)
+}
+
+#[test]
+fn a_robot_is_found_without_a_first_pose_and_found_again_after_it_was_carried() {
+    let recording = generate(&OfficeOptions { seed: 3, num_scans: 100, ..OfficeOptions::default() });
+    let other_way =
+        generate(&OfficeOptions { seed: 3, num_scans: 100, laser: Laser { noise_sigma: 0.02, ..Laser::default() } });
+    let (scans, map) = (scans_of(&other_way), scans_of(&recording));
+    let mut localizer = localizer(&grid_of(&recording, &map));
+    // From scan 10 on; then carried, with no measured motion, to scan 60.
+    let order: Vec<usize> = (10..35).chain(60..85).collect();
+    let poses: Vec<Pose2> = order.iter().map(|&index| recording.T_world_sensor[index]).collect();
+    let mut measured = motions(&poses, 7);
+    // The wheels stood still.
+    measured[25] = measured[1].map(|motion| MeasuredMotion { T_before_sensor: Pose2::identity(), ..motion });
+    for (&index, motion) in order.iter().zip(&measured) {
+        localizer.add_scan(&scans[index], motion.as_ref());
+    }
+    let wrong: Vec<usize> =
+        good(&localizer).filter(|(at, location)| is_wrong(location, &poses[*at])).map(|(at, _)| at).collect();
+    let placed: Vec<usize> = good(&localizer).map(|(at, _)| at).collect();
+    assert_eq!(wrong, [0; 0], "{placed:?}");
+    let count = |range: std::ops::Range<usize>| placed.iter().filter(|at| range.contains(at)).count();
+    assert!(count(0..25) >= 24 && count(25..50) >= 22, "{placed:?}");
+    assert_eq!(localizer.verdict(), Verdict::Found);
+}
+
+#[test]
+fn scans_of_another_building_are_not_in_the_map() {
+    let of = |seed: u64| generate(&OfficeOptions { seed, num_scans: 60, ..OfficeOptions::default() });
+    for (map, robot) in [(1, 2), (4, 5)] {
+        let (map, robot) = (of(map), of(robot));
+        let mut localizer = localizer(&grid_of(&map, &scans_of(&map)));
+        for (scan, motion) in scans_of(&robot).iter().zip(motions(&robot.T_world_sensor, 9)) {
+            localizer.add_scan(scan, motion.as_ref());
+        }
+        assert_eq!(good(&localizer).count(), 0);
+        assert_eq!(localizer.verdict(), Verdict::NotInMap);
+    }
+}
+
+#[test]
+fn a_square_room_gives_its_four_places_and_none_of_them_is_certain() {
+    let recording = ambiguous::generate(Ambiguity::SquareRoom, 2, 8);
+    let scans = scans_of(&recording);
+    let mut localizer = localizer(&grid_of(&recording, &scans));
+    for (scan, motion) in scans.iter().zip(motions(&recording.T_world_sensor, 5)) {
+        localizer.add_scan(scan, motion.as_ref());
+    }
+    let last = localizer.locations().last().unwrap();
+    let places: Vec<_> = last.place.iter().chain(&last.rivals).filter(|place| place.probability > 0.02).collect();
+    assert_eq!(places.len(), 4, "{places:?}");
+    assert!(places.iter().all(|place| place.probability < 0.9));
+    assert_eq!((last.status, localizer.verdict()), (Status::Doubtful, Verdict::Undecided));
+    let truth = recording.T_world_sensor[7];
+    let is_truth = |place: &&&Place| (place.T_world_sensor.inverse() * truth).translation_norm() < 0.1;
+    assert_eq!(places.iter().filter(is_truth).count(), 1, "one of them is the true one");
+}

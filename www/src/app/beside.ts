@@ -1,0 +1,58 @@
+/** The views beside the map. Those that were opened stay, and all but one are hidden. */
+import { html, nothing, type TemplateResult } from 'lit';
+import type { Handover } from '../components/handover.js';
+import type { View } from '../components/tools.js';
+
+interface Shown {
+  isDark: boolean;
+  /** Whether the page's address is the element's own. */
+  ownsAddress: boolean;
+  /** The attribute `src`, where it is for this view. */
+  sourceOf(view: 'bev' | 'icp'): string;
+  /** The scene that the lab begins with. */
+  scene: string;
+  /** Whether the bird's-eye view begins without the sample. */
+  isBevEmpty: boolean;
+}
+
+export function viewsBeside(
+  { shown, opened }: { shown: View; opened: ReadonlySet<View> },
+  { evaluated, compared, lookedInto }: Handover,
+  { isDark, ownsAddress, sourceOf, scene, isBevEmpty }: Shown,
+): TemplateResult {
+  const drawn = (view: View, template: (isHidden: boolean) => TemplateResult): TemplateResult | typeof nothing =>
+    opened.has(view) ? template(shown !== view) : nothing;
+  return html`${drawn(
+    'evaluation',
+    (isHidden) =>
+      html`<scanstitch-evaluate ?hidden=${isHidden} ?dark=${isDark} .given=${evaluated}></scanstitch-evaluate>`,
+  )}
+  ${drawn(
+    'strategies',
+    (isHidden) =>
+      html`<scanstitch-strategies ?hidden=${isHidden} ?dark=${isDark} .given=${compared}></scanstitch-strategies>`,
+  )}
+  ${drawn(
+    'icp',
+    (isHidden) =>
+      html`<scanstitch-lab
+        ?hidden=${isHidden}
+        ?dark=${isDark}
+        .given=${lookedInto}
+        src=${sourceOf('icp')}
+        example=${scene}
+        ?remember-link=${ownsAddress && !isHidden}
+      ></scanstitch-lab>`,
+  )}
+  ${drawn(
+    'bev',
+    (isHidden) =>
+      html`<scanstitch-bev
+        ?hidden=${isHidden}
+        ?dark=${isDark}
+        src=${sourceOf('bev')}
+        ?without-sample=${isBevEmpty}
+        ?remember-scene=${ownsAddress}
+      ></scanstitch-bev>`,
+  )}`;
+}
