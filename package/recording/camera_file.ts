@@ -60,6 +60,8 @@ export function readCameras(bytes: Uint8Array): Camera[] {
   const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, '');
   const numbers = plainNumbers(text);
   if (numbers) return ofNumbers(numbers);
+  const colmap = ofColmap(text);
+  if (colmap.length > 0) return colmap;
   const cameras = ofTree(readDocument(text));
   return cameras.length > 0 ? cameras : ofTree(readLabels(text));
 }
@@ -92,6 +94,19 @@ function ofNumbers(numbers: number[]): Camera[] {
     return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
   }
   return [];
+}
+
+/** `ID MODEL WIDTH HEIGHT PARAMETERS` a line, as COLMAP's cameras.txt; its pixels are counted from the image's corner. */
+function ofColmap(text: string): Camera[] {
+  const lines = [...text.matchAll(/^\s*\d+\s+([A-Z_]+)\s+(\d+)\s+(\d+)((?:\s+-?[\d.]+(?:e[-+]?\d+)?)+)\s*$/gim)];
+  return lines.flatMap(([, model = '', width, height, rest = '']) => {
+    const numbers = rest.trim().split(/\s+/).map(Number);
+    const isSimple = /^(SIMPLE_|RADIAL$)/.test(model);
+    const [fx = 0, fy = 0, cx = 0, cy = 0, ...distortion] = isSimple ? [numbers[0] ?? 0, ...numbers] : numbers;
+    if (OTHER_MODELS.test(model) || !isFocal(fx)) return [];
+    const size = { width: Number(width), height: Number(height) };
+    return [{ ...camera(model, [fx, fy, cx - 0.5, cy - 0.5]), size, distortion }];
+  });
 }
 
 function isCentre([x = 0, y = 0]: number[], [width = 0, height = 0]: number[]) {
@@ -199,9 +214,19 @@ function ofFields(all: Field[], label: string): FoundCamera[] {
       numbers &&
       (ofMatrix(numbers) ?? (/intrinsic|projection/.test(key) && numbers.length === 4 ? inOrder(numbers) : null));
     if (parameters && isFocal(parameters[0] ?? 0)) add(name, parameters, ['', '']);
+    const focal = parameters || found.length > 0 ? null : focalOfView(key, value, sizeOf(all));
+    if (focal) add(name, focal, ['', '']);
     if (key === 'modelparameters' && numbers && !label.includes('PV0')) found.push(...ofAzureKinect(numbers, label));
   }
   return found;
+}
+
+/** What a field of view from side to side makes of images of this size: degrees, or radians by its name. */
+function focalOfView(key: string, value: unknown, size: Size | null) {
+  if (!size || typeof value !== 'number' || !/^(h?fov(x|h|deg|rad)?|fieldofview|cameraanglex)$/.test(key)) return null;
+  const angle = /rad|angle/.test(key) || value < Math.PI ? value : (value * Math.PI) / 180;
+  const focal = size.width / 2 / Math.tan(angle / 2);
+  return isFocal(focal) ? [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2] : null;
 }
 
 /** The size of the images where several cameras' stand side by side: `depthWidth`, `colorWidth`. */
@@ -332,6 +357,9 @@ function rankOf(one: Camera, size: Size | null) {
   return isSameAspect(one.size, size) ? role + 4 : role - 8;
 }
 
+/** Stray Scanner's own programs scale its principal point as it is, from the image's corner; others from its first pixel's middle. */
+const SCALED_FROM_CORNER = /(^|\/)camera_matrix\.csv$/i;
+
 /** The camera for images of this size, if it can be theirs. */
 function scaled(name: string, camera: Camera, size: Size): Chosen {
   const [images, remedy] = [`${size.width} x ${size.height}`, 'Give the camera of the depth images'];
@@ -344,7 +372,8 @@ function scaled(name: string, camera: Camera, size: Size): Chosen {
     );
   }
   const factor = own ? size.width / own.width : 1;
-  const move = (centre: number) => (centre + 0.5) * factor - 0.5;
+  const corner = SCALED_FROM_CORNER.test(name) ? 0 : 0.5;
+  const move = (centre: number) => (centre + corner) * factor - corner;
   const moved =
     factor === 1
       ? camera

@@ -122,7 +122,7 @@ test('the unit of clouds is told from whole numbers, from names, or is asked for
   const whole = { '0.ply': ply(FIRST, 'short', centred), '1.ply': ply(SECOND, 'short', centred) };
   const { report, said } = await reconstruct(t, whole);
   assert.equal(report.cloud_unit, 0.001);
-  assert.match(said, /a unit is 0\.001 m \(assumed; the recording agrees\)/);
+  assert.match(said, /a unit is 0\.001 m \(assumed; supported by the size of the scene\)/);
   const text = (/** @type {Point[]} */ points) =>
     `x_cm,y_cm,z_cm\n${points.map(([x, y, z]) => [x, y, z - 1.2].map((value) => (100 * value).toFixed(2)).join(',')).join('\n')}\n`;
   const named = await reconstruct(t, { 'a.csv': text(FIRST), 'b.csv': text(SECOND) });

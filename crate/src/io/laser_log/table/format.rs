@@ -33,7 +33,11 @@ impl fmt::Display for TableFormat {
                 write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees(unit))?;
             }
         }
-        write!(f, ",unit={},start={}deg", name_of(&UNITS, self.unit).unwrap_or("m"), degrees(self.start))?;
+        match name_of(&UNITS, self.unit) {
+            Some(name) => write!(f, ",unit={name}")?,
+            None => write!(f, ",unit={}", self.unit)?,
+        }
+        write!(f, ",start={}deg", degrees(self.start))?;
         if !matches!(self.layout, Layout::ReadingPerLine { angle: Some(_), .. }) {
             write!(f, ",step={}deg", degrees(self.step))?;
         }
@@ -111,7 +115,11 @@ impl TableFormat {
         match (name, &parts[..]) {
             ("ranges" | "range", columns) => self.layout = self.layout_of(columns).ok_or_else(wrong)?,
             ("angle", [at, unit]) => self.set_angle(at, unit).ok_or_else(wrong)?,
-            ("unit", [name]) => self.unit = unit(&UNITS, name)?,
+            // A name, or metres.
+            ("unit", [name]) => {
+                let metres = number(name.as_bytes()).filter(|metres| metres.is_finite() && *metres > 0.0);
+                self.unit = metres.map_or_else(|| unit(&UNITS, name), Ok)?;
+            }
             ("start", [value]) => self.start = angle(value).ok_or_else(wrong)?,
             ("step", [value]) => self.step = angle(value).filter(|&step| step != 0.0).ok_or_else(wrong)?,
             ("time" | "odometry" | "poses" | "reference", ["none"]) => self.forget(name),

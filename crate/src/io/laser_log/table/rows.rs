@@ -5,7 +5,10 @@ use std::borrow::Cow;
 
 use super::super::fields::is_comment;
 use super::clock::clock;
-use super::names::{is_pose, series};
+use super::format::UNITS;
+use super::guess::field_of_view;
+use super::names::{MAX_RADIANS, is_pose, series, unit_in};
+use super::numbers::is_even_growth;
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
@@ -26,6 +29,8 @@ pub(super) struct Row {
     pub values: Vec<f64>,
     /// Columns that hold a word, which is not a number.
     pub words: Vec<usize>,
+    /// Whether the line ends with a separator: an empty cell may follow.
+    pub is_open: bool,
 }
 
 /// The rows of a table, and what stands above them.
@@ -36,6 +41,8 @@ pub(super) struct Table {
     pub names: Vec<String>,
     /// What a comment says the columns are.
     pub format: Option<String>,
+    /// Metres of the unit that a comment names.
+    pub unit: Option<f64>,
     /// Whether a comment says that it is not known which way the laser turns.
     pub has_unknown_direction: bool,
     /// Lines below the first row that are none.
@@ -75,7 +82,33 @@ impl Table {
             table.names = commented;
         }
         table.take_counted_names(first_words);
-        table
+        table.close_rows();
+        table.turned_over().unwrap_or(table)
+    }
+
+    /// Takes the empty cell at the end of a line for one, where other lines have a number there.
+    fn close_rows(&mut self) {
+        let width = self.rows.iter().map(|row| row.values.len()).max().unwrap_or(0);
+        for row in self.rows.iter_mut().filter(|row| row.is_open && row.values.len() + 1 == width) {
+            row.values.push(f64::NAN);
+        }
+    }
+
+    /// A scan a column made one a line: its first column are the bearings of as many lines as a laser has readings.
+    fn turned_over(&self) -> Option<Self> {
+        let width = self.width();
+        let is_table = self.rows.iter().all(|row| row.values.len() == width && row.words.is_empty());
+        let is_scan_a_column =
+            width > 2 && field_of_view(self.rows.len()).is_some() && field_of_view(width - 1).is_none();
+        if !self.names.is_empty() || !is_table || !is_scan_a_column || !is_even_growth(&self.rows, 0) {
+            return None;
+        }
+        let column = |at: usize| self.rows.iter().map(|row| row.values[at]).collect::<Vec<f64>>();
+        let bearings = column(0);
+        let unit = if bearings.iter().any(|bearing| bearing.abs() > MAX_RADIANS) { "deg" } else { "rad" };
+        let row = |at: usize| Row { line: 1, values: column(at), words: Vec::new(), is_open: false };
+        let names = bearings.iter().map(|bearing| format!("{bearing}{unit}")).collect();
+        Some(Self { rows: (1..width).map(row).collect(), names, unit: self.unit, ..Self::default() })
     }
 
     /// Takes what a comment says of the table; the words of one above the rows that says nothing of that kind, which may be the
@@ -84,6 +117,8 @@ impl Table {
         let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
         if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
             self.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+        } else if let Some(unit) = unit_said(words) {
+            self.unit = Some(unit);
         } else if words == DIRECTION_COMMENT {
             self.has_unknown_direction = true;
         } else if self.rows.is_empty() {
@@ -160,13 +195,14 @@ impl Separators {
 
     /// The numbers of a line; `None` where it is none.
     fn row(self, text: &[u8], line: usize) -> Option<Row> {
-        let mut row = Row { line, values: Vec::new(), words: Vec::new() };
+        let is_open = self.gap.is_some_and(|gap| text.trim_ascii().last() == Some(&gap));
+        let mut row = Row { line, values: Vec::new(), words: Vec::new(), is_open };
         // "theta: 0.5 dist: 1200": beside labels, words stand for no column; many of them are no such line, but a program's text.
         let num_others = self.cells(text).filter(|word| !is_label(word) && number(word).is_none()).count();
         let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let value = number(&self.point(word));
-            if value.is_none() && !word.is_empty() {
+            if value.is_none() && !word.is_empty() && !is_no_value(word) {
                 row.words.push(row.values.len());
             }
             row.values.push(value.or_else(|| clock(word)).unwrap_or(f64::NAN));
@@ -239,6 +275,18 @@ impl Separators {
     fn labels(self, text: &[u8]) -> Vec<String> {
         self.cells(text).filter(|word| is_label(word)).map(name_of).collect()
     }
+}
+
+/// Metres of the unit that a comment names: `units: mm`.
+fn unit_said(comment: &[u8]) -> Option<f64> {
+    let text = String::from_utf8_lossy(comment).to_ascii_lowercase();
+    let (_, behind) = text.split_once("unit")?;
+    unit_in(behind.split([',', ';']).next()?, &UNITS)
+}
+
+/// What programs write where there is no number.
+fn is_no_value(word: &[u8]) -> bool {
+    [&b"none"[..], b"null", b"na", b"n/a", b"-", b"--", b"---"].iter().any(|none| word.eq_ignore_ascii_case(none))
 }
 
 fn is_label(word: &[u8]) -> bool {
