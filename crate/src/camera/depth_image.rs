@@ -1,6 +1,21 @@
 //! Depth images with the raw values of their files.
 
-use super::raw_depth::DepthValues;
+use serde::{Deserialize, Serialize};
+
+/// What the values of depth images are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum DepthValues {
+    /// What the first image shows.
+    ToldFromData,
+    /// Depth along the optical axis.
+    Depth,
+    /// The same with the two bytes of a value in the other order.
+    SwappedBytes,
+    /// The largest value less the depth: near is bright.
+    Inverted,
+}
 
 /// Raw depth values, row by row from the top; 0 means no measurement.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

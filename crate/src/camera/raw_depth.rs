@@ -4,24 +4,7 @@
 //! m - z, where near is bright, are curved the other way round; inverse depth is not curved at all; the length of the ray is curved across
 //! the gradient, too, by r / f^2. Each smooth piece of the image votes; a curved surface votes for anything.
 
-use serde::{Deserialize, Serialize};
-
 use super::depth_image::DepthImage;
-
-/// What the values of depth images are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum DepthValues {
-    /// What the first image shows.
-    ToldFromData,
-    /// Depth along the optical axis.
-    Depth,
-    /// The same with the two bytes of a value in the other order.
-    SwappedBytes,
-    /// The largest value less the depth: near is bright.
-    Inverted,
-}
 
 /// What else values may be, which is not made into depth here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

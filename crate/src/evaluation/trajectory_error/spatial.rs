@@ -46,8 +46,8 @@ pub(crate) fn spatial_error(
         Some((poses, convention)) => (poses, Some(convention)),
         None => (positions.iter().map(|p| Isometry3::translation(p.x, p.y, p.z)).collect(), None),
     };
-    let good = frames.iter().zip(&partners).filter(|(frame, _)| frame.is_good);
-    let first_good = good.filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?))).next();
+    let mut good = frames.iter().zip(&partners).filter(|(frame, _)| frame.is_good);
+    let first_good = good.find_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)));
     let to_estimate = first_good.or(matched.first().copied()).map_or_else(Pose3::identity, |(estimate, partner)| {
         estimate * poses.get(partner).map_or_else(Pose3::identity, Pose3::inverse)
     });

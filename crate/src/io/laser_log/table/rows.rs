@@ -6,9 +6,7 @@ use std::borrow::Cow;
 use super::super::fields::is_comment;
 use super::clock::clock;
 use super::format::UNITS;
-use super::guess::field_of_view;
-use super::names::{MAX_RADIANS, is_pose, series, unit_in};
-use super::numbers::is_even_growth;
+use super::names::{is_pose, series, unit_in};
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
@@ -83,7 +81,7 @@ impl Table {
         }
         table.take_counted_names(first_words);
         table.close_rows();
-        table.turned_over().unwrap_or(table)
+        table
     }
 
     /// Takes the empty cell at the end of a line for one, where other lines have a number there.
@@ -92,23 +90,6 @@ impl Table {
         for row in self.rows.iter_mut().filter(|row| row.is_open && row.values.len() + 1 == width) {
             row.values.push(f64::NAN);
         }
-    }
-
-    /// A scan a column made one a line: its first column are the bearings of as many lines as a laser has readings.
-    fn turned_over(&self) -> Option<Self> {
-        let width = self.width();
-        let is_table = self.rows.iter().all(|row| row.values.len() == width && row.words.is_empty());
-        let is_scan_a_column =
-            width > 2 && field_of_view(self.rows.len()).is_some() && field_of_view(width - 1).is_none();
-        if !self.names.is_empty() || !is_table || !is_scan_a_column || !is_even_growth(&self.rows, 0) {
-            return None;
-        }
-        let column = |at: usize| self.rows.iter().map(|row| row.values[at]).collect::<Vec<f64>>();
-        let bearings = column(0);
-        let unit = if bearings.iter().any(|bearing| bearing.abs() > MAX_RADIANS) { "deg" } else { "rad" };
-        let row = |at: usize| Row { line: 1, values: column(at), words: Vec::new(), is_open: false };
-        let names = bearings.iter().map(|bearing| format!("{bearing}{unit}")).collect();
-        Some(Self { rows: (1..width).map(row).collect(), names, unit: self.unit, ..Self::default() })
     }
 
     /// Takes what a comment says of the table; the words of one above the rows that says nothing of that kind, which may be the
