@@ -151,7 +151,7 @@ export function cloudFiles(clouds) {
     const format = draw(next, ['ply', whole, 'csv', 'csv with semicolons', 'pcd', 'bin']);
     const order = draw(next, ['as recorded', 'shuffled points']);
     const names = draw(next, ['counted', 'counted without zeros', 'times']);
-    const turned = ([x = 0, y = 0, z = 0]) =>
+    const turned = (/** @type {number[]} */ [x = 0, y = 0, z = 0]) =>
       axes === 'y up' ? [x, z, -y] : axes === 'left-handed' ? [x, -y, z] : [x, y, z];
     const all = clouds.map((points) => {
       const list = points.map((point) => turned(point).map((value, axis) => scale * (value + (offset[axis] ?? 0))));
@@ -251,6 +251,7 @@ export function depthFiles({ images, camera }) {
     );
     const { width = 0, height = 0 } = images[0] ?? {};
     const [u, v] = [flip === 'left to right' ? width - 1 - cx : cx, flip === 'upside down' ? height - 1 - cy : cy];
+    /** @type {Record<string, string>} */
     const told = known === 'camera file' ? { 'camera.txt': `${fx} 0 ${u}\n0 ${fy} ${v}\n0 0 1\n` } : {};
     const expected = moved(truth, ([x = 0, y = 0, z = 0]) => [
       flip === 'left to right' ? -x : x,

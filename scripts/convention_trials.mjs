@@ -94,7 +94,7 @@ function depthOf(folder, frames, nameOf, perMetre, camera) {
     return {
       width,
       height,
-      depth: Float64Array.from(values, (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre)),
+      depth: Float64Array.from(values(), (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre)),
     };
   });
   return { images, camera };

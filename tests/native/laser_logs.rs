@@ -6,7 +6,7 @@ use std::fs;
 use crate::common::shared_data;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log::stamps::stamps;
-use scanstitch::io::laser_log::{Bearings, LaserLog, is_laser_log, read};
+use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
 use scanstitch_scene::random::Random;
 
 #[test]

@@ -155,7 +155,8 @@ fn refuse_other_place(cloud: &PointCloud) -> Result<()> {
         return Ok(());
     }
     let problem = format!(
-        "Its points lie {distance:.0} m from the origin of their coordinates and all in one direction, as on a map"
+        "Its points lie {:.0} times as far from the origin of their coordinates as they reach across, as on a map",
+        distance / (high - low).length()
     );
     Err(Error::whole(problem, "Give each scan in the frame of its laser: the laser at (0, 0), x ahead, y to the left"))
 }

@@ -22,6 +22,11 @@ pub(super) fn degrees(angle: f64) -> f64 {
     (angle.to_degrees() * 1e4).round() / 1e4 + 0.0
 }
 
+/// The unit of a column of angles (rad) in degrees: of a turn it is counted up to 65,536 times.
+pub(super) fn degrees_of_unit(unit: f64) -> f64 {
+    (unit.to_degrees() * 1e12).round() / 1e12
+}
+
 impl fmt::Display for TableFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name_of =
@@ -30,7 +35,7 @@ impl fmt::Display for TableFormat {
             Layout::ScanPerLine { first, end } => write!(f, "ranges={}:{end}", first + 1)?,
             Layout::ReadingPerLine { range, angle: None } => write!(f, "range={}", range + 1)?,
             Layout::ReadingPerLine { range, angle: Some(AngleColumn { column, unit }) } => {
-                write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees(unit))?;
+                write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees_of_unit(unit))?;
             }
         }
         match name_of(&UNITS, self.unit) {

@@ -188,7 +188,7 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
 fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
     let remedy = match format.layout {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
-            format!("angle={}:-{}deg", column + 1, format::degrees(unit))
+            format!("angle={}:-{}deg", column + 1, format::degrees_of_unit(unit))
         }
         Layout::ScanPerLine { .. } if is_direction_open(table, format) => {
             format!("step=-{}deg", format::degrees(format.step))
