@@ -194,7 +194,7 @@ test('readings of an RPLIDAR are known by their units and turns, in any order of
     // In the units of its SDK: parts of a quarter turn, and 64ths of a degree.
     [
       `angle_z_q14,dist_mm_q2\n${lines((_, angle, r) => [Math.round((angle * 16_384) / 90), Math.round(4e3 * r)])}\n`,
-      '-0.0054931640625deg,unit=0.00025',
+      '-0.005493164063deg,unit=0.00025',
     ],
     [
       `angle_q6,distance_q2\n${lines((_, angle, r) => [64 * angle, Math.round(4e3 * r)])}\n`,
