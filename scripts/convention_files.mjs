@@ -2,7 +2,7 @@
 /** The files of one recording by conventions that are drawn: for convention_trials.mjs. */
 import { colourPng, greyPng } from '../tests/cli/depth_room.mjs';
 
-/** Where a frame is, as seen from the first one (m, rad). @typedef {{ isGood: boolean, place: number[], heading: number }} Motion */
+/** Where a frame is, as seen from the first one (m, rad), and in which piece of the map. @typedef {{ isGood: boolean, place: number[], heading: number, piece?: number }} Motion */
 /** @typedef {import('./convention_trials.mjs').Trial} Trial */
 /** @typedef {(next: (() => number) | null, truth: Motion[]) => Trial} Make */
 
@@ -18,9 +18,9 @@ function words(chosen) {
     .join(', ');
 }
 
-/** @param {readonly Motion[]} truth @param {(place: number[]) => number[]} as */
-function moved(truth, as) {
-  return truth.map((motion) => ({ ...motion, place: as(motion.place) }));
+/** @param {readonly Motion[]} truth @param {(place: number[]) => number[]} as @param {number} [sense] of headings */
+function moved(truth, as, sense = 1) {
+  return truth.map(({ place, heading, ...motion }) => ({ ...motion, place: as(place), heading: sense * heading }));
 }
 
 /** The same path, begun at its end. @param {readonly Motion[]} truth */
@@ -28,7 +28,8 @@ function backwards(truth) {
   const { place: [x0 = 0, y0 = 0] = [], heading = 0 } = truth.at(-1) ?? {};
   const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
   const seen = (/** @type {Motion} */ { place: [x = 0, y = 0], ...motion }) => {
-    return { ...motion, place: [cos * (x - x0) + sin * (y - y0), cos * (y - y0) - sin * (x - x0), 0] };
+    const place = [cos * (x - x0) + sin * (y - y0), cos * (y - y0) - sin * (x - x0), 0];
+    return { ...motion, place, heading: motion.heading - heading };
   };
   return truth.map(seen).reverse();
 }
@@ -119,11 +120,12 @@ export function planarFiles(scans) {
     const [first] = scans;
     const middle = isFan || !next ? 0 : ((first?.bearings[0] ?? 0) + (first?.bearings.at(-1) ?? 0)) / 2;
     const [cos, sin] = [Math.cos(middle), Math.sin(middle)];
-    const expected = moved(ends, ([x0 = 0, y0 = 0]) => {
+    const side = isMirrored ? -1 : 1;
+    const as = (/** @type {number[]} */ [x0 = 0, y0 = 0]) => {
       const [x, y] = [cos * x0 + sin * y0, cos * y0 - sin * x0];
-      const place = isBehind ? [-x, -y] : [x, y];
-      return [place[0] ?? 0, (isMirrored ? -1 : 1) * (place[1] ?? 0), 0];
-    });
+      return isBehind ? [-x, -side * y, 0] : [x, side * y, 0];
+    };
+    const expected = moved(ends, as, side);
     const changes = words({ unit, none, layout, angles, sense, mount, order });
     return { files: layouts[layout]?.() ?? {}, expected, offset: [0, 0, 0], changes };
   };

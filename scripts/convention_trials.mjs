@@ -1,6 +1,7 @@
 // @ts-check
 /**
- * Recordings rewritten by other conventions: `node scripts/convention_trials.mjs [--only RECORDING] [--trial N] [--data FOLDER]`.
+ * Recordings rewritten by other conventions:
+ * `node scripts/convention_trials.mjs [--only RECORDING] [--trials COUNT] [--trial N] [--data FOLDER]`.
  *
  * Six recordings are written anew, fifty times each: in another unit, scale, format and order, moved, with other axes or a laser mounted
  * otherwise, with another sign for no return, all drawn by a generator of random numbers with a fixed seed. Each is reconstructed with
@@ -24,10 +25,15 @@ import { ROOT } from './steps.mjs';
 /** @typedef {{ files: Files, expected: Motion[], offset: number[], changes: string }} Trial offset: of the coordinates (m) */
 
 const { values: given } = parseArgs({
-  options: { only: { type: 'string' }, trial: { type: 'string' }, data: { type: 'string' } },
+  options: {
+    only: { type: 'string' },
+    trials: { type: 'string', default: '50' },
+    trial: { type: 'string' },
+    data: { type: 'string' },
+  },
 });
 const DATA = given.data ?? join(ROOT, '..', 'shared', 'data');
-const TRIALS = 50;
+const TRIALS = Number(given.trials);
 /** A path is right within this share of its length and this distance (m). */
 const [SAME_PATH, SAME_PLACE] = [0.05, 0.05];
 
@@ -89,13 +95,11 @@ function scansOf(folder) {
 /** @param {string} folder @param {number[]} frames @param {(frame: number) => string} nameOf @param {number} perMetre @param {number[]} camera */
 function depthOf(folder, frames, nameOf, perMetre, camera) {
   const images = frames.map((frame) => {
-    const { width, height, values } = engine.decode_depth(nameOf(frame), read(`${folder}/${nameOf(frame)}`));
+    const image = engine.decode_depth(nameOf(frame), read(`${folder}/${nameOf(frame)}`));
+    const { width, height } = image;
     // In millimetres to a fraction; 0 is none.
-    return {
-      width,
-      height,
-      depth: Float64Array.from(values(), (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre)),
-    };
+    const depth = Float64Array.from(image.values(), (value) => (value === 65_535 ? 0 : (1000 * value) / perMetre));
+    return { width, height, depth };
   });
   return { images, camera };
 }
@@ -151,12 +155,24 @@ async function reconstruct(files) {
 
 /** Where the frames are. @param {any} report @param {number[]} offset of the coordinates @returns {Motion[]} */
 function motionsOf(report, offset) {
-  return report.frames.map((/** @type {any} */ { status, T_world_sensor: pose }) => {
-    if (!pose) return { isGood: false, place: [NaN, NaN, NaN], heading: NaN };
+  return report.frames.map((/** @type {any} */ { status, T_world_sensor: pose, piece }) => {
+    if (!pose) return { isGood: false, place: [NaN, NaN, NaN], heading: NaN, piece };
     const { x, y, z, theta = 0 } = pose;
     const place = z === undefined ? [x, y, 0] : moved(pose, offset).map((value, axis) => value - (offset[axis] ?? 0));
-    return { isGood: status === 'good', place, heading: theta };
+    return { isGood: status === 'good', place, heading: theta, piece };
   });
+}
+
+/** Where a frame is as seen from another one, whose heading counts in the plane alone. @param {Motion | undefined} from @param {Motion | undefined} to */
+function seenFrom(from, to) {
+  const [x = 0, y = 0, z = 0] = to?.place.map((value, axis) => value - (from?.place[axis] ?? 0)) ?? [];
+  const [cos, sin] = [Math.cos(from?.heading ?? 0), Math.sin(from?.heading ?? 0)];
+  return [cos * x + sin * y, cos * y - sin * x, z];
+}
+
+/** @param {number[] | undefined} a @param {number[]} [b] */
+function distance(a = [], b = []) {
+  return Math.hypot(...a.map((value, axis) => value - (b[axis] ?? 0)));
 }
 
 /** What there may be to say of a recording that was read wrongly. */
@@ -172,18 +188,15 @@ function verdictOn({ said, report }, { expected, offset }) {
   const found = motionsOf(report, offset);
   const good = found.filter(({ isGood }) => isGood).length;
   if (found.length !== expected.length) return good === 0 || QUESTIONS.test(said) ? 'asked' : 'silently wrong';
-  const first = found.findIndex(({ isGood }) => isGood);
-  const off = found.map(({ isGood, place }, at) => {
-    if (!isGood || first < 0) return 0;
-    const wanted = expected[at]?.place ?? [];
-    const length = Math.hypot(...wanted.map((value, axis) => value - (expected[first]?.place[axis] ?? 0)));
-    const error = Math.hypot(
-      ...place.map(
-        (value, axis) =>
-          value - (found[first]?.place[axis] ?? 0) - (wanted[axis] ?? 0) + (expected[first]?.place[axis] ?? 0),
-      ),
-    );
-    return error - SAME_PLACE - SAME_PATH * length;
+  // How the pieces of a map lie relative to each other is not claimed.
+  /** @type {Map<number | undefined, number>} */
+  const firsts = new Map();
+  found.forEach(({ isGood, piece }, at) => isGood && !firsts.has(piece) && firsts.set(piece, at));
+  const off = found.map(({ isGood, piece }, at) => {
+    const first = firsts.get(piece);
+    if (!isGood || first === undefined) return 0;
+    const [seen, wanted] = [found, expected].map((motions) => seenFrom(motions[first], motions[at]));
+    return distance(seen, wanted) - SAME_PLACE - SAME_PATH * distance(wanted, [0, 0, 0]);
   });
   const isRight = off.every((error) => error <= 0);
   if (isRight && 2 * good > found.length) return 'right';

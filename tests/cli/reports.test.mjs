@@ -184,10 +184,17 @@ const ROWS = [
       near(pathLength(frames), 57.8, 0.3, 'path');
     },
   },
-  ...['bunnyDouble', 'bunnyFloat', 'bunnyInt19', 'tinyCartesianFloatRgb', 'tiny_spherical'].map((name) => ({
+  ...['bunnyDouble', 'bunnyFloat', 'bunnyInt19', 'tinyCartesianFloatRgb'].map((name) => ({
     path: `e57/${name}.e57`,
     check: (/** @type {Outcome} */ { frames }) => assert.equal(count(frames, 'good') + count(frames, 'lost'), 1),
   })),
+  {
+    path: 'e57/tiny_spherical.e57',
+    check: ({ said, frames }) => {
+      assert.equal(frames.length, 1);
+      assert.match(said, /180 of its 360 points are marked as invalid/);
+    },
+  },
   { path: 'e57/corrupt_crc.e57', check: ({ said }) => assert.match(said, /this E57 cloud is damaged .*checksum/) },
   { path: 'e57/empty_pc.e57', check: ({ said }) => assert.match(said, /there are no points in this E57 file/) },
   ...['simple.las', 'simple.laz', 'plane.laz', 'vegetation_1_3.las'].map((name) => ({
