@@ -1,6 +1,6 @@
 // @ts-check
 /** The files of one recording by conventions that are drawn: for convention_trials.mjs. */
-import { colourPng, greyPng } from '../tests/cli/depth_room.mjs';
+import { greyPng } from '../tests/cli/depth_room.mjs';
 
 /** Where a frame is, as seen from the first one (m, rad), and in which piece of the map. @typedef {{ isGood: boolean, place: number[], heading: number, piece?: number }} Motion */
 /** @typedef {import('./convention_trials.mjs').Trial} Trial */
@@ -113,8 +113,10 @@ export function planarFiles(scans) {
     };
     const isFan = layout !== 'rows' && layout !== 'carmen';
     const isBehind = isFan && mount === 'behind';
-    // Without angles, the readings of a file say nothing of how the laser is mounted.
-    const isMirrored = sense === 'clockwise' && layout === 'points';
+    // Without angles, the readings of a file say nothing of how the laser is mounted; points, and angles as the format has them, say
+    // where a reading is.
+    const isByFormat = layout === 'points' || (layout === 'csm' && unit === 'm' && angles === 'radians');
+    const isMirrored = sense === 'clockwise' && isByFormat;
     const ends = order === 'backwards' ? backwards(truth) : truth;
     // Rows without angles look ahead.
     const [first] = scans;
@@ -243,12 +245,7 @@ export function depthFiles({ images, camera }) {
         };
         const values = Uint16Array.from(depth, (_, index) => value(depth[pixel(index)] ?? 0));
         const name = `depth/${names === 'counted' ? `00${at}` : 8 + at}.png`;
-        const grey = () =>
-          colourPng(
-            Uint8Array.from({ length: 3 * values.length }, (_, index) => values[Math.floor(index / 3)] ?? 0),
-            width,
-          );
-        return [name, stored.startsWith('8 bits') ? grey() : greyPng(values, width)];
+        return [name, greyPng(values, width, stored.startsWith('8 bits') ? 8 : 16)];
       }),
     );
     const { width = 0, height = 0 } = images[0] ?? {};

@@ -182,7 +182,7 @@ const QUESTIONS =
 /** @param {Awaited<ReturnType<typeof reconstruct>>} result @param {Trial} trial */
 function verdictOn({ said, report }, { expected, offset }) {
   if (!report)
-    return /(^|\n)\s*\S.*(Give|Save|Set|set|give|Say|Correct|Write|Unpack)/.test(said)
+    return /(^|\n)\s*\S.*(Give|Save|Set|set|give|Say|Correct|Write|Unpack)/i.test(said)
       ? 'refused with help'
       : 'refused without help';
   const found = motionsOf(report, offset);

@@ -149,11 +149,11 @@ impl Piece {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A corner of a room, looked into: depth (m) by pixel.
-    fn corner(as_value: impl Fn(f64, f64) -> f64, bits: u8) -> DepthImage {
+    pub(crate) fn corner(as_value: impl Fn(f64, f64) -> f64, bits: u8) -> DepthImage {
         let (width, height, focal) = (320, 240, 160.0);
         let value = |pixel: usize| {
             let (x, y) = (((pixel % width) as f64 - 160.0) / focal, ((pixel / width) as f64 - 120.0) / focal);

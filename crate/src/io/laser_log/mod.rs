@@ -167,8 +167,7 @@ pub fn read(bytes: &[u8]) -> Result<LaserLog> {
             "Give a CARMEN log with FLASER or ROBOTLASER1 lines, or JSON objects with readings",
         ));
     }
-    let notes = units::in_metres_and_radians(&mut log.scans)?;
-    log.notes.extend(notes);
+    units::in_metres_and_radians(&mut log)?;
     Ok(log)
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Bearings, LaserScan};
+use super::{Bearings, LaserLog, LaserScan};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
 use crate::io::length_unit::{Expected, LASER_RANGES, METRE, judge_unit};
@@ -20,16 +20,27 @@ const MAX_COVERAGE: f64 = 1.1 * TAU;
 /// metres (0.01 to 1) and in the next smaller unit (1 to 100 cm).
 const MAX_STEP: f64 = 2.0;
 
-/// Brings scans that cannot be in metres and radians into these, and says so.
+/// What is said of bearings that fall, in a log that does not keep to the units of its format.
+const FALLING: &str = "Its bearings fall from reading to reading, and may be counted clockwise, as other programs do: then set \
+                       laser_direction=mirrored. Counted counter-clockwise, give them in radians and the ranges in metres.";
+
+/// Brings scans that cannot be in metres and radians into these, and says so. Who did not keep to these may not have kept to
+/// counter-clockwise angles either.
 ///
 /// # Errors
 /// When their angles are of no unit.
 #[inline(never)]
-pub(super) fn in_metres_and_radians(scans: &mut [LaserScan]) -> Result<Vec<String>> {
+pub(super) fn in_metres_and_radians(log: &mut LaserLog) -> Result<()> {
     let mut notes = Vec::new();
-    notes.extend(in_metres(scans));
-    notes.extend(in_radians(scans)?);
-    Ok(notes)
+    notes.extend(in_metres(&mut log.scans));
+    notes.extend(in_radians(&mut log.scans)?);
+    let falls = |scan: &LaserScan| scan.bearings.of(0) > scan.bearings.of(scan.ranges.len().saturating_sub(1));
+    if !notes.is_empty() && log.scans.iter().any(falls) {
+        log.may_be_mirrored = true;
+        notes.push(FALLING.to_owned());
+    }
+    log.notes.extend(notes);
+    Ok(())
 }
 
 fn in_metres(scans: &mut [LaserScan]) -> Option<String> {

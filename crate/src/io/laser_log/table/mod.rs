@@ -176,8 +176,8 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
     log.notes.extend(note);
-    log.notes.extend(note_on_direction(&table, &format));
     let is_told = table.format.is_some() && !table.has_unknown_direction;
+    log.notes.extend(note_on_direction(&table, &format).filter(|_| !is_told));
     log.may_be_mirrored = !is_told && is_direction_open(&table, &format);
     log.losses.extend(other_columns::loss_of_positions(&table.names));
     Ok(log)
@@ -190,8 +190,9 @@ fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
             format!("angle={}:-{}deg", column + 1, format::degrees_of_unit(unit))
         }
-        Layout::ScanPerLine { .. } if is_direction_open(table, format) => {
-            format!("step=-{}deg", format::degrees(format.step))
+        Layout::ScanPerLine { first, .. } if !is_named_as_ros(table, first) && format.step > 0.0 => {
+            let [start, step] = [-format.start, -format.step].map(format::degrees);
+            format!("start={start}deg,step={step}deg")
         }
         _ => return None,
     };
@@ -212,10 +213,15 @@ fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
         Layout::ScanPerLine { first, end } => {
             let last = format.start + format.step * (end - first - 1) as f64;
             let is_beyond_half = format.start.min(last) >= 0.0 && format.start.max(last) > PI;
-            is_beyond_half && !table.names.get(first).is_some_and(|name| name.contains("ranges"))
+            is_beyond_half && !is_named_as_ros(table, first)
         }
         Layout::ReadingPerLine { .. } => false,
     }
+}
+
+/// Whether the first range is called as ROS calls them, whose angles grow counter-clockwise.
+fn is_named_as_ros(table: &Table, first: usize) -> bool {
+    table.names.get(first).is_some_and(|name| name.contains("ranges"))
 }
 
 /// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the
