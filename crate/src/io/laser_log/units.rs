@@ -20,12 +20,8 @@ const MAX_COVERAGE: f64 = 1.1 * TAU;
 /// metres (0.01 to 1) and in the next smaller unit (1 to 100 cm).
 const MAX_STEP: f64 = 2.0;
 
-/// What is said of bearings that fall, in a log that does not keep to the units of its format.
-const FALLING: &str = "Its bearings fall from reading to reading, and may be counted clockwise, as other programs do: then set \
-                       laser_direction=mirrored. Counted counter-clockwise, give them in radians and the ranges in metres.";
-
 /// Brings scans that cannot be in metres and radians into these, and says so. Who did not keep to these may not have kept to
-/// counter-clockwise angles either.
+/// counter-clockwise angles either, where bearings fall from reading to reading.
 ///
 /// # Errors
 /// When their angles are of no unit.
@@ -35,10 +31,7 @@ pub(super) fn in_metres_and_radians(log: &mut LaserLog) -> Result<()> {
     notes.extend(in_metres(&mut log.scans));
     notes.extend(in_radians(&mut log.scans)?);
     let falls = |scan: &LaserScan| scan.bearings.of(0) > scan.bearings.of(scan.ranges.len().saturating_sub(1));
-    if !notes.is_empty() && log.scans.iter().any(falls) {
-        log.may_be_mirrored = true;
-        notes.push(FALLING.to_owned());
-    }
+    log.may_be_mirrored |= !notes.is_empty() && log.scans.iter().any(falls);
     log.notes.extend(notes);
     Ok(())
 }

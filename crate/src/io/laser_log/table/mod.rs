@@ -192,7 +192,7 @@ fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
         }
         Layout::ScanPerLine { first, .. } if !is_named_as_ros(table, first) && format.step > 0.0 => {
             let [start, step] = [-format.start, -format.step].map(format::degrees);
-            format!("start={start}deg,step={step}deg")
+            format!("step={step}deg,start={start}deg")
         }
         _ => return None,
     };
