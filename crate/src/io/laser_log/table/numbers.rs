@@ -41,6 +41,17 @@ pub(super) fn is_growing(rows: &[Row], column: usize) -> bool {
     values.len() > 1 && values.len() == rows.len() && values.windows(2).all(|pair| pair[0] < pair[1])
 }
 
+/// Steps of a clock or a counter are the same within this share, to the rounding of a file.
+const SAME_STEP: f64 = 0.01;
+
+/// Whether a column's values grow by the same step from line to line; of fewer lines a wall may come nearer so.
+pub(super) fn is_even_growth(rows: &[Row], column: usize) -> bool {
+    let value = |row: &Row| row.values.get(column).copied().unwrap_or(f64::NAN);
+    let steps: Vec<f64> = rows.windows(2).map(|pair| value(&pair[1]) - value(&pair[0])).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    rows.len() >= GUESS_LINES && mean > 0.0 && steps.iter().all(|step| (step / mean - 1.0).abs() < SAME_STEP)
+}
+
 /// Whether a column counts the lines.
 pub(super) fn is_counter(rows: &[Row], column: usize) -> bool {
     let values = || rows.iter().map(|row| row.values[column]);
