@@ -116,13 +116,15 @@ const IN_ANGLES = /(^|[^\p{L}\d])(deg|rad|degrees|radians)([^\p{L}\d]|$)|°/iu;
 const HEADING =
   /^(odometry|odom|odo|pose|robot|position|pos)?[_. ]?(theta|th|yaw|heading|phi|ang|orientation|rotation|rot|gier|richtung|cap|lacet|rumbo)([^\p{L}]|$)/iu;
 const BEAM = /^(beam|ray|strahl|haz|faisceau|step)/i;
-const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距离|(r|rho)([_\s([]|$))/i;
+const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距离)/i;
+/** Without x and y beside it, as in polar coordinates. */
+const RADIUS = /^(r|rho)([_\s([]|$)/i;
 
 /** Whether the names of the columns are those of an angle or a beam, and of a range. */
 function isReading(names: string[]) {
   const has = (word: RegExp) => names.some((name) => word.test(name));
   const hasAngle = has(ANGLE) || names.some((name) => IN_ANGLES.test(name) && !HEADING.test(name));
-  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && has(RANGE);
+  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && (has(RANGE) || (has(RADIUS) && !has(/^x$/i)));
 }
 
 function isNumber(word: string) {

@@ -204,6 +204,9 @@ function ofFields(all: Field[], label: string): FoundCamera[] {
   return found;
 }
 
+/** A field of view that does not say between which sides. */
+const OPEN_VIEW = /(^|[^h])fov(_?(deg|rad))?$|field_?of_?view$/i;
+
 /** What a field of view from side to side makes of images of this size: degrees, or radians by its name. */
 function focalOfView(key: string, value: unknown, size: Size | null) {
   if (!size || typeof value !== 'number' || !/^(h?fov(x|h|deg|rad)?|fieldofview|cameraanglex)$/.test(key)) return null;
@@ -307,6 +310,8 @@ export function cameraFor(name: string, bytes: Uint8Array, size: Size | null): C
   const { camera, notes } = size ? scaled(name, best, size) : { camera: best, notes: [] };
   if (camera.isFlipped)
     notes.push('its negative focal length, of a renderer with a left-handed world, is taken as positive');
+  if (OPEN_VIEW.test(camera.label) && size?.width !== size?.height)
+    notes.push('its field of view is taken from side to side; of one from top to bottom, give fx fy cx cy');
   const strong = camera.distortion.filter((coefficient) => Math.abs(coefficient) > 1e-6);
   if (strong.length > 0) {
     const figures = strong.slice(0, 3).map((coefficient) => Number(coefficient.toPrecision(3)));

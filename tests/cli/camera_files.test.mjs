@@ -404,6 +404,14 @@ test('another size: scaled where it is the same image, refused in plain words wh
   assert.match(read('camera-intrinsics.txt', 1280, 720).notes[0] ?? '', /far from the middle of images of 1280 x 720/);
 });
 
+test('a field of view that does not say between which sides is told as taken', () => {
+  assert.match(
+    read('camera_fov.json', 640, 480).notes.join(),
+    /taken from side to side; of one from top to bottom, give fx/,
+  );
+  assert.deepEqual(read('camera_angle.json', 640, 480).notes, []);
+});
+
 test('lens distortion is told, and not applied', () => {
   const [note] = read('TUM1.yaml', 640, 480).notes;
   assert.equal(

@@ -16,8 +16,7 @@ const BELOW_LARGEST: f64 = 0.95;
 const MAX_LIMIT: f64 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
 const MAX_COVERAGE: f64 = 1.1 * TAU;
-/// Steps of a robot from scan to scan (m), from which the unit of its poses is told: the geometric mean of what a log has in
-/// metres (0.01 to 1) and in the next smaller unit (1 to 100 cm).
+/// Robots drive less from scan to scan (m; sparse logs have 1): poses that are further apart are in the unit of the ranges.
 const MAX_STEP: f64 = 2.0;
 
 /// Brings scans that cannot be in metres and radians into these, and says so. Who did not keep to these may not have kept to

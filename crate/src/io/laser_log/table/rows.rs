@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use super::super::fields::is_comment;
 use super::clock::clock;
 use super::format::UNITS;
-use super::names::{is_pose, series, unit_in};
+use super::names::{is_pose, series};
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
@@ -258,11 +258,16 @@ impl Separators {
     }
 }
 
-/// Metres of the unit that a comment names: `units: mm`.
+/// What else a comment that names the unit may say that it is of.
+const OF_RANGES: [&str; 5] = ["range", "ranges", "distance", "distances", "length"];
+
+/// Metres of the unit that a comment names, and nothing else: `units: mm`, `range unit = cm`, `units are in feet`.
 fn unit_said(comment: &[u8]) -> Option<f64> {
     let text = String::from_utf8_lossy(comment).to_ascii_lowercase();
-    let (_, behind) = text.split_once("unit")?;
-    unit_in(behind.split([',', ';']).next()?, &UNITS)
+    let words = text.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| !word.is_empty());
+    let words: Vec<&str> = words.filter(|word| !OF_RANGES.contains(word) && !["is", "are"].contains(word)).collect();
+    let (["unit" | "units", name] | ["unit" | "units", "in", name]) = words[..] else { return None };
+    UNITS.iter().find(|unit| unit.0 == name).map(|unit| unit.1)
 }
 
 /// What programs write where there is no number.
@@ -340,5 +345,20 @@ mod tests {
     fn a_comment_may_say_what_the_columns_are() {
         let table = Table::read(b"# table: ranges=1:2,start=0,step=1\n1 2\n", usize::MAX);
         assert_eq!(table.format.as_deref(), Some("ranges=1:2,start=0,step=1"));
+    }
+
+    #[test]
+    fn comments_name_a_unit_where_they_name_nothing_else() {
+        for (comment, unit) in [
+            ("units: mm", Some(1e-3)),
+            ("Range unit = cm", Some(0.01)),
+            ("unit=in", Some(0.0254)),
+            ("units are in feet", Some(0.3048)),
+            ("IMU unit in use", None),
+            ("speed unit m/s", None),
+            ("units: mm, deg", None),
+        ] {
+            assert_eq!(unit_said(comment.as_bytes()), unit, "{comment}");
+        }
     }
 }

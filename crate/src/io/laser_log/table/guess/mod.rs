@@ -62,8 +62,8 @@ pub(super) enum NamedReading {
 pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let find = |words: &[&str]| names.iter().position(|name| words.iter().any(|word| name.starts_with(word)));
     let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
-    // Alone, r is a range in polar coordinates.
-    let named_r = || names.iter().position(|name| ["r", "rho"].contains(&bare(name)));
+    // Without x and y beside it, r is a range in polar coordinates.
+    let named_r = || names.iter().position(|name| !is_there("x") && ["r", "rho"].contains(&bare(name)));
     let range = find(&RANGES).or_else(named_r).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
     let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
     // Where the beams are counted, an angle beside x and y is a heading.
