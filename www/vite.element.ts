@@ -10,7 +10,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { build, defineConfig, type InlineConfig, type Plugin } from 'vite';
-import { FORMATS_ENGINE, oneScript } from './chunks.js';
+import { oneScript } from './chunks.js';
 import { scansAsRanges } from './ranges.js';
 
 const WORKER = /\?worker&url$/;
@@ -24,6 +24,8 @@ const MODULES = [
   oneScript('open', ['datasets/given.ts', 'datasets/spatial-files.ts', '../../package/recording/understand.ts']),
 ];
 const LARGE_SAMPLE = /import\.meta\.glob<string>\('[^']*\/samples\/(?:apartment|bev)\/[^)]*\)/g;
+
+const FORMATS_ENGINE = { '#formats-engine': join(import.meta.dirname, 'src/engine/formats-engine-packed.ts') };
 
 const shared: InlineConfig = {
   root: import.meta.dirname,

@@ -113,7 +113,10 @@ export function readPlyExtent(head: Uint8Array): 'plane' | 'space' | 'unknown' {
         );
   const finite = heights.filter(Number.isFinite);
   if (finite.length === 0) return 'unknown';
-  return finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE) ? 'plane' : 'space';
+  // A scan may have the height of its laser; of a cloud the beginning may be flat.
+  const isHeight = finite.length === count && finite.every((height) => height === finite[0]);
+  const isFlat = isHeight || finite.every((height) => Math.abs(height) <= MAX_OFF_PLANE);
+  return isFlat ? 'plane' : 'space';
 }
 
 /** list: the types of a list's count and of its items */

@@ -64,6 +64,7 @@ function isRangeTable(head: Uint8Array, text: string) {
   const lines = text.split(/[\r\n]+/).map((line) => line.split(/[\s,;|[\](){}"']+/).filter((word) => word !== ''));
   const isLabel = (word: string) => /[^:]:$/.test(word);
   const isRow = (given: string[]) => {
+    if (/^(#|%|\/\/)/.test(given[0] ?? '')) return false;
     // Beside labels, words stand for no column; many of them are no such line, but a program's text.
     const isText = given.filter((word) => !isLabel(word) && !isNumber(word)).length > MAX_WORDS;
     const words = given.some(isLabel) && !isText ? given.filter(isNumber) : given;
@@ -116,16 +117,20 @@ const HEADING =
   /^(odometry|odom|odo|pose|robot|position|pos)?[_. ]?(theta|th|yaw|heading|phi|ang|orientation|rotation|rot|gier|richtung|cap|lacet|rumbo)([^\p{L}]|$)/iu;
 const BEAM = /^(beam|ray|strahl|haz|faisceau|step)/i;
 const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距离)/i;
+/** Without x and y beside it, as in polar coordinates. */
+const RADIUS = /^(r|rho)([_\s([]|$)/i;
 
 /** Whether the names of the columns are those of an angle or a beam, and of a range. */
 function isReading(names: string[]) {
   const has = (word: RegExp) => names.some((name) => word.test(name));
   const hasAngle = has(ANGLE) || names.some((name) => IN_ANGLES.test(name) && !HEADING.test(name));
-  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && has(RANGE);
+  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && (has(RANGE) || (has(RADIUS) && !has(/^x$/i)));
 }
 
 function isNumber(word: string) {
-  return word !== '' && (Number.isFinite(Number(word)) || /^[+-]?(nan|inf(inity)?)$/i.test(word));
+  return (
+    word !== '' && (Number.isFinite(Number(word)) || /^([+-]?(nan|inf(inity)?)|none|null|n\/?a|-{1,3})$/i.test(word))
+  );
 }
 
 /** Whether a file of numbers is called odometry. */

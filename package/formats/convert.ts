@@ -53,7 +53,8 @@ export async function convertFiles<T extends Content>(
     if (points !== undefined) return pointTable(file, points, notes);
     if (textClouds.has(file)) return textFile(file, notes);
     if (FOREIGN.test(path) && !isBagName(path)) return convert(file, notes, alike);
-    if (DEPTH_TABLES.test(path) && hintOf(baseOf(path)) === 'depth') return depthTable(file);
+    const isOfDepth = [baseOf(path), baseOf(folderOf(path))].some((name) => hintOf(name) === 'depth');
+    if (DEPTH_TABLES.test(path) && isOfDepth) return depthTable(file);
     return mayBeScans.has(file) ? scanText(file, notes) : file;
   };
   const converted: T[] = [];

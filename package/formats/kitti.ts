@@ -12,9 +12,10 @@ import { plyFile } from './ply.js';
 const LAYOUTS: readonly (readonly string[])[] = [
   ['x', 'y', 'z', 'intensity'],
   ['x', 'y', 'z', 'intensity', 'ring'],
+  ['x', 'y', 'z', 'intensity', 'ring', 'time'],
 ];
-/** A laser sees no further (m), and no point lies higher. */
-const MAX_RANGE = 1000;
+/** No coordinate is larger, in millimetres or of a map. */
+const MAX_COORDINATE = 1e7;
 /** Reflectance is 0 to 1, or 0 to 255. */
 const MAX_INTENSITY = 255;
 /** A list of a million times is shorter than that (bytes). */
@@ -37,7 +38,7 @@ function isLayout(values: Float32Array, columns: number, size: number) {
   let inSight = 0;
   for (let row = 0; row < rows; row += 1) {
     const [x = 0, y = 0, z = 0, intensity = 0, ring = 0] = values.subarray(row * columns, (row + 1) * columns);
-    const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_RANGE;
+    const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_COORDINATE;
     if (!isPoint || !(intensity >= 0 && intensity <= MAX_INTENSITY) || !Number.isInteger(ring)) return false;
     // Bytes that are no floats mostly make numbers next to zero.
     if (Math.hypot(x, y, z) > 0.01) inSight += 1;

@@ -34,8 +34,9 @@ export const convert: Convert = async (file, { madeOf, notes }) => {
   const make = async () => e57Clouds(file.path, await file.read());
   const clouds = (await make()).map(({ count, num_invalid, ply }) => ({ count, num_invalid, size: ply.length }));
   const invalid = clouds.reduce((sum, { num_invalid }) => sum + num_invalid, 0);
+  const number = clouds.reduce((sum, { count }) => sum + count, invalid);
   if (invalid > 0)
-    notes.push({ file: file.path, reason: `${invalid} of its points are marked as invalid, and left out` });
+    notes.push({ file: file.path, reason: `${invalid} of its ${number} points are marked as invalid, and left out` });
   if (clouds.every(({ count }) => count === 0)) {
     throw fileError(file.path, 'There are no points in this E57 file', 'Export it again with its scans');
   }

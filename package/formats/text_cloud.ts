@@ -172,9 +172,18 @@ function namedColumns(names: readonly string[]): number[] | null {
   return x >= 0 && y >= 0 && names.length === 2 ? [x, y] : null;
 }
 
-/** The columns of x, y and z by the names above them; null without. */
+/** The columns of x, y and z by the names above them, or behind one that counts the points; null without. */
 export function pointColumns(head: Uint8Array) {
-  return namedColumns(namesOf(linesOf(head)));
+  const lines = linesOf(head);
+  return namedColumns(namesOf(lines)) ?? (isCounted(lines) ? [1, 2, 3] : null);
+}
+
+/** Whether the first of four columns or more counts the points. */
+function isCounted(lines: readonly string[]) {
+  const rows = lines.filter((line) => !isComment(line)).slice(0, LOOKED_INTO);
+  const numbers = rows.map(cellsOf(rows)).map((words) => words.map(numberOf));
+  const first = numbers[0]?.[0] ?? Number.NaN;
+  return rows.length >= MIN_ROWS && numbers.every((row, at) => row.length > 3 && row[0] === first + at);
 }
 
 /** The numbers of each line, where all of them are some. */
@@ -197,7 +206,9 @@ export function isLaserTable(head: Uint8Array) {
 export function looksLikePoints(head: Uint8Array): number[] | null {
   if (head.some((byte) => byte < 32 && byte !== TAB && byte !== LINE_FEED && byte !== CARRIAGE_RETURN)) return null;
   const all = linesOf(head);
-  const lines = all.filter((line) => !isComment(line)).slice(0, -1);
+  const spoken = all.filter((line) => !isComment(line)).slice(0, -1);
+  // A number alone counts the points that follow.
+  const lines = /^\d+$/.test(spoken[0] ?? '') ? spoken.slice(1) : spoken;
   const named = namedColumns(namesOf(all));
   const cells = cellsOf(lines.slice(1));
   const isNumber = (word: string | undefined) => Number.isFinite(numberOf(word));

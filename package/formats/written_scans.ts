@@ -10,7 +10,7 @@ export function written(found: readonly Scan[], name: string, tell: Tell) {
   const scans = checkedScans(found, name, tell);
   if (scans.some(({ mayBeMirrored }) => mayBeMirrored)) {
     tell(
-      'its angles are taken to grow counter-clockwise; of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT do, the map is mirrored: write the angles from -180 to 180 degrees, counter-clockwise',
+      'its angles are taken to grow counter-clockwise; of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT do, the map is mirrored: then set laser_direction=mirrored',
     );
   }
   const hasAngles = scans.every(({ angles, start, step }) => angles !== undefined || (start !== undefined && step));

@@ -7,25 +7,8 @@ import { fileError } from '../base/errors.js';
 import type { Size } from '../files/heads.js';
 import { readDocument, readLabels } from './documents.js';
 import { EXIF_BYTES, focalShare } from './exif.js';
-import { isSameAspect, sizeByCentre } from './image_sizes.js';
-
-interface Camera {
-  /** Where in the file it stands. */
-  label: string;
-  /** Pixels. */
-  fx: number;
-  fy: number;
-  cx: number;
-  cy: number;
-  /** Of the images that it is for, where the file says it. */
-  size: Size | null;
-  /** Coefficients, as many as there are. */
-  distortion: number[];
-  /** Raw values per metre. */
-  depth_scale: number | null;
-  /** Whether it has a negative focal length, as renderers with a left-handed world write it. */
-  isFlipped?: true;
-}
+import { isSameAspect } from './image_sizes.js';
+import { type Camera, type Chosen, round, scaled } from './scaled_camera.js';
 
 const REMEDY = 'Give a matrix fx 0 cx 0 fy cy 0 0 1, or fx fy cx cy, in pixels';
 /** Longer files are no cameras; a thousand frames with a matrix each fit. */
@@ -60,6 +43,8 @@ export function readCameras(bytes: Uint8Array): Camera[] {
   const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, '');
   const numbers = plainNumbers(text);
   if (numbers) return ofNumbers(numbers);
+  const colmap = ofColmap(text);
+  if (colmap.length > 0) return colmap;
   const cameras = ofTree(readDocument(text));
   return cameras.length > 0 ? cameras : ofTree(readLabels(text));
 }
@@ -92,6 +77,19 @@ function ofNumbers(numbers: number[]): Camera[] {
     return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
   }
   return [];
+}
+
+/** `ID MODEL WIDTH HEIGHT PARAMETERS` a line, as COLMAP's cameras.txt; its pixels are counted from the image's corner. */
+function ofColmap(text: string): Camera[] {
+  const lines = [...text.matchAll(/^\s*\d+\s+([A-Z_]+)\s+(\d+)\s+(\d+)((?:\s+-?[\d.]+(?:e[-+]?\d+)?)+)\s*$/gim)];
+  return lines.flatMap(([, model = '', width, height, rest = '']) => {
+    const numbers = rest.trim().split(/\s+/).map(Number);
+    const isSimple = /^(SIMPLE_|RADIAL$)/.test(model);
+    const [fx = 0, fy = 0, cx = 0, cy = 0, ...distortion] = isSimple ? [numbers[0] ?? 0, ...numbers] : numbers;
+    if (OTHER_MODELS.test(model) || !isFocal(fx)) return [];
+    const size = { width: Number(width), height: Number(height) };
+    return [{ ...camera(model, [fx, fy, cx - 0.5, cy - 0.5]), size, distortion }];
+  });
 }
 
 function isCentre([x = 0, y = 0]: number[], [width = 0, height = 0]: number[]) {
@@ -199,9 +197,22 @@ function ofFields(all: Field[], label: string): FoundCamera[] {
       numbers &&
       (ofMatrix(numbers) ?? (/intrinsic|projection/.test(key) && numbers.length === 4 ? inOrder(numbers) : null));
     if (parameters && isFocal(parameters[0] ?? 0)) add(name, parameters, ['', '']);
+    const focal = parameters || found.length > 0 ? null : focalOfView(key, value, sizeOf(all));
+    if (focal) add(name, focal, ['', '']);
     if (key === 'modelparameters' && numbers && !label.includes('PV0')) found.push(...ofAzureKinect(numbers, label));
   }
   return found;
+}
+
+/** A field of view that does not say between which sides. */
+const OPEN_VIEW = /(^|[^h])fov(_?(deg|rad))?$|field_?of_?view$/i;
+
+/** What a field of view from side to side makes of images of this size: degrees, or radians by its name. */
+function focalOfView(key: string, value: unknown, size: Size | null) {
+  if (!size || typeof value !== 'number' || !/^(h?fov(x|h|deg|rad)?|fieldofview|cameraanglex)$/.test(key)) return null;
+  const angle = /rad|angle/.test(key) || value < Math.PI ? value : (value * Math.PI) / 180;
+  const focal = size.width / 2 / Math.tan(angle / 2);
+  return isFocal(focal) ? [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2] : null;
 }
 
 /** The size of the images where several cameras' stand side by side: `depthWidth`, `colorWidth`. */
@@ -281,9 +292,6 @@ function ofAzureKinect([cx = 0, cy = 0, fx = 0, fy = 0, ...distortion]: number[]
   });
 }
 
-/** notes: what is worth knowing, each completes "FILE: ..." */
-type Chosen = { camera: Camera; notes: string[] };
-
 /**
  * The camera of depth images of this size.
  * @param name of the file
@@ -302,6 +310,8 @@ export function cameraFor(name: string, bytes: Uint8Array, size: Size | null): C
   const { camera, notes } = size ? scaled(name, best, size) : { camera: best, notes: [] };
   if (camera.isFlipped)
     notes.push('its negative focal length, of a renderer with a left-handed world, is taken as positive');
+  if (OPEN_VIEW.test(camera.label) && size?.width !== size?.height)
+    notes.push('its field of view is taken from side to side; of one from top to bottom, give fx fy cx cy');
   const strong = camera.distortion.filter((coefficient) => Math.abs(coefficient) > 1e-6);
   if (strong.length > 0) {
     const figures = strong.slice(0, 3).map((coefficient) => Number(coefficient.toPrecision(3)));
@@ -330,48 +340,6 @@ function rankOf(one: Camera, size: Size | null) {
   if (!one.size) return role - 10 * Math.hypot(one.cx / size.width - 0.5, one.cy / size.height - 0.5);
   if (one.size.width === size.width && one.size.height === size.height) return role + 8;
   return isSameAspect(one.size, size) ? role + 4 : role - 8;
-}
-
-/** The camera for images of this size, if it can be theirs. */
-function scaled(name: string, camera: Camera, size: Size): Chosen {
-  const [images, remedy] = [`${size.width} x ${size.height}`, 'Give the camera of the depth images'];
-  const own = camera.size ?? sizeByCentre(camera, size);
-  if (own && !isSameAspect(own, size)) {
-    throw fileError(
-      name,
-      `This camera is for ${own.width} x ${own.height} pixels, the depth images have ${images}`,
-      remedy,
-    );
-  }
-  const factor = own ? size.width / own.width : 1;
-  const move = (centre: number) => (centre + 0.5) * factor - 0.5;
-  const moved =
-    factor === 1
-      ? camera
-      : {
-          ...camera,
-          ...{ fx: camera.fx * factor, fy: camera.fy * factor, cx: move(camera.cx), cy: move(camera.cy), size },
-        };
-  const { fx, cx, cy } = moved;
-  const isInside = cx > 0 && cy > 0 && cx < size.width && cy < size.height;
-  const figures = `fx ${round(fx)}, principal point (${round(cx)}, ${round(cy)})`;
-  // 6 to 160 degrees from side to side.
-  if (!isInside || fx < 0.09 * size.width || fx > 10 * size.width) {
-    throw fileError(name, `This camera (${figures}) cannot have taken depth images of ${images} pixels`, remedy);
-  }
-  const notes: string[] = [];
-  if (factor !== 1 && own) {
-    const by = camera.size ? '' : 'by its principal point, ';
-    notes.push(`${by}the camera of ${own.width} x ${own.height} pixels is scaled to the depth images' ${images}`);
-  }
-  const offset = Math.max(Math.abs(cx / size.width - 0.5), Math.abs(cy / size.height - 0.5));
-  if (offset > 0.2)
-    notes.push(`${figures} lies far from the middle of images of ${images} pixels; is it another camera's?`);
-  return { camera: moved, notes };
-}
-
-function round(value: number) {
-  return Number(value.toFixed(1));
 }
 
 /** A camera as the engine reads it. */

@@ -133,7 +133,11 @@ const BY_CONTENTS: readonly [RegExp, string][] = [
     'sentences of a satellite receiver, without scans; give the recording of the laser or the camera',
   ],
   [
-    /^[^\n]*\b(acc(el)?(eration)?_?x|a_?x|gyro_?x|linear_acceleration\.x)\b/i,
+    /^[^\n\0]*\b(lat(itude)?\b[^\n\0]*\b(lon(gitude)?|lng)|(lon(gitude)?|lng)\b[^\n\0]*\blat(itude)?)\b/i,
+    'geographic coordinates in degrees; project them (UTM, for example) and save x y z in metres',
+  ],
+  [
+    /^[^\n\0]*\b(acc(el)?(eration)?_?x|a_?x|gyro_?x|linear_acceleration\.x)\b/i,
     'readings of an inertial sensor, without scans; give the recording of the laser or the camera',
   ],
 ];

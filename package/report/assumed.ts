@@ -30,13 +30,13 @@ function premise(setting: Assumption['setting'], value: number) {
 }
 
 /**
- * " (assumed)" behind a value that was, " (assumed; the recording agrees)" where something confirms it, nothing behind one
- * that was given.
+ * " (assumed)" behind a value that was, " (assumed; supported by ...)" with what confirms it, nothing behind one that was given.
  */
 export function assumedMark(assumptions: readonly Assumption[], wanted: Assumption['setting']) {
   const assumption = assumptions.find(({ setting }) => setting === wanted);
   if (!assumption) return '';
-  return assumption.confirmed_by === null ? ' (assumed)' : ' (assumed; the recording agrees)';
+  const [support] = assumption.confirmed_by?.split(',') ?? [];
+  return support === undefined ? ' (assumed)' : ` (assumed; supported by ${support})`;
 }
 
 /**

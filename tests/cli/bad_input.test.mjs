@@ -30,7 +30,7 @@ const BAD_FILES = /** @type {Record<string, [string | Uint8Array, RegExp]>} */ (
     asciiPly([
       [1, 2, 0],
       [1, 2, 0.5],
-      [3, 2, 1],
+      [3, 4, 1],
     ]),
     /^bad\.ply: .*0\.5/,
   ],

@@ -19,6 +19,10 @@ const OPEN3D_TRAJECTORY = JSON.stringify({
 
 /** What each program writes, shortened where it goes on alike. @type {Record<string, string>} */
 const FILES = {
+  'cameras.txt': '# Camera list\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n1 PINHOLE 640 480 525 526 320 240\n',
+  'colmap_cameras.txt': '1 SIMPLE_RADIAL 640 480 500 320 240 0.01\n',
+  'camera_fov.json': '{"width": 640, "height": 480, "fov": 60}',
+  'camera_angle.json': '{"w": 640, "h": 480, "camera_angle_x": 1.0471975512}',
   'calibration.yml': `%YAML:1.0
 ---
 calibration_time: "Thu 01 Jan 2024 10:00:00 AM CET"
@@ -327,6 +331,10 @@ const EXPECTED = {
   'rs-enumerate-camera.txt': [[640, 480], [384.12, 384.12, 320.7, 239.7], null],
   'TUM1.yaml': [[640, 480], [517.306, 516.469, 318.643, 255.314], 5000],
   'orb3.yaml': [[640, 480], [535.4, 539.2, 320.1, 247.6], 5000],
+  'cameras.txt': [[640, 480], [525, 526, 319.5, 239.5], null],
+  'colmap_cameras.txt': [[640, 480], [500, 500, 319.5, 239.5], null],
+  'camera_fov.json': [[640, 480], [554.256, 554.256, 319.5, 239.5], null],
+  'camera_angle.json': [[640, 480], [554.256, 554.256, 319.5, 239.5], null],
   'intrinsics_size_last.txt': [[640, 480], [525, 526, 319.5, 239.5], null],
   'intrinsics_size_first.txt': [[640, 480], [525, 526, 319.5, 239.5], null],
   'camera-intrinsics.txt': [[640, 480], [585, 585, 320, 240], null],
@@ -394,6 +402,14 @@ test('another size: scaled where it is the same image, refused in plain words wh
   assert.deepEqual([small.camera.fx, small.camera.cx.toFixed(1), small.camera.cy.toFixed(1)], [234, '127.7', '95.7']);
   assert.match(small.notes[0] ?? '', /by its principal point, the camera of 640 x 480 pixels is scaled/);
   assert.match(read('camera-intrinsics.txt', 1280, 720).notes[0] ?? '', /far from the middle of images of 1280 x 720/);
+});
+
+test('a field of view that does not say between which sides is told as taken', () => {
+  assert.match(
+    read('camera_fov.json', 640, 480).notes.join(),
+    /taken from side to side; of one from top to bottom, give fx/,
+  );
+  assert.deepEqual(read('camera_angle.json', 640, 480).notes, []);
 });
 
 test('lens distortion is told, and not applied', () => {

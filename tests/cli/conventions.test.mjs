@@ -122,7 +122,7 @@ test('the unit of clouds is told from whole numbers, from names, or is asked for
   const whole = { '0.ply': ply(FIRST, 'short', centred), '1.ply': ply(SECOND, 'short', centred) };
   const { report, said } = await reconstruct(t, whole);
   assert.equal(report.cloud_unit, 0.001);
-  assert.match(said, /a unit is 0\.001 m \(assumed; the recording agrees\)/);
+  assert.match(said, /a unit is 0\.001 m \(assumed; supported by the size of the scene\)/);
   const text = (/** @type {Point[]} */ points) =>
     `x_cm,y_cm,z_cm\n${points.map(([x, y, z]) => [x, y, z - 1.2].map((value) => (100 * value).toFixed(2)).join(',')).join('\n')}\n`;
   const named = await reconstruct(t, { 'a.csv': text(FIRST), 'b.csv': text(SECOND) });
@@ -183,13 +183,26 @@ test('readings of an RPLIDAR are known by their units and turns, in any order of
   const scans = drive(degrees.map((angle) => (-angle * Math.PI) / 180));
   const lines = (/** @type {(scan: number, angle: number, range: number) => (number | string)[]} */ line) =>
     scans.flatMap((ranges, scan) => ranges.map((r, at) => line(scan, at, r).join(','))).join('\n');
-  for (const text of [
-    `timestamp,quality,angle,distance\n${lines((scan, angle, r) => [scan / 10, 15, angle + 0.25, Math.round(4e3 * r) / 4])}\n`,
-    `distance,angle,quality\n${lines((_, angle, r) => [Math.round(4e3 * r) / 4, angle + 0.015_625, 12])}\n`,
-    `${lines((scan, angle, r) => [1.7e9 + scan / 10, 15, angle + 0.25, Math.round(4e3 * r) / 4])}\n`,
-  ]) {
+  const mm = '-1deg,unit=mm';
+  for (const [text, format] of /** @type {const} */ ([
+    [
+      `timestamp,quality,angle,distance\n${lines((scan, angle, r) => [scan / 10, 15, angle + 0.25, Math.round(4e3 * r) / 4])}\n`,
+      mm,
+    ],
+    [`distance,angle,quality\n${lines((_, angle, r) => [Math.round(4e3 * r) / 4, angle + 0.015_625, 12])}\n`, mm],
+    [`${lines((scan, angle, r) => [1.7e9 + scan / 10, 15, angle + 0.25, Math.round(4e3 * r) / 4])}\n`, mm],
+    // In the units of its SDK: parts of a quarter turn, and 64ths of a degree.
+    [
+      `angle_z_q14,dist_mm_q2\n${lines((_, angle, r) => [Math.round((angle * 16_384) / 90), Math.round(4e3 * r)])}\n`,
+      '-0.005493164063deg,unit=0.00025',
+    ],
+    [
+      `angle_q6,distance_q2\n${lines((_, angle, r) => [64 * angle, Math.round(4e3 * r)])}\n`,
+      '-0.015625deg,unit=0.00025',
+    ],
+  ])) {
     const { report, said } = await reconstruct(t, { 's.txt': text });
-    assert.match(said, /:-1deg,unit=mm/);
+    assert.ok(said.includes(`:${format}`), said.split('\n')[0]);
     hasDriven(report);
   }
 });
@@ -230,6 +243,61 @@ test('planar scans in millimetres are read as such, and scan_unit says otherwise
   const set = await reconstruct(t, files, '--set', 'scan_unit=0.001');
   assert.doesNotMatch(set.said, /scan_unit/);
   hasDriven(set.report);
+});
+
+test('planar scans may have the height of their laser, not another plane and not the place of a map', async (t) => {
+  const angles = Array.from({ length: 180 }, (_, i) => ((i - 90) * Math.PI) / 180);
+  const scans = drive(angles);
+  const files = (/** @type {(point: Point) => Point} */ as) =>
+    Object.fromEntries(
+      scans.map((ranges, scan) => {
+        const points = ranges.map(
+          (r, at) => /** @type {Point} */ ([r * Math.cos(angles[at] ?? 0), r * Math.sin(angles[at] ?? 0), 0]),
+        );
+        return [`${scan}.ply`, ply(points, 'double', as)];
+      }),
+    );
+  hasDriven(
+    (
+      await reconstruct(
+        t,
+        files(([x, y]) => [x, y, 0.35]),
+      )
+    ).report,
+  );
+  const refused = async (/** @type {(point: Point) => Point} */ as) => {
+    const folder = temporaryFolder(t);
+    writeFiles(folder, files(as));
+    const { status, stderr } = await scanstitch(['reconstruct', folder, '--out', join(folder, 'out')]);
+    assert.equal(status, 1);
+    return stderr;
+  };
+  assert.match(await refused(([x, y]) => [0.35, x, y]), /All points have x = 0\.35.*in the plane of y and z/);
+  assert.match(
+    await refused(([x, y]) => [x + 300, y, 0]),
+    /as far from the origin of their coordinates as they reach across, as on a map/,
+  );
+});
+
+test('text clouds behind a count of their points, each behind its number; KITTI clouds in millimetres, with rings and times', async (t) => {
+  const rows = (/** @type {Point[]} */ points, /** @type {(row: number) => string} */ before) =>
+    points.map((point, at) => `${before(at)}${point.map((value) => value.toFixed(4)).join(' ')}\n`).join('');
+  const bin = (/** @type {Point[]} */ points) =>
+    new Uint8Array(
+      Float32Array.from(points.flatMap((point) => [...point.map((value) => 1000 * value), 0.5, 7, 0.01])).buffer,
+    );
+  for (const make of [
+    (/** @type {Point[]} */ points) => ({ xyz: `${points.length}\n${rows(points, () => '')}` }),
+    (/** @type {Point[]} */ points) => ({ xyz: rows(points, (row) => `${row} `) }),
+    (/** @type {Point[]} */ points) => ({ bin: bin(points) }),
+  ]) {
+    const named = (/** @type {string} */ name, /** @type {Point[]} */ points) =>
+      Object.entries(make(points)).map(([ending, contents]) => [`${name}.${ending}`, contents]);
+    const { report } = await reconstruct(t, Object.fromEntries([...named('0', FIRST), ...named('1', SECOND)]));
+    const [, { status, T_world_sensor: pose }] = report.frames;
+    assert.equal(status, 'good');
+    assert.ok(Math.hypot(pose.x - SHIFT[0], pose.y - SHIFT[1], pose.z) < 2e-3, JSON.stringify(pose));
+  }
 });
 
 test('labels of readings are no scans', async (t) => {

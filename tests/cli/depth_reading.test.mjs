@@ -122,7 +122,7 @@ test('a scale that the steps of a known sensor confirm is no condition; the foca
     stderr,
     /1000 raw values per metre is assumed, told from the spacing .*\. Confirmed by the disparity steps of a Kinect/,
   );
-  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed; the recording agrees\)/m);
+  assert.match(stdout, /^Depth: 1000 raw values per metre \(assumed; supported by the disparity steps of a Kinect\)/m);
   assert.match(stdout, /^\d good, \d doubtful, \d lost$/m);
   const open = await reconstruct(t, imagesOf(depthFiles(inKinectSteps)));
   assert.match(

@@ -89,15 +89,13 @@ function entry(box, origin, ray) {
   return near > 0 && near < far ? near : Number.POSITIVE_INFINITY;
 }
 
-/** 16 bits. @param {Uint16Array} values @param {number} [width] */
-export function greyPng(values, width = SIZE) {
+/** @param {Uint16Array} values @param {number} [width] @param {8 | 16} [bits] */
+export function greyPng(values, width = SIZE, bits = 16) {
   const rows = Array.from({ length: values.length / width }, (_, row) => {
-    const bytes = new DataView(new ArrayBuffer(1 + 2 * width));
-    for (let column = 0; column < width; column += 1)
-      bytes.setUint16(1 + 2 * column, values[row * width + column] ?? 0);
-    return new Uint8Array(bytes.buffer);
+    const of = [...values.subarray(row * width, (row + 1) * width)];
+    return Uint8Array.of(0, ...(bits === 8 ? of : of.flatMap((value) => [value >> 8, value & 255])));
   });
-  return png(width, rows, 16, 0);
+  return png(width, rows, bits, 0);
 }
 
 /** 8 bits of red, green and blue. @param {Uint8Array} values @param {number} [width] */

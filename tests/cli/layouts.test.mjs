@@ -79,6 +79,9 @@ const STAMPS = (/** @type {number} */ scan) => f(1_227_796_083 + 0.1 * scan, 6);
 
 /** @type {Record<string, () => Files>} */
 const READ = {
+  'polar coordinates in a unit that a comment names, with words for no return': () => ({
+    'polar.csv': `# units: mm\ntheta_deg,r\n${lines(HALF, (ranges) => ranges.map((range, beam) => `${beam - 90},${beam === 7 ? 'None' : f(1000 * Number(range), 0)}`).join('\n'))}`,
+  }),
   "F1TENTH's ranges behind a time": () => ({
     'scan.csv': lines(F1TENTH, (ranges, scan) => [STAMPS(scan), ...ranges].join(',')),
   }),
@@ -285,7 +288,7 @@ for (const [name, make] of Object.entries(OPEN)) {
   test(`doubtful, as it may be a mirror image: ${name}`, async () => {
     const told = await assertDriven(make(), 'doubtful');
     if (name.includes('objects') || name.includes('in turn'))
-      assert.match(told.join('\n'), /counter-clockwise.*-180 to 180/);
+      assert.match(told.join('\n'), /counter-clockwise.*the map is mirrored: then set laser_direction=mirrored/);
     else assert.match(told.join('\n'), /the map is mirrored: give (angle|step)=/);
   });
 }

@@ -110,7 +110,7 @@ test("SICK's binary telegrams, with an encoder, between others and with a damage
 test('a phone: the camera of its large colours is scaled to the depth, which its principal point tells', () => {
   const matrix = encode('1755.0, 0.0, 960.0\n0.0, 1755.0, 720.0\n0.0, 0.0, 1.0\n');
   const { camera, notes } = cameraFor('camera_matrix.csv', matrix, { width: 256, height: 192 });
-  assert.deepEqual([camera.fx, camera.cx, camera.cy].map((value) => value.toFixed(2)), ['234.00', '127.57', '95.57']); // prettier-ignore
+  assert.deepEqual([camera.fx, camera.cx, camera.cy].map((value) => value.toFixed(2)), ['234.00', '128.00', '96.00']); // prettier-ignore
   assert.match(notes[0] ?? '', /by its principal point, the camera of 1920 x 1440 pixels is scaled/);
   // Another aspect is another camera.
   const other = encode('1755 0 960\n0 1755 540\n0 0 1\n');

@@ -36,12 +36,15 @@ const LAYERS = {
 /** What the page does not import: what Node alone runs, and what is emitted. */
 const NOT_FOR_PAGES = /^(package\/(cli|index|api)\b|npm\/)/;
 const FILES = ['files', 'in-modules', 'in-one-file'].map((name) => `www/src/engine/engine-${name}.ts`);
-/** The modules that import the engine's two packages: their JavaScript, and their WebAssembly. */
+const FORMATS = ['www/src/engine/formats-engine-packed.ts'];
+/** The modules that import the engine's packages: their JavaScript, and their WebAssembly. */
 const KNOW_THE_PACKAGE = new Map([
   ['pkg/scanstitch.js', ['www/src/engine/package.ts']],
   ['pkg/scanstitch_planar.js', ['www/src/engine/planar-package.ts']],
   ['pkg/scanstitch_bg.wasm', FILES],
   ['pkg/scanstitch_planar_bg.wasm', FILES],
+  ['pkg/scanstitch_formats.js', FORMATS],
+  ['pkg/scanstitch_formats_bg.wasm', FORMATS],
 ]);
 
 /** @typedef {{ line: number, from: string, isTypeOnly: boolean, isLazy: boolean }} Import `from`: a path from the root of the clone */

@@ -1,6 +1,8 @@
 /** The promise that nothing leaves the machine, kept by the page's content-security policy, and what an embedding page's must allow. */
+import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from '@playwright/test';
+import type { ScanstitchElement } from '../../npm/element.js';
 import { COURSE, expect, listen, scans, test as course_test } from './course_page.js';
 import { expect as expected, ScanstitchPage, test, TOOL_RESULTS } from './scanstitch_page.js';
 import { test as spatial_test } from './spatial_page.js';
@@ -145,6 +147,7 @@ const needed = (origin: string): Record<string, string> => ({
   'img-src': 'data: blob:',
 });
 
+const E57 = join(import.meta.dirname, '../../../shared/data/reports/e57/tiny_spherical.e57');
 const ONE_FILE = join(import.meta.dirname, '../../www/dist/standalone/scanstitch-app.js');
 
 /** A course page with a policy of its own. `script`: an address, or the element in one file beside the page. */
@@ -180,6 +183,18 @@ course_test('the element in one file beside the page needs less', async ({ cours
   };
   await openUnder(page, policy, 'scanstitch-app.js');
   expect((await course.heard('scanstitch-done')).detail.result.frames).toHaveLength(3);
+  // What unpacks E57 and LAZ is within it.
+  if (existsSync(E57)) {
+    const frames = await course.element.evaluate(
+      async (element: ScanstitchElement, base64) => {
+        const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+        await element.open([new File([bytes], 'tiny.e57')]);
+        return (await element.run()).result.frames.length;
+      },
+      readFileSync(E57, 'base64'),
+    );
+    expect(frames).toBe(1);
+  }
   expect(await violations(page)).toEqual([]);
 });
 

@@ -15,7 +15,7 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   const { result } = await spatial.stitched();
   expect(result.depth_scale).toBeCloseTo(PER_METRE, 6);
   expect(result.suggestion).toBeNull();
-  await expect(spatial.figures).toContainText('6553.5 values per metre (assumed; the recording agrees)');
+  await expect(spatial.figures).toContainText('6553.5 values per metre (assumed; supported by the ground truth)');
   const question = page.getByRole('region', { name: 'Which size is right?' });
   await expect(question.getByRole('img', { name: /^From above, surfaces up to 4\D/ })).toBeVisible();
   const other = question.getByRole('button', { name: /4000 per metre/ });

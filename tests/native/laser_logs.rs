@@ -6,7 +6,7 @@ use std::fs;
 use crate::common::shared_data;
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log::stamps::stamps;
-use scanstitch::io::laser_log::{Bearings, LaserLog, is_laser_log, read};
+use scanstitch::io::laser_log::{Bearings, is_laser_log, read};
 use scanstitch_scene::random::Random;
 
 #[test]
@@ -129,16 +129,29 @@ fn errors_name_the_line_and_the_remedy() {
 }
 
 #[test]
-fn millimetres_and_degrees_are_refused() {
+fn millimetres_and_degrees_are_told_from_the_data() {
     let log = |unit: f64, last_angle: f64| {
         let readings: Vec<f64> = (0..90).map(|beam| unit * (2.0 + 0.01 * f64::from(beam))).collect();
-        let scan = format!("{{\"min_theta\":-{last_angle},\"max_theta\":{last_angle},\"readings\":{readings:?}}}\n");
+        let first_angle = -last_angle;
+        let scan = format!("{{\"min_theta\":{first_angle},\"max_theta\":{last_angle},\"readings\":{readings:?}}}\n");
         read(scan.repeat(3).as_bytes())
     };
-    assert_eq!(log(1.0, 3.2).unwrap().scans.len(), 3);
-    let told = |log: scanstitch::Result<LaserLog>| log.unwrap_err().to_string();
-    assert!(told(log(1000.0, 1.0)).contains("Half of its ranges are 2450 or more, as in millimetres"));
-    assert!(told(log(1.0, 90.0)).contains("line 1: The readings of a scan cover an angle of 180 rad"));
+    let right = log(1.0, 3.2).unwrap();
+    let no_notes: [String; 0] = [];
+    assert_eq!((right.scans.len(), &right.notes[..]), (3, &no_notes[..]));
+    let millimetres = log(1000.0, 3.2).unwrap();
+    assert_eq!(millimetres.scans, right.scans);
+    assert!(millimetres.notes[0].contains("cannot be metres and are read as millimetres"), "{:?}", millimetres.notes);
+    let degrees = log(1.0, 90.0).unwrap();
+    assert!((degrees.scans[0].bearings.of(0) + PI / 2.0).abs() < 1e-12);
+    assert!(degrees.notes[0].contains("its angles are read as degrees"), "{:?}", degrees.notes);
+    // Bearings that fall are told as they are, but where the log does not keep to its format they may be clockwise.
+    assert!(!log(1.0, -1.0).unwrap().may_be_mirrored && !degrees.may_be_mirrored);
+    for falling in [log(1.0, -90.0), log(1000.0, -1.0)].map(Result::unwrap) {
+        assert!(falling.may_be_mirrored, "{:?}", falling.notes);
+    }
+    let refused = log(1.0, 900.0).unwrap_err().to_string();
+    assert!(refused.contains("line 1: The readings of a scan cover an angle of 1800 rad"), "{refused}");
 }
 
 /// Outdoors nearly all readings may stand for no return.

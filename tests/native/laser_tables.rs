@@ -512,6 +512,23 @@ fn names_tell_the_ranges_their_angles_and_the_units() {
     let text = (0..8).map(|scan| joined([vec!["7.5".into()], ranges(scan, 3, 1.0)].concat(), ",")).collect::<String>();
     let doubt = read(text.as_bytes()).unwrap_err();
     assert!(doubt.problem.contains("may begin at column 1"), "{doubt}");
+
+    // A clock that passes the size of the ranges is told from twenty lines, unless the ranges grow as evenly.
+    let timed = |lines: usize, noise: f64| {
+        let range = |scan: usize, beam: usize| {
+            1.0 + 0.05 * scan as f64 + 0.3 * (0.1 * beam as f64).sin().abs() + noise * ((7 * scan + beam) % 5) as f64
+        };
+        let row = |scan: usize| {
+            let ranges = (0..181).map(|beam| format!("{:.3}", range(scan, beam))).collect();
+            joined([vec![format!("{:.1}", 0.1 * scan as f64)], ranges].concat(), ",")
+        };
+        read((0..lines).map(row).collect::<String>().as_bytes())
+    };
+    let log = timed(30, 0.004).unwrap();
+    assert_eq!((log.scans[1].ranges.len(), log.scans[1].time, log.scans[0].ranges[0]), (181, Some(0.1), 1.0));
+    for (lines, noise) in [(19, 0.004), (30, 0.0)] {
+        assert!(timed(lines, noise).unwrap_err().problem.contains("may begin at column 1"));
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod depth_camera;
 mod depth_growth;
 mod depth_odometry;
 mod depth_scores;
+mod depth_values;
 mod global;
 mod global_pairs;
 mod hand_held;
@@ -36,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "depth_growth" => depth_growth::main(),
         "depth_odometry" => depth_odometry::main(),
         "depth_scores" => depth_scores::main(),
+        "depth_values" => depth_values::main(),
         "global_pairs" => global_pairs::main(),
         "hand_held" => hand_held::main(),
         "kitti_pair" => kitti_pair::main(),

@@ -1,5 +1,22 @@
 //! Depth images with the raw values of their files.
 
+use serde::{Deserialize, Serialize};
+
+/// What the values of depth images are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum DepthValues {
+    /// What the first image shows.
+    ToldFromData,
+    /// Depth along the optical axis.
+    Depth,
+    /// The same with the two bytes of a value in the other order.
+    SwappedBytes,
+    /// The largest value less the depth: near is bright.
+    Inverted,
+}
+
 /// Raw depth values, row by row from the top; 0 means no measurement.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DepthImage {
@@ -24,10 +41,21 @@ impl DepthImage {
         self.bits == 16 && self.roughness(|value| value) > MIN_SWAPPED_RATIO * self.roughness(swapped)
     }
 
-    /// The image with the bytes of each value in the other order.
-    pub(crate) fn with_swapped_bytes(mut self) -> Self {
-        self.values.iter_mut().for_each(|value| *value = value.swap_bytes());
+    /// The image with its values made depth; nothing measured stays nothing.
+    pub(crate) fn read_as(mut self, values: DepthValues) -> Self {
+        let largest = self.largest_value();
+        let depth = |value: u16| match values {
+            DepthValues::SwappedBytes => value.swap_bytes(),
+            DepthValues::Inverted if value > 0 => largest - value.min(largest),
+            _ => value,
+        };
+        self.values.iter_mut().for_each(|value| *value = depth(*value));
         self
+    }
+
+    /// The largest value that the type can hold.
+    pub(crate) fn largest_value(&self) -> u16 {
+        if self.bits <= 8 { u16::from(u8::MAX) } else { u16::MAX }
     }
 
     /// Difference of neighbouring values in a row over their sum, 0..=1, over the whole image.
@@ -130,14 +158,22 @@ mod tests {
     fn swapped_bytes_are_distinguished_from_a_surface() {
         let ramp: Vec<u16> = (0..640).map(|column| 1500 + 3 * column + column % 5).collect();
         let right = image(16, &ramp);
-        assert!(!right.has_swapped_bytes() && right.clone().with_swapped_bytes().has_swapped_bytes());
+        let swapped = |image: DepthImage| image.read_as(DepthValues::SwappedBytes);
+        assert!(!right.has_swapped_bytes() && swapped(right.clone()).has_swapped_bytes());
         // Where the order makes no difference it is left as it is.
         let (small, alike): (Vec<u16>, Vec<u16>) = (1..=250).map(|value| (value, 257 * value)).unzip();
         for values in [small, alike, vec![0; 9]] {
             let image = image(16, &values);
-            assert!(!image.has_swapped_bytes() && !image.with_swapped_bytes().has_swapped_bytes());
+            assert!(!image.has_swapped_bytes() && !swapped(image).has_swapped_bytes());
         }
         assert!(!image(8, &ramp.iter().map(|value| value.swap_bytes()).collect::<Vec<_>>()).has_swapped_bytes());
+    }
+
+    #[test]
+    fn inverted_values_keep_what_was_not_measured() {
+        let inverted = |bits| image(bits, &[0, 1, 200, 255]).read_as(DepthValues::Inverted).values;
+        assert_eq!(inverted(8), [0, 254, 55, 0]);
+        assert_eq!(inverted(16), [0, 65_534, 65_335, 65_280]);
     }
 
     #[test]

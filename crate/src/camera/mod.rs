@@ -8,11 +8,13 @@ pub(crate) mod color_image;
 pub(crate) mod depth_image;
 pub(crate) mod depth_scale;
 pub(crate) mod pinhole;
+pub(crate) mod raw_depth;
 pub mod surfel_image;
 
 pub use brightness::Brightness;
 pub use color_image::ColorImage;
-pub use depth_image::{DepthImage, DepthPicture};
+pub use depth_image::{DepthImage, DepthPicture, DepthValues};
 pub use depth_scale::{DepthScale, DepthSensor, ScaleBasis};
 pub use pinhole::Pinhole;
+pub use raw_depth::{NoDepth, Votes};
 pub use surfel_image::{Surfel, SurfelImage};

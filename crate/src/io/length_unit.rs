@@ -23,11 +23,19 @@ pub const CENTIMETRE: LengthUnit = LengthUnit { metres: 0.01, symbol: "cm", name
 /// Millimetres.
 pub const MILLIMETRE: LengthUnit = LengthUnit { metres: 1e-3, symbol: "mm", name: "millimetres" };
 
+/// Tenths of a millimetre.
+pub const TENTH_OF_MILLIMETRE: LengthUnit =
+    LengthUnit { metres: 1e-4, symbol: "0.0001", name: "tenths of millimetres" };
+/// Inches, which only who wrote a file can say.
+pub const INCH: LengthUnit = LengthUnit { metres: 0.0254, symbol: "in", name: "inches" };
+/// Feet, likewise.
+pub const FOOT: LengthUnit = LengthUnit { metres: 0.3048, symbol: "ft", name: "feet" };
+
 /// What numbers of one kind are like.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
-    /// Probability of metres, centimetres and millimetres before anything is known of the numbers.
-    pub priors: [f64; 3],
+    /// Probability of metres, centimetres, millimetres and tenths of them before anything is known of the numbers.
+    pub priors: [f64; 4],
     /// Median (m), and its standard deviation as a logarithm.
     pub median: (f64, f64),
     /// Largest values that such sensors measure, from the shortest to the farthest (m).
@@ -36,10 +44,11 @@ pub struct Expected {
 
 /// Ranges of planar lasers: from a desk to a yard; the farthest of the common ones reports 82 m for no return, and ultrasonic
 /// and infrared sensors see 1 m at least.
-pub const LASER_RANGES: Expected = Expected { priors: [0.7, 0.05, 0.25], median: (2.5, 1.1), largest: (1.0, 100.0) };
+pub const LASER_RANGES: Expected =
+    Expected { priors: [0.7, 0.05, 0.245, 0.005], median: (2.5, 1.1), largest: (1.0, 100.0) };
 /// Distances within a cloud: rooms have 2 to 3 m, streets 10, yards and halls up to 60.
 pub const CLOUD_SIZES: Expected =
-    Expected { priors: [0.977, 0.003, 0.02], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
+    Expected { priors: [0.976, 0.003, 0.02, 0.001], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
 
 /// Another unit is open where it is at least so probable in relation to the likeliest; ...
 const MIN_ALTERNATIVE: f64 = 0.1;
@@ -75,7 +84,7 @@ pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> Judged
     sizes.retain(|size| size.is_finite() && *size > 0.0);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let median = quantile(&mut sizes, 0.5).unwrap_or(1.0);
-    let mut ranked: Vec<(f64, LengthUnit)> = [METRE, CENTIMETRE, MILLIMETRE]
+    let mut ranked: Vec<(f64, LengthUnit)> = [METRE, CENTIMETRE, MILLIMETRE, TENTH_OF_MILLIMETRE]
         .into_iter()
         .zip(expected.priors)
         .map(|(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit))

@@ -127,6 +127,15 @@ pub(crate) fn is_one_log(recorded: &[RecordedScan]) -> bool {
     recorded.windows(2).all(|pair| pair[0].index < pair[1].index)
 }
 
+/// A planar scan that was saved with the height of its laser, with z = 0.
+pub(crate) fn at_height_of_laser(mut cloud: PointCloud) -> PointCloud {
+    let height = cloud.positions.iter().find(|p| p.is_finite()).map_or(0.0, |p| p.z);
+    if cloud.positions.iter().all(|p| !p.is_finite() || p.z == height) {
+        cloud.positions.iter_mut().for_each(|p| p.z = 0.0);
+    }
+    cloud
+}
+
 /// No planar laser reaches further (m).
 const LONGEST_RANGE: f32 = 1000.0;
 
@@ -139,10 +148,28 @@ pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
     let mut ranges: Vec<f32> = cloud.positions.iter().map(|p| p.length()).filter(|range| range.is_finite()).collect();
     let middle = ranges.len() / 2;
     if ranges.is_empty() || *ranges.select_nth_unstable_by(middle, f32::total_cmp).1 <= LONGEST_RANGE {
-        return Ok(());
+        return refuse_other_place(cloud);
     }
     let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as on a map");
     Err(Error::whole(problem, "Give them in the frame of the laser, or set scan_unit (m)"))
+}
+
+/// Points that a laser sees from outside their own extent are no nearer than this many times its diagonal: within a fan of 37 degrees.
+const MOST_DIAGONALS_AWAY: f32 = 1.5;
+
+/// Refuses the points of a scan whose laser cannot have been at the origin: they lie all in one direction, in a narrow angle.
+fn refuse_other_place(cloud: &PointCloud) -> Result<()> {
+    let finite = || cloud.positions.iter().filter(|p| p.is_finite());
+    let (low, high) = finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let distance = Vec3::ZERO.clamp(low, high).length();
+    if finite().next().is_none() || distance <= MOST_DIAGONALS_AWAY * (high - low).length() {
+        return Ok(());
+    }
+    let problem = format!(
+        "Its points lie {:.0} times as far from the origin of their coordinates as they reach across, as on a map",
+        distance / (high - low).length()
+    );
+    Err(Error::whole(problem, "Give each scan in the frame of its laser: the laser at (0, 0), x ahead, y to the left"))
 }
 
 /// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot

@@ -370,9 +370,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
 /** How frames are read, without what is only of a run's own registration. */
 function readingOf(settings: SpatialSettings | null): Partial<SpatialSettings> {
   if (!settings) return {};
-  const { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range } = settings;
+  const { fx, fy, cx, cy, field_of_view, depth_scale, depth_values, quantisation, min_range, max_range } = settings;
   const { reference_quaternions, reference_axes, reference_direction } = settings;
-  const reading = { fx, fy, cx, cy, field_of_view, depth_scale, quantisation, min_range, max_range };
+  const reading = { fx, fy, cx, cy, field_of_view, depth_scale, depth_values, quantisation, min_range, max_range };
   return { ...reading, reference_quaternions, reference_axes, reference_direction };
 }
 

@@ -39,6 +39,7 @@ const SPATIAL: Record<keyof SpatialSettings, true> = {
   field_of_view: true,
   depth_scale: true,
   cloud_unit: true,
+  depth_values: true,
   quantisation: true,
   min_range: true,
   max_range: true,

@@ -17,8 +17,8 @@ pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
 use crate::evaluation::motion_agreement::agreement;
 use crate::geometry::Pose3;
 
-/// Errors of a run's poses against a reference, with the poses of the first compared frame made equal; in `aligned` those after
-/// an alignment of all poses. Lists have one entry per frame.
+/// Errors of a run's poses against a reference, with the poses of the first good frame made equal that is compared; in `aligned` those
+/// after an alignment of all poses. Lists have one entry per frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
 pub struct TrajectoryError<P> {

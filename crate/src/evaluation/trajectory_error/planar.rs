@@ -23,19 +23,20 @@ pub struct PlanarPoint {
     pub heading: Option<f64>,
 }
 
-/// Compares estimated poses, `None` for lost frames, with a reference.
+/// Compares estimated poses, `None` for lost frames, with a reference; `good` tells which of them are.
 ///
 /// A reference with as many poses as there are frames is matched in order. Otherwise frames are matched by time, where both
 /// have times and those of most frames are in the reference; or by the number in their name: with the stamp of that number, or,
 /// without stamps, with the line of that number, counted from 0.
-/// The reference is transformed such that it equals the estimate at the first frame that both have, which is usually the first
-/// one with the identity as pose; a reference without orientations is only translated.
+/// The reference is transformed such that it equals the estimate at the first good frame that both have, which is usually the first
+/// one with the identity as pose; without one, at the first that both have. A reference without orientations is only translated.
 ///
 /// # Errors
 /// When the numbers of poses and frames differ, and neither times nor names match them.
 #[inline(never)]
 pub(crate) fn planar_error(
     estimate: &[Option<Pose2>],
+    good: &[bool],
     names: &[&str],
     times: Option<&[f64]>,
     name: &str,
@@ -48,10 +49,11 @@ pub(crate) fn planar_error(
         )
         .in_file(name)
     })?;
-    let first = partners.iter().position(Option::is_some).unwrap_or(0);
+    let is_good = |frame: &usize| partners[*frame].is_some() && good.get(*frame) == Some(&true);
+    let first = (0..partners.len()).find(is_good).or_else(|| partners.iter().position(Option::is_some)).unwrap_or(0);
     // The first frame defines the world frame even where it is lost.
     let T_world_first = estimate.get(first).copied().flatten().filter(|_| first > 0).unwrap_or_else(Pose2::identity);
-    let placed = seen_from(reference, &partners, &T_world_first);
+    let placed = seen_from(reference, &partners, first, &T_world_first);
     let compare = |(pose, placed): (&Option<Pose2>, &Option<Placed>)| {
         let (pose, placed) = (pose.as_ref()?, placed.as_ref()?);
         let distance = (pose.translation.vector - placed.position).norm();
@@ -110,10 +112,15 @@ struct Placed {
     heading: Option<UnitComplex<f64>>,
 }
 
-/// Each frame's partner in the plane, transformed such that the first partner is at `T_world_first`.
-fn seen_from(reference: &Trajectory, partners: &[Option<usize>], T_world_first: &Pose2) -> Vec<Option<Placed>> {
+/// Each frame's partner in the plane, transformed such that that of the frame `first` is at `T_world_first`.
+fn seen_from(
+    reference: &Trajectory,
+    partners: &[Option<usize>],
+    first: usize,
+    T_world_first: &Pose2,
+) -> Vec<Option<Placed>> {
     let orientation = |index: usize| reference.orientations.as_ref().and_then(|all| all.get(index));
-    let Some(origin) = partners.iter().copied().flatten().next() else {
+    let Some(origin) = partners.get(first).copied().flatten() else {
         return partners.iter().map(|_| None).collect();
     };
     let (first, to_first) = (reference.positions[origin], orientation(origin).map(UnitQuaternion::inverse));
@@ -142,25 +149,34 @@ mod tests {
         let along_x = |count: u32| (0..count).map(|i| nalgebra::Vector3::new(f64::from(i), 0.0, 0.0)).collect();
         let lines = Trajectory { positions: along_x(5), ..Trajectory::default() };
         let estimate: Vec<_> = [0.0, 2.1, 3.0].map(|x| Some(Pose2::translation(x, 0.0))).to_vec();
-        let error = planar_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
+        let error = planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
         assert_eq!((error.num_matched, error.reference.len(), error.reference[0].unwrap().x), (3, 3, 0.0));
         assert!((error.max - 0.1).abs() < 1e-12 && error.errors[2] == Some(0.0));
 
         let stamped =
             Trajectory { stamps: Some(vec![1.0, 2.0, 3.0, 4.0]), positions: along_x(4), ..Trajectory::default() };
-        let error = planar_error(&estimate, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
+        let error =
+            planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &stamped).unwrap();
         assert!((error.max - 0.1).abs() < 1e-12);
 
         // By time, where most frames have a partner in the reference; the poses of the first of these are made equal.
         let times = [10.1, 12.0, 12.9];
         let timed = Trajectory { stamps: Some(vec![11.0, 12.0, 13.0, 14.0]), ..stamped };
-        let error = planar_error(&estimate, &["a", "b", "c"], Some(&times), "ref.txt", &timed).unwrap();
+        let error = planar_error(&estimate, &[true; 3], &["a", "b", "c"], Some(&times), "ref.txt", &timed).unwrap();
         assert_eq!(error.errors[0], None);
         assert!((error.num_matched, error.errors[1]) == (2, Some(0.0)), "{error:?}");
         assert!((error.errors[2].unwrap() - 0.1).abs() < 1e-12 && (error.reference[1].unwrap().x - 2.1).abs() < 1e-12);
 
-        let refused = planar_error(&estimate, &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
+        // A doubtful frame is no anchor: the next good one is.
+        let doubtful = [false, true, true];
+        let error = planar_error(&estimate, &doubtful, &["1.ply", "3.ply", "4.ply"], None, "ref.txt", &lines).unwrap();
+        assert!(
+            (error.errors[1], error.num_matched) == (Some(0.0), 3) && (error.errors[0].unwrap() - 0.1).abs() < 1e-12
+        );
+
+        let refused =
+            planar_error(&estimate, &[true; 3], &["a.ply", "b.ply", "c.ply"], None, "ref.txt", &lines).unwrap_err();
         assert!(refused.to_string().starts_with("ref.txt: The reference has 5 poses, but there are 3 scans."));
-        assert!(planar_error(&estimate, &["1.ply", "3.ply", "8.ply"], None, "ref.txt", &lines).is_err());
+        assert!(planar_error(&estimate, &[true; 3], &["1.ply", "3.ply", "8.ply"], None, "ref.txt", &lines).is_err());
     }
 }

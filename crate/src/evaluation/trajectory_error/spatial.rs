@@ -18,6 +18,8 @@ pub(crate) struct EstimatedFrame {
     pub time: Option<f64>,
     /// `T_world_sensor` (x right, y down, z forward); none where the frame is lost.
     pub T_world_sensor: Option<Pose3>,
+    /// Whether the pose is to be trusted.
+    pub is_good: bool,
 }
 
 /// Compares the frames of a recording of `num_recorded` frames with a reference: by time where both have times, by their
@@ -44,8 +46,10 @@ pub(crate) fn spatial_error(
         Some((poses, convention)) => (poses, Some(convention)),
         None => (positions.iter().map(|p| Isometry3::translation(p.x, p.y, p.z)).collect(), None),
     };
-    let to_estimate = matched.first().map_or_else(Pose3::identity, |(estimate, partner)| {
-        estimate * poses.get(*partner).map_or_else(Pose3::identity, Pose3::inverse)
+    let mut good = frames.iter().zip(&partners).filter(|(frame, _)| frame.is_good);
+    let first_good = good.find_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)));
+    let to_estimate = first_good.or(matched.first().copied()).map_or_else(Pose3::identity, |(estimate, partner)| {
+        estimate * poses.get(partner).map_or_else(Pose3::identity, Pose3::inverse)
     });
     let moved: Vec<Option<Pose3>> =
         partners.iter().map(|partner| Some(to_estimate * poses.get((*partner)?)?)).collect();
@@ -107,8 +111,12 @@ mod tests {
     }
 
     fn frames(poses: &[Option<Pose3>]) -> Vec<EstimatedFrame> {
-        let frame =
-            |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame { index, time: None, T_world_sensor: *pose };
+        let frame = |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame {
+            index,
+            time: None,
+            T_world_sensor: *pose,
+            is_good: true,
+        };
         poses.iter().enumerate().map(frame).collect()
     }
 
@@ -130,6 +138,13 @@ mod tests {
         assert!((error.max - off).abs() < 1e-9 && (error.mean - off / 3.0).abs() < 1e-9);
         assert!((error.rotation_errors[3].unwrap() - 0.01).abs() < 1e-9);
         assert!(error.reference[2].unwrap().translation.vector.x > 1.9);
+
+        // A doubtful frame is no anchor: the next good one is.
+        let mut doubtful = frames(&estimate);
+        doubtful[0].T_world_sensor = Some(pose(0.5, 0.3));
+        doubtful[0].is_good = false;
+        let error = spatial_error(&doubtful, 4, "ref.txt", &reference, KnownConvention::default()).unwrap();
+        assert!(error.errors[1].unwrap() < 1e-9 && error.errors[0].unwrap() > 1.0, "{error:?}");
     }
 
     #[test]

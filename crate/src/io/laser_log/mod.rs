@@ -148,13 +148,13 @@ pub fn is_laser_log(head: &[u8]) -> bool {
 /// compiler takes whole functions, and would compile all of them again for the one that runs.
 ///
 /// # Errors
-/// Names the line that is wrong; or says that there is no scan in the file, or that it cannot be in metres and radians.
+/// Names the line that is wrong; or says that there is no scan in the file, or that its angles are of no unit.
 pub fn read(bytes: &[u8]) -> Result<LaserLog> {
     refuse_pointer_and_utf16(bytes)?;
     let text = without_byte_order_mark(bytes);
     let first = text.iter().find(|byte| !byte.is_ascii_whitespace());
     let head = &text[..text.len().min(HEAD_BYTES)];
-    let log = match first {
+    let mut log = match first {
         Some(b'{' | b'[') => csm::read(text),
         _ if cmu::looks_like_cmu(head) => cmu::read(text),
         _ if rostopic::looks_like_rostopic(head) => rostopic::read(text),
@@ -167,7 +167,7 @@ pub fn read(bytes: &[u8]) -> Result<LaserLog> {
             "Give a CARMEN log with FLASER or ROBOTLASER1 lines, or JSON objects with readings",
         ));
     }
-    units::refuse_other_units(&log.scans)?;
+    units::in_metres_and_radians(&mut log)?;
     Ok(log)
 }
 

@@ -1,35 +1,93 @@
-//! Whether a log can be in metres and radians, by what no planar laser does.
+//! In which units a log is that does not say so: metres and radians by the formats, others by what no planar laser does.
 
 use std::f64::consts::TAU;
 
-use super::{Bearings, LaserScan};
+use super::{Bearings, LaserLog, LaserScan};
+use crate::geometry::Pose2;
+use crate::geometry::quantile::quantile;
+use crate::io::length_unit::{Expected, LASER_RANGES, METRE, judge_unit};
 use crate::{Error, Result};
 
-/// Smallest share of the readings of a log in metres that are nearer than `MAX_INDOOR_RANGE`; the others may mean no return.
-const LEAST_SHARE: f64 = 0.05;
-/// Ranges in rooms and halls are below this (m).
-const MAX_INDOOR_RANGE: f32 = 60.0;
-/// Largest range limit of a planar laser (m). Outdoors nearly all readings may be at the limit, which means no return.
-const MAX_LIMIT: f32 = 200.0;
+/// Ranges of a log whose format has metres: others are mistakes of who wrote it.
+const RANGES_IN_METRES: Expected = Expected { priors: [0.997, 0.001, 0.001_8, 0.000_2], ..LASER_RANGES };
+/// Readings from this share of the largest one on may mean no return.
+const BELOW_LARGEST: f64 = 0.95;
+/// A stated limit beyond this is in the unit of the ranges: no planar laser sees so far (m).
+const MAX_LIMIT: f64 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
 const MAX_COVERAGE: f64 = 1.1 * TAU;
+/// Robots drive less from scan to scan (m; sparse logs have 1): poses that are further apart are in the unit of the ranges.
+const MAX_STEP: f64 = 2.0;
 
-/// Refuses a log whose ranges cannot be metres, or whose angles cannot be radians.
+/// Brings scans that cannot be in metres and radians into these, and says so. Who did not keep to these may not have kept to
+/// counter-clockwise angles either, where bearings fall from reading to reading.
+///
+/// # Errors
+/// When their angles are of no unit.
 #[inline(never)]
-pub(super) fn refuse_other_units(scans: &[LaserScan]) -> Result<()> {
+pub(super) fn in_metres_and_radians(log: &mut LaserLog) -> Result<()> {
+    let mut notes = Vec::new();
+    notes.extend(in_metres(&mut log.scans));
+    notes.extend(in_radians(&mut log.scans)?);
+    let falls = |scan: &LaserScan| scan.bearings.of(0) > scan.bearings.of(scan.ranges.len().saturating_sub(1));
+    log.may_be_mirrored |= !notes.is_empty() && log.scans.iter().any(falls);
+    log.notes.extend(notes);
+    Ok(())
+}
+
+fn in_metres(scans: &mut [LaserScan]) -> Option<String> {
     let is_return = |range: &f32| *range > 0.0 && range.is_finite();
-    let mut ranges: Vec<f32> = scans.iter().flat_map(|scan| &scan.ranges).copied().filter(is_return).collect();
-    if !ranges.is_empty() {
-        let ranks = [(LEAST_SHARE * ranges.len() as f64) as usize, ranges.len() / 2];
-        let [least, median] = ranks.map(|rank| *ranges.select_nth_unstable_by(rank, f32::total_cmp).1);
-        if least > MAX_INDOOR_RANGE && median > MAX_LIMIT {
-            let problem = format!("Half of its ranges are {median:.0} or more, as in millimetres");
-            return Err(Error::whole(problem, "Give them in metres"));
+    let all: Vec<f64> =
+        scans.iter().flat_map(|scan| &scan.ranges).filter(|range| is_return(range)).map(|&r| f64::from(r)).collect();
+    let largest = all.iter().copied().fold(0.0, f64::max);
+    let measured: Vec<f64> = all.iter().copied().filter(|range| *range < BELOW_LARGEST * largest).collect();
+    let judged = judge_unit(if measured.is_empty() { all } else { measured }, 0.0, &RANGES_IN_METRES);
+    if judged.unit == METRE {
+        return None;
+    }
+    let metres = judged.unit.metres;
+    let has_such_poses = step_of_robot(scans) > MAX_STEP;
+    for scan in &mut *scans {
+        scan.ranges.iter_mut().for_each(|range| *range = (f64::from(*range) * metres) as f32);
+        if scan.max_range > MAX_LIMIT {
+            scan.max_range *= metres;
+        }
+        for pose in [&mut scan.reference, &mut scan.odometry].into_iter().flatten().filter(|_| has_such_poses) {
+            *pose = Pose2::from_parts((pose.translation.vector * metres).into(), pose.rotation);
         }
     }
-    let Some(scan) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(()) };
-    let problem = format!("The readings of a scan cover an angle of {:.0} rad", coverage(scan));
-    Err(Error::line(scan.line, problem, "Give the angles in radians: a turn has 6.28 of them"))
+    let poses = if has_such_poses { ", and so are its poses" } else { "" };
+    Some(format!(
+        "Its ranges (median {:.4}) cannot be metres and are read as {}{poses}.",
+        judged.median, judged.unit.name
+    ))
+}
+
+/// The median distance from a pose of the log to the next, in its unit; 0 without poses.
+fn step_of_robot(scans: &[LaserScan]) -> f64 {
+    let poses: Vec<Pose2> = scans.iter().filter_map(|scan| scan.odometry.or(scan.reference)).collect();
+    let step = |pair: &[Pose2]| (pair[1].translation.vector - pair[0].translation.vector).norm();
+    let mut steps: Vec<f64> = poses.windows(2).map(step).filter(|step| *step > 0.0).collect();
+    quantile(&mut steps, 0.5).unwrap_or(0.0)
+}
+
+fn in_radians(scans: &mut [LaserScan]) -> Result<Option<String>> {
+    let Some(widest) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(None) };
+    if scans.iter().any(|scan| coverage(scan).to_radians() > MAX_COVERAGE) {
+        let problem = format!("The readings of a scan cover an angle of {:.0} rad", coverage(widest));
+        return Err(Error::line(widest.line, problem, "Give the angles in radians: a turn has 6.28 of them"));
+    }
+    let note = format!(
+        "Readings over an angle of {:.0} cannot be in radians: its angles are read as degrees.",
+        coverage(widest)
+    );
+    for scan in &mut *scans {
+        match &mut scan.bearings {
+            Bearings::Even { start, step } => (*start, *step) = (start.to_radians(), step.to_radians()),
+            Bearings::Listed(bearings) => bearings.iter_mut().for_each(|bearing| *bearing = bearing.to_radians()),
+        }
+    }
+    Ok(Some(note))
 }
 
 /// Between the outermost beams (rad).

@@ -10,7 +10,7 @@ use crate::pipeline::recorded_scan::{RecordedScans, match_odometry, motions_betw
 use crate::pipeline::settings::OdometrySource;
 
 const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
-const DIRECTION_OPEN: &str = "the map may be mirrored: the file does not tell which way the laser turns";
+const DIRECTION_OPEN: &str = "the map may be mirrored: the file does not tell which way the laser turns; if clockwise, set laser_direction=mirrored";
 
 /// The odometry that a run uses; without any, no motion is measured.
 pub struct ChosenOdometry {

@@ -26,7 +26,7 @@ use crate::map::local::StitchedMap;
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::planar::ablation::Ablation;
 use crate::pipeline::prepared_frame::FrameLabel;
-use crate::pipeline::recorded_scan::{RecordedScan, in_sensor_frame, is_one_log};
+use crate::pipeline::recorded_scan::{RecordedScan, at_height_of_laser, in_sensor_frame, is_one_log};
 use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, ReconstructionResult};
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
@@ -107,6 +107,7 @@ impl Reconstruction {
             return Err(Error::whole("The cloud has no points", "Leave the file out or export it again").in_file(name));
         }
         let is_map = cloud.origin != glam::DVec3::ZERO;
+        let cloud = at_height_of_laser(cloud);
         let cloud = if is_map { cloud } else { self.scan_unit.in_metres(cloud, self.settings.scan_unit) };
         let report = clean(&cloud.positions, &self.settings.range_limits()).report;
         if report.non_finite == report.num_read {
@@ -391,7 +392,8 @@ impl Reconstruction {
         }
         let estimate: Vec<Option<Pose2>> =
             (0..run.poses.len()).map(|frame| run.is_placed(frame).then(|| run.pose_of_robot(frame))).collect();
+        let good: Vec<bool> = (0..run.poses.len()).map(|frame| run.is_good(frame)).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        planar_error(&estimate, &names, self.stamps().times.as_deref(), name, reference).map(Some)
+        planar_error(&estimate, &good, &names, self.stamps().times.as_deref(), name, reference).map(Some)
     }
 }

@@ -245,7 +245,12 @@ impl Run {
         self.estimates[frame].assessment().status != Status::Lost
     }
 
-    /// Indices of the frames that are.
+    /// Whether its pose is to be trusted.
+    pub fn is_good(&self, frame: usize) -> bool {
+        self.estimates[frame].assessment().status == Status::Good
+    }
+
+    /// Indices of the frames that are placed.
     pub fn placed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.poses.len()).filter(|&frame| self.is_placed(frame))
     }

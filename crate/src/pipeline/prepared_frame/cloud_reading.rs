@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::sensor_place::{Extent, is_sensor_at_origin};
 use crate::geometry::PointCloud;
 use crate::geometry::quantile::quantile;
-use crate::io::length_unit::{CENTIMETRE, CLOUD_SIZES, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of};
+use crate::io::length_unit::{
+    CENTIMETRE, CLOUD_SIZES, FOOT, INCH, JudgedUnit, LengthUnit, METRE, MILLIMETRE, judge_unit, step_of,
+};
 use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
 use crate::preprocess::point_clock::PointClock;
@@ -144,11 +146,11 @@ fn unit_of(
 fn unit_in_header(bytes: &[u8]) -> Option<LengthUnit> {
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEADER_BYTES)]).to_ascii_lowercase();
     let comments = head.lines().take_while(|line| *line != "end_header" && !line.starts_with("data "));
-    let units = [METRE, CENTIMETRE, MILLIMETRE];
+    let units = [METRE, CENTIMETRE, MILLIMETRE, INCH, FOOT];
     let named = |line: &str| {
         let words: Vec<&str> = line.split(|c: char| !c.is_ascii_alphabetic()).collect();
         let is_unit = |unit: &&LengthUnit| {
-            let name = unit.name.trim_end_matches("res");
+            let name = unit.name.trim_end_matches("res").trim_end_matches("es");
             words.iter().any(|word| *word == unit.symbol || word.starts_with(name))
         };
         let is_said = words.iter().any(|word| word.starts_with("unit"));
@@ -167,6 +169,8 @@ mod tests {
         assert_eq!(unit("ply\nformat ascii 1.0\ncomment units: mm\nend_header\n"), Some("mm"));
         assert_eq!(unit("# .PCD v0.7\n# unit centimeters\nVERSION 0.7\n"), Some("cm"));
         assert_eq!(unit("ply\ncomment unit m\nend_header\n"), Some("m"));
+        assert_eq!(unit("ply\ncomment Units: inches\nend_header\n"), Some("in"));
+        assert_eq!(unit("ply\ncomment unit=feet\nend_header\n"), Some("ft"));
         assert_eq!(unit("ply\ncomment made by m\nend_header\n"), None);
     }
 }

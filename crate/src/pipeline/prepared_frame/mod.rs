@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::depth_scale::disparity_step;
-use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, Pinhole, SurfelImage};
+use crate::camera::{Brightness, ColorImage, DepthImage, DepthScale, DepthValues, Pinhole, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::PointCloud;
 use crate::io::intrinsics::Intrinsics;
@@ -28,12 +28,16 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 
 mod bytes;
 mod cloud_reading;
+mod depth_values;
 mod frame_note;
 mod sensor_place;
+mod single_precision;
 
 pub use cloud_reading::CloudReading;
+use depth_values::values_of;
 pub use frame_note::FrameNote;
 pub(crate) use frame_note::merged;
+use single_precision::refuse_rounded;
 
 /// What preparing a frame has to know.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,8 +65,8 @@ pub struct DepthDecodeConfig {
     pub notes: Vec<String>,
     /// Bits of a raw value.
     pub bits: u8,
-    /// Whether the bytes of a raw value are in the wrong order.
-    pub has_swapped_bytes: bool,
+    /// What the raw values are.
+    pub values: DepthValues,
     /// Standard deviation of the depth over its square (1/m), as measured in the first image.
     pub square_noise: f64,
     /// The even spacing of the first image's inverse raw values, where they have one (1 / raw).
@@ -76,10 +80,6 @@ pub struct DepthDecodeConfig {
 /// Standard deviation of a triangulating camera's depth over its square (1/m): 2 mm at a metre. Kinect's is 1.4 to 2 mm
 /// (Khoshelham and Elberink, "Accuracy and resolution of Kinect depth data", Sensors 12 (2012)).
 const TRIANGULATION_NOISE: f64 = 2e-3;
-/// What is said of images whose values were written with the low byte first.
-const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong order (low byte first): neighbouring pixels differ \
-                             far less the other way round. They are read that way; write 16-bit PNGs and PGMs with the high byte \
-                             first";
 /// Disparity steps that differ by this factor are two cameras'.
 const OTHER_CAMERA_FACTOR: f64 = 1.1;
 
@@ -91,15 +91,15 @@ impl DecodeConfig {
     /// When the file is neither or holds nothing, or the settings make no camera. The error names the file.
     pub fn new(settings: &SpatialSettings, name: &str, first: &[u8]) -> Result<Self> {
         if point_cloud::is_cloud(first) {
-            let (cloud, size) = CloudReading::new(settings, &read_cloud(name, first)?, first);
+            let points = read_cloud(name, first)?;
+            let (cloud, size) = CloudReading::new(settings, &points, first);
+            refuse_rounded(&points, size / cloud.unit).map_err(|error| error.in_file(name))?;
             return Ok(Self { settings: settings.for_clouds(size), depth: None, cloud: Some(cloud) });
         }
-        let mut first = read_depth(name, first)?;
-        let has_swapped_bytes = first.has_swapped_bytes();
-        if has_swapped_bytes {
-            first = first.with_swapped_bytes();
-        }
+        let first = read_depth(name, first)?;
         let settings = settings.for_depth();
+        let (values, of_values) = values_of(&settings, &first).map_err(|error| error.in_file(name))?;
+        let first = first.read_as(values);
         let scale = DepthScale::estimate(&first);
         let quantisations = match settings.quantisation {
             Quantisation::ToldFromData if first.bits > 8 => vec![Quantisation::Rounded],
@@ -110,8 +110,7 @@ impl DecodeConfig {
         };
         let camera = settings.camera(first.width, first.height, first.bits, scale.sensor)?;
         let assumed = scale.note().filter(|_| settings.depth_scale == 0.0);
-        let swapped = has_swapped_bytes.then(|| SWAPPED_BYTES.to_owned());
-        let notes = swapped.into_iter().chain(assumed).chain(contradiction(&settings, &scale)).collect();
+        let notes = of_values.into_iter().chain(assumed).chain(contradiction(&settings, &scale)).collect();
         let mut depth = DepthDecodeConfig {
             camera,
             depth_step: if settings.depth_scale > 0.0 { 1.0 / settings.depth_scale } else { scale.step },
@@ -119,7 +118,7 @@ impl DecodeConfig {
             is_scale_contradicted: wrong_scale(&settings, &scale).is_some(),
             notes,
             bits: first.bits,
-            has_swapped_bytes,
+            values,
             square_noise: 0.0,
             disparity_step: disparity_step(&first),
             quantisations,
@@ -190,7 +189,7 @@ impl DepthDecodeConfig {
         let (image, camera) = (read_depth(name, bytes)?, &self.camera);
         let is_of_size = (image.width, image.height) == (camera.width, camera.height);
         if is_of_size && image.bits == self.bits {
-            return Ok(if self.has_swapped_bytes { image.with_swapped_bytes() } else { image });
+            return Ok(image.read_as(self.values));
         }
         if is_of_size {
             let bits = |bits: u8| if bits == DepthImage::METRES { "metres".to_owned() } else { format!("{bits} bits") };
@@ -475,7 +474,21 @@ fn read_cloud(name: &str, bytes: &[u8]) -> Result<PointCloud> {
         let problem = "All points have z = 0: this is a scan of a planar laser, not a cloud in space";
         return Err(Error::whole(problem, "Give planar scans apart from clouds").in_file(name));
     }
+    refuse_upright_plane(&cloud).map_err(|error| error.in_file(name))?;
     Ok(cloud)
+}
+
+/// Refuses a planar scan whose plane is not that of x and y.
+fn refuse_upright_plane(cloud: &PointCloud) -> Result<()> {
+    let finite = || cloud.positions.iter().filter(|p| p.is_finite());
+    let Some(first) = finite().next() else { return Ok(()) };
+    let Some(axis) = (0..2).find(|&axis| finite().all(|p| p[axis] == first[axis])) else { return Ok(()) };
+    let [flat, other] = if axis == 0 { ["x", "y"] } else { ["y", "x"] };
+    let problem = format!(
+        "All points have {flat} = {}: this is a scan of a planar laser, in the plane of {other} and z",
+        first[axis]
+    );
+    Err(Error::whole(problem, "Give it in the plane of x and y, with z = 0: x ahead, y to the left"))
 }
 
 /// Reads a depth image that holds some depth.

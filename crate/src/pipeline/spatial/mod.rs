@@ -369,13 +369,14 @@ impl SpatialReconstruction {
 
     /// None before there are frames.
     fn compare(&self, reference: &Reference) -> Result<Option<TrajectoryError<SpatialPose>>> {
-        let estimated = |(frame, pose): (&Frame, Option<Pose3>)| EstimatedFrame {
+        let estimated = |((frame, pose), good): ((&Frame, Option<Pose3>), Option<Pose3>)| EstimatedFrame {
             index: frame.label.index,
             time: frame.label.time,
             T_world_sensor: pose.map(|pose| with_origin(&pose, self.origin())),
+            is_good: good.is_some(),
         };
-        let frames: Vec<EstimatedFrame> =
-            self.frames.iter().zip(self.poses_up_to(Status::Doubtful)).map(estimated).collect();
+        let [all, good] = [Status::Doubtful, Status::Good].map(|worst| self.poses_up_to(worst));
+        let frames: Vec<EstimatedFrame> = self.frames.iter().zip(all).zip(good).map(estimated).collect();
         if frames.is_empty() {
             return Ok(None);
         }

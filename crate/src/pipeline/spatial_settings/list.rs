@@ -94,6 +94,13 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
         "Depth" {
             number depth_scale: "Depth scale", "Raw values per metre: 1000 for millimetres, 5000 for TUM, 6553.5 for 16 bits over 10 m, 25.5 for 8 bits. 0: estimated from the first image.",
                 "", [0.0, 1e6], step 1.0;
+            choice depth_values: "Depth values", "What the images hold. Inverted: near is bright.",
+                [
+                    "told_from_data" => "Detected from the data",
+                    "depth" => "Depth",
+                    "swapped_bytes" => "Depth, low byte first",
+                    "inverted" => "Inverted depth",
+                ];
             choice quantisation: "Quantisation", "8-bit depth has steps of centimetres. Where depth was truncated to whole steps, the true depth lies half a step further on average.",
                 ["told_from_data" => "Detected from the data", "truncated" => "Truncated", "rounded" => "Rounded"];
             number min_range: "Minimum depth", "Smaller depths are dropped.",

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
 pub use self::list::{spatial_descriptions, spatial_presets};
-use crate::camera::{DepthSensor, Pinhole};
+use crate::camera::{DepthSensor, DepthValues, Pinhole};
 use crate::error::Result;
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
 use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
@@ -47,6 +47,8 @@ pub struct SpatialSettings {
     pub field_of_view: f64,
     /// Raw depth values per metre; 0: estimated from the first image.
     pub depth_scale: f64,
+    /// What the values of depth images are.
+    pub depth_values: DepthValues,
     /// How depth was quantised to whole numbers; relevant for 8 bits.
     pub quantisation: Quantisation,
     /// Nearer depths are dropped (m).
@@ -90,6 +92,7 @@ impl Default for SpatialSettings {
             cy: 0.0,
             field_of_view: 0.0,
             depth_scale: 0.0,
+            depth_values: DepthValues::ToldFromData,
             quantisation: Quantisation::ToldFromData,
             min_range: 0.1,
             max_range: 0.0,

@@ -217,6 +217,7 @@ impl StrategyComparison {
                 index: frame.index,
                 time: self.seen[place].0.time,
                 T_world_sensor: Some(frame.T_world_sensor.into()),
+                is_good: true,
             })
             .collect();
         let error = reference.error(&estimated, self.settings.known_convention())?;

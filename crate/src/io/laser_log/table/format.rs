@@ -22,6 +22,11 @@ pub(super) fn degrees(angle: f64) -> f64 {
     (angle.to_degrees() * 1e4).round() / 1e4 + 0.0
 }
 
+/// The unit of a column of angles (rad) in degrees: of a turn it is counted up to 65,536 times.
+pub(super) fn degrees_of_unit(unit: f64) -> f64 {
+    (unit.to_degrees() * 1e12).round() / 1e12
+}
+
 impl fmt::Display for TableFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name_of =
@@ -30,10 +35,14 @@ impl fmt::Display for TableFormat {
             Layout::ScanPerLine { first, end } => write!(f, "ranges={}:{end}", first + 1)?,
             Layout::ReadingPerLine { range, angle: None } => write!(f, "range={}", range + 1)?,
             Layout::ReadingPerLine { range, angle: Some(AngleColumn { column, unit }) } => {
-                write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees(unit))?;
+                write!(f, "range={},angle={}:{}deg", range + 1, column + 1, degrees_of_unit(unit))?;
             }
         }
-        write!(f, ",unit={},start={}deg", name_of(&UNITS, self.unit).unwrap_or("m"), degrees(self.start))?;
+        match name_of(&UNITS, self.unit) {
+            Some(name) => write!(f, ",unit={name}")?,
+            None => write!(f, ",unit={}", self.unit)?,
+        }
+        write!(f, ",start={}deg", degrees(self.start))?;
         if !matches!(self.layout, Layout::ReadingPerLine { angle: Some(_), .. }) {
             write!(f, ",step={}deg", degrees(self.step))?;
         }
@@ -111,7 +120,11 @@ impl TableFormat {
         match (name, &parts[..]) {
             ("ranges" | "range", columns) => self.layout = self.layout_of(columns).ok_or_else(wrong)?,
             ("angle", [at, unit]) => self.set_angle(at, unit).ok_or_else(wrong)?,
-            ("unit", [name]) => self.unit = unit(&UNITS, name)?,
+            // A name, or metres.
+            ("unit", [name]) => {
+                let metres = number(name.as_bytes()).filter(|metres| metres.is_finite() && *metres > 0.0);
+                self.unit = metres.map_or_else(|| unit(&UNITS, name), Ok)?;
+            }
             ("start", [value]) => self.start = angle(value).ok_or_else(wrong)?,
             ("step", [value]) => self.step = angle(value).filter(|&step| step != 0.0).ok_or_else(wrong)?,
             ("time" | "odometry" | "poses" | "reference", ["none"]) => self.forget(name),

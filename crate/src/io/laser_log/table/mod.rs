@@ -4,7 +4,7 @@
 //! As text, a [`TableFormat`] is `name=value` pairs separated by commas, columns counted from 1:
 //! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use super::fields::tolerate;
 use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
@@ -163,7 +163,12 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     let table = Table::read(text, usize::MAX);
     let Guess { format, doubt, note } = guess_of(&table)?;
     if let Some(doubt) = doubt {
-        let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}");
+        let turned = if guess::field_of_view(table.rows.len()).is_some() {
+            format!("; if a column is a scan, as the {} lines may mean, write a scan a line", table.rows.len())
+        } else {
+            String::new()
+        };
+        let remedy = format!("If they do not, say what the columns are; if they do, give --table {format}{turned}");
         return Err(Error::whole(format!("This may be a table of ranges. {}", doubt.trim_end_matches('.')), remedy));
     }
     let mut log = read_rows(&table, &format)?;
@@ -171,8 +176,8 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
         "A table of ranges, read as --table {format}. Give another format if that is not what its columns are."
     ));
     log.notes.extend(note);
-    log.notes.extend(note_on_direction(&table, &format));
     let is_told = table.format.is_some() && !table.has_unknown_direction;
+    log.notes.extend(note_on_direction(&table, &format).filter(|_| !is_told));
     log.may_be_mirrored = !is_told && is_direction_open(&table, &format);
     log.losses.extend(other_columns::loss_of_positions(&table.names));
     Ok(log)
@@ -183,10 +188,11 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
 fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
     let remedy = match format.layout {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
-            format!("angle={}:-{}deg", column + 1, format::degrees(unit))
+            format!("angle={}:-{}deg", column + 1, format::degrees_of_unit(unit))
         }
-        Layout::ScanPerLine { .. } if is_direction_open(table, format) => {
-            format!("step=-{}deg", format::degrees(format.step))
+        Layout::ScanPerLine { first, .. } if !is_named_as_ros(table, first) && format.step > 0.0 => {
+            let [start, step] = [-format.start, -format.step].map(format::degrees);
+            format!("step={step}deg,start={start}deg")
         }
         _ => return None,
     };
@@ -196,8 +202,8 @@ fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
     ))
 }
 
-/// Whether the angles may as well grow clockwise: degrees from 0 to beyond 180, as lasers count them that turn all round, or the
-/// readings of a full turn from ahead on. Those of ROS (columns `ranges`) and of lasers that look ahead grow counter-clockwise.
+/// Whether the angles may as well grow clockwise: those from 0 to beyond 180 degrees, as lasers count them that turn all round, of
+/// columns or of readings. Those of ROS (columns `ranges`) and of lasers that look ahead grow counter-clockwise.
 fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
     match format.layout {
         Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } => {
@@ -205,11 +211,17 @@ fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
             unit > 0.0 && angles().all(|&angle| angle >= 0.0) && angles().any(|&angle| unit * angle > PI)
         }
         Layout::ScanPerLine { first, end } => {
-            let is_round = format.start == 0.0 && format.step * (end - first) as f64 > 0.99 * TAU;
-            is_round && !table.names.get(first).is_some_and(|name| name.contains("ranges"))
+            let last = format.start + format.step * (end - first - 1) as f64;
+            let is_beyond_half = format.start.min(last) >= 0.0 && format.start.max(last) > PI;
+            is_beyond_half && !is_named_as_ros(table, first)
         }
         Layout::ReadingPerLine { .. } => false,
     }
+}
+
+/// Whether the first range is called as ROS calls them, whose angles grow counter-clockwise.
+fn is_named_as_ros(table: &Table, first: usize) -> bool {
+    table.names.get(first).is_some_and(|name| name.contains("ranges"))
 }
 
 /// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the

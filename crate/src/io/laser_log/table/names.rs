@@ -97,7 +97,7 @@ pub(super) fn series(names: &[String]) -> Option<Series> {
     let step = (to.number - from.number) / (numbered.len() - 1) as f64;
     let unit = from.unit_of_angles(
         from.number.abs().max(to.number.abs()),
-        from.number.min(to.number) < 0.0 || step.fract() != 0.0,
+        from.number.min(to.number) < 0.0 || step.fract() != 0.0 || step < 0.0,
     );
     let bearings = unit.map(|unit| (unit * from.number, unit * step));
     Some(Series { first: longest.start, end: longest.end, bearings })

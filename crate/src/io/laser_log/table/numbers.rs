@@ -41,6 +41,17 @@ pub(super) fn is_growing(rows: &[Row], column: usize) -> bool {
     values.len() > 1 && values.len() == rows.len() && values.windows(2).all(|pair| pair[0] < pair[1])
 }
 
+/// Steps of a clock or a counter are the same within this share, to the rounding of a file.
+const SAME_STEP: f64 = 0.01;
+
+/// Whether a column's values grow by the same step from line to line; of fewer lines a wall may come nearer so.
+pub(super) fn is_even_growth(rows: &[Row], column: usize) -> bool {
+    let value = |row: &Row| row.values.get(column).copied().unwrap_or(f64::NAN);
+    let steps: Vec<f64> = rows.windows(2).map(|pair| value(&pair[1]) - value(&pair[0])).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    rows.len() >= GUESS_LINES && mean > 0.0 && steps.iter().all(|step| (step / mean - 1.0).abs() < SAME_STEP)
+}
+
 /// Whether a column counts the lines.
 pub(super) fn is_counter(rows: &[Row], column: usize) -> bool {
     let values = || rows.iter().map(|row| row.values[column]);
@@ -59,10 +70,19 @@ pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
     unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
 }
 
+/// So many readings of the largest value stand for no return.
+const MIN_LIMIT_READINGS: usize = 3;
+
 /// The unit of these readings.
 pub(super) fn unit_of(mut readings: Vec<f64>) -> JudgedUnit {
     // 0 and 1 mean no return.
     readings.retain(|&reading| reading > 1.0 || reading.fract() != 0.0 && reading > 0.0);
+    // So does the largest one, where it comes again and again and is not the only one.
+    let largest = readings.iter().copied().fold(0.0, f64::max);
+    let num_below = readings.iter().filter(|&&reading| reading < largest).count();
+    if num_below > 0 && readings.len() - num_below >= MIN_LIMIT_READINGS {
+        readings.retain(|&reading| reading < largest);
+    }
     let step = step_of(readings.iter().copied());
     judge_unit(readings, step, &LASER_RANGES)
 }

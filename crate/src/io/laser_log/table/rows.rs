@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use super::super::fields::is_comment;
 use super::clock::clock;
+use super::format::UNITS;
 use super::names::{is_pose, series};
 use crate::io::text::{lines, number};
 
@@ -26,6 +27,8 @@ pub(super) struct Row {
     pub values: Vec<f64>,
     /// Columns that hold a word, which is not a number.
     pub words: Vec<usize>,
+    /// Whether the line ends with a separator: an empty cell may follow.
+    pub is_open: bool,
 }
 
 /// The rows of a table, and what stands above them.
@@ -36,6 +39,8 @@ pub(super) struct Table {
     pub names: Vec<String>,
     /// What a comment says the columns are.
     pub format: Option<String>,
+    /// Metres of the unit that a comment names.
+    pub unit: Option<f64>,
     /// Whether a comment says that it is not known which way the laser turns.
     pub has_unknown_direction: bool,
     /// Lines below the first row that are none.
@@ -75,7 +80,16 @@ impl Table {
             table.names = commented;
         }
         table.take_counted_names(first_words);
+        table.close_rows();
         table
+    }
+
+    /// Takes the empty cell at the end of a line for one, where other lines have a number there.
+    fn close_rows(&mut self) {
+        let width = self.rows.iter().map(|row| row.values.len()).max().unwrap_or(0);
+        for row in self.rows.iter_mut().filter(|row| row.is_open && row.values.len() + 1 == width) {
+            row.values.push(f64::NAN);
+        }
     }
 
     /// Takes what a comment says of the table; the words of one above the rows that says nothing of that kind, which may be the
@@ -84,6 +98,8 @@ impl Table {
         let words = text.trim_ascii_start().strip_prefix(b"#").unwrap_or_default().trim_ascii();
         if let Some(format) = words.strip_prefix(FORMAT_COMMENT) {
             self.format = Some(String::from_utf8_lossy(format.trim_ascii()).into_owned());
+        } else if let Some(unit) = unit_said(words) {
+            self.unit = Some(unit);
         } else if words == DIRECTION_COMMENT {
             self.has_unknown_direction = true;
         } else if self.rows.is_empty() {
@@ -160,13 +176,14 @@ impl Separators {
 
     /// The numbers of a line; `None` where it is none.
     fn row(self, text: &[u8], line: usize) -> Option<Row> {
-        let mut row = Row { line, values: Vec::new(), words: Vec::new() };
+        let is_open = self.gap.is_some_and(|gap| text.trim_ascii().last() == Some(&gap));
+        let mut row = Row { line, values: Vec::new(), words: Vec::new(), is_open };
         // "theta: 0.5 dist: 1200": beside labels, words stand for no column; many of them are no such line, but a program's text.
         let num_others = self.cells(text).filter(|word| !is_label(word) && number(word).is_none()).count();
         let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let value = number(&self.point(word));
-            if value.is_none() && !word.is_empty() {
+            if value.is_none() && !word.is_empty() && !is_no_value(word) {
                 row.words.push(row.values.len());
             }
             row.values.push(value.or_else(|| clock(word)).unwrap_or(f64::NAN));
@@ -241,6 +258,23 @@ impl Separators {
     }
 }
 
+/// What else a comment that names the unit may say that it is of.
+const OF_RANGES: [&str; 5] = ["range", "ranges", "distance", "distances", "length"];
+
+/// Metres of the unit that a comment names, and nothing else: `units: mm`, `range unit = cm`, `units are in feet`.
+fn unit_said(comment: &[u8]) -> Option<f64> {
+    let text = String::from_utf8_lossy(comment).to_ascii_lowercase();
+    let words = text.split(|c: char| !c.is_ascii_alphabetic()).filter(|word| !word.is_empty());
+    let words: Vec<&str> = words.filter(|word| !OF_RANGES.contains(word) && !["is", "are"].contains(word)).collect();
+    let (["unit" | "units", name] | ["unit" | "units", "in", name]) = words[..] else { return None };
+    UNITS.iter().find(|unit| unit.0 == name).map(|unit| unit.1)
+}
+
+/// What programs write where there is no number.
+fn is_no_value(word: &[u8]) -> bool {
+    [&b"none"[..], b"null", b"na", b"n/a", b"-", b"--", b"---"].iter().any(|none| word.eq_ignore_ascii_case(none))
+}
+
 fn is_label(word: &[u8]) -> bool {
     word.len() > 1 && word.ends_with(b":")
 }
@@ -311,5 +345,20 @@ mod tests {
     fn a_comment_may_say_what_the_columns_are() {
         let table = Table::read(b"# table: ranges=1:2,start=0,step=1\n1 2\n", usize::MAX);
         assert_eq!(table.format.as_deref(), Some("ranges=1:2,start=0,step=1"));
+    }
+
+    #[test]
+    fn comments_name_a_unit_where_they_name_nothing_else() {
+        for (comment, unit) in [
+            ("units: mm", Some(1e-3)),
+            ("Range unit = cm", Some(0.01)),
+            ("unit=in", Some(0.0254)),
+            ("units are in feet", Some(0.3048)),
+            ("IMU unit in use", None),
+            ("speed unit m/s", None),
+            ("units: mm, deg", None),
+        ] {
+            assert_eq!(unit_said(comment.as_bytes()), unit, "{comment}");
+        }
     }
 }

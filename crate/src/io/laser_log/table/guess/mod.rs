@@ -16,6 +16,7 @@ mod view;
 use super::numbers::{GUESS_LINES, MIN_GROWING_LINES, is_counter, is_growing, time_unit, unit_of};
 use super::other_columns::OtherColumns;
 use ranges::{block_of_ranges, counted_block};
+pub(super) use view::field_of_view;
 use view::{seam_rank, view_of};
 
 /// A format, and why it may be wrong.
@@ -61,7 +62,9 @@ pub(super) enum NamedReading {
 pub(super) fn named_reading(names: &[String]) -> Option<NamedReading> {
     let find = |words: &[&str]| names.iter().position(|name| words.iter().any(|word| name.starts_with(word)));
     let is_there = |word: &str| names.iter().any(|name| bare(name) == word);
-    let range = find(&RANGES).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
+    // Without x and y beside it, r is a range in polar coordinates.
+    let named_r = || names.iter().position(|name| !is_there("x") && ["r", "rho"].contains(&bare(name)));
+    let range = find(&RANGES).or_else(named_r).filter(|_| names.len() < MIN_SCAN_NUMBERS)?;
     let beam = names.iter().position(|name| BEAMS.contains(&bare(name))).map(|beam| NamedReading::Beam(beam, range));
     // Where the beams are counted, an angle beside x and y is a heading.
     let is_heading = beam.is_some() && is_there("x") && is_there("y");
@@ -137,11 +140,27 @@ pub(super) fn guess(table: &Table) -> Result<Guess> {
 fn guess_readings(table: &Table, angle: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let most = rows.iter().filter_map(|row| row.values.get(angle)).fold(0.0, |most: f64, angle| most.max(angle.abs()));
-    let unit = if most > MAX_RADIANS { 1f64.to_radians() } else { 1.0 };
-    let unit = if is_rplidar(table, angle, range) { -unit } else { unit };
+    let unit = angle_unit(most);
+    let is_of_sdk = RPLIDAR_UNITS.iter().any(|degrees| degrees.to_radians() == unit);
+    let unit = if is_of_sdk || is_rplidar(table, angle, range) { -unit } else { unit };
     let layout = Layout::ReadingPerLine { range, angle: Some(AngleColumn { column: angle, unit }) };
     let format = TableFormat::of(layout, 0.0, 0.0);
     with_columns_beside(table, format, angle, range)
+}
+
+/// Degrees of the units in which the SDK of RPLIDARs has its angles.
+const RPLIDAR_UNITS: [f64; 2] = [1.0 / 64.0, 90.0 / 16_384.0];
+/// A full turn in a unit of angles ends so near to its end (share of a turn): between two readings.
+const SAME_TURN: f64 = 0.05;
+
+/// Radians of a unit of angles up to this one: those of a turn are in degrees, or in a part of them in which they are a turn.
+fn angle_unit(most: f64) -> f64 {
+    if most <= MAX_RADIANS {
+        return 1.0;
+    }
+    let is_turn = |degrees: &f64| (most * degrees / 360.0 - 1.0).abs() < SAME_TURN;
+    let parts = RPLIDAR_UNITS.into_iter().chain([0.01]);
+    parts.into_iter().find(is_turn).unwrap_or(1.0).to_radians()
 }
 
 /// Whether these are readings of an RPLIDAR, which turns clockwise: under the names that its SDK and its frame grabber print, or in its
@@ -175,15 +194,15 @@ fn guess_counted(table: &Table, beam: usize, range: usize) -> Guess {
 fn with_columns_beside(table: &Table, mut format: TableFormat, bearing: usize, range: usize) -> Guess {
     let rows = &table.rows;
     let readings = rows.iter().filter_map(|row| row.values.get(range).copied()).collect();
-    let (unit, note) = unit_told(table.names.get(range..=range).unwrap_or_default(), readings);
+    let (unit, note) = unit_told(table.unit, table.names.get(range..=range).unwrap_or_default(), readings);
     let others = OtherColumns::of(table, rows, (0..table.width()).filter(|column| ![bearing, range].contains(column)));
     (format.unit, format.time, format.odometry) = (unit, others.time(), others.poses(unit));
     Guess { format, doubt: None, note }
 }
 
-/// Metres of a unit of the readings, by the names of their columns or by the readings; and what else it may be.
-fn unit_told(names: &[String], readings: Vec<f64>) -> (f64, Option<String>) {
-    if let Some(unit) = unit_named(names) {
+/// Metres of a unit of the readings, as a comment says, by the names of their columns, or by the readings; and what else it may be.
+fn unit_told(said: Option<f64>, names: &[String], readings: Vec<f64>) -> (f64, Option<String>) {
+    if let Some(unit) = said.or_else(|| unit_named(names)) {
         return (unit, None);
     }
     let JudgedUnit { unit, alternatives, median, .. } = unit_of(readings);
@@ -221,7 +240,7 @@ fn guess_scans(table: &Table, rows: &[Row]) -> Guess {
     let time = others.time().or_else(|| growing().map(|column| (column, time_unit(rows, column))));
     let readings =
         rows.iter().flat_map(|row| row.values[first.min(row.values.len())..end.min(row.values.len())].to_vec());
-    let (unit, note) = unit_told(table.names.get(first..end).unwrap_or_default(), readings.collect());
+    let (unit, note) = unit_told(table.unit, table.names.get(first..end).unwrap_or_default(), readings.collect());
     let format = TableFormat::of(Layout::ScanPerLine { first, end }, start, step);
     let format = TableFormat { unit, time, odometry: others.poses(unit), has_wheels: false, ..format };
     Guess { format, doubt: doubt.or(doubted), note }
@@ -265,5 +284,7 @@ fn breezy() -> TableFormat {
 
 /// Metres of the unit that a column's name says: `distance_mm`, `range (cm)`.
 fn unit_named(names: &[String]) -> Option<f64> {
-    names.iter().find_map(|name| unit_in(name, &UNITS))
+    // The SDK of RPLIDARs has quarters of millimetres: `dist_q2`, `dist_mm_q2`.
+    let named = |name: &String| if name.ends_with("q2") { Some(0.25e-3) } else { unit_in(name, &UNITS) };
+    names.iter().find_map(named)
 }

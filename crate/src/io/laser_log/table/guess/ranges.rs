@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 use super::super::names::{MAX_RADIANS, MIN_SCAN_NUMBERS};
-use super::super::numbers::{MIN_GROWING_LINES, is_time};
+use super::super::numbers::{MIN_GROWING_LINES, is_even_growth, is_time};
 use super::super::rows::Table;
 use super::Row;
 use super::view::field_of_view;
@@ -28,14 +28,24 @@ pub(super) fn block_of_ranges(table: &Table, rows: &[Row]) -> (usize, usize, Opt
     let Some(extra) = (0..=most).find(|&extra| beside(extra).any(|place| fits(&place))) else {
         return (front, width - back, None);
     };
-    let (front, back) = beside(extra).find(fits).unwrap_or((front, back));
+    // A clock or a counter is told from ranges, however large: its neighbour does not grow by one step.
+    let are_clocks = |mut columns: std::ops::Range<usize>, inner: usize| {
+        columns.all(|column| is_even_growth(rows, column)) && !is_even_growth(rows, inner)
+    };
+    let is_told = |&(f, b): &(usize, usize)| {
+        extra > 0
+            && (f == front || are_clocks(front..f, f))
+            && (b == back || are_clocks(width - b..width - back, width - b - 1))
+    };
+    let told = beside(extra).filter(fits).find(is_told);
+    let (front, back) = told.or_else(|| beside(extra).find(fits)).unwrap_or((front, back));
     let (first, end) = (front, width - back);
     if extra == 0 && field_of_view(end - first - 1).is_some() && is_apart(rows, first, end) {
         let [count, from] = [end - first - 1, first + 2];
         let doubt = format!("The {count} ranges may begin at column {from}, as is assumed, or one column before.");
         return (first + 1, end, Some(doubt));
     }
-    let doubt = (extra > 0).then(|| {
+    let doubt = (extra > 0 && told.is_none()).then(|| {
         let [count, from] = [end - first, first + 1];
         format!("The {count} ranges may begin at column {from}, as is assumed, or up to {extra} further on.")
     });

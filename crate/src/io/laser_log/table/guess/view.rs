@@ -15,7 +15,7 @@ const MIN_FULL_TURN: usize = 200;
 const MAX_SEAM_RANK: f64 = 0.9;
 
 /// Fields of view (rad) of lasers that are common, by the number of their readings.
-pub(super) fn field_of_view(num_readings: usize) -> Option<f64> {
+pub(in super::super) fn field_of_view(num_readings: usize) -> Option<f64> {
     let degrees = match num_readings {
         // SICK LMS: steps of 1, 0.5 and 0.25 degrees.
         180 | 181 | 361 | 721 => 180.0,

@@ -1,0 +1,77 @@
+//! What the values of a recording's depth images are: as set, or told from the first one.
+
+use crate::camera::{DepthImage, DepthValues, NoDepth, Votes};
+use crate::error::{Error, Result};
+use crate::pipeline::spatial_settings::SpatialSettings;
+
+/// What is said of images whose values were written with the low byte first.
+const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong order (low byte first): neighbouring pixels differ \
+                             far less the other way round. They are read that way; write 16-bit PNGs and PGMs with the high byte \
+                             first";
+/// ... and of those where near is bright.
+const INVERTED: &str = "The depth images are taken for inverted, near being bright: their planes are plane that way alone. If that is \
+                        wrong, set depth_values=depth";
+
+/// ... and of both at once.
+const SWAPPED_AND_INVERTED: &str = "The depth images are inverted, near being bright, and the two bytes of each value are in the wrong \
+                                    order (low byte first)";
+
+/// What the values are, and what is to be said of that.
+///
+/// # Errors
+/// When they are something of which depth cannot be made here.
+pub(super) fn values_of(settings: &SpatialSettings, first: &DepthImage) -> Result<(DepthValues, Option<String>)> {
+    if settings.depth_values != DepthValues::ToldFromData {
+        return Ok((settings.depth_values, None));
+    }
+    let read = if first.has_swapped_bytes() { DepthValues::SwappedBytes } else { DepthValues::Depth };
+    let focal_length = if settings.fx > 0.0 { settings.fx } else { USUAL_FOCAL_LENGTH * first.width as f64 };
+    let votes = Votes::of(&first.clone().read_as(read), focal_length);
+    let (problem, remedy) = match (read, votes.is_inverted(), votes.no_depth()) {
+        (DepthValues::SwappedBytes, true, _) => {
+            (SWAPPED_AND_INVERTED, "Write 16-bit PNGs and PGMs with the high byte first")
+        }
+        (_, true, _) => return Ok((DepthValues::Inverted, Some(INVERTED.to_owned()))),
+        (_, _, Some(NoDepth::Inverse)) => (
+            "The values of the depth images are inverse depth, as disparities: planes are plane that way alone",
+            "Save depth, focal length times baseline over disparity",
+        ),
+        (_, _, Some(NoDepth::RayLength)) => (
+            "The values of the depth images are the lengths of rays, not depth along the optical axis: planes are plane that way alone",
+            "Save depth, the length over sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2) at the pixel (u, v)",
+        ),
+        _ => return Ok((read, (read == DepthValues::SwappedBytes).then(|| SWAPPED_BYTES.to_owned()))),
+    };
+    Err(Error::whole(problem, format!("{remedy}; or set depth_values, if that is wrong")))
+}
+
+/// Of most cameras, over the width of their images.
+const USUAL_FOCAL_LENGTH: f64 = 0.7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::raw_depth::tests::corner;
+
+    #[test]
+    fn swapped_bytes_hide_neither_inverted_nor_inverse_depth() {
+        let told = |make: fn(f64, f64) -> f64, is_swapped: bool| {
+            let image = corner(make, 16);
+            let image = if is_swapped { image.read_as(DepthValues::SwappedBytes) } else { image };
+            values_of(&SpatialSettings::default(), &image).map(|(values, _)| values).map_err(|error| error.problem)
+        };
+        let depth: fn(f64, f64) -> f64 = |z, _| 1000.0 * z;
+        let inverted: fn(f64, f64) -> f64 = |z, _| 65_535.0 - 6553.5 * z;
+        assert_eq!(
+            [false, true].map(|swapped| told(depth, swapped)),
+            [Ok(DepthValues::Depth), Ok(DepthValues::SwappedBytes)]
+        );
+        assert_eq!(told(inverted, false), Ok(DepthValues::Inverted));
+        assert!(told(inverted, true).unwrap_err().contains("inverted"));
+        for is_swapped in [false, true] {
+            assert!(told(|z, _| 60_000.0 / z, is_swapped).unwrap_err().contains("inverse depth"));
+        }
+        let set = SpatialSettings { depth_values: DepthValues::Depth, ..SpatialSettings::default() };
+        assert_eq!(values_of(&set, &corner(inverted, 16)), Ok((DepthValues::Depth, None)));
+    }
+}
