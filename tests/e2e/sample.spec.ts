@@ -210,7 +210,9 @@ test('a page that began with the ICP lab goes back to it', async ({ page }) => {
   await expect.poll(() => new URL(page.url()).hash).toContain('scene=outliers');
 });
 
-test('a link leads to Evaluate, to the strategies and to the localisation, and the sample is behind them', async ({ page }) => {
+test('a link leads to Evaluate, to the strategies and to the localisation, and the sample is behind them', async ({
+  page,
+}) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
   const shown = tools.locator('[aria-current=page]');
   for (const [hash, tool] of [

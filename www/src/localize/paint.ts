@@ -37,12 +37,16 @@ export function statusColors(statuses: readonly Status[], dark: boolean): Rgb[] 
 
 /** Quantile of chi-squared with two degrees of freedom: 95 % of the positions lie within. */
 const WITHIN_95 = 5.991;
-/** Places beyond these have no percentage beside them, for the words would cover each other. */
-const MOST_LABELLED = 8;
+/** Of the places, the most likely ones have a probability beside them. */
+const MOST_LABELLED = 12;
 const ELLIPSE_STEPS = 40;
 /** Half the length of the signs of a place, CSS pixels. */
 const PLACE_RADIUS = 12;
 const RIVAL_RADIUS = 9;
+/** Opacity of a place that is next to impossible. */
+const FAINTEST = 0.3;
+/** Room that a probability takes, CSS pixels. */
+const [LABEL_WIDTH, LABEL_HEIGHT] = [46, 15];
 
 type Context = CanvasRenderingContext2D;
 
@@ -67,7 +71,7 @@ export function paintScene(ctx: Context, size: Size, ratio: number, view: Viewpo
   if (shown && layers.returns) paintReturns(ctx, size, view, shown.points, colors.returns);
   if (shown && layers.places) paintPlaces(ctx, size, view, shown, colors, theme);
   const pose = track && (!shown || !layers.places) ? poseOf(track.values, scene.selected) : null;
-  if (pose) paintPose(ctx, size, view, pose, PLACE_RADIUS, colors[pose.status], theme);
+  if (pose) paintPose(ctx, size, view, pose, PLACE_RADIUS, colors[pose.status], theme.halo);
   paintScaleBar(ctx, size, view, theme);
   paintAxes(ctx, size, view, theme);
 }
@@ -127,21 +131,24 @@ function paintReturns(ctx: Context, size: Size, view: Viewport, points: Float32A
   ctx.fill();
 }
 
-/** The most likely place over its rivals, each with its 95 % region. */
+/** The most likely place over its rivals, which are the paler the less likely they are; each with its 95 % region. */
 function paintPlaces(
   ctx: Context,
   size: Size,
   view: Viewport,
-  details: ScanDetails,
+  { scan: { place, rivals, status } }: ScanDetails,
   colors: Colors,
   theme: MapTheme,
 ): void {
-  const { place, rivals, status } = details.scan;
-  for (const rival of rivals.toReversed()) paintPlace(ctx, size, view, rival, RIVAL_RADIUS, colors.doubtful, theme);
-  if (place) paintPlace(ctx, size, view, place, PLACE_RADIUS, colors[status], theme);
-  if (rivals.length === 0) return;
-  for (const labelled of [place, ...rivals].slice(0, MOST_LABELLED))
-    if (labelled) paintShare(ctx, size, view, labelled, theme);
+  if (!place) return;
+  for (const rival of rivals.toReversed()) {
+    ctx.save();
+    ctx.globalAlpha = FAINTEST + (1 - FAINTEST) * Math.sqrt(rival.probability / place.probability);
+    paintPlace(ctx, size, view, rival, RIVAL_RADIUS, colors.doubtful, theme.halo);
+    ctx.restore();
+  }
+  paintPlace(ctx, size, view, place, PLACE_RADIUS, colors[status], rivals.length > 0 ? theme.path : theme.halo);
+  if (rivals.length > 0) paintShares(ctx, size, view, [place, ...rivals], theme);
 }
 
 function paintPlace(
@@ -151,8 +158,9 @@ function paintPlace(
   { T_world_sensor: pose, covariance }: LocatedPose,
   radius: number,
   color: string,
-  theme: MapTheme,
+  outline: string,
 ): void {
+  const alpha = ctx.globalAlpha;
   ctx.beginPath();
   for (let step = 0; step < ELLIPSE_STEPS; step++) {
     const [dx, dy] = ofEllipse(covariance, (2 * Math.PI * step) / ELLIPSE_STEPS);
@@ -160,12 +168,12 @@ function paintPlace(
     ctx.lineTo(toScreenX(view, size, x, y), toScreenY(view, size, x, y));
   }
   ctx.closePath();
-  [ctx.fillStyle, ctx.globalAlpha] = [color, 0.25];
+  [ctx.fillStyle, ctx.globalAlpha] = [color, 0.25 * alpha];
   ctx.fill();
-  ctx.globalAlpha = 1;
+  ctx.globalAlpha = alpha;
   [ctx.strokeStyle, ctx.lineWidth] = [color, 1.5];
   ctx.stroke();
-  paintPose(ctx, size, view, pose, radius, color, theme);
+  paintPose(ctx, size, view, pose, radius, color, outline);
 }
 
 function paintPose(
@@ -175,19 +183,25 @@ function paintPose(
   { x, y, theta }: { x: number; y: number; theta: number },
   radius: number,
   color: string,
-  theme: MapTheme,
+  outline: string,
 ): void {
   const [screenX, screenY] = [toScreenX(view, size, x, y), toScreenY(view, size, x, y)];
-  paintArrow(ctx, screenX, screenY, toScreenAngle(view, theta), radius, color, theme.halo);
+  paintArrow(ctx, screenX, screenY, toScreenAngle(view, theta), radius, color, outline);
 }
 
-function paintShare(ctx: Context, size: Size, view: Viewport, place: LocatedPose, theme: MapTheme): void {
-  const { x, y } = place.T_world_sensor;
+/** The probabilities of the most likely places, where there is room for them. */
+function paintShares(ctx: Context, size: Size, view: Viewport, places: readonly LocatedPose[], theme: MapTheme): void {
   [ctx.font, ctx.textAlign, ctx.textBaseline] = ['600 12px system-ui, sans-serif', 'left', 'middle'];
   [ctx.strokeStyle, ctx.lineWidth, ctx.lineJoin, ctx.fillStyle] = [theme.halo, 4, 'round', theme.path];
-  const at = [toScreenX(view, size, x, y) + 14, toScreenY(view, size, x, y) - 12] as const;
-  ctx.strokeText(percent(place.probability), ...at);
-  ctx.fillText(percent(place.probability), ...at);
+  const taken: [number, number][] = [];
+  for (const { T_world_sensor, probability } of places.slice(0, MOST_LABELLED)) {
+    const { x, y } = T_world_sensor;
+    const [left, middle] = [toScreenX(view, size, x, y) + 14, toScreenY(view, size, x, y) - 12];
+    if (taken.some(([x, y]) => Math.abs(x - left) < LABEL_WIDTH && Math.abs(y - middle) < LABEL_HEIGHT)) continue;
+    taken.push([left, middle]);
+    ctx.strokeText(percent(probability), left, middle);
+    ctx.fillText(percent(probability), left, middle);
+  }
 }
 
 /** Never a hundred or nothing where it is less or more than that. */
