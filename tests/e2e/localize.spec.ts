@@ -144,6 +144,34 @@ test('what is wrong with a map is told with the file, and what it lacks is asked
   await expect(viewOf(page).getByText(FOUND, { exact: true })).toBeVisible();
 });
 
+/** The button that stops is clicked as soon as some scans are located: all may be before a click from outside arrives. */
+function stopOnceLocating(view: Element): void {
+  const root = view.shadowRoot;
+  if (!root) throw new Error('There is nothing to stop.');
+  const observer = new MutationObserver(() => {
+    const stop = [...root.querySelectorAll('button')].find((button) => button.textContent.trim() === 'Stop');
+    if (!stop || !root.querySelector('scanstitch-timeline')) return;
+    observer.disconnect();
+    stop.click();
+  });
+  observer.observe(root, { childList: true, subtree: true });
+}
+
+test('what is located before a stop stays, and can be looked at; then all is located', async ({ empty: app, page }) => {
+  await app.drop(MAP);
+  const view = viewOf(page);
+  await view.evaluate(stopOnceLocating);
+  await dropInView(page, DRIVE);
+  const again = view.getByRole('button', { name: 'Locate again' });
+  await expect(again).toBeVisible();
+  await view.getByRole('slider').press('Home');
+  await expect(view.getByRole('heading', { name: 'Scan 1', exact: true })).toBeVisible();
+  await again.click();
+  await expect(view.getByRole('region', { name: 'Result' })).toContainText(
+    `of ${NUM_SCANS} scans have a certain place`,
+  );
+});
+
 onCourse('a course page names a map and a recording', async ({ course, page }) => {
   const files = Object.fromEntries([...MAP, ...DRIVE].map(({ name, content }) => [name, content]));
   await course.open(
