@@ -120,9 +120,9 @@ export class Navigation {
   async locate(files: readonly NamedFile[], notes: readonly Note[]): Promise<boolean> {
     const { handover, parts } = this.#hooks;
     const signal = this.#ask();
-    const { isForLocalization, understandDrop } = await parts.loaded(import('../localize/opening.js'));
-    const dropped = await understandDrop(files, { isForMap: files.length === 1, notes, signal });
-    if (!isForLocalization(dropped)) return false;
+    const { dropWithMap } = await parts.loaded(import('../localize/opening.js'));
+    const dropped = await dropWithMap(files, { isForMap: files.length === 1, notes, signal });
+    if (!dropped) return false;
     await parts.loaded(import('../localize/localize-view.js'));
     if (signal.aborted) return true;
     handover.openLocalization(dropped);

@@ -1,5 +1,5 @@
 /** What was dropped for a localisation: a map, a recording of planar scans, or both. */
-import type { OpenedRecording, OpenProgress } from '../../../package/recording_reader.js';
+import type { OpenedRecording } from '../../../package/recording_reader.js';
 import type { NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
 import { findMap, type FoundMap } from './map-files.js';
@@ -14,25 +14,28 @@ export interface Asked {
   isForMap: boolean;
   notes: readonly Note[];
   signal?: AbortSignal;
-  onProgress?: (progress: OpenProgress) => void;
 }
 
 export async function understandDrop(files: readonly NamedFile[], asked: Asked): Promise<Dropped> {
-  const { isForMap, notes, signal, onProgress } = asked;
-  const { others, ...found } = await findMap(files, isForMap);
+  return withRecording(await findMap(files, asked.isForMap), asked);
+}
+
+/** The same where there is a map; null without, or where it lies beside depth images or clouds: those are opened without it. */
+export async function dropWithMap(files: readonly NamedFile[], asked: Asked): Promise<Dropped | null> {
+  const found = await findMap(files, asked.isForMap);
+  if (!found.map && !found.problem) return null;
+  const dropped = await withRecording(found, asked);
+  const { kind = 'nothing' } = dropped.recording ?? {};
+  return kind === 'nothing' || kind === 'planar_scans' ? dropped : null;
+}
+
+async function withRecording({ others, ...found }: FoundMap, asked: Asked): Promise<Dropped> {
+  const { notes, signal } = asked;
   if (others.length === 0) return { ...found, recording: null, notes: [...notes, ...found.notes] };
   const { openRecording } = await import('../../../package/recording_reader.js');
   const recording = await openRecording(
     others.map(({ name: path, file: blob }) => ({ path, blob })),
-    { notes, ...(signal && { signal }), ...(onProgress && { onProgress }) },
+    { notes, ...(signal && { signal }) },
   );
   return { ...found, recording };
-}
-
-/** A map, unless depth images or clouds in space lie beside it: those are opened as they are without it. */
-export function isForLocalization({ map, problem, recording }: Dropped): boolean {
-  return (
-    (map !== null || problem !== null) &&
-    (recording === null || recording.kind === 'planar_scans' || recording.kind === 'nothing')
-  );
 }

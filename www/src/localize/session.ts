@@ -197,7 +197,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
     this.unscaled = map?.kind === 'picture' ? map : null;
     const isWhole = map !== null && map.kind !== 'picture';
     if (problem) this.tell([errorMessage(problem)]);
-    if (!recording) this.#tellNotes(notes);
+    this.#tellNotes(notes);
     const isRead = recording === null || (await this.#takeRecording(recording));
     signal.throwIfAborted();
     if (isWhole) await this.#openMap(map, 0, signal);
