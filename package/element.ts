@@ -3,7 +3,7 @@
  * The custom element `<scanstitch-app>`: `import 'scanstitch/element'` defines it, and does nothing where there is no page to
  * define it for. Attributes, slots, parts and CSS variables: docs/embedding.md.
  */
-import type { ReconstructionResult, SpatialResult, StrategyResult } from '../pkg/scanstitch.js';
+import type { LocalizationResult, ReconstructionResult, SpatialResult, StrategyResult } from '../pkg/scanstitch.js';
 
 /** Milliseconds of computing. */
 export interface ScanstitchTiming {
@@ -56,6 +56,8 @@ export interface ScanstitchEvents {
   'scanstitch-evaluated': { elapsed_ms: number; total_ms: number };
   /** Marks and projections of the bird's-eye view are on the screen. */
   'scanstitch-projected': { elapsed_ms: number };
+  /** All scans of a recording are located in a map. `elapsed_ms`: since both were there. */
+  'scanstitch-located': Pick<LocalizationResult, 'verdict' | 'summary' | 'num_scans_to_find'> & { elapsed_ms: number };
   /** A comparison of strategies is on the screen. */
   'scanstitch-compared': readonly { name: string; label: string; result: StrategyResult }[];
 }
@@ -66,10 +68,12 @@ export interface ScanstitchAttributes {
   src: string;
   settings: string;
   preset: string;
-  view: 'map' | 'icp' | 'bev' | 'evaluate' | 'strategies';
+  view: 'map' | 'localize' | 'icp' | 'bev' | 'evaluate' | 'strategies';
   theme: 'auto' | 'light' | 'dark';
   /** What stands around the map: nothing; its buttons, the slider and the figures in a line; or header and panels as well. */
   controls: 'none' | 'minimal' | 'full';
+  /** With the view `localize`: the address of the map, map.yaml or `wean.dat`. */
+  map: string;
   /** With the view `icp` and without `src`: a scene of its gallery, such as `corridor`. */
   scene: string;
   /** Whether the page is kept for use without a network; or the address of the service worker that does so. */

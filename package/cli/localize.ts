@@ -3,11 +3,12 @@ import { basename, dirname, resolve } from 'node:path';
 import { gunzipSync } from 'node:zlib';
 import type { Localization, LocalizationResult, OccupancyGrid } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import { localizationPixels } from '../report/localization_pixels.js';
 import { nextTurn } from '../run/spatial_run.js';
 import { type Command, CommandError, type Engine, readArguments, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { openInputs, readRequired } from './inputs.js';
-import { localizationPicture } from './localize_picture.js';
+import { png } from './png.js';
 import { withoutNamed } from './reconstruct.js';
 import { addOdometry, addScans } from './reconstruct_planar.js';
 import { create } from './results.js';
@@ -136,11 +137,12 @@ async function report(
   complain: (problem: string) => void,
 ) {
   const result = localization.result();
+  const { width, height, rgb } = localizationPixels(grid, localization);
   const reportJson = `${JSON.stringify(result, null, 2)}\n`;
   await writeResults(out, {
     'trajectory.tum': localization.trajectory_tum(),
     'report.json': reportJson,
-    'localization.png': localizationPicture(grid, localization, result),
+    'localization.png': png(width, height, rgb),
   });
   result.notes.forEach((text) => note(text));
   const unplaced = result.scans.filter(({ status }) => status !== 'good').length;

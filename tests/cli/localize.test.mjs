@@ -4,43 +4,8 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { BUILDING, driveAt, driveLog, driveOdometry, HALL } from './drive_log.mjs';
 import { scanstitch, temporaryFolder, writeFiles } from './support.mjs';
-
-/** Corners of a building: a corridor with two different recesses that bends into a room. */
-const BUILDING = '0,0 6,0 6,-1 7.5,-1 7.5,0 12,0 12,6 9,6 9,4 10,4 10,2 4,2 4,3.2 2.2,3.2 2.2,2 0,2';
-/** A round hall of another one. */
-const HALL = '3,-4 8,-3 10,1 8,6 3,7 -1,5 -3,1 -1,-3';
-
-/**
- * A robot that drives 20 cm a scan ahead and then to the left, as CARMEN logs it, with its odometry.
- * @param {string} building @param {number} first @param {number} last
- */
-function driveLog(building, first, last) {
-  const corners = building.split(' ').map((corner) => corner.split(',').map(Number));
-  const walls = corners.map((corner, index) => [corner, corners[(index + 1) % corners.length] ?? corner]);
-  /** @param {number[]} at @param {number} angle */
-  const rangeFrom = ([x = 0, y = 0], angle) => {
-    const [dx, dy] = [Math.cos(angle), Math.sin(angle)];
-    const hits = walls.map(([[ax = 0, ay = 0] = [], [bx = 0, by = 0] = []]) => {
-      const determinant = dx * (by - ay) - dy * (bx - ax);
-      const range = ((ax - x) * (by - ay) - (ay - y) * (bx - ax)) / determinant;
-      const share = ((ax - x) * dy - (ay - y) * dx) / determinant;
-      return range > 0 && share >= 0 && share <= 1 ? range : Infinity;
-    });
-    return Math.min(81, ...hits);
-  };
-  const lines = Array.from({ length: last - first }, (_, index) => {
-    const way = 0.2 * (first + index);
-    const [x, y, heading] = way < 9.5 ? [1 + way, 1, 0] : [10.9, 1 + way - 9.5, Math.PI / 2];
-    const turn = way < 9.5 ? Math.max(0, way - 8.5) * (Math.PI / 2) : heading;
-    const ranges = Array.from({ length: 180 }, (_, beam) => {
-      return rangeFrom([x, y], turn + ((beam - 90) * Math.PI) / 180).toFixed(3);
-    });
-    const pose = `${x.toFixed(3)} ${y.toFixed(3)} ${turn.toFixed(4)}`;
-    return `FLASER 180 ${ranges.join(' ')} ${pose} ${pose} ${index} robot ${index}`;
-  });
-  return `${lines.join('\n')}\n`;
-}
 
 test('a drive is found in the map of another one, and not in that of another building', async (t) => {
   const folder = temporaryFolder(t);
@@ -64,9 +29,8 @@ test('a drive is found in the map of another one, and not in that of another bui
   const good = report.scans.filter((/** @type {any} */ scan) => scan.status === 'good');
   assert.ok(good.length > 30, `${good.length} good`);
   for (const { index, place } of good) {
-    const way = 0.2 * (8 + index);
-    const [x, y] = way < 9.5 ? [way, 0] : [9.9, way - 9.5];
-    const off = Math.hypot(place.T_world_sensor.x - x, place.T_world_sensor.y - y);
+    const [x = 0, y = 0] = driveAt(8 + index);
+    const off = Math.hypot(place.T_world_sensor.x - (x - 1), place.T_world_sensor.y - (y - 1));
     assert.ok(off < 0.15, `scan ${index} is off by ${off} m`);
   }
   const tum = readFileSync(join(out, 'trajectory.tum'), 'utf8').trim();
@@ -82,11 +46,7 @@ test('a drive is found in the map of another one, and not in that of another bui
 
 test('where the odometry has a gap, the robot is searched for again', async (t) => {
   const folder = temporaryFolder(t);
-  const poses = Array.from({ length: 58 }, (_, index) => {
-    const way = 0.2 * (8 + index);
-    return way < 9.5 ? [way, 0, Math.max(0, way - 8.5) * (Math.PI / 2)] : [9.9, way - 9.5, Math.PI / 2];
-  });
-  const rows = poses.map((pose, index) => `${index} ${pose.join(' ')}\n`);
+  const rows = driveOdometry(8, 66);
   const [drive = '', later = '', whole = '', broken = ''] = writeFiles(folder, {
     'drive.log': driveLog(BUILDING, 0, 66),
     'later.log': driveLog(BUILDING, 8, 66),

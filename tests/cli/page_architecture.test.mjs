@@ -28,7 +28,7 @@ const LAYERS = {
     ['engine'],
     ['datasets', 'export', 'views'],
     ['components'],
-    ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies'],
+    ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies', 'localize'],
     ['app'],
     ['scanstitch-app'],
   ],

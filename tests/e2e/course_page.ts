@@ -88,7 +88,7 @@ function typeOf(path: string): string {
 /** Runs in the page: what the document hears of any element. */
 export function listen(): void {
   window.heard = [];
-  for (const type of ['scanstitch-progress', 'scanstitch-done', 'scanstitch-error'] as const) {
+  for (const type of ['scanstitch-progress', 'scanstitch-done', 'scanstitch-error', 'scanstitch-located'] as const) {
     addEventListener(type, (event) => {
       const { target, detail } = event as CustomEvent;
       window.heard.push({ type, of: (target as Element).id, detail });

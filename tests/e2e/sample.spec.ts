@@ -133,6 +133,7 @@ test('an address that names another tool is followed on the open page', async ({
     ['#evaluate', 'Evaluate'],
     ['#icp&scene=outliers', 'ICP'],
     ['#strategies', 'Strategies'],
+    ['#localize', 'Localize'],
   ] as const) {
     await page.evaluate((hash) => (location.hash = hash), fragment);
     await expect(shown).toHaveText(tool);
@@ -141,9 +142,9 @@ test('an address that names another tool is followed on the open page', async ({
     if (tool === 'ICP') await expect(page.getByRole('region', { name: 'Question' })).toContainText('Outliers');
   }
   await page.goBack();
-  await expect(shown).toHaveText('ICP');
+  await expect(shown).toHaveText('Strategies');
   await page.goBack();
-  await expect(shown).toHaveText('Evaluate');
+  await expect(shown).toHaveText('ICP');
 });
 
 test('back and forward move between views without a new run', async ({ app, page }) => {
@@ -209,12 +210,15 @@ test('a page that began with the ICP lab goes back to it', async ({ page }) => {
   await expect.poll(() => new URL(page.url()).hash).toContain('scene=outliers');
 });
 
-test('a link leads to Evaluate and to the strategies, and the sample is behind them', async ({ page }) => {
+test('a link leads to Evaluate, to the strategies and to the localisation, and the sample is behind them', async ({
+  page,
+}) => {
   const tools = page.getByRole('navigation', { name: 'Tools' });
   const shown = tools.locator('[aria-current=page]');
   for (const [hash, tool] of [
     ['#evaluate', 'Evaluate'],
     ['#strategies', 'Strategies'],
+    ['#localize', 'Localize'],
   ] as const) {
     await page.goto('about:blank');
     await page.goto(`./${hash}`);

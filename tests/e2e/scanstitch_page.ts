@@ -30,7 +30,7 @@ declare global {
   }
 }
 
-/** Every tool beside the map, its element, and words that it shows once its worker and the engine are there. */
+/** Every tool beside the map that has something to show at once, its element, and words that it shows once its worker and the engine are there. */
 export const TOOL_RESULTS: readonly (readonly [tool: string, element: string, result: string])[] = [
   ['Evaluate', 'scanstitch-evaluate', '1 compared'],
   ["Bird's-eye view", 'scanstitch-bev', 'Polygon'],

@@ -2,7 +2,7 @@
 import { expect, test } from '@playwright/test';
 import { classify } from '../../npm/recording/classify.js';
 import type { Dataset } from '../../www/src/datasets/dataset.js';
-import { combine, type Intake } from '../../www/src/planar/take-in.js';
+import { combine, type Intake } from '../../www/src/datasets/take-in.js';
 import { compareNaturally } from '../../npm/base/natural_order.js';
 import {
   formatAngle,

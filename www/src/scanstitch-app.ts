@@ -29,7 +29,7 @@ import { activityBox } from './components/run-parts.js';
 import { dropStyles, shared, tokens } from './components/theme.js';
 import type { Run, Tool } from './components/tools.js';
 import type { Wishes } from './components/topics-panel.js';
-import { filesOfDrop, filesOfInput, mayBeDepthImages, type NamedFile } from './datasets/gather.js';
+import { filesOfDrop, filesOfInput, mayBeDepthImages, mayHoldMap, type NamedFile } from './datasets/gather.js';
 import type { Note } from './datasets/note.js';
 import { fetchSample } from './datasets/remote.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
@@ -57,6 +57,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('map')) view!: ViewName;
   @property(text('auto')) theme!: ScanstitchElement['theme'];
   @property(text('full')) controls!: Controls;
+  @property(text('')) map!: string;
   @property(text('')) scene!: string;
   @property(asTextOrSwitch) offline!: boolean | string;
   @property({ ...onOrOff, attribute: 'remember-settings' }) rememberSettings!: boolean;
@@ -84,7 +85,11 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     run: () => this.runView(),
     runs: () => [this.planar, this.spatial].filter((run) => run !== null),
   });
-  private handover = new Handover(this, { run: () => this.runView(), spatial: () => this.spatial });
+  private handover = new Handover(this, {
+    run: () => this.runView(),
+    planar: () => this.planar,
+    spatial: () => this.spatial,
+  });
   private navigation = new Navigation(this, {
     workspace: this.workspace,
     handover: this.handover,
@@ -96,7 +101,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
   });
   /** The view that `src` is for. */
-  private sourceView: 'map' | 'bev' | 'icp' = 'map';
+  private sourceView: 'map' | 'bev' | 'icp' | 'localize' = 'map';
 
   private dropTarget = new DropTarget(
     this,
@@ -147,7 +152,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     }
     const { wanted } = this.navigation;
     if (!this.hasUpdated || changed.has('src')) {
-      this.sourceView = wanted === 'bev' || wanted === 'icp' ? wanted : 'map';
+      this.sourceView = wanted === 'bev' || wanted === 'icp' || wanted === 'localize' ? wanted : 'map';
     }
   }
 
@@ -268,8 +273,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     >
       ${viewsBeside(this.navigation, this.handover, {
         isDark: this.isDark(),
+        isNarrow: this.appearance.layout === 'narrow',
         ownsAddress: this.ownsAddress,
         sourceOf: (view) => this.sourceOf(view),
+        map: this.map,
         scene: this.scene,
         isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
       })}
@@ -312,7 +319,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   /** The attribute `src`, where it is for this view and no sample. */
-  private sourceOf(view: 'bev' | 'icp'): string {
+  private sourceOf(view: 'bev' | 'icp' | 'localize'): string {
     return this.sourceView !== view || this.src === 'sample' || isNothing(this.src) ? '' : this.src;
   }
 
@@ -366,6 +373,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private async take(files: readonly NamedFile[], requestedAt: number, notes: readonly Note[]): Promise<void> {
+    if (mayHoldMap(files) && (await this.navigation.locate(files, notes))) return;
     if (files.length > 0) return this.workspace.take(files, { requestedAt, notes });
     for (const { file, reason } of notes) this.runView()?.session.report(`${file}: ${reason}`, 'Drop it again');
   }

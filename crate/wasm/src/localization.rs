@@ -7,8 +7,10 @@ use crate::thrown::Thrown;
 
 use crate::occupancy_grid::OccupancyGrid;
 use crate::{Reconstruction, plain};
+use scanstitch::error::Error;
 use scanstitch::geometry::RigidMotion;
-use scanstitch::pipeline::planar::{Localization as Run, LocalizationResult};
+use scanstitch::odometry::assessment::Status;
+use scanstitch::pipeline::planar::{Localization as Run, LocalizationResult, LocatedScan};
 
 /// The scans of a reconstruction, located in a map: call `step()` until it returns false, and `result()` at any time. Call `free()`
 /// when it is no longer used.
@@ -51,6 +53,40 @@ impl Localization {
     /// No input causes an error.
     pub fn result(&self) -> Result<Ts<LocalizationResult>, Thrown> {
         Ok(plain(&self.run.result()))
+    }
+
+    /// The result so far with an empty list of scans: `scan` tells of each.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    pub fn outcome(&self) -> Result<Ts<LocalizationResult>, Thrown> {
+        Ok(plain(&self.run.outcome()))
+    }
+
+    /// Where a scan was taken.
+    ///
+    /// # Errors
+    /// When it has not been located yet.
+    pub fn scan(&self, scan: usize) -> Result<Ts<LocatedScan>, Thrown> {
+        let located = self.run.scan(scan);
+        Ok(plain(&located.ok_or_else(|| Error::whole(format!("Scan {scan} has not been located yet"), "Call step()"))?))
+    }
+
+    /// Status (0 good, 1 doubtful, 2 lost), x, y (m) and theta (rad) of each scan so far at its most likely place; NaN where it has none.
+    pub fn track(&self) -> Vec<f64> {
+        let poses = self.run.poses();
+        let states = self.run.locations().iter().zip(&poses).map(|(location, pose)| {
+            let status = match location.status {
+                Status::Good => 0.0,
+                Status::Doubtful => 1.0,
+                Status::Lost => 2.0,
+            };
+            pose.map_or([status, f64::NAN, f64::NAN, f64::NAN], |pose| {
+                let position = pose.translation.vector;
+                [status, position.x, position.y, pose.rotation.angle()]
+            })
+        });
+        states.flatten().collect()
     }
 
     /// The returns of a scan at its most likely place: x y x y ... in the world (m); none where it has no place.

@@ -5,10 +5,13 @@ import type { View } from '../components/tools.js';
 
 interface Shown {
   isDark: boolean;
+  isNarrow: boolean;
   /** Whether the page's address is the element's own. */
   ownsAddress: boolean;
   /** The attribute `src`, where it is for this view. */
-  sourceOf(view: 'bev' | 'icp'): string;
+  sourceOf(view: 'bev' | 'icp' | 'localize'): string;
+  /** Address of the map to locate in. */
+  map: string;
   /** The scene that the lab begins with. */
   scene: string;
   /** Whether the bird's-eye view begins without the sample. */
@@ -17,8 +20,8 @@ interface Shown {
 
 export function viewsBeside(
   { shown, opened }: { shown: View; opened: ReadonlySet<View> },
-  { evaluated, compared, lookedInto }: Handover,
-  { isDark, ownsAddress, sourceOf, scene, isBevEmpty }: Shown,
+  { evaluated, compared, lookedInto, toLocate, dropped }: Handover,
+  { isDark, isNarrow, ownsAddress, sourceOf, map, scene, isBevEmpty }: Shown,
 ): TemplateResult {
   const drawn = (view: View, template: (isHidden: boolean) => TemplateResult): TemplateResult | typeof nothing =>
     opened.has(view) ? template(shown !== view) : nothing;
@@ -31,6 +34,20 @@ export function viewsBeside(
     'strategies',
     (isHidden) =>
       html`<scanstitch-strategies ?hidden=${isHidden} ?dark=${isDark} .given=${compared}></scanstitch-strategies>`,
+  )}
+  ${drawn(
+    'localize',
+    (isHidden) =>
+      html`<scanstitch-localize
+        ?hidden=${isHidden}
+        ?dark=${isDark}
+        ?narrow=${isNarrow}
+        .given=${toLocate}
+        .dropped=${dropped}
+        map=${map}
+        src=${sourceOf('localize')}
+        ?linked=${ownsAddress}
+      ></scanstitch-localize>`,
   )}
   ${drawn(
     'icp',

@@ -4,12 +4,21 @@ import type { Handover } from '../components/handover.js';
 import type { PageParts } from '../components/page-parts.js';
 import type { Run, Tool, View } from '../components/tools.js';
 import { ViewHistory } from '../components/view-history.js';
+import type { NamedFile } from '../datasets/gather.js';
+import type { Note } from '../datasets/note.js';
 import { LastRequest } from '../engine/last-request.js';
 import { ownerOf } from '../views/settings-link.js';
 import type { Workspace } from './workspace.js';
 
 /** Names of the views in the attribute `view`. */
-export const VIEWS = { map: null, bev: 'bev', icp: 'icp', evaluate: 'evaluation', strategies: 'strategies' } as const;
+export const VIEWS = {
+  map: null,
+  bev: 'bev',
+  icp: 'icp',
+  evaluate: 'evaluation',
+  strategies: 'strategies',
+  localize: 'localize',
+} as const;
 export type ViewName = keyof typeof VIEWS;
 export const isViewName = (name: string): name is ViewName => Object.hasOwn(VIEWS, name);
 export const isRun = (view: View): view is Run => view === 'planar' || view === 'spatial';
@@ -97,10 +106,28 @@ export class Navigation {
         await parts.loaded(import('../strategies/strategies-view.js'));
         handover.openStrategies();
         break;
+      case 'localize':
+        await parts.loaded(import('../localize/localize-view.js'));
+        handover.openLocalization();
+        break;
       case 'bev':
         await parts.loaded(import('../bev/bev-view.js'));
     }
     if (!signal.aborted) this.show(tool);
+  }
+
+  /** Opens the map among files that were dropped, and the scans beside it; whether there is a map. */
+  async locate(files: readonly NamedFile[], notes: readonly Note[]): Promise<boolean> {
+    const { handover, parts } = this.#hooks;
+    const signal = this.#ask();
+    const { dropWithMap } = await parts.loaded(import('../localize/opening.js'));
+    const dropped = await dropWithMap(files, { isForMap: files.length === 1, notes, signal });
+    if (!dropped) return false;
+    await parts.loaded(import('../localize/localize-view.js'));
+    if (signal.aborted) return true;
+    handover.openLocalization(dropped);
+    this.show('localize');
+    return true;
   }
 
   /** The registration of a scan or frame; null: of the selected one to the one before. */

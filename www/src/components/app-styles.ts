@@ -126,7 +126,7 @@ export const appStyles = css`
   }
   .tools button {
     min-height: 100%;
-    padding: 0 11px;
+    padding: 0 9px;
     border: 0;
     border-radius: 0;
     background: none;

@@ -1,7 +1,7 @@
 /** What the views beside a run take over from it when they are opened: its result, its recording, two of its clouds. */
 import type { ReactiveControllerHost } from 'lit';
 import type { GivenClouds } from './given-clouds.js';
-import type { GivenFiles, GivenRecording, ViewFacts } from './run-kind.js';
+import type { GivenFiles, GivenRecording, GivenScans, ViewFacts } from './run-kind.js';
 
 interface Run {
   readonly facts: ViewFacts;
@@ -13,6 +13,7 @@ interface Run {
 export interface HandoverHooks {
   /** The run that is shown, or lies behind a view beside it; null before there is one. */
   run(): Run | null;
+  planar(): { scansToLocate(): GivenScans | null } | null;
   spatial(): { recordingToCompare(): GivenRecording | null } | null;
 }
 
@@ -20,6 +21,9 @@ export class Handover {
   evaluated: GivenFiles | null = null;
   compared: GivenRecording | null = null;
   lookedInto: GivenClouds | null = null;
+  toLocate: GivenScans | null = null;
+  /** A map that was dropped on another view, and the recording beside it. */
+  dropped: unknown = null;
   readonly #host: ReactiveControllerHost;
   readonly #hooks: HandoverHooks;
   /** The result that was taken over last; its map is not kept alive by this. */
@@ -59,6 +63,13 @@ export class Handover {
     const recording = this.#hooks.spatial()?.recordingToCompare() ?? null;
     const [before, now] = [this.compared?.inputs, recording?.inputs];
     if (before?.jobs !== now?.jobs || before?.reference?.path !== now?.reference?.path) this.compared = recording;
+    this.#host.requestUpdate();
+  }
+
+  /** The scans of the run go along, and what was dropped. */
+  openLocalization(dropped = this.dropped): void {
+    this.dropped = dropped;
+    this.toLocate = this.#hooks.planar()?.scansToLocate() ?? this.toLocate;
     this.#host.requestUpdate();
   }
 

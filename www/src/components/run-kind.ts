@@ -1,4 +1,5 @@
 /** What a view of a run says of itself, and what it hands to the views beside it. */
+import type { Inputs, Settings } from '../engine/protocol.js';
 import type { SpatialInputs } from '../engine/spatial-client.js';
 import type { SpatialSettings } from '../engine/spatial-protocol.js';
 import type { Noun } from './frame-parts.js';
@@ -37,6 +38,14 @@ export interface GivenRecording {
   inputs: SpatialInputs;
   /** How its frames are read. */
   settings: Partial<SpatialSettings>;
+}
+
+/** Planar scans to be located in a map. */
+export interface GivenScans {
+  title: string;
+  inputs: Pick<Inputs, 'scans' | 'odometry'>;
+  /** How they are read. */
+  settings: Partial<Settings>;
 }
 
 /** The recording that was replaced by the one that is open, or that was open before it was undone. */

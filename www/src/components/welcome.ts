@@ -66,7 +66,7 @@ export const welcomeStyles = css`
   .welcome {
     position: relative;
     display: grid;
-    grid-template-columns: minmax(0, 5fr) minmax(0, 6fr);
+    grid-template-columns: minmax(0, 4fr) minmax(0, 6fr);
     gap: 6px 32px;
     flex: none;
     padding: 9px 44px 9px 16px;
@@ -106,9 +106,9 @@ export const welcomeStyles = css`
   }
   .welcome .tools {
     display: grid;
-    grid-template-columns: repeat(5, auto);
+    grid-template-columns: repeat(6, auto);
     align-content: center;
-    gap: 16px;
+    gap: 12px;
     font-size: calc(12.5 * var(--px));
   }
   .welcome li {

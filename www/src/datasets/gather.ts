@@ -38,6 +38,13 @@ export function mayBeDepthImages({ items }: DataTransfer): boolean {
   return types.length < 2 || types.some((type) => /^image\/|zip/.test(type));
 }
 
+/** Whether one of these may be an occupancy map, by their names: that is looked into. */
+export function mayHoldMap(files: readonly NamedFile[]): boolean {
+  const [only] = files;
+  const isPicture = files.length === 1 && /(map|grid|floor)[^/]*\.(pgm|png|ppm|jpe?g)$/i.test(only?.name ?? '');
+  return isPicture || files.some(({ name }) => /\.(ya?ml|dat(\.gz)?)$/i.test(name));
+}
+
 /** All files of a file or folder dialogue. */
 export function filesOfInput(input: HTMLInputElement): NamedFile[] {
   return Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));

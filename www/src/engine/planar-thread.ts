@@ -23,6 +23,7 @@ import type {
   Settings,
   Timing,
 } from './protocol.js';
+import { otherMessages } from './other-messages.js';
 import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
 
 /** The full engine, or the part of it that reads scans alone and no logs. */
@@ -338,18 +339,6 @@ function toProblem(error: unknown, file: string): Problem {
 
 function post(event: PlanarEvent, transfer: Transferable[] = []): void {
   emit(event, transfer);
-}
-
-const channel = new MessageChannel();
-const waiting: (() => void)[] = [];
-channel.port1.onmessage = () => waiting.shift()?.();
-
-/** Lets the messages that wait be handled first: a task of our own behind them, without the delay of a timer. */
-function otherMessages(): Promise<void> {
-  return new Promise((resolve) => {
-    waiting.push(resolve);
-    channel.port2.postMessage(null);
-  });
 }
 
 /** In a worker: reconstructs with this engine. */

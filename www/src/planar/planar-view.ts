@@ -7,7 +7,7 @@ import type { GivenClouds } from '../components/given-clouds.js';
 import type { ScanstitchMapPoints, ScanstitchResult } from '../components/host-events.js';
 import { Fetched } from '../components/fetched.js';
 import { emptyView } from '../components/run-parts.js';
-import type { GivenFiles, Loaded, RunKind } from '../components/run-kind.js';
+import type { GivenFiles, GivenScans, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { welcome, welcomeStyles } from '../components/welcome.js';
 import type {
@@ -85,6 +85,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   override removeReference(): void {
     const reference = this.session.dataset?.reference;
     if (reference) this.session.remove(reference.name);
+  }
+
+  /** Null where nothing but the sample is open. */
+  scansToLocate(): GivenScans | null {
+    const { dataset, settings } = this.session;
+    return dataset && !this.isSample() ? { title: dataset.title, inputs: dataset, settings: settings ?? {} } : null;
   }
 
   override async cloudsToRegister(frame: number | null): Promise<GivenClouds | null> {

@@ -1,5 +1,6 @@
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
 import type { Dataset, Opened } from '../datasets/dataset.js';
+import { combine, hasLog, type Intake, takeIn } from '../datasets/take-in.js';
 import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
@@ -18,7 +19,6 @@ import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
 import { NO_POINTS, type PointSet } from '../views/point-layer.js';
 import type { TableImports } from './table-imports.js';
-import { combine, hasLog, type Intake, takeIn } from './take-in.js';
 
 /** A thousand files are read in a second: their names are shown at most this often. */
 const READING_INTERVAL_MS = 50;

@@ -5,7 +5,7 @@
 import type { Dataset } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
 import type { TableRequest } from './table-import.js';
-import type { Intake } from './take-in.js';
+import type { Intake } from '../datasets/take-in.js';
 import { rememberTable, tableOfLink } from './table-format.js';
 
 /** Names of trajectories, which are no tables of ranges. */

@@ -140,7 +140,7 @@ function paintCross(ctx: Context, x: number, y: number, radius: number, theme: M
 }
 
 /** A kite whose tip points along `angle`, counter-clockwise on the screen. */
-function paintArrow(
+export function paintArrow(
   ctx: Context,
   x: number,
   y: number,

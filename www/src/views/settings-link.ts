@@ -14,7 +14,7 @@ export interface SettingsFacts<S extends object> {
 }
 
 /** Views that a fragment may name. */
-const NAMED = ['spatial', 'bev', 'icp', 'evaluate', 'strategies'] as const;
+const NAMED = ['spatial', 'bev', 'icp', 'evaluate', 'strategies', 'localize'] as const;
 
 /** Which view a fragment is of. */
 export function ownerOf(fragment: string): Settable | (typeof NAMED)[number] {

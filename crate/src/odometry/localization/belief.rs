@@ -14,10 +14,15 @@ use crate::odometry::planar::MeasuredMotion;
 const WINDOW_SIGMA: (f64, f64) = (0.02, 0.1);
 
 /// A pose in the grid's frame with its covariance (perturbation on the right, rotation first).
+///
+/// Scans that see the same piece of a wall share its error in the map, so what they tell of a pose is counted once: of what the scan before
+/// told, the next one takes the place as far as it sees the same.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimate {
     pub pose: Pose2,
     pub covariance: Matrix3<f64>,
+    /// The covariance without the scan that was registered last.
+    rest: Matrix3<f64>,
 }
 
 impl Estimate {
@@ -25,33 +30,39 @@ impl Estimate {
     pub(super) fn in_window(T_grid_middle: &Pose2, T_middle_scan: &Pose2) -> Self {
         let sigmas = Vector3::new(WINDOW_SIGMA.0, WINDOW_SIGMA.1, WINDOW_SIGMA.1);
         let covariance = Matrix3::from_diagonal(&sigmas.map(|sigma| sigma * sigma));
-        Self { pose: (T_grid_middle * T_middle_scan).renormalized(), covariance }
+        Self { pose: (T_grid_middle * T_middle_scan).renormalized(), covariance, rest: covariance }
     }
 
     /// After a motion.
     pub(super) fn moved(&self, motion: &MeasuredMotion) -> Self {
         let adjoint = motion.T_before_sensor.inverse().adjoint();
+        let moved = |covariance: &Matrix3<f64>| adjoint * (covariance + motion.covariance) * adjoint.transpose();
         Self {
             pose: (self.pose * motion.T_before_sensor).renormalized(),
-            covariance: adjoint * (self.covariance + motion.covariance) * adjoint.transpose(),
+            covariance: moved(&self.covariance),
+            rest: moved(&self.rest),
         }
     }
 
     /// Before a motion that led here.
     pub(super) fn moved_back(&self, motion: &MeasuredMotion) -> Self {
         let adjoint = motion.T_before_sensor.adjoint();
+        let moved = |covariance: &Matrix3<f64>| adjoint * covariance * adjoint.transpose() + motion.covariance;
         Self {
             pose: (self.pose * motion.T_before_sensor.inverse()).renormalized(),
-            covariance: adjoint * self.covariance * adjoint.transpose() + motion.covariance,
+            covariance: moved(&self.covariance),
+            rest: moved(&self.rest),
         }
     }
 
-    /// Registered to the map, and what the beams say of it.
-    pub(super) fn registered(&self, field: &MapField, model: &BeamModel, beams: &[Beam]) -> (Self, Fit) {
-        let prior = Prior { pose: self.pose, information: inverse(&self.covariance) };
+    /// Registered to the map, and what the beams say of it. `shared`: the part of them that shows what was shown before.
+    pub(super) fn registered(&self, field: &MapField, model: &BeamModel, beams: &[Beam], shared: f64) -> (Self, Fit) {
+        let information = (1.0 - shared) * inverse(&self.covariance) + shared * inverse(&self.rest);
+        let prior = Prior { pose: self.pose, information };
         let refined = refine(field, model, beams, &self.pose, Some(&prior));
-        let covariance = inverse(&(refined.information + prior.information));
-        (Self { pose: refined.pose, covariance }, field.fit(model, beams, &refined.pose))
+        let covariance = inverse(&(refined.information + information));
+        let fit = field.fit(model, beams, &refined.pose);
+        (Self { pose: refined.pose, covariance, rest: inverse(&information) }, fit)
     }
 }
 
@@ -98,9 +109,9 @@ impl Belief {
     }
 
     /// Registers all of them, and weighs them by so many new pieces of walls.
-    pub(super) fn weigh(&mut self, field: &MapField, model: &BeamModel, beams: &[Beam], num_new: usize) {
+    pub(super) fn weigh(&mut self, field: &MapField, model: &BeamModel, beams: &[Beam], num_new: usize, shared: f64) {
         for hypothesis in &mut self.hypotheses {
-            (hypothesis.estimate, hypothesis.fit) = hypothesis.estimate.registered(field, model, beams);
+            (hypothesis.estimate, hypothesis.fit) = hypothesis.estimate.registered(field, model, beams, shared);
             hypothesis.log_odds += log_odds(num_new, hypothesis.fit.mean());
         }
         self.hypotheses.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));

@@ -175,7 +175,7 @@ impl Localizer {
     fn follow(&mut self, mut belief: Belief, beams: &[Beam], motion: &MeasuredMotion, num_new: Option<usize>) -> State {
         belief.move_on(motion);
         let Some(num_new) = num_new else { return State::Following(belief) };
-        belief.weigh(&self.field, &self.model, beams, num_new);
+        belief.weigh(&self.field, &self.model, beams, num_new, self.window.shared());
         let (probabilities, elsewhere) = belief.probabilities();
         if elsewhere >= CERTAIN {
             self.next_search = NextSearch::NOW;
@@ -193,10 +193,10 @@ impl Localizer {
 
     /// Places the scans of the window from the last one back, where they are not certain yet.
     fn place_window(&mut self, now: &Estimate) {
-        let mut estimate = *now;
+        let (mut estimate, mut shared) = (*now, 1.0);
         for scan in self.window.scans.iter().rev() {
-            let (registered, fit) = estimate.registered(&self.field, &self.model, &scan.beams);
-            estimate = registered.moved_back(&scan.motion);
+            let (registered, fit) = estimate.registered(&self.field, &self.model, &scan.beams, shared);
+            (estimate, shared) = (registered.moved_back(&scan.motion), scan.shared);
             let location = self.certain(&registered, &fit, MAX_LOG_ODDS);
             match self.locations.get_mut(scan.frame) {
                 Some(known) if known.status == Status::Good => break,
@@ -215,7 +215,7 @@ impl Localizer {
         motion: &MeasuredMotion,
         num_new: Option<usize>,
     ) -> State {
-        let (estimate, fit) = last.moved(motion).registered(&self.field, &self.model, beams);
+        let (estimate, fit) = last.moved(motion).registered(&self.field, &self.model, beams, self.window.shared());
         let odds = (odds + log_odds(num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS);
         self.locations.push(self.certain(&estimate, &fit, odds));
         if odds > -odds_of(CERTAIN) {
@@ -283,7 +283,7 @@ impl Localizer {
     fn undecided(&self, belief: &Belief, is_complete: bool) -> Location {
         let (probabilities, elsewhere) = belief.probabilities();
         let place = |(hypothesis, probability): (&Hypothesis, &f64)| {
-            let Estimate { pose, covariance } = &hypothesis.estimate;
+            let Estimate { pose, covariance, .. } = &hypothesis.estimate;
             Place::new(&self.field, pose, covariance, *probability)
         };
         let mut all: Vec<Place> = belief.hypotheses.iter().zip(&probabilities).map(place).collect();

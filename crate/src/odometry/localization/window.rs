@@ -29,6 +29,8 @@ pub(super) struct WindowScan {
     pub beams: Vec<Beam>,
     /// From the scan before; of the first one, of no meaning.
     pub motion: MeasuredMotion,
+    /// Part of the pieces of walls that it shows which scans before it have shown.
+    pub shared: f64,
     /// Way from the first scan (m).
     way: f64,
     is_keyframe: bool,
@@ -83,15 +85,23 @@ impl Window {
         let off = self.last_keyframe.inverse() * pose;
         let is_keyframe =
             self.scans.is_empty() || off.translation_norm() > KEYFRAME.0 || off.rotation_angle() > KEYFRAME.1;
+        let pieces: HashSet<_> = beams.iter().map(|beam| cell_of(&pose.act(&beam.end), PIECE)).collect();
         let num_known = self.pieces.len();
+        let num_shared = pieces.iter().filter(|&piece| self.pieces.contains(piece)).count();
+        let shared = num_shared as f64 / pieces.len().max(1) as f64;
         if is_keyframe {
             self.last_keyframe = pose;
-            self.pieces.extend(beams.iter().map(|beam| cell_of(&pose.act(&beam.end), PIECE)));
+            self.pieces.extend(pieces);
         }
-        self.scans.push(WindowScan { frame, pose, beams, motion: *motion, way, is_keyframe });
+        self.scans.push(WindowScan { frame, pose, beams, motion: *motion, shared, way, is_keyframe });
         let too_far = self.scans.partition_point(|scan| scan.way < way - LONGEST);
         self.scans.drain(..too_far);
         is_keyframe.then(|| self.pieces.len() - num_known)
+    }
+
+    /// Part of what the last scan shows that scans before it have shown.
+    pub(super) fn shared(&self) -> f64 {
+        self.scans.last().map_or(0.0, |last| last.shared)
     }
 
     /// The first scan within this way from the last one (m).

@@ -160,16 +160,28 @@ impl Localization {
 
     /// What is known so far.
     pub fn result(&self) -> LocalizationResult {
-        let located = self.labels.iter().zip(self.locations()).zip(&self.T_laser_robot);
-        let scans = located.map(|((label, location), T_laser_robot)| located_scan(label, location, T_laser_robot));
+        LocalizationResult {
+            scans: (0..self.locations().len()).filter_map(|frame| self.scan(frame)).collect(),
+            ..self.outcome()
+        }
+    }
+
+    /// The same without the scans.
+    pub fn outcome(&self) -> LocalizationResult {
         LocalizationResult {
             version: env!("CARGO_PKG_VERSION"),
             verdict: self.localizer.verdict(),
             summary: self.summary(),
             num_scans_to_find: self.num_scans_to_find(),
-            scans: scans.collect(),
+            scans: Vec::new(),
             notes: self.notes.clone(),
         }
+    }
+
+    /// Where a scan was taken; `None` where it has not been located yet.
+    pub fn scan(&self, frame: usize) -> Option<LocatedScan> {
+        let location = self.locations().get(frame)?;
+        Some(located_scan(&self.labels[frame], location, &self.T_laser_robot[frame]))
     }
 
     /// How many scans it took until a place was certain.

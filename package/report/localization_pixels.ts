@@ -1,6 +1,5 @@
-/** A picture of located scans over their map. */
-import type { Localization, LocalizationResult, OccupancyGrid } from '../../pkg/scanstitch.js';
-import { png } from './png.js';
+/** A picture of located scans over their map, a pixel a cell. */
+import type { Localization, OccupancyGrid } from '../../pkg/scanstitch.js';
 
 type Color = [number, number, number];
 const RETURN: Color = [0, 114, 178];
@@ -9,7 +8,8 @@ const DOUBTFUL: Color = [230, 120, 0];
 /** Most scans whose returns are drawn. */
 const MOST_SCANS = 500;
 
-export function localizationPicture(grid: OccupancyGrid, localization: Localization, { scans }: LocalizationResult) {
+/** Row by row from the top, as `localization.png` shows them. */
+export function localizationPixels(grid: OccupancyGrid, localization: Localization) {
   const { width, height, resolution, yaw } = grid;
   const [x0 = 0, y0 = 0] = grid.origin;
   const rgb = new Uint8Array(3 * width * height);
@@ -25,16 +25,17 @@ export function localizationPicture(grid: OccupancyGrid, localization: Localizat
       }
     }
   };
-  const step = Math.ceil(scans.length / MOST_SCANS);
-  scans.forEach(({ status }, index) => {
-    if (status !== 'good' || index % step > 0) return;
-    const points = localization.scan_points(index);
+  const track = localization.track();
+  const num_scans = track.length / 4;
+  const step = Math.ceil(num_scans / MOST_SCANS);
+  for (let scan = 0; scan < num_scans; scan += step) {
+    if (track[4 * scan] !== 0) continue;
+    const points = localization.scan_points(scan);
     for (let i = 0; i + 1 < points.length; i += 2) dot(points[i] ?? 0, points[i + 1] ?? 0, RETURN);
-  });
-  for (const { status, place } of scans) {
-    if (place && status !== 'lost') {
-      dot(place.T_world_sensor.x, place.T_world_sensor.y, status === 'good' ? CERTAIN : DOUBTFUL, 1);
-    }
   }
-  return png(width, height, rgb);
+  for (let i = 0; i < track.length; i += 4) {
+    const [status = 2, x = Number.NaN, y = Number.NaN] = track.subarray(i, i + 3);
+    if (status < 2 && Number.isFinite(x)) dot(x, y, status === 0 ? CERTAIN : DOUBTFUL, 1);
+  }
+  return { width, height, rgb };
 }

@@ -3,8 +3,8 @@ import { compareNaturally } from '../../../package/base/natural_order.js';
 import type { OpenedRecording } from '../../../package/recording_reader.js';
 import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
-import type { Dataset } from '../datasets/dataset.js';
-import type { Note } from '../datasets/note.js';
+import type { Dataset } from './dataset.js';
+import type { Note } from './note.js';
 
 /** Planar scans and what lies beside them, read. */
 export interface Intake {
@@ -71,7 +71,7 @@ export function combine(present: Dataset | null, intake: Intake, joins: boolean)
 }
 
 /** The file where it is one, else the folder that all scans share, else "Your scans". */
-function titleOf(scans: readonly InputFile[]): string {
+export function titleOf(scans: readonly InputFile[]): string {
   const [only] = scans;
   if (only && scans.length === 1) return only.name.split('/').at(-1) ?? only.name;
   const folders = scans.map(({ name }) => name.split('/').slice(0, -1));

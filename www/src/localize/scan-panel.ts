@@ -1,0 +1,105 @@
+/** What is known of a scan's place, in words and figures. */
+import { html, nothing, type TemplateResult } from 'lit';
+import { icon } from '../components/icons.js';
+import { baseName, formatAngle, formatFixed, formatPercent, plural } from '../views/format.js';
+import type { Status } from '../views/map-painter.js';
+import { percent } from './paint.js';
+import type { LocatedPose, ScanDetails } from './protocol.js';
+
+/** Rivals that are listed; all are drawn. */
+const MOST_LISTED = 12;
+
+const WORDS: Record<Status, string> = { good: 'certain', doubtful: 'undecided', lost: 'no place' };
+
+export function scanBadge(status: Status): TemplateResult {
+  return html`<span class="status ${status}">${icon(status, 13)}${WORDS[status]}</span>`;
+}
+
+/** `styles`: localizeStyles, statusStyles, tableStyles. */
+export function scanPanel({ index, scan }: ScanDetails): TemplateResult {
+  const { name, status, reason, place, rivals, elsewhere, agreement, is_known_at_once } = scan;
+  return html`<section class="scan" aria-label="Selected scan">
+    <header>
+      <h2>Scan ${index + 1}</h2>
+      <span class="muted name" title=${name}>${baseName(name)}</span>
+      ${scanBadge(status)}
+    </header>
+    <p>${reason ? sentenceOf(reason) : certainWords(is_known_at_once)}</p>
+    ${
+      place
+        ? html`<dl>
+            <dt>Position</dt>
+            <dd class="number">${positionWords(place)}</dd>
+            <dt>Heading</dt>
+            <dd class="number">${headingWords(place)}</dd>
+            <dt>Probability</dt>
+            <dd class="number">${percent(place.probability)}</dd>
+            <dt>Of being elsewhere</dt>
+            <dd class="number">${percent(elsewhere)}</dd>
+            <dt>Beams on walls</dt>
+            <dd class="number">${formatPercent(agreement)}</dd>
+          </dl>`
+        : nothing
+    }
+    ${rivals.length > 0 ? rivalTable(rivals) : nothing}
+  </section>`;
+}
+
+function certainWords(isKnownAtOnce: boolean): string {
+  return isKnownAtOnce
+    ? 'Its place is certain: this scan and those before it tell it.'
+    : 'Its place is certain: the scans after it tell it.';
+}
+
+/** Every other place that it may have been taken at, the most likely one first. */
+function rivalTable(rivals: readonly LocatedPose[]): TemplateResult {
+  const rest = rivals.length - MOST_LISTED;
+  return html`<h3>${plural(rivals.length, 'other place')}</h3>
+    <table aria-label="Other places">
+      <thead>
+        <tr>
+          <th scope="col">x (m)</th>
+          <th scope="col">y (m)</th>
+          <th scope="col">heading</th>
+          <th scope="col">probability</th>
+        </tr>
+      </thead>
+      <tbody>
+        ${rivals.slice(0, MOST_LISTED).map(
+          ({ T_world_sensor: { x, y, theta }, probability }) =>
+            html`<tr>
+              <td>${formatFixed(x, 2)}</td>
+              <td>${formatFixed(y, 2)}</td>
+              <td>${formatAngle(theta, 0)}</td>
+              <td>${percent(probability)}</td>
+            </tr>`,
+        )}
+      </tbody>
+    </table>
+    ${rest > 0 ? html`<p class="muted">and ${rest} less likely ones</p>` : nothing}`;
+}
+
+/** One standard deviation along the axis in which it is less certain. */
+function positionWords({ T_world_sensor: { x, y }, covariance }: LocatedPose): string {
+  const [xx = 0, xy = 0, , , yy = 0] = covariance;
+  const largest = (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy);
+  return `${formatFixed(x, 2)}, ${formatFixed(y, 2)} m ± ${formatFixed(Math.sqrt(Math.max(largest, 0)), 2)} m`;
+}
+
+function headingWords({ T_world_sensor: { theta }, covariance }: LocatedPose): string {
+  return `${formatAngle(theta, 1)} ± ${formatAngle(Math.sqrt(Math.max(covariance[8] ?? 0, 0)), 1)}`;
+}
+
+function sentenceOf(reason: string): string {
+  return `${reason.charAt(0).toUpperCase()}${reason.slice(1)}.`;
+}
+
+/** The map and the selected scan, for those who do not see them. */
+export function mapWords(mapName: string, size: readonly [number, number], details: ScanDetails | null): string {
+  const map = `${mapName}, ${formatFixed(size[0], 0)} by ${formatFixed(size[1], 0)} metres.`;
+  if (!details) return map;
+  const { index, scan } = details;
+  const where = scan.place ? ` at ${positionWords(scan.place)}, heading ${headingWords(scan.place)}` : '';
+  const others = scan.rivals.length > 0 ? `, ${plural(scan.rivals.length, 'other place')}` : '';
+  return `${map} Scan ${index + 1}: ${WORDS[scan.status]}${where}${others}.`;
+}
