@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValue
 import { customElement, property, query, state } from 'lit/decorators.js';
 import './planar/planar-view.js';
 import { viewsBeside } from './app/beside.js';
-import { isRun, isViewName, Navigation, type ViewName, VIEWS } from './app/navigation.js';
+import { isRun, isViewName, Navigation, type SourceView, type ViewName, VIEWS } from './app/navigation.js';
 import { Workspace } from './app/workspace.js';
 import { appHeader } from './components/app-header.js';
 import { type Controls, CONTROLS } from './components/controls.js';
@@ -100,8 +100,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     dropped: () => (this.spatial?.facts.result ? this.spatial : null),
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
   });
-  /** The view that `src` is for. */
-  private sourceView: 'map' | 'bev' | 'icp' | 'localize' = 'map';
+  private sourceView: SourceView = 'map';
 
   private dropTarget = new DropTarget(
     this,
@@ -141,19 +140,15 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     const names = ['settings', 'preset', 'theme', 'view', 'controls'] as const;
     if (names.some((name) => changed.get(name) !== undefined)) this.api.forgetRefused();
     if (changed.get('view') !== undefined) this.navigation.addressView = null;
-    if (changed.has('theme') && !THEMES.includes(this.theme)) {
-      this.api.refuse([`“${this.theme}” is not a theme: ${THEMES.join(', ')}`]);
+    for (const [name, value, what, known] of [
+      ['theme', this.theme, 'a theme', THEMES],
+      ['controls', this.controls, 'a value of controls', CONTROLS],
+      ['view', this.view, 'a view', Object.keys(VIEWS)],
+    ] as const) {
+      if (changed.has(name) && !known.some((one) => one === value))
+        this.api.refuse([`“${value}” is not ${what}: ${known.join(', ')}`]);
     }
-    if (changed.has('controls') && !CONTROLS.includes(this.controls)) {
-      this.api.refuse([`“${String(this.controls)}” is not a value of controls: ${CONTROLS.join(', ')}`]);
-    }
-    if (changed.has('view') && !isViewName(this.view)) {
-      this.api.refuse([`“${String(this.view)}” is not a view: ${Object.keys(VIEWS).join(', ')}`]);
-    }
-    const { wanted } = this.navigation;
-    if (!this.hasUpdated || changed.has('src')) {
-      this.sourceView = wanted === 'bev' || wanted === 'icp' || wanted === 'localize' ? wanted : 'map';
-    }
+    if (!this.hasUpdated || changed.has('src')) this.sourceView = this.navigation.sourceView;
   }
 
   protected override firstUpdated(): void {
@@ -273,7 +268,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     >
       ${viewsBeside(this.navigation, this.handover, {
         isDark: this.isDark(),
-        isNarrow: this.appearance.layout === 'narrow',
         ownsAddress: this.ownsAddress,
         sourceOf: (view) => this.sourceOf(view),
         map: this.map,
@@ -319,7 +313,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   /** The attribute `src`, where it is for this view and no sample. */
-  private sourceOf(view: 'bev' | 'icp' | 'localize'): string {
+  private sourceOf(view: SourceView): string {
     return this.sourceView !== view || this.src === 'sample' || isNothing(this.src) ? '' : this.src;
   }
 

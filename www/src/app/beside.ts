@@ -5,7 +5,6 @@ import type { View } from '../components/tools.js';
 
 interface Shown {
   isDark: boolean;
-  isNarrow: boolean;
   /** Whether the page's address is the element's own. */
   ownsAddress: boolean;
   /** The attribute `src`, where it is for this view. */
@@ -21,7 +20,7 @@ interface Shown {
 export function viewsBeside(
   { shown, opened }: { shown: View; opened: ReadonlySet<View> },
   { evaluated, compared, lookedInto, toLocate, dropped }: Handover,
-  { isDark, isNarrow, ownsAddress, sourceOf, map, scene, isBevEmpty }: Shown,
+  { isDark, ownsAddress, sourceOf, map, scene, isBevEmpty }: Shown,
 ): TemplateResult {
   const drawn = (view: View, template: (isHidden: boolean) => TemplateResult): TemplateResult | typeof nothing =>
     opened.has(view) ? template(shown !== view) : nothing;
@@ -41,7 +40,6 @@ export function viewsBeside(
       html`<scanstitch-localize
         ?hidden=${isHidden}
         ?dark=${isDark}
-        ?narrow=${isNarrow}
         .given=${toLocate}
         .dropped=${dropped}
         map=${map}

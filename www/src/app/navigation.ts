@@ -20,6 +20,8 @@ export const VIEWS = {
   localize: 'localize',
 } as const;
 export type ViewName = keyof typeof VIEWS;
+/** Those that `src` may be for. */
+export type SourceView = Exclude<ViewName, 'evaluate' | 'strategies'>;
 export const isViewName = (name: string): name is ViewName => Object.hasOwn(VIEWS, name);
 export const isRun = (view: View): view is Run => view === 'planar' || view === 'spatial';
 
@@ -72,6 +74,12 @@ export class Navigation {
   /** The view to begin with, and to return to what is opened for. */
   get wanted(): ViewName {
     return this.addressView ?? this.#hooks.wanted();
+  }
+
+  /** The view that the attribute `src` is for. */
+  get sourceView(): SourceView {
+    const { wanted } = this;
+    return wanted === 'evaluate' || wanted === 'strategies' ? 'map' : wanted;
   }
 
   /** What the page's address asks for counts before the attribute, while that stays as it is. */

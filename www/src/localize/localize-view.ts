@@ -1,5 +1,5 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query } from 'lit/decorators.js';
+import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/menu.js';
 import '../components/messages.js';
 import '../components/timeline.js';
@@ -18,6 +18,7 @@ import {
   tableStyles,
   tokens,
 } from '../components/theme.js';
+import { watchSize } from '../components/watch-size.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
 import type { Settings } from '../engine/protocol.js';
@@ -49,6 +50,9 @@ const ODOMETRY: readonly { value: Settings['odometry']; label: string }[] = [
   { value: 'none', label: 'none' },
 ];
 
+/** Up to this width details lie below the map, as the styles have it (CSS pixels). */
+const NARROW = 720;
+
 type Verdict = Located['outcome']['verdict'];
 const VERDICTS: Record<Verdict, { status: Status; words: string }> = {
   found: { status: 'good', words: 'Found in this map' },
@@ -65,8 +69,6 @@ const VERDICTS: Record<Verdict, { status: Status; words: string }> = {
 @customElement('scanstitch-localize')
 export class ScanstitchLocalize extends LitElement {
   @property({ type: Boolean, reflect: true }) dark = false;
-  /** Whether there is little room. */
-  @property({ type: Boolean }) narrow = false;
   /** Address of a map; and what holds the recording, as the element's `src`. */
   @property() map = '';
   @property() src = '';
@@ -76,6 +78,8 @@ export class ScanstitchLocalize extends LitElement {
   @property({ attribute: false }) dropped: Dropped | null = null;
   /** The scans on the page's map. */
   @property({ attribute: false }) given: GivenScans | null = null;
+  /** Whether there is little room. */
+  @state() private isNarrow = false;
   @query('#pick') private input!: HTMLInputElement;
 
   private session = new LocalizeSession(this, () => this.tellLocated());
@@ -85,6 +89,13 @@ export class ScanstitchLocalize extends LitElement {
     const notes: Note[] = [];
     this.take(filesOfDrop(transfer, notes), notes);
   });
+
+  constructor() {
+    super();
+    watchSize(this, (width) => {
+      this.isNarrow = width <= NARROW;
+    });
+  }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (!this.hasUpdated && this.linked) this.readAddress();
@@ -175,7 +186,7 @@ export class ScanstitchLocalize extends LitElement {
         <scanstitch-menu
           label="Export"
           icon="download"
-          ?compact=${this.narrow}
+          ?compact=${this.isNarrow}
           .items=${EXPORTS}
           ?disabled=${!session.isHeld || session.numLocated === 0}
           @menu-chosen=${({ detail }: CustomEvent<keyof Files>) => session.export(detail)}
