@@ -31,6 +31,7 @@ use assess::{MIN_POINTS, assess};
 use belief::{ByOdometry, Finding};
 use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, rival_of_best, thinned};
 use information::information_less_normal_noise;
+use motion_noise::MotionChange;
 
 /// What a registration starts from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -102,8 +103,8 @@ pub struct FrameEstimate {
     pub findings: Vec<Finding>,
     /// How it is connected to the frames before.
     pub link: Link,
-    /// Whether the scans tell its motion and the odometry tells another one.
-    pub refutes_odometry: bool,
+    /// The motion that was expected in place of the odometry's, which the scans refute.
+    pub instead_of_odometry: Option<MeasuredMotion>,
     /// What the registration tells of the pose, by a perturbation on the left about the world's origin, rotation first.
     pub information: Matrix3<f64>,
     /// The scans that it was registered to, and where they were placed at that time.
@@ -123,12 +124,14 @@ pub struct Odometry {
     last_measured: Option<Pose2>,
     /// How many frames up to the last one were registered without a doubt, one after the other.
     num_registered: usize,
-    /// Of the steps of the odometry that were compared with registrations, how many were wrong and how many there were.
-    wrong_steps: (usize, usize),
+    /// How much the robot's motion changes from one frame to the next, where the odometry tells it.
+    motion_change: Option<MotionChange>,
 }
 
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
+/// Standard deviation (rad, m) of a registered motion in directions that the registration does not determine: the width of the search.
+const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// Two poses that differ by more are two places (m, rad).
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// Number of consecutive registered frames from which the motion is known.
@@ -166,14 +169,14 @@ impl Odometry {
             last_motion: Pose2::identity(),
             last_measured: None,
             num_registered: 0,
-            wrong_steps: (0, 0),
+            motion_change: None,
         }
     }
 
-    /// Begins with a share of wrong steps: so many of so many.
+    /// With what is known of how much the motion changes from frame to frame.
     #[must_use]
-    pub fn with_wrong_steps(self, wrong_steps: (usize, usize)) -> Self {
-        Self { wrong_steps, ..self }
+    pub fn with_motion_change(self, motion_change: Option<MotionChange>) -> Self {
+        Self { motion_change, ..self }
     }
 
     /// The next scan is the first of another recording, which begins anywhere.
@@ -200,7 +203,7 @@ impl Odometry {
             self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };
         estimate.references = self.map.placed().collect();
-        if let Some(motion) = motion.filter(|_| !estimate.refutes_odometry) {
+        if let Some(motion) = motion.filter(|_| estimate.instead_of_odometry.is_none()) {
             self.last_measured = Some(motion.T_before_sensor);
         }
         self.take(scan, estimate, motion.is_some())
@@ -230,10 +233,6 @@ impl Odometry {
             }
         }
         self.num_registered = if estimate.link == Link::Registered { self.num_registered + 1 } else { 0 };
-        if is_measured && estimate.link == Link::Registered {
-            self.wrong_steps.0 += usize::from(estimate.refutes_odometry);
-            self.wrong_steps.1 += 1;
-        }
         if estimate.link != Link::Lost {
             self.last_motion = self.T_world_last.inverse() * estimate.T_world_sensor;
         }
@@ -414,7 +413,7 @@ fn unregistered(T_world_sensor: Pose2, assessment: Assessment, link: Link) -> Fr
         by_odometry: ByOdometry::Nothing,
         findings: Vec::new(),
         link,
-        refutes_odometry: false,
+        instead_of_odometry: None,
         information,
         references,
     }

@@ -132,8 +132,8 @@ fn notes_on(
     if let Some(first) = poses.iter().position(Option::is_none) {
         let missing = poses.iter().filter(|pose| pose.is_none()).count();
         notes.push(format!(
-            "{name} has gaps: {missing} of {} scans have no pose in it, scan {first} first; they are placed by what they saw \
-             alone. If they are to have odometry, complete the file.",
+            "{name} has gaps: {missing} of {} scans have no pose in it, scan {first} first; they are placed by what they saw, \
+             and in a short gap by a share of the motion across it. If they are to have odometry of their own, complete the file.",
             poses.len()
         ));
     }

@@ -172,9 +172,9 @@ fn refuse_other_place(cloud: &PointCloud) -> Result<()> {
     Err(Error::whole(problem, "Give each scan in the frame of its laser: the laser at (0, 0), x ahead, y to the left"))
 }
 
-/// The motion of the laser from the scan before to each scan, where odometry gives one. `given` has the pose of the robot
+/// The pose of the laser at each scan, where odometry gives one. `given` has the pose of the robot
 /// at each scan, from a file of its own.
-pub(crate) fn motions_between_scans(
+pub(crate) fn poses_of_laser(
     source: OdometrySource,
     scans: &[RecordedScan],
     given: Option<&[Option<Pose2>]>,
@@ -184,12 +184,16 @@ pub(crate) fn motions_between_scans(
         (OdometrySource::Log, None) => scans.iter().map(|scan| scan.odometry).collect(),
         (_, Some(given)) => given.to_vec(),
     };
+    poses.iter().zip(scans).map(|(pose, scan)| Some((*pose)? * scan.T_robot_laser)).collect()
+}
+
+/// The motion from the pose before to each pose, where both are known and of one recording.
+pub(crate) fn motions_between(poses: &[Option<Pose2>], scans: &[RecordedScan]) -> Vec<Option<Pose2>> {
     let motion = |frame: usize| {
         let before = frame.checked_sub(1).filter(|_| !scans[frame].begins_recording)?;
-        let T_world_before = poses[before]? * scans[before].T_robot_laser;
-        Some(T_world_before.inverse() * poses[frame]? * scans[frame].T_robot_laser)
+        Some(poses[before]?.inverse() * poses[frame]?)
     };
-    (0..scans.len()).map(motion).collect()
+    (0..poses.len()).map(motion).collect()
 }
 
 /// Further than this (s) from a scan, odometry says nothing of it.

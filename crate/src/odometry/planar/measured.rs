@@ -6,7 +6,9 @@ use nalgebra::Matrix3;
 use super::belief::{AwayFromOdometry, ByOdometry, Finding, WhyOdometry};
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
-use super::{FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, registered, unregistered};
+use super::{
+    FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, UNKNOWN_SIGMA, registered, unregistered,
+};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
@@ -20,16 +22,10 @@ const MAX_SQ_MAHALANOBIS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 const MAX_SLIP: (f64, f64) = (0.35, 0.25);
 /// ... to whose translation this share of the measured translation is added.
 const SLIP_SHARE: f64 = 0.1;
-/// Standard deviation (rad, m) of a registered motion in directions that the registration does not determine: the width of the search.
-const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// A registration that agrees with measured motion is sure from this share of agreeing returns on.
 const CONFIRMED_AGREEMENT: f64 = 0.8;
 /// Share of agreeing returns from which on no other pose is searched for.
 const SURE_AGREEMENT: f64 = 0.9;
-/// Share of the registrations from scans alone that may be wrong though nothing speaks against them: with more wrong steps of the
-/// odometry, a registration that contradicts it is the likelier of the two. None of 2,880 was (`laser_scores --mode alone`, good steps of
-/// five logs); this is ten times what that leaves possible.
-const FALSE_REGISTRATIONS: f64 = 0.01;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;
 
@@ -43,39 +39,46 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        let is_lost = best.assessment.status == Status::Lost;
-        let contradiction = if is_lost { None } else { self.contradiction(scan, &best, prediction, motion) };
-        let fused = if is_lost || contradiction.is_some() { None } else { self.fused(scan, &best, prediction, motion) };
-        if let Some((T_world_sensor, information)) = fused {
-            return self.confirmed(best, T_world_sensor, information, motion);
-        }
-        let why = (!is_lost).then_some(contradiction.unwrap_or(WhyOdometry::NotBetween));
-        self.refutation(scan, prediction, motion).unwrap_or_else(|| placed(best, prediction, why))
+        self.agreeing(best, scan, prediction, motion).unwrap_or_else(|failed| {
+            let (best, why) = *failed;
+            self.refutation(scan, prediction).unwrap_or_else(|| placed(best, prediction, why))
+        })
     }
 
-    /// The registration from the scans alone, where it shows that the measured motion is wrong: the scan does not fit at that; where it
-    /// does fit is nearer to the odometry's step before than the measured one is; and it continues the motion before, or so many steps
-    /// of the odometry are wrong that this one may be, too. Where the ground ahead seems to move with the robot, the odometry is the
-    /// steadier of the two.
-    fn refutation(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Option<FrameEstimate> {
-        let before = self.last_measured?;
-        let continued = self.T_world_last * self.last_motion;
-        let alone = self.register_unmeasured(scan, &continued);
-        let fits_there = agrees_as_well(self.map.free_space(scan, prediction).agreement(), alone.registered.agreement);
-        let change = |step: &Pose2| mahalanobis::squared(&(before * step.inverse()).log(), &motion.covariance);
-        let is_steadier =
-            change(&(self.T_world_last.inverse() * alone.T_world_sensor)) < change(&motion.T_before_sensor);
-        if alone.link != Link::Registered || fits_there || !is_steadier {
+    /// A registration where a motion leads, at the pose that both make most likely; or else why it is not there.
+    fn agreeing(
+        &self,
+        best: Hypothesis,
+        scan: &QueryScan,
+        prediction: &Pose2,
+        motion: &MeasuredMotion,
+    ) -> Result<FrameEstimate, Box<(Hypothesis, Option<WhyOdometry>)>> {
+        if best.assessment.status == Status::Lost {
+            return Err(Box::new((best, None)));
+        }
+        if let Some(why) = self.contradiction(scan, &best, prediction, motion) {
+            return Err(Box::new((best, Some(why))));
+        }
+        match self.fused(scan, &best, prediction, motion) {
+            Some((T_world_sensor, information)) => Ok(self.confirmed(best, T_world_sensor, information, motion)),
+            None => Err(Box::new((best, Some(WhyOdometry::NotBetween)))),
+        }
+    }
+
+    /// The registration where the motion before leads, where it shows that the measured motion is wrong: the scan does not fit at that,
+    /// and fits where the robot's motion may have taken it.
+    fn refutation(&self, scan: &QueryScan, measured: &Pose2) -> Option<FrameEstimate> {
+        let (change, before) = (self.motion_change?, self.last_measured?);
+        let expected = change.after(&self.last_motion);
+        let prediction = self.T_world_last * expected.T_before_sensor;
+        let best = self.register_near(scan, &prediction, &expected);
+        let estimate = self.agreeing(best, scan, &prediction, &expected).ok()?;
+        let fits_there = agrees_as_well(self.map.free_space(scan, measured).agreement(), estimate.registered.agreement);
+        let off = (before.inverse() * (self.T_world_last.inverse() * estimate.T_world_sensor)).log();
+        if fits_there || !change.allows(&off) {
             return None;
         }
-        let is_continued = self.is_expected(&continued, &alone.T_world_sensor);
-        (self.has_wrong_steps() || is_continued).then_some(FrameEstimate { refutes_odometry: true, ..alone })
-    }
-
-    /// Whether more steps of the odometry are wrong than registrations.
-    fn has_wrong_steps(&self) -> bool {
-        let (num_wrong, num_compared) = self.wrong_steps;
-        num_wrong > 0 && num_wrong as f64 > FALSE_REGISTRATIONS * num_compared as f64
+        Some(FrameEstimate { instead_of_odometry: Some(expected), ..estimate })
     }
 
     /// A registration that agrees with the measured motion, at the pose that both make most likely.

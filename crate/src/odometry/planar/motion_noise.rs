@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::MeasuredMotion;
 use super::information::chained;
 use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
@@ -145,6 +146,51 @@ impl MotionNoise {
     }
 }
 
+/// Fewer changes than this do not tell their tail: beyond a 90 % quantile lie five of them.
+const MIN_CHANGES: usize = 50;
+
+/// How much a robot's motion changes: variances of the heading (rad^2) and the position (m^2) in the frame at its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionChange {
+    variances: Vector3<f64>,
+}
+
+impl MotionChange {
+    /// Of many motions and what each was expected to be; `None` of too few. The tail decides: a robot goes straight and then turns.
+    pub fn of(changes: impl Iterator<Item = (Pose2, Pose2)>) -> Option<Self> {
+        let offs: Vec<Vector3<f64>> = changes.map(|(expected, motion)| (expected.inverse() * motion).log()).collect();
+        let sigma = |axis: usize| {
+            let mut sizes: Vec<f64> = offs.iter().map(|off| off[axis].abs()).collect();
+            quantile(&mut sizes, 1.0 - TAIL).map_or(0.0, |size| size / UNIT_TAILS.1)
+        };
+        let variances = Vector3::from_fn(|axis, _| sigma(axis).powi(2));
+        (offs.len() >= MIN_CHANGES).then_some(Self { variances })
+    }
+
+    /// Whether a motion may change by so much, in the frame at its end.
+    pub fn allows(&self, change: &Vector3<f64>) -> bool {
+        mahalanobis::squared(change, &Matrix3::from_diagonal(&self.variances)) < mahalanobis::ONE_IN_THOUSAND
+    }
+
+    /// The motion that is expected after another one.
+    pub fn after(&self, last: &Pose2) -> MeasuredMotion {
+        MeasuredMotion { T_before_sensor: *last, covariance: self.covariance(last) }
+    }
+
+    /// Covariance of an expected motion, by a perturbation on its left, rotation first.
+    pub fn covariance(&self, expected: &Pose2) -> Matrix3<f64> {
+        let adjoint = expected.adjoint();
+        adjoint * Matrix3::from_diagonal(&self.variances) * adjoint.transpose()
+    }
+}
+
+/// How far a step differs from both its neighbours in the same direction, in the frame at its end, rotation first: an error of the
+/// odometry, which may come late, or a robot that stopped or turned for just this step.
+pub fn isolated(before: &Pose2, step: &Pose2, after: &Pose2) -> Vector3<f64> {
+    let [a, b] = [before, after].map(|neighbor| (neighbor.inverse() * step).log());
+    a.zip_map(&b, |a, b| if a * b > 0.0 { a.signum() * a.abs().min(b.abs()) } else { 0.0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +229,19 @@ mod tests {
             assert!(wrong.abs_diff(num_wrong) <= 4, "{wrong} of {num_wrong}");
         }
         assert_eq!(MotionNoise::fitted(&counterparts(&truth, 0)[..3]), (MotionNoise::default(), 0));
+    }
+
+    #[test]
+    fn isolated_is_what_a_step_has_unlike_both_its_neighbours() {
+        let step = |turn: f64, way: f64| Pose2::new([way, 0.0].into(), turn);
+        let of = |steps: [Pose2; 3]| isolated(&steps[0], &steps[1], &steps[2]);
+        let late = of([step(0.0, 1.0), step(0.0, 0.4), step(0.0, 1.1)]);
+        assert!((late - Vector3::new(0.0, -0.6, 0.0)).norm() < 1e-9, "{late}");
+        for turn in
+            [of([step(0.0, 1.0), step(0.3, 1.0), step(0.3, 1.0)]), of([step(0.0, 1.0), step(0.0, 0.7), step(0.0, 0.4)])]
+        {
+            assert!(turn.norm() < 1e-9, "a robot that begins to turn or slows down: {turn}");
+        }
     }
 
     #[test]

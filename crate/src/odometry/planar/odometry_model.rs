@@ -2,11 +2,14 @@
 //! odometry's metre, its noise, the share of its steps that are wrong, and where it and the scans contradict each other, by one
 //! squared Mahalanobis distance.
 
+mod gaps;
+mod isolated;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::belief::Finding;
 use super::information::{chained, seen_from, sigmas, softened_covariance};
-use super::motion_noise::{Counterpart, MotionNoise};
+use super::motion_noise::{Counterpart, MotionChange, MotionNoise};
 use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
 use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
@@ -37,6 +40,15 @@ const RESULT_CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 const USUAL: f64 = mahalanobis::ONE_IN_TEN;
 /// Fewer stretches than this do not tell what is usual.
 const MIN_STRETCHES: usize = 50;
+/// A step is an unusual one beyond this squared Mahalanobis distance.
+const UNUSUAL: f64 = mahalanobis::ONE_IN_HUNDRED;
+/// Standard deviation of a stretch's heading (rad) up to which its covariance holds: at 4.6 times as much, where a stretch is contradicted,
+/// a sine is still within a fifth of its angle.
+const LINEAR_HEADING: f64 = 0.25;
+/// Share of the registrations from scans alone that may be wrong though nothing speaks against them: with more wrong steps of the
+/// odometry, a step that contradicts its registration is the likelier of the two to be wrong. None of 2,880 was (`laser_scores --mode
+/// alone`, good steps of five logs); this is ten times what that leaves possible.
+const FALSE_REGISTRATIONS: f64 = 0.01;
 /// Fewer sure steps do not bound the next one: one in this many is longer than all before.
 const MIN_SURE_STEPS: usize = 20;
 
@@ -47,6 +59,10 @@ pub struct OdometryModel {
     pub steps: Vec<Option<MeasuredMotion>>,
     /// Of the steps that were compared with registrations before the run, how many were wrong and how many there were.
     pub wrong: (usize, usize),
+    /// How much the motion changes from one step to the next.
+    pub motion_change: Option<MotionChange>,
+    /// For the steps in gaps of the odometry, how much a motion there differs from a share of the gap's.
+    bridged: Vec<Option<MotionChange>>,
     noise: MotionNoise,
 }
 
@@ -64,8 +80,10 @@ impl OdometryModel {
     pub fn new(steps: &[Option<Pose2>], counterparts: &[Counterpart]) -> Self {
         let (noise, num_wrong) = MotionNoise::fitted(counterparts);
         let known = |step: &Pose2| MeasuredMotion { T_before_sensor: *step, covariance: noise.covariance(step) };
+        let motion_change = MotionChange::of(steps.windows(2).filter_map(|pair| Some((pair[0]?, pair[1]?))));
+        let bridged = vec![None; steps.len()];
         let steps = steps.iter().map(|step| step.as_ref().map(known)).collect();
-        Self { steps, wrong: (num_wrong, counterparts.len()), noise }
+        Self { steps, wrong: (num_wrong, counterparts.len()), motion_change, bridged, noise }
     }
 
     /// Whether the odometry tells any step.
@@ -86,36 +104,27 @@ impl OdometryModel {
 
     /// Takes what a chain of registrations tells of the odometry: its wrong steps, the size of its metre and its noise. Steps of the
     /// chain that contradict it, or are longer than any sure one where it tells nothing, become doubtful. Returns the odometry for
-    /// the graph, in which contradicted steps are known less well.
+    /// the graph, in which unusual and contradicted steps are known less well.
     #[must_use]
     pub fn compare_with_chain(&mut self, estimates: &mut [FrameEstimate]) -> Self {
-        let num_right = self.calibrate(estimates);
-        self.replace_wrong_steps(num_right, estimates);
+        self.calibrate(estimates);
         let mut of_graph = self.clone();
+        of_graph.weigh_isolated(estimates);
+        for (frame, estimate) in estimates.iter().enumerate() {
+            let Some(expected) = estimate.instead_of_odometry else { continue };
+            of_graph.steps[frame] = Some(expected);
+            // What the scans refute is nothing to compare the result with.
+            let T_before_sensor = estimates[frame - 1].T_world_sensor.inverse() * estimate.T_world_sensor;
+            self.steps[frame] = Some(MeasuredMotion { T_before_sensor, ..expected });
+        }
         of_graph.doubt_contradicted_steps(estimates);
         self.doubt_long_steps(estimates);
         of_graph
     }
 
-    /// Takes the registered motion, as if it were measured, for steps that registrations refute. Where nothing shows it every other one may
-    /// be wrong, too, as often as among these and the `num_right` that registrations confirm, and by as much.
-    fn replace_wrong_steps(&mut self, num_right: usize, estimates: &[FrameEstimate]) {
-        let (mut count, mut spread) = (num_right, Matrix3::zeros());
-        for frame in (1..estimates.len()).filter(|&frame| estimates[frame].refutes_odometry) {
-            let Some(step) = &mut self.steps[frame] else { continue };
-            let registered = estimates[frame - 1].T_world_sensor.inverse() * estimates[frame].T_world_sensor;
-            let off = (step.T_before_sensor * registered.inverse()).log();
-            (count, spread) = (count + 1, spread + off * off.transpose());
-            let covariance = self.noise.covariance(&registered) + chain_covariance(frame, estimates);
-            *step = MeasuredMotion { T_before_sensor: registered, covariance };
-        }
-        let unseen = spread / count.max(1) as f64;
-        self.steps.iter_mut().flatten().for_each(|step| step.covariance += unseen);
-    }
-
     /// The scale of the metre and the noise by all registered steps. Wheels are off by a few parts in a hundred, which adds up over a
-    /// way that the walls leave open. Returns how many steps were compared.
-    fn calibrate(&mut self, estimates: &[FrameEstimate]) -> usize {
+    /// way that the walls leave open.
+    fn calibrate(&mut self, estimates: &[FrameEstimate]) {
         let mut counterparts: Vec<Counterpart> =
             (1..self.steps.len()).filter_map(|frame| self.counterpart(frame, estimates)).collect();
         let ratio = |counterpart: &Counterpart| {
@@ -125,7 +134,7 @@ impl OdometryModel {
         };
         let mut ratios: Vec<f64> = counterparts.iter().filter_map(ratio).collect();
         let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else {
-            return counterparts.len();
+            return;
         };
         let off = median - 1.0;
         let scale = 1.0 + off.signum() * (off.abs() - REGISTERED_SCALE).max(0.0);
@@ -134,24 +143,31 @@ impl OdometryModel {
             counterpart.steps[0] = scaled(&counterpart.steps[0]);
         }
         self.noise = MotionNoise::fitted(&counterparts).0;
-        for step in self.steps.iter_mut().flatten() {
-            step.T_before_sensor = scaled(&step.T_before_sensor);
-            step.covariance = self.noise.covariance(&step.T_before_sensor);
+        for (step, change) in self.steps.iter_mut().zip(&self.bridged) {
+            let Some(step) = step else { continue };
+            let motion = scaled(&step.T_before_sensor);
+            let of_gap = change.map_or_else(Matrix3::zeros, |change| change.covariance(&motion));
+            *step = MeasuredMotion { T_before_sensor: motion, covariance: self.noise.covariance(&motion) + of_gap };
         }
-        counterparts.len()
     }
 
-    /// A step with its registration, where that one tells more than the odometry.
+    /// A step that nothing refutes with its registration, where that one tells more than the odometry.
     fn counterpart(&self, frame: usize, estimates: &[FrameEstimate]) -> Option<Counterpart> {
-        let MeasuredMotion { T_before_sensor, covariance } = self.steps[frame].as_ref()?;
-        let is_compared = |estimate: &&FrameEstimate| estimate.link == Link::Registered && !estimate.refutes_odometry;
-        let estimate = Some(&estimates[frame]).filter(is_compared)?;
-        let position = |covariance: &Matrix3<f64>| sigmas(T_before_sensor, covariance).1;
-        let of_registration = chain_covariance(frame, estimates);
+        let (measured, registered) = self.compared(frame, estimates)?;
+        let is_refuted = estimates[frame].instead_of_odometry.is_some();
+        (!is_refuted).then(|| Counterpart { steps: vec![measured.T_before_sensor], registered })
+    }
+
+    /// A step that the odometry itself tells, and its registration with the covariance, where that one tells more than the odometry.
+    fn compared(&self, frame: usize, estimates: &[FrameEstimate]) -> Option<(MeasuredMotion, (Pose2, Matrix3<f64>))> {
+        let measured = self.steps[frame].filter(|_| self.bridged[frame].is_none())?;
+        let estimate = Some(&estimates[frame]).filter(|estimate| estimate.link == Link::Registered)?;
+        let position = |covariance: &Matrix3<f64>| sigmas(&measured.T_before_sensor, covariance).1;
+        let covariance = chain_covariance(frame, estimates);
         let registered =
             estimates[frame - 1].T_world_sensor.inverse() * estimate.registration.as_ref()?.T_target_source;
-        (position(&of_registration) < CALIBRATING_SHARE * position(covariance))
-            .then(|| Counterpart { steps: vec![*T_before_sensor], registered: (registered, of_registration) })
+        (position(&covariance) < CALIBRATING_SHARE * position(&measured.covariance))
+            .then_some((measured, (registered, covariance)))
     }
 
     /// Marks as doubtful the least likely step of every stretch along which chain and odometry contradict each other, and adds their
@@ -200,7 +216,7 @@ impl OdometryModel {
     /// Doubts all frames along stretches whose motion by `poses` (`T_world_sensor`) contradicts the odometry: several steps in a row
     /// may each be too short by as much as its noise explains, and loops confirm what is wrong in both rounds.
     pub fn doubt_contradicted_stretches(&self, poses: &[Pose2], estimates: &mut [FrameEstimate]) {
-        let path = MeasuredPath::new(&self.steps);
+        let path = MeasuredPath::new(&self.right_steps(poses, estimates));
         for length in STRETCH_LENGTHS {
             let stretches: Vec<Stretch> =
                 (0..self.steps.len()).filter_map(|first| path.stretch(first, length, poses)).collect();
@@ -215,6 +231,25 @@ impl OdometryModel {
                 }
             }
         }
+    }
+
+    /// The steps to compare the result with. Where more of them are wrong than registrations, those that contradict it on their own are:
+    /// the result's take their place, known as badly as these are off.
+    fn right_steps(&self, poses: &[Pose2], estimates: &[FrameEstimate]) -> Vec<Option<MeasuredMotion>> {
+        let num_refuted = estimates.iter().filter(|estimate| estimate.instead_of_odometry.is_some()).count();
+        let mut steps = self.steps.clone();
+        if num_refuted as f64 <= FALSE_REGISTRATIONS * steps.iter().flatten().count() as f64 {
+            return steps;
+        }
+        for (frame, step) in steps.iter_mut().enumerate().skip(1) {
+            let Some(step) = step else { continue };
+            let T_before_sensor = poses[frame - 1].inverse() * poses[frame];
+            let off = (step.T_before_sensor * T_before_sensor.inverse()).log();
+            if mahalanobis::squared(&off, &step.covariance) > UNUSUAL {
+                *step = MeasuredMotion { T_before_sensor, covariance: step.covariance + off * off.transpose() };
+            }
+        }
+        steps
     }
 
     /// Takes registrations without measured motion for implausible that lie further from the frame before than what would continue
@@ -311,7 +346,8 @@ impl MeasuredPath {
         let registered = poses[first].inverse() * poses[last];
         let adjoint = self.poses[first].inverse().adjoint();
         let covariance = adjoint * (self.covariances[last] - self.covariances[first]) * adjoint.transpose();
-        Some(Stretch::new(first, last, measured, registered, &covariance))
+        let is_linear = covariance[(0, 0)] < LINEAR_HEADING * LINEAR_HEADING;
+        is_linear.then(|| Stretch::new(first, last, measured, registered, &covariance))
     }
 }
 

@@ -6,7 +6,7 @@ use crate::io::trajectory::Trajectory;
 use crate::odometry::planar::motion_noise::MIN_SAMPLES;
 use crate::odometry::planar::odometry_model::OdometryModel;
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
-use crate::pipeline::recorded_scan::{RecordedScans, match_odometry, motions_between_scans};
+use crate::pipeline::recorded_scan::{RecordedScans, match_odometry, motions_between, poses_of_laser};
 use crate::pipeline::settings::OdometrySource;
 
 const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
@@ -43,7 +43,7 @@ impl ChosenOdometry {
             (wanted, None)
         };
         let poses = checked.as_ref().map(|checked| checked.poses.as_slice());
-        let (model, noise_note) = compared(&motions_between_scans(source, scans.all, poses), scans);
+        let (model, noise_note) = compared(&poses_of_laser(source, scans.all, poses), scans);
         let is_mirrored = checked.as_ref().is_some_and(|checked| checked.mirrored.is_some());
         let may_be_mirrored = scans.all.iter().any(|scan| scan.may_be_mirrored && scan.odometry.is_none());
         Self {
@@ -69,7 +69,7 @@ fn check(name: &str, given: &Trajectory, scans: &RecordedScans) -> CheckedOdomet
     }
     // A place that repeats itself looks as if there were no motion, or another one: registrations tell more.
     let as_given = match_odometry(scans.all, given).0;
-    let motions = motions_between_scans(OdometrySource::File, scans.all, Some(&as_given));
+    let motions = motions_between(&poses_of_laser(OdometrySource::File, scans.all, Some(&as_given)), scans.all);
     if fits_scans(&motions, scans) {
         CheckedOdometry { poses: as_given, ..CheckedOdometry::default() }
     } else {
@@ -78,7 +78,8 @@ fn check(name: &str, given: &Trajectory, scans: &RecordedScans) -> CheckedOdomet
 }
 
 /// The model of these steps, and a note. Odometry of which most is wrong is left out.
-fn compared(motions: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, Option<String>) {
+fn compared(poses: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, Option<String>) {
+    let motions = &motions_between(poses, scans.all);
     if motions.iter().all(Option::is_none) {
         return (OdometryModel::new(motions, &[]), None);
     }
@@ -91,7 +92,8 @@ fn compared(motions: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel,
         );
         return (OdometryModel::new(&vec![None; motions.len()], &[]), Some(note));
     }
-    let num_missing = motions.iter().skip(1).filter(|motion| motion.is_none()).count();
+    let model = model.bridged(poses, |frame| scans.all[frame].begins_recording);
+    let num_missing = model.steps.iter().skip(1).filter(|step| step.is_none()).count();
     let note = (num_missing > 0).then(|| {
         let count = motions.len();
         format!("The odometry tells nothing of the way to {num_missing} of {count} scans; these are placed from the scans alone.")

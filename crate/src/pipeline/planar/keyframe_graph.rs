@@ -233,8 +233,8 @@ impl KeyframeGraph {
 /// The relations between two keyframes that follow each other, and what they leave open together.
 struct Relations {
     all: Vec<PlanarFactor>,
-    /// As a share of what is certain enough, 0 for a registration that nothing speaks against; `None` where nothing
-    /// certain ties the two.
+    /// As a share of what is certain enough, 0 where that is certain and nothing speaks against the registration; `None` where
+    /// nothing certain ties the two.
     openness: Option<f64>,
 }
 
@@ -272,7 +272,8 @@ impl Relations {
         let is_tied = estimate.link == Link::Registered || measured.is_some();
         let left = covariance(&all).filter(|_| is_tied && !(is_start && measured.is_none()));
         let is_sure = estimate.link == Link::Registered;
-        let openness = left.map(|left| if is_sure { 0.0 } else { openness(&T_before_frame, &left) });
+        let open = left.map(|left| openness(&T_before_frame, &left));
+        let openness = open.map(|open| if is_sure && open < 1.0 { 0.0 } else { open });
         Self { all, openness }
     }
 

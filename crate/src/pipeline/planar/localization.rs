@@ -122,7 +122,7 @@ impl Reconstruction {
             scans: (0..self.recorded.len()).map(|frame| recorded.cleaned(frame)).collect(),
             times: self.stamps().times,
             T_laser_robot: self.recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
-            odometry: Odometry::new(options, Pose2::identity()).with_wrong_steps(chosen.model.wrong),
+            odometry: Odometry::new(options, Pose2::identity()).with_motion_change(chosen.model.motion_change),
             begins_recording: self.recorded.iter().map(|scan| scan.begins_recording).collect(),
             T_world_last: Pose2::identity(),
             notes: chosen.notes.iter().cloned().chain(checked).collect(),
@@ -245,7 +245,7 @@ fn motion(
         Link::Doubted if measured.is_none() => None,
         Link::Registered | Link::Doubted => {
             let registered = seen_from(&estimate.information, T_world_before);
-            let of_wheels = measured.filter(|_| !estimate.refutes_odometry);
+            let of_wheels = estimate.instead_of_odometry.as_ref().or(measured);
             let of_wheels = of_wheels.and_then(|motion| motion.covariance.try_inverse()).unwrap_or_else(Matrix3::zeros);
             Some(MeasuredMotion {
                 T_before_sensor: (T_world_before.inverse() * estimate.T_world_sensor).renormalized(),

@@ -83,7 +83,7 @@ impl Run {
             recordings: numbers_of_recordings(recorded),
             T_laser_robot: recorded.iter().map(|scan| scan.T_robot_laser.inverse()).collect(),
             odometry: Odometry::new(options, recorded.first().map_or_else(Pose2::identity, |scan| scan.T_robot_laser))
-                .with_wrong_steps(chosen_odometry.model.wrong),
+                .with_motion_change(chosen_odometry.model.motion_change),
             chosen_odometry,
             pieces: vec![0; recorded.len()],
             detected_limit,

@@ -8,11 +8,16 @@ const NOISE: MotionNoise = MotionNoise { translation_scale: 1.0, rotation_scale:
 /// The odometry of these steps.
 fn measured(steps: &[Pose2]) -> OdometryModel {
     let known = |step: &Pose2| Some(MeasuredMotion { T_before_sensor: *step, covariance: NOISE.covariance(step) });
-    OdometryModel { steps: steps.iter().map(known).collect(), wrong: (0, 0), noise: NOISE }
+    OdometryModel {
+        steps: steps.iter().map(known).collect(),
+        bridged: vec![None; steps.len()],
+        noise: NOISE,
+        ..OdometryModel::default()
+    }
 }
 
 fn unmeasured(count: usize) -> OdometryModel {
-    OdometryModel { steps: vec![None; count], wrong: (0, 0), noise: NOISE }
+    OdometryModel { steps: vec![None; count], bridged: vec![None; count], noise: NOISE, ..OdometryModel::default() }
 }
 
 /// A chain of these steps, each registered to a centimetre.
@@ -28,7 +33,7 @@ fn chain(steps: &[Pose2]) -> Vec<FrameEstimate> {
             by_odometry: ByOdometry::Nothing,
             findings: Vec::new(),
             link: Link::Registered,
-            refutes_odometry: false,
+            instead_of_odometry: None,
             information: adjoint.tr_mul(&(Matrix3::from_diagonal(&Vector3::repeat(1e4)) * adjoint)),
             references: Vec::new(),
         }
@@ -119,14 +124,37 @@ fn the_covariance_of_a_stretch_is_that_of_its_steps_one_after_the_other() {
 }
 
 #[test]
-fn for_steps_that_registrations_refute_these_are_taken() {
+fn for_a_refuted_step_the_expected_motion_is_taken() {
     let mut estimates = chain(&drive());
-    estimates[7].refutes_odometry = true;
+    let expected = measured(&drive()).steps[6];
+    estimates[7].instead_of_odometry = expected;
     let mut model = measured(&scaled(&drive(), 7..8, 3.0));
     let of_graph = model.compare_with_chain(&mut estimates);
-    let length = |frame: usize| of_graph.between(frame - 1, frame).unwrap().T_before_sensor.translation_norm();
-    assert!((length(7) - length(8)).abs() < 1e-9, "{} {}", length(7), length(8));
+    assert_eq!(of_graph.steps[7], expected);
     assert!(estimates.iter().all(|estimate| estimate.findings.is_empty()));
+    let poses: Vec<Pose2> = estimates.iter().map(|estimate| estimate.T_world_sensor).collect();
+    model.doubt_contradicted_stretches(&poses, &mut estimates);
+    assert!(estimates.iter().all(|estimate| estimate.findings.is_empty()), "it contradicts no stretch either");
+}
+
+#[test]
+fn a_missing_pose_is_bridged_as_well_as_steps_are_equal_and_a_long_gap_is_not() {
+    let mut pose = Pose2::identity();
+    let mut poses: Vec<Option<Pose2>> = Vec::new();
+    for step in drive() {
+        poses.push(Some(pose));
+        pose *= step;
+    }
+    poses[40] = None;
+    poses[60..90].fill(None);
+    let steps: Vec<Option<Pose2>> =
+        (0..poses.len()).map(|frame| Some(poses[frame.checked_sub(1)?]?.inverse() * poses[frame]?)).collect();
+    let model = OdometryModel::new(&steps, &[]).bridged(&poses, |_| false);
+    let across = model.between(39, 41).unwrap().T_before_sensor;
+    assert!((across.inverse() * (poses[39].unwrap().inverse() * poses[41].unwrap())).log().norm() < 1e-9);
+    let heading = |frame: usize| model.steps[frame].unwrap().covariance[(0, 0)].sqrt();
+    assert!(heading(40) > heading(20), "it may turn in one half alone: {} {}", heading(40), heading(20));
+    assert!(model.steps[60..=90].iter().all(Option::is_none));
 }
 
 fn implausible(model: &OdometryModel, estimates: &mut [FrameEstimate]) -> Vec<usize> {
