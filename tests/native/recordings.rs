@@ -7,8 +7,10 @@ use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::io::laser_log::{self, LaserLog};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::Reconstruction;
-use scanstitch::pipeline::report::Stage;
-use scanstitch::pipeline::settings::Settings;
+use scanstitch::pipeline::report::{FrameResult, Stage};
+use scanstitch::pipeline::settings::{Settings, Strategy};
+use scanstitch_scene::drive::{Drive, DriveOptions};
+use scanstitch_scene::office::{OfficeOptions, generate};
 
 /// A part of a log that keeps no times: nothing says that it goes on with another.
 fn part(log: &LaserLog, numbers: std::ops::Range<usize>) -> LaserLog {
@@ -34,6 +36,12 @@ fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_
     let (first, second) = (num_in_main(0..size / 2), num_in_main(size / 2..size));
     assert!(first.min(second) > 9 * (size / 2) / 10, "{first} and {second} scans are in the main piece");
     assert_eq!(num_in_main(size..size + 60), 0);
+    let notes = reconstruction.result().notes;
+    let is_said = |what: &str| notes.iter().any(|note| note.starts_with(what));
+    assert!(
+        is_said("1.log joins the map of the recordings before it with 14") && is_said("2.log is not joined"),
+        "{notes:?}"
+    );
     // Poses of the second recording as seen from those of the first near them, by those that the log's authors computed.
     let (poses, truth) = (reconstruction.poses(), |frame: usize| building.scans[frame].reference.unwrap());
     let is_good = |frame: &usize| frames[*frame].status == Status::Good && frames[*frame].piece == 0;
@@ -49,4 +57,22 @@ fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_
     errors.sort_by(f64::total_cmp);
     let (count, median, most) = (errors.len(), errors[errors.len() / 2], errors[errors.len() - 1]);
     assert!(count > 100 && median < 0.1 && most < 0.5, "{count} pairs, median {median} m, at most {most} m");
+}
+
+#[test]
+fn a_strategy_that_joins_no_recordings_says_so() {
+    let recording = generate(&OfficeOptions { seed: 3, num_scans: 8, ..OfficeOptions::default() });
+    let drive = Drive::new(&recording, &DriveOptions::default());
+    let log = laser_log::read(drive.carmen().as_bytes()).unwrap();
+    let settings = Settings { strategy: Strategy::ScanToMap, ..Settings::default() };
+    let mut reconstruction = Reconstruction::new(settings).unwrap();
+    for name in ["first.log", "second.log"] {
+        reconstruction.add_log(name, &part(&log, 0..6));
+    }
+    while reconstruction.step().stage != Stage::Done {}
+    let frames = reconstruction.frames_from(0);
+    assert!(frames[..6].iter().all(|frame| frame.status == Status::Good), "{frames:?}");
+    let is_told =
+        |frame: &FrameResult<_, _>| frame.status != Status::Good && frame.reason.contains("another recording");
+    assert!(frames[6..].iter().all(is_told), "{frames:?}");
 }

@@ -64,9 +64,11 @@ mod tests {
         assert_eq!(parts.firsts(), [0, 0, 2, 2]);
         assert_eq!(parts.are_in_largest(), [true, true, false, false]);
         parts.add(true, [2]);
-        assert_eq!(parts.are_in_largest(), [false, false, true, true, true]);
+        assert_eq!(parts.are_in_largest(), [true, true, false, false, false], "as many: the first");
+        parts.add(true, [2]);
+        assert_eq!(parts.are_in_largest(), [false, false, true, true, true, true]);
         parts.add(true, [0, 2]);
         assert!(parts.are_one());
-        assert_eq!(parts.are_in_largest(), [true; 6]);
+        assert_eq!(parts.are_in_largest(), [true; 7]);
     }
 }

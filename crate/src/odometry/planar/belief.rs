@@ -69,6 +69,8 @@ pub enum Finding {
     },
     /// Its piece of the map is too small to be sure.
     SmallPiece,
+    /// Another recording has begun, and where that lies is not searched for.
+    OtherRecording,
     /// The map may be a mirror image.
     Mirrored(&'static str),
 }
@@ -140,6 +142,9 @@ impl Finding {
                     "between frames {first} and {last} the result moves by {result}, the odometry by {odometry}: they contradict each \
                      other"
                 )
+            }
+            Self::OtherRecording => {
+                "another recording has begun, and only the joint strategy searches for where it lies".to_owned()
             }
             Self::SmallPiece => {
                 "it fits the scans before it, but their own position is uncertain: a link of the path to them is doubtful, and no loop \

@@ -110,7 +110,7 @@ impl Piece {
             off.translation_norm() < AGREEING.0 && off.rotation_angle() < AGREEING.1
         };
         let is_enough = certain.len() >= NUM_CERTAIN.min(self.stretches.len());
-        (is_enough && certain.iter().all(|found| agrees(found))).then_some(*motion)
+        (is_enough && certain.iter().all(agrees)).then_some(*motion)
     }
 }
 

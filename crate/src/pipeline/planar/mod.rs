@@ -233,6 +233,7 @@ impl Reconstruction {
         notes.extend(self.stamps().note);
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
+        notes.extend(self.notes_on_recordings());
         let unconnected = self.unconnected();
         notes.extend(unconnected.clone());
         ReconstructionResult {
@@ -248,6 +249,28 @@ impl Reconstruction {
             unconnected,
             notes,
         }
+    }
+
+    /// What became of each recording after the first.
+    fn notes_on_recordings(&self) -> Vec<String> {
+        let recordings = self.run.as_ref().map_or_else(Vec::new, Run::recordings);
+        let name =
+            |first: usize| self.names[first].rsplit_once(" #").map_or(self.names[first].as_str(), |(name, _)| name);
+        let note = |&(first, piece, size, is_joined): &(usize, usize, usize, bool)| {
+            if is_joined {
+                format!(
+                    "{} joins the map of the recordings before it with {size} scans, in piece {piece}.",
+                    name(first)
+                )
+            } else {
+                format!(
+                    "{} is not joined: no place of the recordings before it was recognised for certain, so that it is not known how \
+                     the two lie relative to each other. It may show another building, or too little of what they show.",
+                    name(first)
+                )
+            }
+        };
+        recordings.iter().skip(1).map(note).collect()
     }
 
     /// The certain pieces of the map and what is not known of them, in whole sentences, where there are several.

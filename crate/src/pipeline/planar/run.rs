@@ -1,5 +1,7 @@
 //! One run over all scans: its state, and its pieces of work in their order.
 
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use nalgebra::Vector2;
@@ -153,6 +155,9 @@ impl Run {
     fn begin_graph(&mut self, settings: &Settings) {
         let num_placed = self.placed().count();
         if settings.strategy != Strategy::Joint || num_placed == 0 {
+            for frame in (0..self.num_scans).filter(|&frame| self.recordings[frame] > 0) {
+                self.estimates[frame].findings.push(Finding::OtherRecording);
+            }
             self.doubt_mirrored();
             self.stage = Stage::Evaluate;
             return;
@@ -288,6 +293,26 @@ impl Run {
         let mut sizes = vec![0; self.pieces.iter().max().map_or(0, |last| last + 1)];
         self.placed().for_each(|frame| sizes[self.pieces[frame]] += 1);
         sizes.into_iter().enumerate().filter(|(_, size)| *size > 0).collect()
+    }
+
+    /// Of each recording, where there are several and the pieces are known: its first frame, the piece with most of its placed frames, how
+    /// many these are, and whether an earlier recording is in that piece.
+    pub fn recordings(&self) -> Vec<(usize, usize, usize, bool)> {
+        let count = self.recordings.last().map_or(0, |last| last + 1);
+        let are_known = self.graph.is_some() && !matches!(self.stage, Stage::Register | Stage::Loops);
+        if count < 2 || !are_known {
+            return Vec::new();
+        }
+        let mut sizes = vec![BTreeMap::<usize, usize>::new(); count];
+        for frame in self.placed() {
+            *sizes[self.recordings[frame]].entry(self.pieces[frame]).or_default() += 1;
+        }
+        let largest = |number: usize| {
+            let (piece, size) = sizes[number].iter().max_by_key(|(piece, size)| (**size, Reverse(**piece)))?;
+            let is_joined = sizes[..number].iter().any(|earlier| earlier.contains_key(piece));
+            Some((self.recordings.partition_point(|&of| of < number), *piece, *size, is_joined))
+        };
+        (0..count).filter_map(largest).collect()
     }
 
     /// Pose of the robot at a scan, by that of its laser.
