@@ -1,6 +1,7 @@
 /** Bad input, workers that die, a graphics card that gives up: each is told, and nothing that was computed is lost. */
 import { mkdirSync, readFileSync, truncateSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
+import type { Page } from '@playwright/test';
 import { idle, noteAnswers } from './answers.js';
 import type { InputFile } from './scanstitch_page.js';
 import { colorPicture, evenDepth, recording, truth } from './spatial_recording.js';
@@ -87,18 +88,24 @@ test('a reference with another number of poses, or one that is not finite, is to
   await expect(message).toContainText(/nan/i);
 });
 
-test('preparing workers that die in the middle are replaced, and no frame is missing', async ({ spatial, page }) => {
-  // From within: seen from outside, all frames may be prepared by then.
-  let num_doomed = 0;
-  page.on('worker', (worker) => {
-    if (!/preparer/.test(worker.url()) || num_doomed++ >= 2) return;
-    void worker.evaluate(() => {
-      let num_heard = 0;
-      addEventListener('message', () => {
-        if (++num_heard === 3) throw new Error('for the sake of this test');
-      });
-    });
+/**
+ * The first workers with this script throw at their third message that counts. It stands in the script: seen from outside, all may be
+ * done before a listener is there.
+ */
+async function doom(page: Page, script: string, count: number, counts = 'true') {
+  let numStarted = 0;
+  await page.route(`**/*${script}*.js`, async (route) => {
+    const response = await route.fetch();
+    const fatal = `let numHeard = 0;
+      addEventListener('message', (event) => {
+        if (${counts} && ++numHeard === 3) throw new Error('for the sake of this test');
+      });\n`;
+    await route.fulfill({ response, body: (numStarted++ < count ? fatal : '') + (await response.text()) });
   });
+}
+
+test('preparing workers that die in the middle are replaced, and no frame is missing', async ({ spatial, page }) => {
+  await doom(page, 'preparer-worker', 2);
   await spatial.drop([...recording(20), truth(20)]);
   const { result } = await spatial.stitched();
   expect(result.frames.map(({ index }) => index)).toEqual(Array.from({ length: 20 }, (_, i) => i));
@@ -106,17 +113,7 @@ test('preparing workers that die in the middle are replaced, and no frame is mis
 });
 
 test('a registrar that crashes is told and begins again by itself', async ({ spatial, page }) => {
-  // From within: seen from outside, all frames may be placed by then.
-  let num_registrars = 0;
-  page.on('worker', (worker) => {
-    if (!/registrar/.test(worker.url()) || num_registrars++ > 0) return;
-    void worker.evaluate(() => {
-      let numPlaced = 0;
-      addEventListener('message', ({ data }: MessageEvent<{ method: string }>) => {
-        if (data.method === 'place' && ++numPlaced === 3) throw new Error('for the sake of this test');
-      });
-    });
-  });
+  await doom(page, 'registrar-worker', 1, "event.data.method === 'place'");
   await spatial.drop([...recording(12), truth(12)]);
   const { result } = await spatial.stitched();
   expect(result.frames).toHaveLength(12);
