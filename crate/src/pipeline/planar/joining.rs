@@ -20,6 +20,19 @@ const NUM_CERTAIN: usize = 2;
 /// Stretches of a piece found within these of each other (m, rad) agree: what a piece bends by, and a cell.
 const AGREEING: (f64, f64) = (0.7, 0.1);
 
+/// A search for the pieces of a graph. It is known by what it does alone, so that the part of the engine that a page begins with, which
+/// begins none, does without.
+pub trait PieceSearch {
+    /// Searches for one stretch, or joins the piece whose stretches were found. Whether there is more to do.
+    fn advance(&mut self, graph: &mut KeyframeGraph, scans: &[Rc<PlanarScan>], options: &IcpOptions) -> bool;
+
+    /// Number of pieces before any was joined.
+    fn num_pieces(&self) -> usize;
+}
+
+/// See [`Joining::begin`].
+pub type BeginJoining = fn(&KeyframeGraph, &[Rc<PlanarScan>], &[usize]) -> Option<Box<dyn PieceSearch>>;
+
 /// The search for the pieces.
 pub struct Joining {
     /// The piece of each keyframe.
@@ -44,7 +57,11 @@ struct Piece {
 impl Joining {
     /// Prepares to search for the pieces of a graph; `None` where there is none to search for. `recordings` has the number of the recording
     /// of each frame.
-    pub fn begin(graph: &KeyframeGraph, scans: &[Rc<PlanarScan>], recordings: &[usize]) -> Option<Self> {
+    pub fn begin(
+        graph: &KeyframeGraph,
+        scans: &[Rc<PlanarScan>],
+        recordings: &[usize],
+    ) -> Option<Box<dyn PieceSearch>> {
         if recordings.last() == recordings.first() {
             return None;
         }
@@ -72,11 +89,12 @@ impl Joining {
         let map = StretchSearch::new(&OccupancyGrid::new(&placed, &[], RESOLUTION));
         let piece = |number: usize| Piece { number, stretches: stretches(&members[number], &poses), found: Vec::new() };
         let waiting = others.into_iter().map(piece).collect();
-        Some(Self { piece_of, largest, map, waiting, num_pieces: members.len() })
+        Some(Box::new(Self { piece_of, largest, map, waiting, num_pieces: members.len() }))
     }
+}
 
-    /// Searches for one stretch, or joins the piece whose stretches were found. Whether there is more to do.
-    pub fn advance(&mut self, graph: &mut KeyframeGraph, scans: &[Rc<PlanarScan>], options: &IcpOptions) -> bool {
+impl PieceSearch for Joining {
+    fn advance(&mut self, graph: &mut KeyframeGraph, scans: &[Rc<PlanarScan>], options: &IcpOptions) -> bool {
         let (Some(map), Some(piece)) = (&self.map, self.waiting.last_mut()) else { return false };
         let poses = graph.closure.solved_poses();
         if let Some(stretch) = piece.stretches.get(piece.found.len()) {
@@ -94,8 +112,7 @@ impl Joining {
         true
     }
 
-    /// Number of pieces before any was joined.
-    pub fn num_pieces(&self) -> usize {
+    fn num_pieces(&self) -> usize {
         self.num_pieces
     }
 }

@@ -31,9 +31,9 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
-use joining::Joining;
+use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
-use run::{BeginJoining, Run};
+use run::Run;
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
 

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 
 use super::chosen_odometry::ChosenOdometry;
-use super::joining::Joining;
+use super::joining::{BeginJoining, PieceSearch};
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
@@ -31,9 +31,6 @@ use crate::registration::icp::IterationRecord;
 
 /// Most iterations of the joint registration of a long sequence: it starts close to the solution, and one iteration takes long.
 const MAX_ITERATIONS_OF_LONG: usize = 8;
-
-/// See [`Joining::begin`]: given as a value, so that the part of the engine that a page begins with does without.
-pub type BeginJoining = fn(&KeyframeGraph, &[Rc<PlanarScan>], &[usize]) -> Option<Joining>;
 
 /// The state of a run.
 pub struct Run {
@@ -60,7 +57,7 @@ pub struct Run {
     graph: Option<KeyframeGraph>,
     /// How pieces that nothing connects are searched for, if they are.
     begin_joining: Option<BeginJoining>,
-    joining: Option<Joining>,
+    joining: Option<Box<dyn PieceSearch>>,
     joint: Option<Joint>,
     meter: Option<SharpnessMeter>,
     pub sharpness: Option<Sharpness>,
@@ -182,7 +179,7 @@ impl Run {
             return;
         }
         // Once, and again as long as the pieces become fewer: a larger one shows more places.
-        let num_before = self.joining.as_ref().map_or(usize::MAX, Joining::num_pieces);
+        let num_before = self.joining.as_ref().map_or(usize::MAX, |joining| joining.num_pieces());
         let next = self.begin_joining.and_then(|begin| begin(graph, &self.scans, &self.recordings));
         self.joining = next.filter(|joining| joining.num_pieces() < num_before);
         if self.joining.is_none() {
