@@ -35,7 +35,8 @@ export function buildTools({ withTestRunner = false, env = {}, isUrgent = false 
  * What is small inlines seldom: a twelfth less over the wire, for a twelfth more time. Functions that ask for it are else inlined up to a
  * threshold of 325, whatever the profile. It stands in the place of the flags of .cargo/config.toml.
  */
-const SMALL_FLAGS = '-C target-feature=+simd128 -C llvm-args=-inlinehint-threshold=25 -C llvm-args=-inline-threshold=25';
+const SMALL_FLAGS =
+  '-C target-feature=+simd128 -C llvm-args=-inlinehint-threshold=25 -C llvm-args=-inline-threshold=25';
 
 /**
  * Compiles the library of a package to WebAssembly; cargo skips what is up to date.
