@@ -19,7 +19,7 @@ impl LoopClosure {
     /// support each other are found, all is as before. `piece_of` is the piece of each keyframe, `found` the motion of the piece in the
     /// world.
     pub fn join(&mut self, piece_of: &[usize], piece: usize, into: usize, found: &Pose2, options: &IcpOptions) {
-        let before = self.poses.clone();
+        let (before, num_matches) = (self.poses.clone(), self.pool.len());
         for (pose, _) in self.poses.iter_mut().zip(piece_of).filter(|(_, of)| **of == piece) {
             *pose = (found * *pose).renormalized();
         }
@@ -33,7 +33,9 @@ impl LoopClosure {
             // With what is known now, more is found.
             self.begin_round();
         } else {
+            // What was matched there says nothing of where the piece is.
             self.poses = before;
+            self.pool.truncate(num_matches);
         }
     }
 
