@@ -1,9 +1,9 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { baseName, formatFixed } from '../views/format.js';
+import { baseName } from '../views/format.js';
 import { pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
-import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
+import { type KeyedMap, PAN_STEP, pressKey } from '../views/map-keys.js';
 import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
@@ -25,7 +25,8 @@ import {
 import { mapStyles } from './map-styles.js';
 import './map-legend.js';
 import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
-import { mapFrame, layerBox, layerList, mapButton, mapToolbar } from './map-toolbar.js';
+import { flatMap } from './flat-map.js';
+import { layerBox, layerList } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
@@ -184,42 +185,26 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     const { hovered, pointer } = this;
     const { size } = this.surface;
     const world = pointer && toWorld(this.view, size, pointer.x, pointer.y);
-    const toggleLayers = (): void => {
-      this.layersOpen = !this.layersOpen;
-    };
-    return mapFrame({
-      describedBy: 'map-description map-keys',
+    const readout =
+      hovered === null
+        ? nothing
+        : html`<span class="frame"
+            ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
+              this.names[hovered] ?? `scan ${hovered}`,
+            )}</span
+          >`;
+    return flatMap({
+      description: this.description,
+      world,
+      readout,
+      zoomBy: (factor) => this.zoomBy(factor),
+      fit: () => this.fit(),
+      turnByQuarter: () => this.turnByQuarter(),
       onKey: (event) => this.onKey(event),
-      stage: html`<canvas aria-hidden="true"></canvas>
-        <p id="map-description" class="visually-hidden">${this.description}</p>
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-          scan before and after.
-        </p>`,
-      over: html`<div class="readout number" aria-hidden="true" ?hidden=${!world}>
-          ${
-            world &&
-            html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>${
-                hovered === null
-                  ? nothing
-                  : html`<span class="frame"
-                      ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
-                        this.names[hovered] ?? `scan ${hovered}`,
-                      )}</span
-                    >`
-              }`
-          }
-        </div>
-        ${mapToolbar({
-          zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-          fit: () => this.fit(),
-          own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
-          hasLayers: this.layersOpen,
-          layersHint: 'Layers',
-          toggleLayers,
-        })}`,
       layers: this.layersOpen ? this.renderLayers() : null,
-      toggleLayers,
+      toggleLayers: () => {
+        this.layersOpen = !this.layersOpen;
+      },
       after: html`<scanstitch-map-legend
         .pieces=${this.pieces}
         .shown=${this.shownPiece}

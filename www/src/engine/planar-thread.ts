@@ -15,7 +15,6 @@ import type {
   PlanarApi,
   PlanarEvent,
   Preset,
-  Problem,
   Progress,
   RunState,
   ScanToMap,
@@ -24,6 +23,7 @@ import type {
   Timing,
 } from './protocol.js';
 import { otherMessages } from './other-messages.js';
+import { addScans, attempt } from './reading.js';
 import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
 
 /** The full engine, or the part of it that reads scans alone and no logs. */
@@ -142,7 +142,7 @@ async function readScans(
     const { name } = file;
     post({ type: 'reading', run, file: name, done: index, total });
     const start = performance.now();
-    if (attempt(problems, name, () => addScans(next, file, problems, notes))) accepted.push(name);
+    if (attempt(problems, name, () => addScans(next, file, { problems, notes }))) accepted.push(name);
     loadMs += performance.now() - start;
     if (performance.now() - sliceStart <= SLICE_MS) continue;
     await otherMessages();
@@ -178,19 +178,6 @@ function readBeside(
   };
   give(reference, (name, bytes) => next.set_reference(name, bytes));
   give(odometry, (name, bytes) => next.set_odometry(name, bytes));
-}
-
-/** A file is one scan, or a log of many. */
-function addScans(next: Reconstruction, file: InputFile, problems: Problem[], notes: ReadOutcome['notes']): void {
-  const { name, bytes, table, isLog } = file;
-  const content = new Uint8Array(bytes);
-  if (!next.add_log || !(isLog || table !== undefined)) {
-    next.add_scan(name, content);
-    return;
-  }
-  const log = next.add_log(name, content, table);
-  for (const problem of log.losses) problems.push({ file: name, place: null, problem, remedy: '' });
-  for (const text of log.notes) notes.push({ file: name, text });
 }
 
 function configure(run: number, settings: Partial<Settings>): void {
@@ -318,23 +305,6 @@ function occupancyGrid(present: Reconstruction): Grid {
   const grey_values = grid.grey_values();
   grid.free();
   return { width, height, resolution, origin, grey_values };
-}
-
-/** Runs `action`; an input error becomes a problem of `file`, other exceptions are passed on. */
-function attempt(problems: Problem[], file: string, action: () => void): boolean {
-  try {
-    action();
-    return true;
-  } catch (error) {
-    if (!isInputError(error)) throw error;
-    problems.push(toProblem(error, file));
-    return false;
-  }
-}
-
-function toProblem(error: unknown, file: string): Problem {
-  const { file: named, place, problem, remedy, message } = error as Problem & Error;
-  return { file: named || file, place: place ?? null, problem: problem || message, remedy: remedy ?? '' };
 }
 
 function post(event: PlanarEvent, transfer: Transferable[] = []): void {

@@ -2,8 +2,8 @@
 import { localizationPixels } from '../../../package/report/localization_pixels.js';
 import { otherMessages } from '../engine/other-messages.js';
 import { init, type Localization, OccupancyGrid, Reconstruction } from '../engine/package.js';
-import type { InputFile, Problem } from '../engine/protocol.js';
-import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from '../engine/serve.js';
+import { addScans, attempt } from '../engine/reading.js';
+import { emit, nothingLoaded, reportCrash, serve, type Served } from '../engine/serve.js';
 import type {
   Files,
   GridPicture,
@@ -46,7 +46,7 @@ const api: Served<LocalizeApi> = {
   openScans({ scans, odometry }, settings): ScansRead {
     const next = new Reconstruction(settings);
     const read: ScansRead = { num_scans: 0, problems: [], notes: [] };
-    for (const file of scans) attempt(read.problems, file.name, () => addScans(next, file, read));
+    for (const file of scans) attempt(read.problems, file.name, () => (read.num_scans += addScans(next, file, read)));
     if (odometry) {
       attempt(read.problems, odometry.name, () => next.set_odometry(odometry.name, new Uint8Array(odometry.bytes)));
     }
@@ -89,32 +89,6 @@ function readMap(source: MapSource): OccupancyGrid {
       return OccupancyGrid.of_picture(source.picture.name, source.picture.bytes, source.resolution);
     case 'probabilities':
       return OccupancyGrid.of_probabilities(source.table.name, source.table.bytes);
-  }
-}
-
-/** A file is one scan, or a log of many. */
-function addScans(next: Reconstruction, { name, bytes, isLog, table }: InputFile, read: ScansRead): void {
-  const content = new Uint8Array(bytes);
-  if (!isLog && table === undefined) {
-    next.add_scan(name, content);
-    read.num_scans++;
-    return;
-  }
-  const log = next.add_log(name, content, table);
-  read.num_scans += log.num_scans;
-  read.problems.push(...log.losses.map((problem) => ({ file: name, place: null, problem, remedy: '' })));
-  read.notes.push(...log.notes.map((text) => ({ file: name, text })));
-}
-
-function attempt(problems: Problem[], file: string, action: () => void): boolean {
-  try {
-    action();
-    return true;
-  } catch (error) {
-    if (!isInputError(error)) throw error;
-    const { place = null, problem = error.message, remedy = '' } = error;
-    problems.push({ file: error.file || file, place, problem, remedy });
-    return false;
   }
 }
 

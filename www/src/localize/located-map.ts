@@ -1,12 +1,12 @@
-import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
 import { mapStyles } from '../components/map-styles.js';
-import { layerBox, layerList, mapButton, mapFrame, mapToolbar } from '../components/map-toolbar.js';
+import { flatMap } from '../components/flat-map.js';
+import { layerBox, layerList } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { context2d } from '../views/canvas.js';
-import { formatFixed } from '../views/format.js';
-import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
+import { type KeyedMap, PAN_STEP, pressKey } from '../views/map-keys.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { fitted, panned, toWorld, type Turns, type Viewport, zoomedAt } from '../views/viewport.js';
 import { mapLevels } from './map-levels.js';
@@ -68,30 +68,13 @@ export class ScanstitchLocatedMap extends LitElement implements DrawingHost, Key
   }
 
   protected override render(): TemplateResult {
-    const world = this.pointer && toWorld(this.view, this.surface.size, this.pointer.x, this.pointer.y);
-    const toggleLayers = (): void => {
-      this.layersOpen = !this.layersOpen;
-    };
-    return mapFrame({
-      describedBy: 'map-description map-keys',
+    return flatMap({
+      description: this.description,
+      world: this.pointer && toWorld(this.view, this.surface.size, this.pointer.x, this.pointer.y),
+      zoomBy: (factor) => this.zoomBy(factor),
+      fit: () => this.fit(),
+      turnByQuarter: () => this.turnByQuarter(),
       onKey: (event) => this.onKey(event),
-      stage: html`<canvas aria-hidden="true"></canvas>
-        <p id="map-description" class="visually-hidden">${this.description}</p>
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys move the map, plus and minus zoom, F shows all of it, R turns it, comma and full stop select the
-          scan before and after.
-        </p>`,
-      over: html`<div class="readout number" aria-hidden="true" ?hidden=${!world}>
-          ${world && html`<span>x ${formatFixed(world.x, 2)} m</span><span>y ${formatFixed(world.y, 2)} m</span>`}
-        </div>
-        ${mapToolbar({
-          zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
-          fit: () => this.fit(),
-          own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
-          hasLayers: this.layersOpen,
-          layersHint: 'Layers',
-          toggleLayers,
-        })}`,
       layers: this.layersOpen
         ? layerList(
             (Object.keys(LAYERS) as (keyof SceneLayers)[]).map((name) =>
@@ -101,8 +84,9 @@ export class ScanstitchLocatedMap extends LitElement implements DrawingHost, Key
             ),
           )
         : null,
-      toggleLayers,
-      after: nothing,
+      toggleLayers: () => {
+        this.layersOpen = !this.layersOpen;
+      },
     });
   }
 
