@@ -413,12 +413,12 @@ impl CloudOdometry {
         CloudEstimate { T_world_sensor, registration: Some(registration), overlap, is_global, assessment }
     }
 
-    /// The first clouds of the parts on which so much of a cloud lies that it is registered to them alone.
+    /// A cloud of each part on which so much of a cloud lies that the part alone would register it.
     fn parts_under(&self, frame: &PreparedCloud, T_world_sensor: &Pose3, overlap: f64) -> Vec<usize> {
-        let firsts = self.parts.firsts();
         if self.parts.are_one() || self.options.method == CloudMethod::CloudToCloud {
-            return firsts.last().copied().into_iter().collect();
+            return self.parts.len().checked_sub(1).into_iter().collect();
         }
+        let firsts = self.parts.firsts();
         let mut counts = vec![0; firsts.len()];
         for point in frame.at_most(ROUGH_POINTS).points {
             let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;

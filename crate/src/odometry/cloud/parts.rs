@@ -29,11 +29,11 @@ impl Parts {
         connected_parts(self.len(), self.edges.iter().copied())
     }
 
-    /// Adds a cloud. `on`: the first clouds of the parts that it lies on.
+    /// Adds a cloud. `on`: a cloud of each part that it lies on.
     pub fn add(&mut self, is_good: bool, on: impl IntoIterator<Item = usize>) {
         let number = self.len();
         self.is_good.push(is_good);
-        self.edges.extend(on.into_iter().filter(|_| is_good).map(|first| [first, number]));
+        self.edges.extend(on.into_iter().filter(|_| is_good).map(|other| [other, number]));
     }
 
     /// For each cloud, whether it is in the part with most good clouds; the first of these, where there are several.
