@@ -19,6 +19,11 @@ fn part(log: &LaserLog, numbers: std::ops::Range<usize>) -> LaserLog {
     log
 }
 
+fn every_third(log: &LaserLog, numbers: std::ops::Range<usize>) -> LaserLog {
+    let part = part(log, numbers);
+    LaserLog { scans: part.scans.into_iter().step_by(3).collect(), ..log.clone() }
+}
+
 #[test]
 fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_does_not() {
     let Some(folder) = shared_data("laser/radish") else { return };
@@ -39,7 +44,7 @@ fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_
     let notes = reconstruction.result().notes;
     let is_said = |what: &str| notes.iter().any(|note| note.starts_with(what));
     assert!(
-        is_said("1.log joins the map of the recordings before it with 14") && is_said("2.log is not joined"),
+        is_said("1.log joins the map of the recordings before it: 14") && is_said("2.log is not joined"),
         "{notes:?}"
     );
     // Poses of the second recording as seen from those of the first near them, by those that the log's authors computed.
@@ -57,6 +62,22 @@ fn a_second_recording_of_a_building_joins_the_first_and_one_of_another_building_
     errors.sort_by(f64::total_cmp);
     let (count, median, most) = (errors.len(), errors[errors.len() / 2], errors[errors.len() - 1]);
     assert!(count > 100 && median < 0.1 && most < 0.5, "{count} pairs, median {median} m, at most {most} m");
+}
+
+#[test]
+fn recordings_of_a_few_scans_are_searched_for_in_each_other() {
+    let Some(folder) = shared_data("laser/radish") else { return };
+    let log = laser_log::read(&fs::read(folder.join("aces.clf")).unwrap()).unwrap();
+    let (first, again) = (every_third(&log, 0..147), every_third(&log, 1..147));
+    let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+    reconstruction.add_log("first.log", &first);
+    reconstruction.add_log("again.log", &again);
+    while reconstruction.step().stage != Stage::Done {}
+    let notes = reconstruction.result().notes;
+    assert!(
+        notes.iter().any(|note| note.starts_with("again.log joins the map of the recordings before it")),
+        "{notes:?}"
+    );
 }
 
 #[test]

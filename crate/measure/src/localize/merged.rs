@@ -40,14 +40,21 @@ fn report(name: &str, first: &Building, second: &Building, is_one_building: bool
     }
     let sizes: Vec<String> =
         of_both.iter().filter(|of| of[0] + of[1] >= 20).map(|of| format!("{} + {}", of[0], of[1])).collect();
-    let across = pairs_across(&frames, first, second);
-    let (num, num_wrong) = (across.len(), across.iter().filter(|is_wrong| **is_wrong).count());
+    let (of_first, of_second) = frames.split_at(first.log.scans.len());
+    let across = pairs((of_first, first), (of_second, second));
     let told = if is_one_building {
-        format!("{num_wrong} of {num} near pairs across are wrong")
+        let within = [pairs((of_first, first), (of_first, first)), pairs((of_second, second), (of_second, second))];
+        format!("near pairs that are wrong: {} across, {} within one", share(&across), share(&within.concat()))
     } else {
-        format!("{num} pairs across")
+        format!("{} pairs across", across.len())
     };
     println!("{name}: pieces {}; {told}", sizes.join(", "));
+}
+
+/// How many of how many are wrong.
+fn share(are_wrong: &[bool]) -> String {
+    let count = are_wrong.iter().filter(|is_wrong| **is_wrong).count();
+    format!("{count} of {} ({:.1} %)", are_wrong.len(), 100.0 * count as f64 / are_wrong.len().max(1) as f64)
 }
 
 struct Frame {
@@ -81,14 +88,12 @@ fn reconstructed(both: [&Building; 2]) -> Vec<Frame> {
     frames.map(|(frame, pose)| Frame { pose, piece: frame.piece, is_good: frame.status == Status::Good }).collect()
 }
 
-/// For each pair of good frames of the two recordings in one piece, near each other in truth, whether it is wrong.
-fn pairs_across(frames: &[Frame], first: &Building, second: &Building) -> Vec<bool> {
+/// For each pair of good frames of two recordings (or of one) in one piece, near each other in truth, whether it is wrong.
+fn pairs((from, first): (&[Frame], &Building), (to, second): (&[Frame], &Building)) -> Vec<bool> {
     let mut pairs = Vec::new();
-    let (a, b) = frames.split_at(first.log.scans.len());
-    for (from, T_truth_from) in a.iter().zip(&first.reference).filter(|(frame, _)| frame.is_good) {
-        for (to, T_truth_to) in
-            b.iter().zip(&second.reference).filter(|(frame, _)| frame.is_good && frame.piece == from.piece)
-        {
+    for (from, T_truth_from) in from.iter().zip(&first.reference).filter(|(frame, _)| frame.is_good) {
+        let is_known = |frame: &Frame| frame.is_good && frame.piece == from.piece;
+        for (to, T_truth_to) in to.iter().zip(&second.reference).filter(|(frame, _)| is_known(frame)) {
             let truth = T_truth_from.inverse() * T_truth_to;
             if truth.translation_norm() < NEAR || first.name != second.name {
                 let off = truth.inverse() * (from.pose.inverse() * to.pose);

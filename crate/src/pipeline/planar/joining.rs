@@ -6,19 +6,18 @@ use std::rc::Rc;
 
 use super::keyframe_graph::{KeyframeGraph, MIN_SURE_KEYFRAMES};
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::occupancy_grid::OccupancyGrid;
+use crate::map::occupancy_grid::{OccupancyGrid, RESOLUTION};
 use crate::odometry::localization::{LONGEST_STRETCH, StretchSearch};
+use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IcpOptions;
 
-/// Side of the cells of the map that is searched (m).
-const RESOLUTION: f64 = 0.05;
-/// Stretches of a piece that are searched for, spread over it.
-const NUM_STRETCHES: usize = 4;
-/// So many have to be certain, where a piece has as many.
+/// Most stretches of a piece that are searched for: two recordings may have little in common, and a search takes up to half a second.
+const MAX_STRETCHES: usize = 12;
+/// The search ends when so many are certain; a piece with fewer stretches needs all of them.
 const NUM_CERTAIN: usize = 2;
-/// Stretches of a piece found within these of each other (m, rad) agree: what a piece bends by, and a cell.
-const AGREEING: (f64, f64) = (0.7, 0.1);
+/// Motions of one piece agree within so many of the largest standard deviations of what is certain.
+const AGREEING_SIGMAS: f64 = 3.0;
 
 /// A search for the pieces of a graph. It is known by what it does alone, so that the part of the engine that a page begins with, which
 /// begins none, does without.
@@ -97,7 +96,8 @@ impl PieceSearch for Joining {
     fn advance(&mut self, graph: &mut KeyframeGraph, scans: &[Rc<PlanarScan>], options: &IcpOptions) -> bool {
         let (Some(map), Some(piece)) = (&self.map, self.waiting.last_mut()) else { return false };
         let poses = graph.closure.solved_poses();
-        if let Some(stretch) = piece.stretches.get(piece.found.len()) {
+        let num_certain = piece.found.iter().flatten().count();
+        if let Some(stretch) = piece.stretches.get(piece.found.len()).filter(|_| num_certain < NUM_CERTAIN) {
             let placed = |&keyframe: &usize| (scans[graph.nodes[keyframe]].as_ref(), poses[keyframe]);
             let placed: Vec<_> = stretch.iter().map(placed).collect();
             let middle = placed[placed.len() / 2].1;
@@ -124,7 +124,8 @@ impl Piece {
         let (motion, _) = certain.first()?;
         let agrees = |(other, middle): &&(Pose2, Pose2)| {
             let off = (motion * middle).inverse() * (other * middle);
-            off.translation_norm() < AGREEING.0 && off.rotation_angle() < AGREEING.1
+            off.rotation_angle() < AGREEING_SIGMAS * CERTAIN_SIGMA.0
+                && off.translation_norm() < AGREEING_SIGMAS * CERTAIN_SIGMA.1
         };
         let is_enough = certain.len() >= NUM_CERTAIN.min(self.stretches.len());
         (is_enough && certain.iter().all(agrees)).then_some(*motion)
@@ -148,6 +149,6 @@ fn stretches(members: &[usize], poses: &[Pose2]) -> Vec<Vec<usize>> {
     }
     // Those that are longest show most.
     all.sort_by_key(|stretch| std::cmp::Reverse(stretch.len()));
-    all.truncate(NUM_STRETCHES);
+    all.truncate(MAX_STRETCHES);
     all
 }

@@ -83,7 +83,13 @@ impl KeyframeGraph {
         let (nodes, hangs_on) = keyframes(estimates, poses, is_long);
         let link = |&node: &usize| {
             let scan = Rc::clone(&scans[node]);
-            ChainLink { scan, T_world_sensor: poses[node], is_weak: false, is_broken: false }
+            ChainLink {
+                scan,
+                T_world_sensor: poses[node],
+                is_weak: false,
+                is_broken: false,
+                begins_recording: estimates[node].link == Link::Start && estimates[node].registration.is_none(),
+            }
         };
         let mut links: Vec<ChainLink> = nodes.iter().map(link).collect();
         let mut chain = Vec::new();
@@ -190,14 +196,17 @@ impl KeyframeGraph {
     }
 
     /// Which keyframes are matched with which in the joint solution. Points find partners in whatever lies near, so scans
-    /// that only share a place, as two that look in opposite directions, must not meet.
+    /// that only share a place, as two that look in opposite directions, must not meet, nor those of recordings of which none leads to
+    /// the other.
     pub fn edges(&self, of_nodes: &[Pose2], matched: usize) -> Vec<Edge> {
+        let parts = self.closure.parts_of_keyframes();
+        let is_known = |edge: &Edge| parts[edge.target] == parts[edge.source];
         if self.is_long {
-            return (1..of_nodes.len()).flat_map(|later| self.edges_of(later, of_nodes)).collect();
+            return (1..of_nodes.len()).flat_map(|later| self.edges_of(later, of_nodes)).filter(is_known).collect();
         }
         let positions: Vec<Vector2<f64>> = of_nodes.iter().map(|pose| pose.translation.vector).collect();
         let mut edges = edges_between(&positions, matched);
-        edges.retain(|edge| self.see_the_same(edge.target, edge.source, of_nodes));
+        edges.retain(|edge| is_known(edge) && self.see_the_same(edge.target, edge.source, of_nodes));
         edges
     }
 

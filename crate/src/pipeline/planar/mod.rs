@@ -33,7 +33,7 @@ use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
 use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
-use run::Run;
+use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
 
@@ -251,26 +251,23 @@ impl Reconstruction {
         }
     }
 
-    /// What became of each recording after the first.
     fn notes_on_recordings(&self) -> Vec<String> {
-        let recordings = self.run.as_ref().map_or_else(Vec::new, Run::recordings);
-        let name =
-            |first: usize| self.names[first].rsplit_once(" #").map_or(self.names[first].as_str(), |(name, _)| name);
-        let note = |&(first, piece, size, is_joined): &(usize, usize, usize, bool)| {
-            if is_joined {
-                format!(
-                    "{} joins the map of the recordings before it with {size} scans, in piece {piece}.",
-                    name(first)
-                )
-            } else {
-                format!(
-                    "{} is not joined: no place of the recordings before it was recognised for certain, so that it is not known how \
-                     the two lie relative to each other. It may show another building, or too little of what they show.",
-                    name(first)
-                )
+        let note = |recording: &LaterRecording| {
+            let name = &self.names[recording.first_frame];
+            let name = name.rsplit_once(" #").map_or(name.as_str(), |(log, _)| log);
+            match recording.joined {
+                Some((size, piece)) => {
+                    format!(
+                        "{name} joins the map of the recordings before it: {size} of its scans are in piece {piece} with them."
+                    )
+                }
+                None => format!(
+                    "{name} is not joined: no place of the recordings before it was recognised for certain, so the pose of the one \
+                     relative to the others is unknown. It may show another building, or too little of this one."
+                ),
             }
         };
-        recordings.iter().skip(1).map(note).collect()
+        self.run.as_ref().map_or_else(Vec::new, Run::later_recordings).iter().map(note).collect()
     }
 
     /// The certain pieces of the map and what is not known of them, in whole sentences, where there are several.

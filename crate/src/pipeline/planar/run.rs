@@ -32,6 +32,13 @@ use crate::registration::icp::IterationRecord;
 /// Most iterations of the joint registration of a long sequence: it starts close to the solution, and one iteration takes long.
 const MAX_ITERATIONS_OF_LONG: usize = 8;
 
+/// What became of a recording that is not the first one.
+pub struct LaterRecording {
+    pub first_frame: usize,
+    /// How many of its scans lie in one piece with earlier recordings, and the number of that piece; `None` where no piece has both.
+    pub joined: Option<(usize, usize)>,
+}
+
 /// The state of a run.
 pub struct Run {
     num_scans: usize,
@@ -163,7 +170,9 @@ impl Run {
         self.graph = Some(KeyframeGraph::new(&self.estimates, &self.scans, &self.poses, &of_graph, self.without));
         self.stage = Stage::Loops;
         if num_placed < LONG_SEQUENCE {
-            self.end_loops();
+            // The loops of a few scans are not searched for; where another recording lies, is.
+            self.graph.iter_mut().for_each(|graph| graph.closure.end_search());
+            self.advance_loops(settings);
         }
     }
 
@@ -292,24 +301,23 @@ impl Run {
         sizes.into_iter().enumerate().filter(|(_, size)| *size > 0).collect()
     }
 
-    /// Of each recording, where there are several and the pieces are known: its first frame, the piece with most of its placed frames, how
-    /// many these are, and whether an earlier recording is in that piece.
-    pub fn recordings(&self) -> Vec<(usize, usize, usize, bool)> {
-        let count = self.recordings.last().map_or(0, |last| last + 1);
+    /// What became of each recording after the first; nothing before the pieces are known.
+    pub fn later_recordings(&self) -> Vec<LaterRecording> {
         let are_known = self.graph.is_some() && !matches!(self.stage, Stage::Register | Stage::Loops);
-        if count < 2 || !are_known {
-            return Vec::new();
-        }
+        let count = self.recordings.last().filter(|_| are_known).map_or(0, |last| last + 1);
         let mut sizes = vec![BTreeMap::<usize, usize>::new(); count];
-        for frame in self.placed() {
+        for frame in self.placed().filter(|_| are_known) {
             *sizes[self.recordings[frame]].entry(self.pieces[frame]).or_default() += 1;
         }
-        let largest = |number: usize| {
-            let (piece, size) = sizes[number].iter().max_by_key(|(piece, size)| (**size, Reverse(**piece)))?;
-            let is_joined = sizes[..number].iter().any(|earlier| earlier.contains_key(piece));
-            Some((self.recordings.partition_point(|&of| of < number), *piece, *size, is_joined))
+        let of = |number: usize| {
+            let joined =
+                sizes[number].iter().filter(|(piece, _)| sizes[..number].iter().any(|of| of.contains_key(piece)));
+            LaterRecording {
+                first_frame: self.recordings.partition_point(|&of| of < number),
+                joined: joined.map(|(&piece, &size)| (size, piece)).max_by_key(|&(size, piece)| (size, Reverse(piece))),
+            }
         };
-        (0..count).filter_map(largest).collect()
+        (1..count).map(of).collect()
     }
 
     /// Pose of the robot at a scan, by that of its laser.

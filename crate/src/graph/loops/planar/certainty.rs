@@ -120,7 +120,7 @@ mod tests {
         let links = (0..NUM_KEYFRAMES).map(|index| {
             let is_broken = broken.contains(&index);
             let T_world_sensor = Pose2::translation(index as f64, 0.0);
-            ChainLink { scan: Rc::clone(&scan), T_world_sensor, is_weak: is_broken, is_broken }
+            ChainLink { scan: Rc::clone(&scan), T_world_sensor, is_weak: is_broken, is_broken, begins_recording: false }
         });
         let variances = Vector3::new(heading, position, position).map(|sigma| sigma * sigma);
         let chain = (1..NUM_KEYFRAMES).map(|to| BetweenFactor {

@@ -4,13 +4,14 @@ use super::LoopClosure;
 use super::matching::Pair;
 use super::pairs::MIN_OVERLAP;
 use crate::geometry::{Pose2, RigidMotion};
+use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::IcpOptions;
 use crate::search::order::ascending;
 
-/// How far from where a piece was found its submaps are matched: three times of what two places of a piece may be off at most. In windows as
-/// wide as this a match needs another one to support it.
-const WINDOW: SearchWindow = SearchWindow { translation: 1.5, rotation: 0.13 };
+/// How far from where a piece was found its submaps are matched, in the largest standard deviations of what is certain: three for the
+/// place, and three for what the piece bends by. In windows as wide as this a match needs another one to support it.
+const WINDOW_SIGMAS: f64 = 6.0;
 /// Submaps of the other piece that each is matched with.
 const NUM_TARGETS: usize = 2;
 
@@ -20,8 +21,14 @@ impl LoopClosure {
     /// world.
     pub fn join(&mut self, piece_of: &[usize], piece: usize, into: usize, found: &Pose2, options: &IcpOptions) {
         let (before, num_matches) = (self.poses.clone(), self.pool.len());
-        for (pose, _) in self.poses.iter_mut().zip(piece_of).filter(|(_, of)| **of == piece) {
-            *pose = (found * *pose).renormalized();
+        // With it all that its recording tells of other pieces: what connects them would else contradict every match.
+        let parts = self.parts_of_keyframes();
+        let part_of = |piece: usize| piece_of.iter().position(|&of| of == piece).map(|keyframe| parts[keyframe]);
+        let (moved, is_apart) = (part_of(piece), part_of(piece) != part_of(into));
+        for (keyframe, pose) in self.poses.iter_mut().enumerate() {
+            if piece_of[keyframe] == piece || (is_apart && Some(parts[keyframe]) == moved) {
+                *pose = (found * *pose).renormalized();
+            }
         }
         self.covariances = self.relative_covariances(false);
         for pair in self.pairs_between(piece_of, piece, into) {
@@ -46,6 +53,8 @@ impl LoopClosure {
             (0..self.submaps.len()).filter(is_of)
         };
         let others: Vec<usize> = of(into).collect();
+        let window =
+            SearchWindow { translation: WINDOW_SIGMAS * CERTAIN_SIGMA.1, rotation: WINDOW_SIGMAS * CERTAIN_SIGMA.0 };
         let pairs_of = |submap: usize| {
             let place = |submap: usize| self.poses[self.submaps[submap].anchor];
             let apart = |other: usize| (place(other).inverse() * place(submap)).translation_norm();
@@ -54,7 +63,7 @@ impl LoopClosure {
             let nearest = ascending(near.iter().map(|&other| apart(other))).into_iter().take(NUM_TARGETS);
             let pair = |other: usize| {
                 let (target, source) = (submap.min(other), submap.max(other));
-                Pair { target, source, guess: place(target).inverse() * place(source), window: WINDOW }
+                Pair { target, source, guess: place(target).inverse() * place(source), window }
             };
             nearest.map(|index| pair(near[index])).collect::<Vec<_>>()
         };

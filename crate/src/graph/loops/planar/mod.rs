@@ -44,6 +44,8 @@ pub struct ChainLink {
     pub is_weak: bool,
     /// Whether nothing certain connects it to that one: neither such a registration nor measured motion.
     pub is_broken: bool,
+    /// Whether another recording begins with it: the way from that one is not known at all.
+    pub begins_recording: bool,
 }
 
 /// A submap ends after this length of path (m) ...
@@ -128,6 +130,11 @@ impl LoopClosure {
     /// Whether nothing more is found.
     pub fn is_done(&self) -> bool {
         self.is_done
+    }
+
+    /// Searches no further.
+    pub fn end_search(&mut self) {
+        self.is_done = true;
     }
 
     /// Returns of a scan of the chain.

@@ -5,8 +5,10 @@ use nalgebra::Matrix2;
 
 use super::LoopClosure;
 use super::matching::Pair;
+use super::submap::Submap;
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::RigidMotion;
+use crate::geometry::connected_parts::connected_parts;
 use crate::odometry::planar::information::position_covariance;
 use crate::registration::correlative::SearchWindow;
 use crate::search::order::ascending;
@@ -34,10 +36,11 @@ impl LoopClosure {
     /// The pairs of submaps that may show the same place, those of one target together.
     pub(super) fn pairs(&mut self) -> Vec<Pair> {
         let Some(covariances) = &self.covariances else { return Vec::new() };
+        let parts = self.parts();
         let (mut pairs, mut num_possible): (Vec<(f64, Pair)>, usize) = (Vec::new(), 0);
         for source in 1..self.submaps.len() {
             let mut candidates: Vec<(f64, Pair)> = Vec::new();
-            for target in 0..source {
+            for target in (0..source).filter(|&target| parts[target] == parts[source]) {
                 candidates.extend(self.pair(target, source, covariances));
             }
             num_possible += candidates.len();
@@ -58,6 +61,21 @@ impl LoopClosure {
         }
         pairs.sort_by_key(|pair| std::cmp::Reverse((pair.target, pair.source)));
         pairs
+    }
+
+    /// For each submap the first one of its part: recordings of which none leads to another are parts of their own, and no covariance tells
+    /// where one may show a place of the other.
+    fn parts(&self) -> Vec<usize> {
+        let begins = |submap: &usize| self.links[self.submaps[*submap].keyframes.start].begins_recording;
+        let chain = (1..self.submaps.len()).filter(|submap| !begins(submap)).map(|submap| [submap - 1, submap]);
+        let loops = self.loops.iter().map(|closed| [closed.candidate.target, closed.candidate.source]);
+        connected_parts(self.submaps.len(), chain.chain(loops))
+    }
+
+    /// The same for each keyframe.
+    pub fn parts_of_keyframes(&self) -> Vec<usize> {
+        let of_keyframes = |(submap, part): (&Submap, usize)| submap.keyframes.clone().map(move |_| part);
+        self.submaps.iter().zip(self.parts()).flat_map(of_keyframes).collect()
     }
 
     /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
