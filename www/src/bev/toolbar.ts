@@ -1,5 +1,6 @@
 /** The bar above the two views. */
 import { html, nothing, type TemplateResult } from 'lit';
+import { list, typed } from '../components/fields.js';
 import { icon } from '../components/icons.js';
 import '../components/menu.js';
 import type { MenuItem } from '../components/menu.js';
@@ -62,14 +63,7 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
         ${icon('trash')}
       </button>
     </div>
-    <label
-      >Round front pixels
-      <select
-        @change=${(event: Event) => has.change({ whole: (event.target as HTMLSelectElement).value as WholePixels }, true)}
-      >
-        ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === document.whole}>${label}</option>`)}
-      </select>
-    </label>
+    <label>Round front pixels ${list(WHOLE, document.whole, (whole) => has.change({ whole }, true))}</label>
     <span class="end">
       <scanstitch-menu label="Export" icon="download" .items=${EXPORTS} @menu-chosen=${has.export}></scanstitch-menu>
     </span>
@@ -77,8 +71,8 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
 }
 
 function cells(document: BevDocument, change: ToolbarState['change']): TemplateResult {
-  const set = (name: 'columns' | 'rows', { target }: Event) => {
-    const value = Number((target as HTMLInputElement).value);
+  const set = (name: 'columns' | 'rows', event: Event) => {
+    const value = Number(typed(event));
     if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) change({ [name]: value }, true);
   };
   return html`${(['columns', 'rows'] as const).map(

@@ -1,5 +1,6 @@
 /** How the parts of the page lie beside and below each other, in each of its three layouts. */
 import { css } from 'lit';
+import { column, cut, row } from './theme.js';
 
 export const appStyles = css`
   :host {
@@ -20,8 +21,7 @@ export const appStyles = css`
   }
   .app {
     position: relative;
-    display: flex;
-    flex-direction: column;
+    ${column};
     height: 100%;
     min-width: 0;
     font-size: calc(14 * var(--px));
@@ -41,14 +41,12 @@ export const appStyles = css`
     display: contents;
   }
   .app > scanstitch-messages {
-    display: flex;
+    ${column};
     flex: none;
-    flex-direction: column;
     max-height: 36%;
   }
   .bar {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 16px;
     min-height: 52px;
     padding: 0 12px 0 16px;
@@ -56,27 +54,23 @@ export const appStyles = css`
     background: var(--surface);
   }
   .brand {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
     font-size: calc(16 * var(--px));
     font-weight: 680;
     letter-spacing: -0.015em;
   }
   .dataset {
-    display: flex;
+    ${row};
     flex: 1;
-    align-items: center;
     gap: 10px;
     min-width: 0;
     padding-left: 16px;
     border-left: 1px solid var(--line);
   }
   .title {
-    overflow: hidden;
+    ${cut};
     font-weight: 550;
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   .count {
     white-space: nowrap;
@@ -114,8 +108,7 @@ export const appStyles = css`
     text-overflow: ellipsis;
   }
   nav {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
   }
   .tools {

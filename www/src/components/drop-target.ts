@@ -3,8 +3,8 @@ import { html, nothing, type ReactiveController, type ReactiveControllerHost, ty
 import { icon } from './icons.js';
 
 /**
- * Bound to the four events of a drag. A counter distinguishes leaving the element from entering one of its children. A target inside
- * another one keeps what it takes to itself.
+ * A counter distinguishes leaving the element from entering one of its children. A target inside another one keeps what it takes to
+ * itself.
  */
 export class DropTarget implements ReactiveController {
   isOver = false;
@@ -29,26 +29,34 @@ export class DropTarget implements ReactiveController {
     this.#become(0);
   }
 
-  enter = (event: DragEvent): void => {
+  /** To be given to `ref`: what the files are dropped on. */
+  area = (area: Element | undefined): void => {
+    const listeners = { dragenter: this.#enter, dragover: this.#over, dragleave: this.#leave, drop: this.#drop };
+    for (const [type, listener] of Object.entries(listeners)) {
+      area?.addEventListener(type, listener as (event: Event) => void);
+    }
+  };
+
+  #enter = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
     if (this.#depth === 0) this.#expect(event.dataTransfer);
     this.#become(this.#depth + 1);
   };
 
-  over = (event: DragEvent): void => {
+  #over = (event: DragEvent): void => {
     if (!hasFiles(event) || !event.dataTransfer) return;
     keep(event);
     event.dataTransfer.dropEffect = 'copy';
   };
 
-  leave = (event: DragEvent): void => {
+  #leave = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     event.stopPropagation();
     this.#become(Math.max(0, this.#depth - 1));
   };
 
-  drop = (event: DragEvent): void => {
+  #drop = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
     this.#become(0);

@@ -202,7 +202,6 @@ export const frameStyles = css`
   .others summary {
     padding: 4px 0;
     color: var(--accent);
-    cursor: pointer;
   }
   .facts {
     display: grid;

@@ -1,5 +1,6 @@
 /** What lies over the flat map and over the map in space alike: the buttons, and the list of what is drawn. */
 import { html, nothing, type SVGTemplateResult, type TemplateResult } from 'lit';
+import { check } from './fields.js';
 import { type IconName, icon } from './icons.js';
 
 /** A button that shows a sign alone: `label` is the accessible name, `hint` the tooltip. */
@@ -70,14 +71,7 @@ export function layerBox(
   isShown: boolean,
   show: (shown: boolean) => void,
 ): TemplateResult {
-  return html`<label>
-    <input
-      type="checkbox"
-      .checked=${isShown}
-      @change=${(event: Event) => show((event.target as HTMLInputElement).checked)}
-    />
-    <i class="sign ${sign}"></i>${label}
-  </label>`;
+  return check(html`<i class="sign ${sign}"></i>${label}`, isShown, show);
 }
 
 export interface MapFrame {

@@ -2,6 +2,7 @@
 import { css, html, nothing, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 import type { Former, Shelf } from './run-kind.js';
+import { cut, row } from './theme.js';
 
 /** `title`: of what is shown. `styles`: barStyles. */
 export function exchangeBar(title: string, former: Former, shelf: Shelf): TemplateResult {
@@ -25,9 +26,8 @@ export function exchangeBar(title: string, former: Former, shelf: Shelf): Templa
 
 export const barStyles = css`
   .bar {
-    display: flex;
+    ${row};
     flex: none;
-    align-items: center;
     gap: 8px;
     padding: 4px 8px 4px 16px;
     border-bottom: 1px solid var(--line);
@@ -35,10 +35,8 @@ export const barStyles = css`
     font-size: calc(13 * var(--px));
   }
   .bar p {
-    overflow: hidden;
+    ${cut};
     min-width: 0;
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   .bar b {
     font-weight: 600;

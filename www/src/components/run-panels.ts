@@ -8,6 +8,7 @@ import { type Fold, type FoldChange, NONE_OPEN } from './folds.js';
 import type { Panel, RunKind } from './run-kind.js';
 import { fullScreenButton, type Layout, tabs } from './run-parts.js';
 import './timeline.js';
+import { fire } from './fire.js';
 
 interface TimelineFacts {
   count: number;
@@ -120,10 +121,10 @@ export abstract class RunPanels extends LitElement {
 
   /** Asks the page's frame to open something. */
   protected want(detail: string): void {
-    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
+    fire(this, 'files-wanted', detail);
   }
 
   private fold(detail: FoldChange): void {
-    this.dispatchEvent(new CustomEvent('panel-folded', { detail, bubbles: true }));
+    fire(this, 'panel-folded', detail);
   }
 }

@@ -1,5 +1,6 @@
 /** How the parts of a run lie around its map, in each of the page's layouts. */
 import { css } from 'lit';
+import { column, fill, row } from './theme.js';
 
 /** The current activity, in a box over the content. */
 export const activityStyles = css`
@@ -38,8 +39,7 @@ export const activityStyles = css`
     }
   }
   .activity-words {
-    display: flex;
-    align-items: center;
+    ${row};
     justify-content: space-between;
     gap: 12px;
   }
@@ -70,18 +70,15 @@ export const layoutStyles = css`
     display: contents;
   }
   .run {
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    min-height: 0;
+    ${column};
+    ${fill};
   }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);
   }
   main {
     display: grid;
-    flex: 1;
-    min-height: 0;
+    ${fill};
   }
   main {
     grid-template-columns: auto minmax(0, 1fr) auto;
@@ -118,8 +115,7 @@ export const layoutStyles = css`
     border-left: 1px solid var(--line);
   }
   .tabs {
-    display: flex;
-    flex-direction: column;
+    ${column};
     overflow: hidden;
   }
   .narrow .tabs {
@@ -127,9 +123,8 @@ export const layoutStyles = css`
     border-top: 1px solid var(--line);
   }
   .tab-bar {
-    display: flex;
+    ${row};
     flex: none;
-    align-items: center;
     padding: 0 8px;
     border-bottom: 1px solid var(--line);
   }
@@ -163,25 +158,21 @@ export const layoutStyles = css`
     outline-offset: -3px;
   }
   [role='tabpanel'] {
-    flex: 1;
-    min-height: 0;
+    ${fill};
     overflow: auto;
   }
   .middle {
-    display: flex;
-    flex-direction: column;
+    ${column};
     min-width: 0;
     min-height: 0;
   }
   .map-area {
     position: relative;
     display: grid;
-    flex: 1;
-    min-height: 0;
+    ${fill};
   }
   .below {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 14px;
     padding: 5px 12px;
     border-top: 1px solid var(--line);
@@ -230,18 +221,15 @@ export const layoutStyles = css`
   }
   /* Above the map, not on it. */
   .middle > scanstitch-messages {
-    display: flex;
+    ${column};
     flex: none;
-    flex-direction: column;
     max-height: 36%;
   }
   .empty {
-    display: flex;
-    flex: 1;
+    ${row};
+    ${fill};
     flex-direction: column;
-    align-items: center;
     gap: 16px;
-    min-height: 0;
     padding: 24px;
     overflow: auto;
   }

@@ -40,6 +40,7 @@ import { RunPanels } from './run-panels.js';
 import { activity, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
 import { emptyStyles, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /** What all results have in common. */
 interface RunSnapshot {
@@ -241,7 +242,7 @@ export abstract class RunView<
     const facts: ViewFacts = { title, count, reference, canExport, result: snapshot };
     if (sameFacts(facts, this.facts)) return;
     this.facts = facts;
-    this.dispatchEvent(new CustomEvent('facts-changed', { bubbles: true }));
+    fire(this, 'facts-changed');
   }
 
   protected override render(): TemplateResult {
@@ -256,7 +257,7 @@ export abstract class RunView<
           this.select(detail);
           if (detail !== null) this.unfoldDetails();
         }}
-        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail, bubbles: true }))}
+        @look-inside=${({ detail }: CustomEvent<number>) => fire(this, 'look-inside', detail)}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}

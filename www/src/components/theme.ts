@@ -1,6 +1,76 @@
 /** Colours, type and the few controls every component shares. Colours come in pairs, for light and for dark. */
 import { css } from 'lit';
 
+/** Declarations that many rules have in common: `${row};` within a rule. */
+export const row = css`
+  display: flex;
+  align-items: center;
+`;
+export const wrap = css`
+  display: flex;
+  flex-wrap: wrap;
+  align-items: center;
+`;
+export const column = css`
+  display: flex;
+  flex-direction: column;
+`;
+export const fill = css`
+  flex: 1;
+  min-height: 0;
+`;
+export const stretch = css`
+  width: 100%;
+  height: 100%;
+`;
+export const cover = css`
+  position: absolute;
+  inset: 0;
+`;
+/** What does not fit ends in dots. */
+export const cut = css`
+  overflow: hidden;
+  text-overflow: ellipsis;
+  white-space: nowrap;
+`;
+export const panel = css`
+  border: 1px solid var(--line);
+  border-radius: var(--radius);
+  background: var(--surface);
+`;
+export const field = css`
+  border: 1px solid var(--line-strong);
+  border-radius: 7px;
+  background: var(--surface);
+`;
+export const small = css`
+  color: var(--muted);
+  font-size: calc(12 * var(--px));
+`;
+export const note = css`
+  color: var(--muted);
+  font-size: calc(12.5 * var(--px));
+`;
+export const doubt = css`
+  color: var(--doubtful);
+  background: var(--doubtful-soft);
+`;
+/** Only for those who hear the page. */
+export const heard = css`
+  position: absolute;
+  width: 1px;
+  height: 1px;
+  overflow: hidden;
+  clip-path: inset(50%);
+`;
+/** Of one colour of a legend. */
+export const dot = css`
+  flex: none;
+  width: 10px;
+  height: 10px;
+  border-radius: 50%;
+`;
+
 export const tokens = css`
   :host {
     --background: var(--scanstitch-background, light-dark(#f3f5f8, #0e1217));
@@ -27,6 +97,7 @@ export const tokens = css`
     --mono: ui-monospace, 'SF Mono', 'Cascadia Mono', Menlo, Consolas, monospace;
     font: 14px / 1.45 var(--scanstitch-font, system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif);
     color: var(--text);
+    accent-color: var(--accent);
     -webkit-tap-highlight-color: transparent;
   }
 `;
@@ -36,6 +107,9 @@ export const shared = css`
   *::before,
   *::after {
     box-sizing: border-box;
+  }
+  :host {
+    display: block;
   }
   :host([hidden]),
   [hidden] {
@@ -70,6 +144,12 @@ export const shared = css`
   select {
     font: inherit;
     color: inherit;
+  }
+  input:is([type='checkbox'], [type='radio'], [type='range']) {
+    margin: 0;
+  }
+  summary {
+    cursor: pointer;
   }
   button {
     display: inline-flex;
@@ -140,11 +220,7 @@ export const shared = css`
     font-variant-numeric: tabular-nums;
   }
   .visually-hidden {
-    position: absolute;
-    width: 1px;
-    height: 1px;
-    overflow: hidden;
-    clip-path: inset(50%);
+    ${heard};
     white-space: nowrap;
   }
   @media (pointer: coarse) {
@@ -254,7 +330,6 @@ export const chartStyles = css`
 /** A view that fills the page below the header and scrolls. */
 export const pageStyles = css`
   :host {
-    display: block;
     flex: 1;
     min-height: 0;
     overflow: auto;

@@ -3,8 +3,10 @@ import { customElement, property, state } from 'lit/decorators.js';
 import type { Status } from '../views/map-painter.js';
 import { plural } from '../views/format.js';
 import { cssColor, frameColor, type Rgb } from '../views/palette.js';
+import { slider } from './fields.js';
 import { icon } from './icons.js';
-import { shared } from './theme.js';
+import { row, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /** The whole film takes about this long, but no picture is shorter or longer than these. */
 const FILM_MS = 5000;
@@ -77,25 +79,21 @@ export class ScanstitchTimeline extends LitElement {
                 ></i>`,
           )}
         </div>
-        <input
-          type="range"
-          min="1"
-          max=${Math.max(count, 1)}
-          step="1"
-          .value=${String(Math.max(until, 1))}
-          ?disabled=${isIdle}
-          aria-label=${this.noun === 'scan' ? 'Scans shown' : 'Frames shown'}
-          aria-valuetext="${until} of ${plural(count, this.noun)}"
-          @input=${this.onInput}
-        />
+        ${slider(
+          Math.max(until, 1),
+          {
+            label: this.noun === 'scan' ? 'Scans shown' : 'Frames shown',
+            ...{ min: 1, max: Math.max(count, 1), isOff: isIdle },
+            words: `${until} of ${plural(count, this.noun)}`,
+          },
+          (to) => {
+            this.pause();
+            this.show(to);
+          },
+        )}
       </div>
       <output class="number" aria-hidden="true">${until}<span class="muted"> / ${count}</span></output>
     `;
-  }
-
-  private onInput(event: Event): void {
-    this.pause();
-    this.show(Number((event.target as HTMLInputElement).value));
   }
 
   private toggle(): void {
@@ -119,29 +117,26 @@ export class ScanstitchTimeline extends LitElement {
   }
 
   private show(until: number): void {
-    this.dispatchEvent(new CustomEvent('until-changed', { detail: until, bubbles: true }));
+    fire(this, 'until-changed', until);
   }
 
   static override styles = [
     shared,
     css`
       :host {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 12px;
       }
       .slider {
         position: relative;
         flex: 1;
         min-width: 0;
-        display: flex;
-        align-items: center;
+        ${row};
       }
       input {
         appearance: none;
         width: 100%;
         height: 28px;
-        margin: 0;
         background: transparent;
         cursor: pointer;
       }

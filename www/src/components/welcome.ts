@@ -2,6 +2,7 @@
 import { css, html, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 import { TOOLS } from './tools.js';
+import { wrap } from './theme.js';
 
 /** What a host page writes. */
 const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script>
@@ -87,9 +88,7 @@ export const welcomeStyles = css`
     text-wrap: pretty;
   }
   .welcome .begin {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px;
     padding-top: 7px;
   }
@@ -141,7 +140,6 @@ export const welcomeStyles = css`
     min-height: 24px;
     padding: 2px 4px;
     color: var(--accent);
-    cursor: pointer;
   }
   .welcome pre {
     overflow: auto;

@@ -1,16 +1,18 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { check, type Choices, list } from '../components/fields.js';
 import { icon } from '../components/icons.js';
 import { fieldStyles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
 import { controlsStyles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
 import type { AuxiliaryId } from './session.js';
+import { fire } from '../components/fire.js';
 
 interface Choice {
   option: keyof EvaluationOptions;
   label: string;
-  choices: readonly (readonly [string, string])[];
+  choices: Choices;
 }
 
 const RELATIONS: Choice = {
@@ -115,8 +117,8 @@ export class ScanstitchEvaluationControls extends LitElement {
             ${this.renderChoice(relations)} ${isRelative ? this.renderPairs() : nothing}`
       }
       <span class="actions">
-        <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
-        <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>
+        <button type="button" @click=${() => fire(this, 'files-wanted')}>${icon('plus')}Add files…</button>
+        <button type="button" class="quiet" @click=${() => fire(this, 'all-removed')}>
           ${icon('trash')}Remove all
         </button>
       </span>
@@ -138,16 +140,10 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderReference(): TemplateResult {
+    const files: Choices<number> = this.files.map(({ id, name }) => [id, name]);
+    const choices: Choices<number> = this.referenceId < 0 ? [[-1, 'none yet'], ...files] : files;
     return html`<label
-      >Ground truth
-      <select
-        @change=${(event: Event) => this.tell('reference-chosen', Number((event.target as HTMLSelectElement).value))}
-      >
-        ${this.referenceId < 0 ? html`<option value="-1" selected>none yet</option>` : nothing}
-        ${this.files.map(
-          ({ id, name }) => html`<option value=${id} .selected=${id === this.referenceId}>${name}</option>`,
-        )}
-      </select></label
+      >Ground truth ${list(choices, this.referenceId, (id) => fire(this, 'reference-chosen', id))}</label
     >`;
   }
 
@@ -159,13 +155,7 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderCheck(option: CheckOption, words: string): TemplateResult {
-    return html`<label class="check"
-      ><input
-        type="checkbox"
-        .checked=${this.options[option] ?? false}
-        @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
-      />${words}</label
-    >`;
+    return check(words, this.options[option] ?? false, (isOn) => this.set({ [option]: isOn }), { kind: 'check' });
   }
 
   private renderBeside(): TemplateResult {
@@ -176,21 +166,16 @@ export class ScanstitchEvaluationControls extends LitElement {
             <span class="muted">${label}</span> <span title=${name}>${baseName(name)}</span>
             ${
               id === 'relations'
-                ? html`<label class="check"
-                    ><input
-                      type="checkbox"
-                      .checked=${this.loops_only}
-                      @change=${(event: Event) =>
-                        this.tell('loops-only-changed', (event.target as HTMLInputElement).checked)}
-                    />loops only</label
-                  >`
+                ? check('loops only', this.loops_only, (isOn) => fire(this, 'loops-only-changed', isOn), {
+                    kind: 'check',
+                  })
                 : nothing
             }
             <button
               type="button"
               class="icon quiet"
               aria-label="Remove ${name}"
-              @click=${() => this.tell('beside-removed', id)}
+              @click=${() => fire(this, 'beside-removed', id)}
             >
               ${icon('close', 12)}
             </button>
@@ -201,12 +186,7 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   private renderChoice({ option, label, choices }: Choice): TemplateResult {
     const present = this.options[option] ?? choices[0]?.[0];
-    return html`<label
-      >${label}
-      <select @change=${(event: Event) => this.set({ [option]: (event.target as HTMLSelectElement).value })}>
-        ${choices.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
-      </select></label
-    >`;
+    return html`<label>${label} ${list(choices, present as string, (value) => this.set({ [option]: value }))}</label>`;
   }
 
   private renderNumber(
@@ -233,11 +213,7 @@ export class ScanstitchEvaluationControls extends LitElement {
   private set(change: Partial<EvaluationOptions>): void {
     // What only the relative error has must not outlive it.
     const isLost = change.metric === 'ape' && this.options.relation === RATIO[0];
-    this.tell('options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
-  }
-
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
+    fire(this, 'options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
   }
 
   static override styles = [shared, fieldStyles, controlsStyles];

@@ -1,7 +1,9 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
+import { ref } from 'lit/directives/ref.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
+import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
@@ -55,7 +57,7 @@ export class ScanstitchEvaluate extends LitElement {
     await this.updateComplete;
     await this.figures?.isDrawn();
     const detail = { elapsed_ms, total_ms: performance.now() - this.session.requestedAt };
-    this.dispatchEvent(new CustomEvent('scanstitch-evaluated', { detail, bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-evaluated', detail);
   }
 
   protected override render(): TemplateResult {
@@ -63,13 +65,7 @@ export class ScanstitchEvaluate extends LitElement {
     const { files, clouds } = session;
     const isEmpty = files.length + clouds.length === 0;
     const isAlone = files.length === 1 && clouds.length === 0;
-    return html`<div
-      class="evaluate"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="evaluate" ${ref(dropTarget.area)}>
       ${
         isEmpty
           ? this.renderEmpty()

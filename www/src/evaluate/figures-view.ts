@@ -1,5 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { list } from '../components/fields.js';
 import { icon } from '../components/icons.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/download.js';
@@ -212,19 +213,11 @@ export class ScanstitchEvaluationFigures extends LitElement {
   }
 
   private renderAbscissa(): TemplateResult {
-    return html`<label class="over"
-      >over
-      <select
-        @change=${(event: Event) => {
-          this.abscissa = (event.target as HTMLSelectElement).value as Abscissa;
-          this.instant = null;
-        }}
-      >
-        ${ABSCISSAS.map(
-          ([id, words]) => html`<option value=${id} .selected=${id === this.scene.abscissa}>${words}</option>`,
-        )}
-      </select></label
-    >`;
+    const choose = (abscissa: Abscissa): void => {
+      this.abscissa = abscissa;
+      this.instant = null;
+    };
+    return html`<label class="over">over ${list(ABSCISSAS, this.scene.abscissa, choose)}</label>`;
   }
 
   private renderSave(name: FigureName): TemplateResult {

@@ -5,6 +5,7 @@ import { shared, tableStyles } from '../components/theme.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
 import { bareProblem, type Column, csv, formatValue, markdown } from './table.js';
+import { fire } from '../components/fire.js';
 
 export interface Sort {
   id: string;
@@ -73,7 +74,7 @@ export class ScanstitchRanking extends LitElement {
       <button
         class="quiet"
         title=${hint}
-        @click=${() => this.tell('sort-changed', { id, isDescending: sort.id === id && !sort.isDescending })}
+        @click=${() => fire(this, 'sort-changed', { id, isDescending: sort.id === id && !sort.isDescending })}
       >
         ${label}${arrow}
       </button>
@@ -83,7 +84,7 @@ export class ScanstitchRanking extends LitElement {
   private renderRow(comparison: Comparison, index: number): TemplateResult {
     const { id, name, summary } = comparison;
     const isSelected = id === this.selectedId;
-    return html`<tr class=${isSelected ? 'selected' : ''} @click=${() => this.tell('estimate-selected', id)}>
+    return html`<tr class=${isSelected ? 'selected' : ''} @click=${() => fire(this, 'estimate-selected', id)}>
       <td>${index + 1}</td>
       <td class="name">
         <button
@@ -91,7 +92,7 @@ export class ScanstitchRanking extends LitElement {
           aria-pressed=${isSelected}
           @click=${(event: Event) => {
             event.stopPropagation();
-            this.tell('estimate-selected', id);
+            fire(this, 'estimate-selected', id);
           }}
         >
           <i style="background:${this.colors.get(id) ?? 'none'}"></i>${name}
@@ -118,7 +119,7 @@ export class ScanstitchRanking extends LitElement {
       aria-label="Remove ${name}"
       @click=${(event: Event) => {
         event.stopPropagation();
-        this.tell('estimate-removed', id);
+        fire(this, 'estimate-removed', id);
       }}
     >
       ${icon('close', 12)}
@@ -129,14 +130,10 @@ export class ScanstitchRanking extends LitElement {
     const { ranked, refusals, columns, referenceName } = this;
     try {
       await navigator.clipboard.writeText(write({ ranked, refusals, columns, referenceName }));
-      this.tell('said', `The table was copied as ${form}.`);
+      fire(this, 'said', `The table was copied as ${form}.`);
     } catch {
-      this.tell('said', 'The browser did not allow copying.');
+      fire(this, 'said', 'The browser did not allow copying.');
     }
-  }
-
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles];

@@ -26,6 +26,7 @@ import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
 import { lastPose, numPoses } from './trace.js';
 import { metricOf, runName } from './words.js';
+import { fire } from '../components/fire.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
@@ -89,7 +90,7 @@ export class ScanstitchLabSide extends LitElement {
     const is_planar = this.session.facts?.is_planar ?? true;
     const shown = TABS.filter(({ tab }) => is_planar || tab !== 'search');
     return tabs(shown, this.tab, this.renderPanel(), (tab) => {
-      this.dispatchEvent(new CustomEvent('tab-chosen', { detail: tab }));
+      fire(this, 'tab-chosen', tab);
     });
   }
 

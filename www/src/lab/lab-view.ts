@@ -1,5 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { ref } from 'lit/directives/ref.js';
+import { list } from '../components/fields.js';
 import '../components/menu.js';
 import './lab-side.js';
 import './plane-stage.js';
@@ -106,13 +108,7 @@ export class ScanstitchLab extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = session.given === null;
-    return html`<div
-      class="lab run"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="lab run" ${ref(dropTarget.area)}>
       ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
       ${dropTarget.hint('Drop one or two clouds here')} ${announcements(session.announcer)}
@@ -191,14 +187,11 @@ export class ScanstitchLab extends LitElement {
     const { session } = this;
     const { given, run, facts } = session;
     const theme = stageTheme(this.dark);
+    const clouds = given?.clouds.map(({ name }) => [name, baseName(name)] as const) ?? [];
     const choice = (role: 'source' | 'target', label: string, color: string): TemplateResult =>
       html`<label
         ><i class="swatch" style="background: ${color}" aria-hidden="true"></i>${label}
-        <select @change=${({ target }: Event) => session.choose(role, (target as HTMLSelectElement).value)}>
-          ${given?.clouds.map(
-            ({ name }) => html`<option value=${name} .selected=${name === given[role]}>${baseName(name)}</option>`,
-          )}
-        </select></label
+        ${list(clouds, given?.[role], (name) => session.choose(role, name))}</label
       >`;
     return html`<div class="pair" role="group" aria-label="Clouds">
       ${choice('source', 'Source', theme.source)} ${choice('target', 'Target', theme.target)}

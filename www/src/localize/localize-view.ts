@@ -1,5 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { ref } from 'lit/directives/ref.js';
+import { type Choices, list } from '../components/fields.js';
 import '../components/menu.js';
 import '../components/messages.js';
 import '../components/timeline.js';
@@ -44,10 +46,10 @@ const EXPORTS: readonly (MenuItem & { id: keyof Files })[] = [
   { id: 'picture', label: 'Picture', detail: 'localization.png: scans and trajectory in the cells of the map' },
 ];
 
-const ODOMETRY: readonly { value: Settings['odometry']; label: string }[] = [
-  { value: 'auto', label: 'as found' },
-  { value: 'log', label: 'poses of the log' },
-  { value: 'none', label: 'none' },
+const ODOMETRY: Choices<Settings['odometry']> = [
+  ['auto', 'as found'],
+  ['log', 'poses of the log'],
+  ['none', 'none'],
 ];
 
 /** Up to this width details lie below the map, as the styles have it (CSS pixels). */
@@ -120,13 +122,7 @@ export class ScanstitchLocalize extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = !session.map && !session.recording && !session.unscaled && session.phase !== 'reading';
-    return html`<div
-      class="localize"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="localize" ${ref(dropTarget.area)}>
       ${isEmpty ? nothing : this.renderBar()}
       <scanstitch-messages
         strip
@@ -215,16 +211,7 @@ export class ScanstitchLocalize extends LitElement {
 
   private renderOdometry(): TemplateResult {
     const { session } = this;
-    const choose = ({ target }: Event): void =>
-      session.setOdometry((target as HTMLSelectElement).value as Settings['odometry']);
-    return html`<label
-      >Odometry
-      <select @change=${choose}>
-        ${ODOMETRY.map(
-          ({ value, label }) => html`<option value=${value} ?selected=${value === session.odometry}>${label}</option>`,
-        )}
-      </select></label
-    >`;
+    return html`<label>Odometry ${list(ODOMETRY, session.odometry, (choice) => session.setOdometry(choice))}</label>`;
   }
 
   /** What is missing, and how to give it. */

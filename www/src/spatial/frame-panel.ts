@@ -2,7 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, type TemplateResul
 import { customElement, property, query } from 'lit/decorators.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { numberTable } from '../components/number-table.js';
-import { chartStyles, panelStyles, shared, statusStyles } from '../components/theme.js';
+import { chartStyles, doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
   baseName,
@@ -21,6 +21,7 @@ import { frameSummary } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
+import { fire } from '../components/fire.js';
 
 /** The images of a frame; null where there is none, or not yet. */
 export interface FrameImages {
@@ -100,7 +101,7 @@ export class ScanstitchFramePanel extends LitElement {
         ? html`<p>
             <button
               title="Step through the registration of this frame, in the ICP lab"
-              @click=${() => this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true }))}
+              @click=${() => fire(this, 'look-inside', index)}
             >
               Look inside
             </button>
@@ -231,12 +232,7 @@ export class ScanstitchFramePanel extends LitElement {
       ${
         sizes === null
           ? html`<p>
-              <button
-                ?disabled=${!this.measurable}
-                @click=${() => this.dispatchEvent(new CustomEvent('sizes-wanted', { bubbles: true }))}
-              >
-                Measure
-              </button>
+              <button ?disabled=${!this.measurable} @click=${() => fire(this, 'sizes-wanted')}>Measure</button>
             </p>`
           : numberTable(
               ['voxel', 'points', 'size', 'time'],
@@ -252,7 +248,7 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private select = (frame: number | null): void => {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   };
 
   static override styles = [
@@ -268,8 +264,7 @@ export class ScanstitchFramePanel extends LitElement {
         background: var(--sunken);
       }
       .reason.doubtful {
-        background: var(--doubtful-soft);
-        color: var(--doubtful);
+        ${doubt};
       }
       .reason.lost {
         background: var(--lost-soft);
@@ -296,8 +291,7 @@ export class ScanstitchFramePanel extends LitElement {
         background: light-dark(#e7ebf0, #1c242e);
       }
       figcaption {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 5px;
         overflow: hidden;
         color: var(--muted);

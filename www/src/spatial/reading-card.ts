@@ -1,11 +1,12 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { column, panel, row, shared, stretch } from '../components/theme.js';
 import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
 import { formatFixed } from '../views/format.js';
 import { valueText } from './reading.js';
 import { paintTopView, topView } from './top-view.js';
+import { fire } from '../components/fire.js';
 
 /** What the user chose: a value of a setting, the dialog with all values, or to leave it as it is. */
 export type ReadingChoice =
@@ -107,7 +108,7 @@ export class ScanstitchReadingCard extends LitElement {
   }
 
   private choose(detail: ReadingChoice): void {
-    this.dispatchEvent(new CustomEvent<ReadingChoice>('reading-chosen', { detail }));
+    fire(this, 'reading-chosen', detail);
   }
 
   static override styles = [
@@ -123,23 +124,19 @@ export class ScanstitchReadingCard extends LitElement {
         pointer-events: none;
       }
       .card {
-        display: flex;
-        flex-direction: column;
+        ${column};
         gap: 8px;
         width: 100%;
         padding-bottom: 12px;
         overflow: auto;
-        border: 1px solid var(--line);
+        ${panel};
         border-left: 3px solid var(--doubtful);
-        border-radius: var(--radius);
-        background: var(--surface);
         box-shadow: var(--shadow);
         font-size: calc(13 * var(--px));
         pointer-events: auto;
       }
       header {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         padding: 4px 4px 0 12px;
         color: var(--doubtful);
@@ -164,8 +161,7 @@ export class ScanstitchReadingCard extends LitElement {
         display: grid;
         justify-items: start;
         gap: 0;
-        width: 100%;
-        height: 100%;
+        ${stretch};
         padding: 6px;
         text-align: left;
         white-space: normal;

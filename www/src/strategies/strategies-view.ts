@@ -18,6 +18,7 @@ import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
 import type { GivenRecording } from '../components/run-kind.js';
 import { strategyStyles } from './styles.js';
+import { fire } from '../components/fire.js';
 
 interface Sort {
   name: string;
@@ -99,7 +100,7 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderEmpty(): TemplateResult {
     const want = (id: string): void => {
-      this.dispatchEvent(new CustomEvent('files-wanted', { detail: id, bubbles: true }));
+      fire(this, 'files-wanted', id);
     };
     return html`<section class="empty" aria-label="No recording yet">
       <h2>Drop depth images or point clouds to compare strategies on</h2>
