@@ -1,7 +1,8 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { check, type Choices, list } from '../components/fields.js';
-import { field, row, shared, small, tableStyles, wrap } from '../components/theme.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
+import { field, row, shared, wrap } from '../components/theme.js';
 import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 import { fire } from '../components/fire.js';
@@ -55,23 +56,10 @@ export class ScanstitchBevRefinement extends LitElement {
   }
 
   private renderResiduals(): TemplateResult {
-    return html`<table aria-label="Residuals">
-      <thead>
-        <tr>
-          ${['pair', 'du (px)', 'dv (px)', 'distance'].map((column) => html`<th scope="col">${column}</th>`)}
-        </tr>
-      </thead>
-      <tbody>
-        ${this.residuals.map((residual, index) =>
-          residual
-            ? html`<tr>
-                <td>${letter(index)}</td>
-                ${[...residual, Math.hypot(...residual)].map((value) => html`<td>${value.toFixed(2)}</td>`)}
-              </tr>`
-            : nothing,
-        )}
-      </tbody>
-    </table>`;
+    const rows = this.residuals.flatMap((residual, index) =>
+      residual ? [[letter(index), ...[...residual, Math.hypot(...residual)].map((value) => value.toFixed(2))]] : [],
+    );
+    return numberTable(['pair', 'du (px)', 'dv (px)', 'distance'], rows, 'Residuals');
   }
 
   private renderEvidence(result: BevRefinement): TemplateResult {
@@ -104,7 +92,7 @@ export class ScanstitchBevRefinement extends LitElement {
 
   static override styles = [
     shared,
-    tableStyles,
+    figureStyles,
     css`
       .checks {
         ${wrap};
@@ -120,11 +108,6 @@ export class ScanstitchBevRefinement extends LitElement {
         min-height: 30px;
         padding: 0 6px;
         ${field};
-      }
-      th {
-        border-top: 0;
-        ${small};
-        font-weight: 600;
       }
       .evidence {
         margin-top: 8px;

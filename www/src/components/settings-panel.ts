@@ -229,7 +229,6 @@ export class ScanstitchSettings extends LitElement {
         gap: 8px;
         min-height: 40px;
         font-weight: 600;
-        cursor: pointer;
         list-style: none;
       }
       summary::-webkit-details-marker {

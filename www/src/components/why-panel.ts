@@ -21,6 +21,7 @@ import { check } from './fields.js';
 import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
 import { iterationTable } from './iteration-table.js';
+import { figureStyles } from './number-table.js';
 import { chartStyles, doubt, note, panelStyles, row, shared, statusStyles } from './theme.js';
 import { fire } from './fire.js';
 
@@ -192,6 +193,7 @@ export class ScanstitchWhy extends LitElement {
     panelStyles,
     chartStyles,
     frameStyles,
+    figureStyles,
     css`
       .degenerate-direction {
         display: flex;
@@ -216,26 +218,6 @@ export class ScanstitchWhy extends LitElement {
       }
       summary {
         ${note};
-        cursor: pointer;
-      }
-      .scroll {
-        overflow-x: auto;
-      }
-      table {
-        width: 100%;
-        margin-top: 6px;
-        border-collapse: collapse;
-        font-size: calc(11.5 * var(--px));
-      }
-      th,
-      td {
-        padding: 2px 3px;
-        text-align: right;
-        font-weight: 400;
-        white-space: nowrap;
-      }
-      thead th {
-        color: var(--muted);
       }
     `,
   ];

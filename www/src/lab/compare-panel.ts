@@ -31,7 +31,7 @@ export function comparePanel(has: CompareFacts): TemplateResult {
   return html`
     <header><h2>Methods side by side</h2></header>
     <div class="scroll" role="region" aria-label="Methods" tabindex="0">
-      <table class="iterations methods number" aria-label="Methods">
+      <table class="figures methods number" aria-label="Methods">
         <thead>
           <tr>
             <th scope="col" class="name">method</th>

@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/figure-view.js';
+import { figureStyles } from '../components/number-table.js';
 import '../components/settings-panel.js';
 import './basin-panel.js';
 import './landscape-panel.js';
@@ -232,5 +233,5 @@ export class ScanstitchLabSide extends LitElement {
     return runColor(this.session, run, this.colorsOf(this.dark));
   }
 
-  static override styles = [shared, layoutStyles, labStyles, sideStyles];
+  static override styles = [shared, layoutStyles, labStyles, sideStyles, figureStyles];
 }

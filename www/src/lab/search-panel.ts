@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { type Choices, list, slider } from '../components/fields.js';
 import '../components/figure-view.js';
-import { numberTable } from '../components/number-table.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { shared } from '../components/theme.js';
 import { DEGREES, formatAngle, formatCount, formatDuration, formatLength } from '../views/format.js';
@@ -139,5 +139,5 @@ export class ScanstitchLabSearch extends LitElement {
     this.dispatchEvent(new CustomEvent('ghost-shown', { detail, bubbles: true, composed: true }));
   }
 
-  static override styles = [shared, labStyles, sideStyles];
+  static override styles = [shared, labStyles, sideStyles, figureStyles];
 }

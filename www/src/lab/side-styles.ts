@@ -115,26 +115,6 @@ export const sideStyles = css`
   }
   summary {
     ${note};
-    cursor: pointer;
-  }
-  .scroll {
-    overflow-x: auto;
-  }
-  table.iterations {
-    width: 100%;
-    margin-top: 6px;
-    border-collapse: collapse;
-    font-size: calc(11.5 * var(--px));
-  }
-  .iterations th,
-  .iterations td {
-    padding: 2px 3px;
-    text-align: right;
-    font-weight: 400;
-    white-space: nowrap;
-  }
-  .iterations thead th {
-    color: var(--muted);
   }
   .methods button.link {
     display: inline-flex;

@@ -4,7 +4,6 @@ import { column, cut, fill, row, small, wrap } from '../components/theme.js';
 export const localizeStyles = css`
   :host {
     position: relative;
-    display: block;
     ${fill};
     background: var(--background);
     container-type: size;

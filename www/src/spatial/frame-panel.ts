@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
-import { numberTable } from '../components/number-table.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
 import { chartStyles, doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
@@ -257,6 +257,7 @@ export class ScanstitchFramePanel extends LitElement {
     panelStyles,
     chartStyles,
     frameStyles,
+    figureStyles,
     css`
       .reason {
         padding: 8px 10px;
@@ -302,19 +303,6 @@ export class ScanstitchFramePanel extends LitElement {
         flex: 1;
         height: 6px;
         border-radius: 3px;
-      }
-      table {
-        border-collapse: collapse;
-        font-size: calc(12.5 * var(--px));
-      }
-      th,
-      td {
-        padding: 2px 0;
-        font-weight: 400;
-        text-align: right;
-      }
-      thead th {
-        color: var(--muted);
       }
     `,
   ];
