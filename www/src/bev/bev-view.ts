@@ -9,6 +9,7 @@ import { icon } from '../components/icons.js';
 import { dropStyles, fieldStyles, pageStyles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/download.js';
+import { WHOLE } from '../views/address.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bevStyles } from './bev-styles.js';
@@ -342,9 +343,7 @@ export class ScanstitchBev extends LitElement {
   }
 
   private async onPicked(): Promise<void> {
-    const files = filesOfInput(this.input);
-    await this.session.open(files, this.pickedRole);
-    this.input.value = '';
+    await this.session.open(filesOfInput(this.input), this.pickedRole);
   }
 
   private async openDropped(transfer: DataTransfer, event: DragEvent): Promise<void> {
@@ -367,7 +366,7 @@ export class ScanstitchBev extends LitElement {
   private async copyLink(document: BevDocument): Promise<void> {
     const { blend, isSample } = this.session;
     const fragment = fragmentOf({ document, blend, isSample });
-    if (this.rememberScene) history.replaceState(history.state, '', fragment);
+    if (this.rememberScene) WHOLE.write(fragment);
     const hasOwn = !isSample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
     const pictures = hasOwn ? ' Your own images are not in it: they never leave this machine.' : '';
     await this.copy(new URL(fragment, location.href).href, `The link was copied.${pictures}`);

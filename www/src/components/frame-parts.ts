@@ -170,8 +170,24 @@ export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
   </section>`;
 }
 
-/** With `statusStyles`, `panelStyles` and `chartStyles`. */
+/** With `statusStyles` and `panelStyles`. */
 export const frameStyles = css`
+  section > svg {
+    width: 100%;
+    height: auto;
+    color: var(--muted);
+  }
+  section > svg + h3 {
+    margin-top: 10px;
+  }
+  .axes line {
+    stroke: var(--line);
+  }
+  .axes text {
+    fill: var(--muted);
+    font-size: 10.5px; /* of the chart, which grows with its width */
+    font-variant-numeric: tabular-nums;
+  }
   .steps {
     display: flex;
     margin-left: auto;

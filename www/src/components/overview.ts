@@ -5,7 +5,7 @@ import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
 import { badList, frameStyles, frameBars, numBad } from './frame-parts.js';
-import { chartStyles, panelStyles, shared, statusStyles, wrap } from './theme.js';
+import { panelStyles, shared, statusStyles, wrap } from './theme.js';
 import { fire } from './fire.js';
 
 /**
@@ -130,7 +130,6 @@ export class ScanstitchOverview extends LitElement {
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
     css`
       .worst {

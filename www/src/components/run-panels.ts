@@ -98,13 +98,15 @@ export abstract class RunPanels extends LitElement {
     return tabs(names, this.panel, isOpen ? contents[this.panel]() : nothing, choose, { isOpen, toggle });
   }
 
-  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
+  /** Below the map: what is being done, the slider that builds it, and what unfolds the panels around it. */
   protected renderBelow(
     { count, until, statuses, colors, dark }: TimelineFacts,
     onUntil: (event: CustomEvent<number>) => void,
+    activity: unknown,
   ): TemplateResult {
     const { fullScreen } = this;
     return html`<div class="below">
+      ${activity}
       <scanstitch-timeline
         .count=${count}
         .until=${until}

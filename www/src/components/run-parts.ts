@@ -85,7 +85,7 @@ export interface ActiveSession {
   dismissMessages(): void;
 }
 
-/** The current activity, over the map, with its actions; `isPartial`: frames are missing from the map. */
+/** The current activity with its actions; `isPartial`: frames are missing from the map. */
 export function activity(session: ActiveSession, isPartial: boolean): TemplateResult | typeof nothing {
   switch (session.phase) {
     case 'reading':
@@ -116,10 +116,9 @@ export function messages(session: ActiveSession, isStrip = false): TemplateResul
 
 export function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
   return html`<div class="activity">
-    <div class="activity-words">
-      <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
-    </div>
-    ${progress === null ? '' : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
+    <span title=${words}>${words}</span>
+    ${progress === null ? nothing : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
+    <button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
   </div>`;
 }
 

@@ -1,50 +1,28 @@
 /** How the parts of a run lie around its map, in each of the page's layouts. */
 import { css } from 'lit';
-import { column, fill, row } from './theme.js';
+import { column, cut, fill, row, wrap } from './theme.js';
 
-/** The current activity, in a box over the content. */
+/** The current activity, in a line. */
 export const activityStyles = css`
   .activity {
-    position: absolute;
-    z-index: 1; /* over messages, where the map is low */
-    bottom: 14px;
-    left: 50%;
-    display: grid;
-    gap: 8px;
-    width: min(340px, calc(100% - 32px));
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
-    box-shadow: var(--shadow);
-    transform: translateX(-50%);
-  }
-  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
-  @container (max-width: 720px) {
-    .activity {
-      bottom: 52px;
-    }
-  }
-  /* The map's buttons, in two columns where it is low, stay free. */
-  @container (max-width: 560px) {
-    .activity {
-      left: 12px;
-      width: min(340px, calc(100% - 110px));
-      transform: none;
-    }
-  }
-  @container (max-width: 560px) and (max-height: 260px) {
-    .activity {
-      width: calc(100% - 150px);
-    }
-  }
-  .activity-words {
     ${row};
-    justify-content: space-between;
+    flex: 1 1 260px;
     gap: 12px;
+    min-width: 0;
+  }
+  .activity > span {
+    ${cut};
+  }
+  .app > .activity,
+  .middle > .activity {
+    flex: none;
+    padding: 4px 12px;
+    border-block: 1px solid var(--line);
+    background: var(--surface);
   }
   progress {
-    width: 100%;
+    flex: 1;
+    min-width: 60px;
     height: 5px;
     border: 0;
     border-radius: 3px;
@@ -166,14 +144,24 @@ export const layoutStyles = css`
     min-width: 0;
     min-height: 0;
   }
+  /* What the user is asked stands beside the map, or above it where there is little room. */
   .map-area {
     position: relative;
     display: grid;
+    grid-template: 'question map' minmax(0, 1fr) / auto minmax(0, 1fr);
     ${fill};
   }
+  .map-area > :first-child {
+    grid-area: map;
+  }
+  @container (max-width: 720px) {
+    .map-area {
+      grid-template: 'question' auto 'map' minmax(0, 1fr) / minmax(0, 1fr);
+    }
+  }
   .below {
-    ${row};
-    gap: 14px;
+    ${wrap};
+    gap: 4px 14px;
     padding: 5px 12px;
     border-top: 1px solid var(--line);
     background: var(--surface);
@@ -182,7 +170,7 @@ export const layoutStyles = css`
     padding-block: 2px;
   }
   scanstitch-timeline {
-    flex: 1;
+    flex: 1 1 180px;
     min-width: 0;
   }
   .folds {

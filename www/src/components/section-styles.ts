@@ -109,3 +109,37 @@ export const rankingStyles = css`
     color: var(--doubtful);
   }
 `;
+
+/** A dialog with groups of fields. */
+export const dialogStyles = css`
+  dialog {
+    max-height: calc(100dvh - 24px);
+    padding: 0;
+    overflow: auto;
+    border: 1px solid var(--line);
+    border-radius: 12px;
+    background: var(--surface);
+    color: var(--text);
+    box-shadow: var(--shadow);
+  }
+  dialog::backdrop {
+    background: rgb(10 14 20 / 0.45);
+  }
+  form {
+    display: grid;
+    gap: 12px;
+    padding: 18px 20px;
+  }
+  fieldset {
+    display: grid;
+    min-width: 0;
+    margin: 0;
+    padding: 6px 12px 10px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+  }
+  legend {
+    padding: 0 4px;
+    font-weight: 600;
+  }
+`;

@@ -308,25 +308,6 @@ export const panelStyles = css`
   }
 `;
 
-export const chartStyles = css`
-  section > svg {
-    width: 100%;
-    height: auto;
-    color: var(--muted);
-  }
-  section > svg + h3 {
-    margin-top: 10px;
-  }
-  .axes line {
-    stroke: var(--line);
-  }
-  .axes text {
-    fill: var(--muted);
-    font-size: 10.5px; /* of the chart, which grows with its width */
-    font-variant-numeric: tabular-nums;
-  }
-`;
-
 /** A view that fills the page below the header and scrolls. */
 export const pageStyles = css`
   :host {
@@ -374,40 +355,6 @@ export const tableStyles = css`
     padding: 2px 8px;
     border-top: 1px solid var(--line);
     text-align: right;
-  }
-`;
-
-/** A dialog with groups of fields. */
-export const dialogStyles = css`
-  dialog {
-    max-height: calc(100dvh - 24px);
-    padding: 0;
-    overflow: auto;
-    border: 1px solid var(--line);
-    border-radius: 12px;
-    background: var(--surface);
-    color: var(--text);
-    box-shadow: var(--shadow);
-  }
-  dialog::backdrop {
-    background: rgb(10 14 20 / 0.45);
-  }
-  form {
-    display: grid;
-    gap: 12px;
-    padding: 18px 20px;
-  }
-  fieldset {
-    display: grid;
-    min-width: 0;
-    margin: 0;
-    padding: 6px 12px 10px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-  }
-  legend {
-    padding: 0 4px;
-    font-weight: 600;
   }
 `;
 

@@ -22,7 +22,7 @@ import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
 import { iterationTable } from './iteration-table.js';
 import { figureStyles } from './number-table.js';
-import { chartStyles, doubt, note, panelStyles, row, shared, statusStyles } from './theme.js';
+import { doubt, note, panelStyles, row, shared, statusStyles } from './theme.js';
 import { fire } from './fire.js';
 
 /**
@@ -191,7 +191,6 @@ export class ScanstitchWhy extends LitElement {
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
     figureStyles,
     css`

@@ -229,9 +229,7 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   private async onPicked(): Promise<void> {
-    const files = filesOfInput(this.input);
-    await this.session.open(files);
-    this.input.value = '';
+    await this.session.open(filesOfInput(this.input));
   }
 
   static override styles = [tokens, shared, pageStyles, dropStyles, emptyStyles, evaluateStyles];

@@ -3,6 +3,7 @@ import { customElement, property, query, state } from 'lit/decorators.js';
 import { ref } from 'lit/directives/ref.js';
 import { list } from '../components/fields.js';
 import '../components/menu.js';
+import { WHOLE } from '../views/address.js';
 import './lab-side.js';
 import './plane-stage.js';
 import './space-stage.js';
@@ -78,7 +79,7 @@ export class ScanstitchLab extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (!this.given && !this.openAddress(location.hash)) this.openOwn();
+    if (!this.given && !this.openAddress(WHOLE.fragment)) this.openOwn();
   }
 
   private openOwn(): void {
@@ -95,7 +96,7 @@ export class ScanstitchLab extends LitElement {
 
   /** Another scene was typed into the address; by now the lab may have put its own link there again. */
   private onAddress = ({ newURL }: HashChangeEvent): void => {
-    const { hash } = new URL(newURL);
+    const hash = WHOLE.of(new URL(newURL).hash);
     if (hash !== this.link()) this.openAddress(hash);
   };
 
@@ -305,7 +306,7 @@ export class ScanstitchLab extends LitElement {
   private rememberLink(): void {
     if (!this.remembersLink || this.hidden || !this.session.trace || this.session.player.isPlaying) return;
     const link = this.link();
-    if (link !== location.hash) history.replaceState(history.state, '', link);
+    if (link !== WHOLE.fragment) WHOLE.write(link);
   }
 
   private async export(id: string): Promise<void> {
@@ -337,10 +338,7 @@ export class ScanstitchLab extends LitElement {
   // Files.
 
   private onPicked({ target }: Event): void {
-    const input = target as HTMLInputElement;
-    const files = filesOfInput(input);
-    input.value = ''; // so that picking the same files again is a change
-    void this.opening.take(files);
+    void this.opening.take(filesOfInput(target as HTMLInputElement));
   }
 
   static override styles = [shared, layoutStyles, dropStyles, emptyStyles, labStyles];

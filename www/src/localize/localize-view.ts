@@ -295,7 +295,6 @@ export class ScanstitchLocalize extends LitElement {
 
   private onPicked(): void {
     const files = filesOfInput(this.input);
-    this.input.value = ''; // so that picking the same files again is a change
     if (files.length > 0) this.take(files, []);
   }
 

@@ -2,7 +2,8 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { slider, typed } from '../components/fields.js';
-import { dialogStyles, shared } from '../components/theme.js';
+import { dialogStyles } from '../components/section-styles.js';
+import { shared } from '../components/theme.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { TableFacts } from '../engine/protocol.js';
 import { baseName, plural, sentence } from '../views/format.js';

@@ -2,7 +2,7 @@ import { css, html, LitElement, nothing, type PropertyValues, type TemplateResul
 import { customElement, property, query } from 'lit/decorators.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
-import { chartStyles, doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
+import { doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
   baseName,
@@ -255,7 +255,6 @@ export class ScanstitchFramePanel extends LitElement {
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
     figureStyles,
     css`

@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { column, panel, row, shared, stretch } from '../components/theme.js';
+import { column, row, shared, stretch } from '../components/theme.js';
 import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
 import { formatFixed } from '../views/format.js';
 import { valueText } from './reading.js';
@@ -21,7 +21,7 @@ const TITLES = {
 const MOST_PICTURES = 3;
 
 /**
- * A question over the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
+ * A question beside the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
  * the one that the ground truth suggests.
  *
  * Fires `reading-chosen` with a `ReadingChoice`.
@@ -115,25 +115,25 @@ export class ScanstitchReadingCard extends LitElement {
     shared,
     css`
       :host {
-        position: absolute;
-        inset: auto auto 12px 12px;
-        z-index: 2;
-        display: flex;
-        width: min(470px, calc(100% - 24px));
-        max-height: calc(100% - 24px);
-        pointer-events: none;
+        grid-area: question;
+        width: calc(300 * var(--px));
+        overflow: auto;
+        border-right: 1px solid var(--line);
+        background: var(--surface);
+        font-size: calc(13 * var(--px));
+      }
+      @container (max-width: 720px) {
+        :host {
+          width: auto;
+          max-height: 45cqh;
+          border-right: 0;
+          border-bottom: 1px solid var(--line);
+        }
       }
       .card {
         ${column};
         gap: 8px;
-        width: 100%;
         padding-bottom: 12px;
-        overflow: auto;
-        ${panel};
-        border-left: 3px solid var(--doubtful);
-        box-shadow: var(--shadow);
-        font-size: calc(13 * var(--px));
-        pointer-events: auto;
       }
       header {
         ${row};

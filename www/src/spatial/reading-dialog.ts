@@ -1,6 +1,7 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { dialogStyles, field, shared, wrap } from '../components/theme.js';
+import { dialogStyles } from '../components/section-styles.js';
+import { field, shared, wrap } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
 import type { Camera } from './poses.js';
 import { valueText, valueWords } from './reading.js';
