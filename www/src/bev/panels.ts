@@ -1,6 +1,7 @@
 /** Small parts of the bird's-eye view: its problems, the blend of the two views, the refinement of a camera. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { slider } from '../components/fields.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import './cameras.js';
 import type { PoseKindRequest } from './cameras.js';
@@ -25,9 +26,7 @@ export function problemList(session: BevSession): TemplateResult | typeof nothin
         html`<li role="alert">
           ${icon('doubtful')}<span>${text}</span>
           ${remedy ? html`<button @click=${remedy.act}>${remedy.label}</button>` : nothing}
-          <button class="quiet icon" aria-label="Dismiss the message" @click=${() => session.settle(key)}>
-            ${icon('close', 12)}
-          </button>
+          ${iconButton('close', 'Dismiss the message', () => session.settle(key), { size: 12 })}
         </li>`,
     )}
   </ul>`;

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { icon } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
 import { shared, small, tableStyles } from '../components/theme.js';
 import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
 import { letter } from './paint.js';
@@ -78,13 +78,7 @@ export class ScanstitchBevPoints extends LitElement {
       <td>
         ${
           isEditable
-            ? html`<button
-                class="icon quiet"
-                aria-label="Remove point ${name}"
-                @click=${() => fire(this, 'row-removed', index)}
-              >
-                ${icon('close', 12)}
-              </button>`
+            ? iconButton('close', `Remove point ${name}`, () => fire(this, 'row-removed', index), { size: 12 })
             : nothing
         }
       </td>

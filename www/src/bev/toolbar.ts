@@ -1,7 +1,7 @@
 /** The bar above the two views. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { list, typed } from '../components/fields.js';
-import { icon } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
 import '../components/menu.js';
 import type { MenuItem } from '../components/menu.js';
 import { type BevDocument, MAX_GRID, markedPixels, type Tool } from './document.js';
@@ -47,21 +47,13 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
     </div>
     ${document.tool === 'grid' ? cells(document, has.change) : nothing}
     <div class="group">
-      <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!canUndo} @click=${has.undo}>
-        ${icon('reset')}
-      </button>
-      <button class="icon mirrored" aria-label="Redo" title="Redo (Ctrl+Y)" ?disabled=${!canRedo} @click=${has.redo}>
-        ${icon('reset')}
-      </button>
-      <button
-        class="icon"
-        aria-label="Remove all marks"
-        title="Remove all marks"
-        ?disabled=${markedPixels(document).length === 0}
-        @click=${change(withoutAny(document))}
-      >
-        ${icon('trash')}
-      </button>
+      ${iconButton('reset', 'Undo', has.undo, { hint: 'Undo (Ctrl+Z)', kind: '', isOff: !canUndo })}
+      ${iconButton('reset', 'Redo', has.redo, { hint: 'Redo (Ctrl+Y)', kind: 'mirrored', isOff: !canRedo })}
+      ${iconButton('trash', 'Remove all marks', change(withoutAny(document)), {
+        hint: 'Remove all marks',
+        kind: '',
+        isOff: markedPixels(document).length === 0,
+      })}
     </div>
     <label>Round front pixels ${list(WHOLE, document.whole, (whole) => has.change({ whole }, true))}</label>
     <span class="end">

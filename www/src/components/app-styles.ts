@@ -72,7 +72,13 @@ export const appStyles = css`
     ${cut};
     font-weight: 550;
   }
+  .named {
+    display: grid;
+    min-width: 0;
+    line-height: 1.25;
+  }
   .count {
+    font-size: calc(12.5 * var(--px));
     white-space: nowrap;
   }
   .chip {
@@ -147,7 +153,7 @@ export const appStyles = css`
     padding: 6px 8px 0 12px;
   }
   .medium .brand span,
-  .medium .count,
+  .low .count,
   .narrow .brand span {
     display: none;
   }
@@ -156,17 +162,8 @@ export const appStyles = css`
     display: inline;
   }
   .narrow .dataset {
-    flex-wrap: wrap;
-    gap: 0 8px;
     padding-left: 0;
     border-left: 0;
-    line-height: 1.25;
-  }
-  .narrow .title {
-    max-width: 100%;
-  }
-  .narrow .count {
-    font-size: calc(12.5 * var(--px));
   }
   .narrow .tools {
     order: 1;

@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { check } from './fields.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import { row, shared, wrap } from './theme.js';
 import { fire } from './fire.js';
@@ -40,14 +41,7 @@ export class ScanstitchBeforeAfter extends LitElement {
       <span class="actions">
         ${check('Before, in grey', this.shown, (isOn) => fire(this, 'before-shown', isOn))}
         <button @click=${() => fire(this, 'before-wanted')}>${icon('reset')}Back</button>
-        <button
-          class="quiet icon"
-          aria-label="Dismiss the comparison with the result before"
-          title="Dismiss"
-          @click=${() => fire(this, 'before-dismissed')}
-        >
-          ${icon('close')}
-        </button>
+        ${iconButton('close', 'Dismiss the comparison with the result before', () => fire(this, 'before-dismissed'), { hint: 'Dismiss' })}
       </span>
     </section>`;
   }

@@ -4,7 +4,8 @@ import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
 import { baseName, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
-import { icon, type IconName } from './icons.js';
+import { iconButton } from './icon-button.js';
+import { type IconName } from './icons.js';
 import { statusBadge } from './status-badge.js';
 
 /** What a frame is called. */
@@ -33,15 +34,7 @@ export function frameHeader(
   const frame = frames[index];
   if (!frame) return nothing;
   const step = (sign: IconName, label: string, key: string, to: number | null): TemplateResult =>
-    html`<button
-      class="quiet icon"
-      ?disabled=${to !== null && !frames[to]}
-      @click=${() => select(to)}
-      aria-label=${label}
-      title="${label} (${key})"
-    >
-      ${icon(sign)}
-    </button>`;
+    iconButton(sign, label, () => select(to), { hint: `${label} (${key})`, isOff: to !== null && !frames[to] });
   return html`<header>
     ${swatch(color)}
     <h2 title=${frame.name}>${baseName(frame.name)}</h2>

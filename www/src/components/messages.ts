@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { plural, sentence } from '../views/format.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import { column, cut, panel, row, shared } from './theme.js';
 import { fire } from './fire.js';
@@ -46,14 +47,7 @@ export class ScanstitchMessages extends LitElement {
           ${alike(messages).map(renderRow)}
         </ul>
       </details>
-      <button
-        class="quiet icon dismiss"
-        @click=${() => fire(this, 'messages-dismissed')}
-        aria-label="Dismiss the messages"
-        title="Dismiss"
-      >
-        ${icon('close')}
-      </button>
+      ${iconButton('close', 'Dismiss the messages', () => fire(this, 'messages-dismissed'), { hint: 'Dismiss', kind: 'quiet dismiss' })}
     </section>`;
   }
 

@@ -24,6 +24,21 @@ export function numberTable(
   </table>`;
 }
 
+/** The head of a column that the rows can be sorted by. `isDescending`: null where they are sorted by another one. */
+export function sortHead(
+  label: string,
+  hint: string,
+  isDescending: boolean | null,
+  sort: (isDescending: boolean) => void,
+): TemplateResult {
+  const order = isDescending === null ? 'none' : isDescending ? 'descending' : 'ascending';
+  return html`<th scope="col" aria-sort=${order}>
+    <button class="quiet" title=${hint} @click=${() => sort(isDescending === false)}>
+      ${label}${{ descending: ' ▾', ascending: ' ▴', none: '' }[order]}
+    </button>
+  </th>`;
+}
+
 export const figureStyles = css`
   .scroll {
     overflow-x: auto;

@@ -1,6 +1,6 @@
 /** The line above the map that tells what was replaced, with the way back. */
 import { css, html, nothing, type TemplateResult } from 'lit';
-import { icon } from './icons.js';
+import { iconButton } from './icon-button.js';
 import type { Former, Shelf } from './run-kind.js';
 import { cut, row } from './theme.js';
 
@@ -13,14 +13,7 @@ export function exchangeBar(title: string, former: Former, shelf: Shelf): Templa
     <p>${isUndone ? html`<b>${title}</b> is open again.` : replaced}</p>
     <button @click=${() => shelf.exchange()}>${isUndone ? `Redo: open ${other}` : 'Undo'}</button>
     ${canJoin ? html`<button @click=${() => shelf.addInstead()}>Add instead</button>` : nothing}
-    <button
-      class="quiet icon"
-      aria-label="Dismiss; ${other} is closed"
-      title="Dismiss"
-      @click=${() => shelf.forgetFormer()}
-    >
-      ${icon('close')}
-    </button>
+    ${iconButton('close', `Dismiss; ${other} is closed`, () => shelf.forgetFormer(), { hint: 'Dismiss' })}
   </section>`;
 }
 

@@ -1,6 +1,7 @@
 /** Parts of a run's view: tabs, progress over the map, messages, and the content before there is a result. */
 import { html, nothing, type TemplateResult } from 'lit';
 import './messages.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import type { Message } from './messages.js';
 
@@ -69,9 +70,7 @@ export function tabs<T extends string>(
 /** Gives the element the whole screen, as on a projector, and takes it away. */
 export function fullScreenButton(isOn: boolean, toggle: () => void): TemplateResult {
   const label = isOn ? 'Leave full screen' : 'Full screen';
-  return html`<button class="icon quiet" aria-label=${label} title=${label} @click=${toggle}>
-    ${icon(isOn ? 'shrink' : 'expand')}
-  </button>`;
+  return iconButton(isOn ? 'shrink' : 'expand', label, toggle, { hint: label });
 }
 
 /** What both kinds of run say of themselves while they go on. */

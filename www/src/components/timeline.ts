@@ -4,7 +4,7 @@ import type { Status } from '../views/map-painter.js';
 import { plural } from '../views/format.js';
 import { cssColor, frameColor, type Rgb } from '../views/palette.js';
 import { slider } from './fields.js';
-import { icon } from './icons.js';
+import { iconButton } from './icon-button.js';
 import { row, shared } from './theme.js';
 import { fire } from './fire.js';
 
@@ -59,15 +59,7 @@ export class ScanstitchTimeline extends LitElement {
     const stops = this.colors ? bands(this.colors) : timeStops(this.dark);
     const filled = count > 1 ? ((until - 1) / (count - 1)) * 100 : 100;
     return html`
-      <button
-        class="icon"
-        ?disabled=${isIdle}
-        @click=${this.toggle}
-        aria-label=${this.isPlaying ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`}
-        title=${this.isPlaying ? 'Pause' : 'Play'}
-      >
-        ${icon(this.isPlaying ? 'pause' : 'play')}
-      </button>
+      ${iconButton(this.isPlaying ? 'pause' : 'play', this.isPlaying ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`, this.toggle, { hint: this.isPlaying ? 'Pause' : 'Play', kind: '', isOff: isIdle })}
       <div class="slider" style="--stops: ${stops}; --filled: ${filled}%">
         <div class="marks" aria-hidden="true">
           ${runs(this.statuses).map(({ value, first, last }) =>

@@ -1,5 +1,6 @@
 /** What a newcomer reads above the sample: what the page does, how to begin, what its tools are for, how to embed it. */
 import { css, html, type TemplateResult } from 'lit';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import { TOOLS } from './tools.js';
 import { wrap } from './theme.js';
@@ -49,9 +50,7 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
           </li>`,
       )}
     </ul>
-    <button class="quiet icon close" aria-label="Close the introduction" title="Close" @click=${close}>
-      ${icon('close')}
-    </button>
+    ${iconButton('close', 'Close the introduction', close, { hint: 'Close', kind: 'quiet close' })}
   </section>`;
 }
 

@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { check, type Choices, list } from '../components/fields.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import { fieldStyles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
@@ -171,14 +172,7 @@ export class ScanstitchEvaluationControls extends LitElement {
                   })
                 : nothing
             }
-            <button
-              type="button"
-              class="icon quiet"
-              aria-label="Remove ${name}"
-              @click=${() => fire(this, 'beside-removed', id)}
-            >
-              ${icon('close', 12)}
-            </button>
+            ${iconButton('close', `Remove ${name}`, () => fire(this, 'beside-removed', id), { size: 12 })}
           </li>`,
       )}
     </ul>`;

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { list } from '../components/fields.js';
-import { icon } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/download.js';
 import { orbited } from '../views/orbit.js';
@@ -163,20 +163,16 @@ export class ScanstitchEvaluationFigures extends LitElement {
           )}
         </div>
         <div class="looks" role="group" aria-label="Zoom">
-          <button class="icon quiet" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icon('plus', 14)}</button>
-          <button class="icon quiet" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>
-            ${icon('minus', 14)}
-          </button>
-          <button
-            class="icon quiet"
-            aria-label="Show all"
-            title="Show all"
-            @click=${() => {
+          ${iconButton('plus', 'Zoom in', () => this.zoom(1.5), { size: 14 })}
+          ${iconButton('minus', 'Zoom out', () => this.zoom(1 / 1.5), { size: 14 })}
+          ${iconButton(
+            'fit',
+            'Show all',
+            () => {
               this.camera = { ...START_CAMERA, look: this.camera.look };
-            }}
-          >
-            ${icon('fit', 14)}
-          </button>
+            },
+            { hint: 'Show all', size: 14 },
+          )}
         </div>
         ${this.renderSave('paths')}
       </header>

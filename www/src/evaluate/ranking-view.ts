@@ -1,6 +1,8 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
+import { sortHead } from '../components/number-table.js';
 import { shared, tableStyles } from '../components/theme.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
@@ -68,17 +70,8 @@ export class ScanstitchRanking extends LitElement {
 
   private renderHead({ id, label, hint }: Column): TemplateResult {
     const { sort } = this;
-    const order = sort.id === id ? (sort.isDescending ? 'descending' : 'ascending') : 'none';
-    const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
-    return html`<th scope="col" aria-sort=${order}>
-      <button
-        class="quiet"
-        title=${hint}
-        @click=${() => fire(this, 'sort-changed', { id, isDescending: sort.id === id && !sort.isDescending })}
-      >
-        ${label}${arrow}
-      </button>
-    </th>`;
+    const isDescending = sort.id === id ? sort.isDescending : null;
+    return sortHead(label, hint, isDescending, (next) => fire(this, 'sort-changed', { id, isDescending: next }));
   }
 
   private renderRow(comparison: Comparison, index: number): TemplateResult {
@@ -114,16 +107,15 @@ export class ScanstitchRanking extends LitElement {
   }
 
   private renderRemove(id: number, name: string): TemplateResult | typeof nothing {
-    return html`<button
-      class="icon quiet"
-      aria-label="Remove ${name}"
-      @click=${(event: Event) => {
+    return iconButton(
+      'close',
+      `Remove ${name}`,
+      (event: Event) => {
         event.stopPropagation();
         fire(this, 'estimate-removed', id);
-      }}
-    >
-      ${icon('close', 12)}
-    </button>`;
+      },
+      { size: 12 },
+    );
   }
 
   private async copy(write: typeof markdown, form: string): Promise<void> {

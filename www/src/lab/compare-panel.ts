@@ -1,6 +1,6 @@
 /** Methods side by side, from the same start and at the same iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { icon } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
 import type { SettingPreset } from '../components/settings-panel.js';
 import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { difference } from './poses.js';
@@ -102,15 +102,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
     </th>
     ${cells}
     <td>
-      <button
-        class="quiet icon"
-        ?disabled=${has.runs.length < 2}
-        aria-label="Remove ${name}"
-        title="Remove"
-        @click=${() => has.removeRun(id)}
-      >
-        ${icon('close', 12)}
-      </button>
+      ${iconButton('close', `Remove ${name}`, () => has.removeRun(id), { hint: 'Remove', size: 12, isOff: has.runs.length < 2 })}
     </td>
   </tr>`;
 }

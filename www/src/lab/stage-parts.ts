@@ -1,7 +1,8 @@
 /** What lies beneath the stage: the legend of its colours, and the controls that play the run. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { check, type Choices, list, slider } from '../components/fields.js';
-import { icon, type IconName } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
+import { type IconName } from '../components/icons.js';
 import { formatCount } from '../views/format.js';
 import { gradient, PAIR_COLORS, type PairColor, REJECTION_COLORS } from './pair-colors.js';
 import type { StageLook } from './plane-painter.js';
@@ -69,9 +70,7 @@ export interface Transport {
 export function transport({ player, state, step, toStart }: Transport): TemplateResult {
   const { at, count, isPlaying } = player;
   const button = (sign: IconName, label: string, isOff: boolean, press: () => void): TemplateResult =>
-    html`<button class="icon" ?disabled=${isOff} aria-label=${label} title=${label} @click=${press}>
-      ${icon(sign)}
-    </button>`;
+    iconButton(sign, label, press, { hint: label, kind: '', isOff: isOff });
   return html`<div class="transport" role="group" aria-label="Iterations">
     ${button('reset', 'Back to the start', count === 0, toStart)}
     ${button('previous', 'One iteration back (,)', at <= 0, () => step(-1))}

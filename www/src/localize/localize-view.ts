@@ -4,22 +4,16 @@ import { ref } from 'lit/directives/ref.js';
 import { type Choices, list } from '../components/fields.js';
 import '../components/menu.js';
 import '../components/messages.js';
+import { figureStyles } from '../components/number-table.js';
 import '../components/timeline.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import type { MenuItem } from '../components/menu.js';
 import type { GivenScans } from '../components/run-kind.js';
-import {
-  dropStyles,
-  emptyStyles,
-  fieldStyles,
-  shared,
-  statusStyles,
-  tableStyles,
-  tokens,
-} from '../components/theme.js';
+import { dropStyles, emptyStyles, fieldStyles, shared, statusStyles, tokens } from '../components/theme.js';
 import { watchSize } from '../components/watch-size.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
@@ -187,14 +181,7 @@ export class ScanstitchLocalize extends LitElement {
           ?disabled=${!session.isHeld || session.numLocated === 0}
           @menu-chosen=${({ detail }: CustomEvent<keyof Files>) => session.export(detail)}
         ></scanstitch-menu>
-        <button
-          class="quiet icon"
-          aria-label="Remove map and recording"
-          title="Remove map and recording"
-          @click=${() => session.clear()}
-        >
-          ${icon('trash')}
-        </button>
+        ${iconButton('trash', 'Remove map and recording', () => session.clear(), { hint: 'Remove map and recording' })}
       </span>
     </section>`;
   }
@@ -313,7 +300,7 @@ export class ScanstitchLocalize extends LitElement {
     emptyStyles,
     fieldStyles,
     statusStyles,
-    tableStyles,
+    figureStyles,
     localizeStyles,
   ];
 }

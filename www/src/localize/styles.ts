@@ -93,10 +93,6 @@ export const localizeStyles = css`
     text-align: right;
     white-space: nowrap;
   }
-  th {
-    ${small};
-    font-weight: 600;
-  }
   scanstitch-timeline {
     flex: none;
     padding: 4px 16px;

@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import { column, row, shared, stretch } from '../components/theme.js';
 import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
@@ -42,14 +43,7 @@ export class ScanstitchReadingCard extends LitElement {
       <header>
         ${icon('info')}
         <h2 id="title">${suggestion ? TITLES[suggestion.setting] : 'Which size is right?'}</h2>
-        <button
-          class="quiet icon"
-          aria-label="Dismiss the question"
-          title="Dismiss"
-          @click=${() => this.choose({ choice: 'dismiss' })}
-        >
-          ${icon('close')}
-        </button>
+        ${iconButton('close', 'Dismiss the question', () => this.choose({ choice: 'dismiss' }), { hint: 'Dismiss' })}
       </header>
       ${content}
     </section>`;
