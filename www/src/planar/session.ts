@@ -57,8 +57,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
       crashed: (message) => this.#onCrashed(message),
-      slow: (isSlow) => this.onSlow(isSlow),
-      unavailable: (message) => this.onUnavailable(message),
+      ...this.faults,
     });
   }
 
