@@ -144,11 +144,11 @@ export const layoutStyles = css`
     min-width: 0;
     min-height: 0;
   }
-  /* What the user is asked stands beside the map, or above it where there is little room. */
+  /* What the user is asked stands beside the map, or below it where there is little room. */
   .map-area {
     position: relative;
     display: grid;
-    grid-template: 'question map' minmax(0, 1fr) / auto minmax(0, 1fr);
+    grid-template: 'map question' minmax(0, 1fr) / minmax(0, 1fr) auto;
     ${fill};
   }
   .map-area > :first-child {
@@ -156,7 +156,7 @@ export const layoutStyles = css`
   }
   @container (max-width: 720px) {
     .map-area {
-      grid-template: 'question' auto 'map' minmax(0, 1fr) / minmax(0, 1fr);
+      grid-template: 'map' minmax(0, 1fr) 'question' auto / minmax(0, 1fr);
     }
   }
   .below {

@@ -112,7 +112,7 @@ export class ScanstitchReadingCard extends LitElement {
         grid-area: question;
         width: calc(300 * var(--px));
         overflow: auto;
-        border-right: 1px solid var(--line);
+        border-left: 1px solid var(--line);
         background: var(--surface);
         font-size: calc(13 * var(--px));
       }
@@ -120,8 +120,8 @@ export class ScanstitchReadingCard extends LitElement {
         :host {
           width: auto;
           max-height: 45cqh;
-          border-right: 0;
-          border-bottom: 1px solid var(--line);
+          border-top: 1px solid var(--line);
+          border-left: 0;
         }
       }
       .card {
