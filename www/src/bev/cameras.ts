@@ -26,20 +26,9 @@ const AXES: readonly [BevAxes, string][] = [
   ['ros_optical', 'Robot world, optical cameras'],
 ];
 const ORDERS = (['XYZ', 'YZX', 'ZXY', 'XZY', 'YXZ', 'ZYX'] as const).map((order) => [order, order] as const);
-const INTRINSICS = [
-  ['horizontal', 'horizontal view angle'],
-  ['vertical', 'vertical view angle'],
-  ['focal', 'fx fy cx cy'],
-] as const;
-const PLANES = [
-  ['level', 'height'],
-  ['tilted', 'normal and offset'],
-] as const;
-const KINDS: readonly [BevPoseKind, string][] = [
-  ['euler', 'angles'],
-  ['quaternion', 'a quaternion'],
-  ['matrix', 'a 4 × 4 matrix'],
-];
+const INTRINSICS = { horizontal: 'horizontal view angle', vertical: 'vertical view angle', focal: 'fx fy cx cy' };
+const PLANES: Record<BevPlane['kind'], string> = { level: 'height', tilted: 'normal and offset' };
+const KINDS: Record<BevPoseKind, string> = { euler: 'angles', quaternion: 'a quaternion', matrix: 'a 4 × 4 matrix' };
 const ROLES: readonly [BevRole, string][] = [
   ['top', 'Top camera'],
   ['front', 'Front camera'],

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { check, type Choices, list } from '../components/fields.js';
+import { check, list } from '../components/fields.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { field, row, shared, wrap } from '../components/theme.js';
 import { letter } from './paint.js';
@@ -19,10 +19,7 @@ const PARAMETERS: readonly [BevParameter, string, string][] = [
   ['offset', 'offset', 'the position of the camera along the ground'],
   ['ground', 'ground', 'the height of the ground itself; both cameras stay'],
 ];
-const CAMERAS: Choices<BevRole> = [
-  ['front', 'front'],
-  ['top', 'top'],
-];
+const CAMERAS: Record<BevRole, string> = { front: 'front', top: 'top' };
 const DEGREES = 180 / Math.PI;
 
 /**

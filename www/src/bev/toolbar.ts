@@ -16,11 +16,7 @@ const TOOLS: readonly [Tool, string][] = [
   ['points', 'Points'],
   ['pairs', 'Pairs'],
 ];
-const WHOLE: readonly [WholePixels, string][] = [
-  ['exact', 'no'],
-  ['truncated', 'down'],
-  ['rounded', 'to nearest'],
-];
+const WHOLE: Record<WholePixels, string> = { exact: 'no', truncated: 'down', rounded: 'to nearest' };
 /** What the bar shows beside the document, and what it asks for. */
 export interface ToolbarState {
   openItems: MenuItem[];

@@ -2,7 +2,8 @@
 import { html, nothing, type TemplateResult } from 'lit';
 
 /** What a list offers: the values, and what they are called. */
-export type Choices<T extends string | number = string> = readonly (readonly [value: T, words: unknown])[];
+export type Choices<T extends string | number = string> =
+  readonly (readonly [value: T, words: unknown])[] | (T extends string ? Readonly<Partial<Record<T, string>>> : never);
 
 /** What was typed or chosen in the field that an event is about. */
 export const typed = (event: Event): string => (event.target as HTMLInputElement).value;
@@ -14,12 +15,13 @@ export function list<T extends string | number>(
   take: (value: T) => void,
   { label = '', hint = '', isOff = false } = {},
 ): TemplateResult {
+  const all = (Array.isArray(choices) ? choices : Object.entries(choices)) as [T, unknown][];
   const onChange = ({ target }: Event): void => {
-    const [value] = choices[(target as HTMLSelectElement).selectedIndex] ?? [];
+    const [value] = all[(target as HTMLSelectElement).selectedIndex] ?? [];
     if (value !== undefined) take(value);
   };
   return html`<select aria-label=${label || nothing} title=${hint || nothing} ?disabled=${isOff} @change=${onChange}>
-    ${choices.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
+    ${all.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
   </select>`;
 }
 

@@ -13,72 +13,53 @@ import { fire } from '../components/fire.js';
 interface Choice {
   option: keyof EvaluationOptions;
   label: string;
-  choices: Choices;
+  choices: Readonly<Record<string, string>>;
 }
 
 const RELATIONS: Choice = {
   option: 'relation',
   label: 'Component',
-  choices: [
-    ['translation_part', 'translation (m)'],
-    ['rotation_angle_deg', 'rotation angle (deg)'],
-    ['rotation_angle_rad', 'rotation angle (rad)'],
-    ['rotation_part', 'rotation part'],
-    ['full_transformation', 'full transformation'],
-    ['point_distance', 'point distance (m)'],
-  ],
+  choices: {
+    translation_part: 'translation (m)',
+    rotation_angle_deg: 'rotation angle (deg)',
+    rotation_angle_rad: 'rotation angle (rad)',
+    rotation_part: 'rotation part',
+    full_transformation: 'full transformation',
+    point_distance: 'point distance (m)',
+  },
 };
 /** Of the relative error alone. */
-const RATIO = ['point_distance_error_ratio', 'ratio of point distances (%)'] as const;
+const RATIO = { point_distance_error_ratio: 'ratio of point distances (%)' };
 
 const CHOICES: readonly Choice[] = [
   {
     option: 'alignment',
     label: 'Alignment',
-    choices: [
-      ['none', 'none'],
-      ['origin', 'at the first pose'],
-      ['se3', 'SE(3), Umeyama'],
-      ['sim3', 'Sim(3), with scale'],
-      ['scale', 'scale only'],
-    ],
+    choices: {
+      ...{ none: 'none', origin: 'at the first pose', se3: 'SE(3), Umeyama' },
+      ...{ sim3: 'Sim(3), with scale', scale: 'scale only' },
+    },
   },
   {
     option: 'metric',
     label: 'Error',
-    choices: [
-      ['ape', 'absolute (APE)'],
-      ['rpe', 'relative (RPE)'],
-    ],
+    choices: { ape: 'absolute (APE)', rpe: 'relative (RPE)' },
   },
 ];
 const ASSOCIATION: Choice = {
   option: 'association',
   label: 'Poses matched by',
-  choices: [
-    ['auto', 'time if available'],
-    ['time', 'time'],
-    ['index', 'index'],
-  ],
+  choices: { auto: 'time if available', time: 'time', index: 'index' },
 };
 const CONVENTIONS: Choice = {
   option: 'conventions',
   label: 'Axes, quaternions, handedness',
-  choices: [
-    ['detected', 'detected'],
-    ['as_read', 'as read'],
-  ],
+  choices: { detected: 'detected', as_read: 'as read' },
 };
 const DELTA_UNITS: Choice = {
   option: 'delta_unit',
   label: 'Delta unit',
-  choices: [
-    ['frames', 'frames'],
-    ['meters', 'metres'],
-    ['seconds', 'seconds'],
-    ['degrees', 'degrees'],
-    ['radians', 'radians'],
-  ],
+  choices: { frames: 'frames', meters: 'metres', seconds: 'seconds', degrees: 'degrees', radians: 'radians' },
 };
 
 type CheckOption = 'all_pairs' | 'pairs_from_reference' | 'interpolate';
@@ -105,7 +86,7 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   protected override render(): TemplateResult {
     const isRelative = this.options.metric === 'rpe';
-    const relations = isRelative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
+    const relations = isRelative ? { ...RELATIONS, choices: { ...RELATIONS.choices, ...RATIO } } : RELATIONS;
     return html`<form
       class="controls"
       aria-label="Comparison options"
@@ -179,7 +160,7 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderChoice({ option, label, choices }: Choice): TemplateResult {
-    const present = this.options[option] ?? choices[0]?.[0];
+    const present = this.options[option] ?? Object.keys(choices)[0];
     return html`<label>${label} ${list(choices, present as string, (value) => this.set({ [option]: value }))}</label>`;
   }
 
@@ -206,7 +187,7 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   private set(change: Partial<EvaluationOptions>): void {
     // What only the relative error has must not outlive it.
-    const isLost = change.metric === 'ape' && this.options.relation === RATIO[0];
+    const isLost = change.metric === 'ape' && (this.options.relation ?? '') in RATIO;
     fire(this, 'options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
   }
 

@@ -26,11 +26,7 @@ const LOOKS: readonly [Look, string, string][] = [
   ['front', 'yz', 'y to the right, z up'],
   ['space', '3D', 'from any side: drag to turn'],
 ];
-const ABSCISSAS: readonly [Abscissa, string][] = [
-  ['seconds', 'time'],
-  ['distance', 'distance'],
-  ['number', 'number of the pose'],
-];
+const ABSCISSAS: Record<Abscissa, string> = { seconds: 'time', distance: 'distance', number: 'number of the pose' };
 const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, panX: 0, panY: 0 };
 /** The pointer takes a pose no further away than this (pixels). */
 const REACH = 40;

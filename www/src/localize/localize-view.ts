@@ -40,11 +40,7 @@ const EXPORTS: readonly (MenuItem & { id: keyof Files })[] = [
   { id: 'picture', label: 'Picture', detail: 'localization.png: scans and trajectory in the cells of the map' },
 ];
 
-const ODOMETRY: Choices<Settings['odometry']> = [
-  ['auto', 'as found'],
-  ['log', 'poses of the log'],
-  ['none', 'none'],
-];
+const ODOMETRY: Choices<Settings['odometry']> = { auto: 'as found', log: 'poses of the log', none: 'none' };
 
 /** Up to this width details lie below the map, as the styles have it (CSS pixels). */
 const NARROW = 720;
