@@ -1,6 +1,5 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { ref } from 'lit/directives/ref.js';
 import './planar/planar-view.js';
 import { viewsBeside } from './app/beside.js';
 import { isRun, isViewName, Navigation, type SourceView, type ViewName, VIEWS } from './app/navigation.js';
@@ -215,7 +214,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       <div
         class="app ${layout} ${isLow ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
         style="--px: ${typeScale}px"
-        ${ref(dropTarget.area)}
       >
         ${this.controlsShown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages

@@ -1,6 +1,5 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { ref } from 'lit/directives/ref.js';
 import { LastRequest } from '../engine/last-request.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
@@ -97,7 +96,7 @@ export class ScanstitchBev extends LitElement {
   protected override render(): TemplateResult {
     const { dropTarget } = this;
     const { document } = this.session;
-    return html`<div class="bev" @keydown=${this.onKey} ${ref(dropTarget.area)}>
+    return html`<div class="bev" @keydown=${this.onKey}>
       ${document ? this.renderControls(document) : nothing} ${problemList(this.session)}
       ${document ? this.renderWork(document) : nothing} ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { list } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { field, shared, small } from '../components/theme.js';
 import type {
   BevAxes,
@@ -55,7 +55,9 @@ export class ScanstitchBevCameras extends LitElement {
     const { scene } = this;
     if (!scene) return nothing;
     return html`<div class="all">
-      <label class="wide">Axes ${list(AXES, scene.axes, (axes) => fire(this, 'axes-chosen', axes))}</label>
+      <label class="wide"
+        >Axes ${list(AXES, scene.axes, (axes) => fire(this, 'axes-chosen', axes), { label: 'Axes' })}</label
+      >
       ${ROLES.map(([role, title]) => this.renderCamera(scene[role], role, title))} ${this.renderPlane(scene.plane)}
     </div>`;
   }

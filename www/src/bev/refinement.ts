@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { check, list } from '../components/fields.js';
+import { check } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { field, row, shared, wrap } from '../components/theme.js';
 import { letter } from './paint.js';

@@ -1,6 +1,7 @@
 /** The bar above the two views. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { list, typed } from '../components/fields.js';
+import { typed } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import '../components/menu.js';
 import type { MenuItem } from '../components/menu.js';

@@ -2,6 +2,8 @@
 import { html, nothing, type ReactiveController, type ReactiveControllerHost, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 
+type Host = ReactiveControllerHost & { readonly renderRoot: EventTarget };
+
 /**
  * A counter distinguishes leaving the element from entering one of its children. A target inside another one keeps what it takes to
  * itself.
@@ -9,13 +11,13 @@ import { icon } from './icons.js';
 export class DropTarget implements ReactiveController {
   isOver = false;
   #depth = 0;
-  #host: ReactiveControllerHost;
+  #host: Host;
   #take: (transfer: DataTransfer, event: DragEvent) => void;
   #expect: (transfer: DataTransfer) => void;
 
   /** `expect` is called whenever files come over the element. */
   constructor(
-    host: ReactiveControllerHost,
+    host: Host,
     take: (transfer: DataTransfer, event: DragEvent) => void,
     expect: (transfer: DataTransfer) => void = () => undefined,
   ) {
@@ -25,17 +27,16 @@ export class DropTarget implements ReactiveController {
     host.addController(this);
   }
 
+  hostConnected(): void {
+    const listeners = { dragenter: this.#enter, dragover: this.#over, dragleave: this.#leave, drop: this.#drop };
+    for (const [type, listener] of Object.entries(listeners)) {
+      this.#host.renderRoot.addEventListener(type, listener as (event: Event) => void);
+    }
+  }
+
   hostDisconnected(): void {
     this.#become(0);
   }
-
-  /** To be given to `ref`: what the files are dropped on. */
-  area = (area: Element | undefined): void => {
-    const listeners = { dragenter: this.#enter, dragover: this.#over, dragleave: this.#leave, drop: this.#drop };
-    for (const [type, listener] of Object.entries(listeners)) {
-      area?.addEventListener(type, listener as (event: Event) => void);
-    }
-  };
 
   #enter = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;

@@ -4,7 +4,7 @@ import { customElement, property, state } from 'lit/decorators.js';
 import type { Role } from '../../../package/bag/roles.js';
 import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../package/bag/topics.js';
 import type { ListedBag } from '../../../package/recording_reader.js';
-import { type Choices, list } from './fields.js';
+import { type Choices, list } from './list-field.js';
 import { field, shared, wrap } from './theme.js';
 import { plural } from '../views/format.js';
 import { fire } from './fire.js';

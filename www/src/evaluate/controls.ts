@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { check, type Choices, list } from '../components/fields.js';
+import { check } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import { fieldStyles, shared } from '../components/theme.js';

@@ -1,6 +1,5 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { ref } from 'lit/directives/ref.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
@@ -65,7 +64,7 @@ export class ScanstitchEvaluate extends LitElement {
     const { files, clouds } = session;
     const isEmpty = files.length + clouds.length === 0;
     const isAlone = files.length === 1 && clouds.length === 0;
-    return html`<div class="evaluate" ${ref(dropTarget.area)}>
+    return html`<div class="evaluate">
       ${
         isEmpty
           ? this.renderEmpty()

@@ -1,6 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { list } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/download.js';

@@ -1,7 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { ref } from 'lit/directives/ref.js';
-import { list } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import '../components/menu.js';
 import { WHOLE } from '../views/address.js';
 import './lab-side.js';
@@ -109,7 +108,7 @@ export class ScanstitchLab extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = session.given === null;
-    return html`<div class="lab run" ${ref(dropTarget.area)}>
+    return html`<div class="lab run">
       ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
       ${dropTarget.hint('Drop one or two clouds here')} ${announcements(session.announcer)}

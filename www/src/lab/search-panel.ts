@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { type Choices, list, slider } from '../components/fields.js';
+import { slider } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/figure-view.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';

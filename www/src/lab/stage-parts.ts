@@ -1,6 +1,7 @@
 /** What lies beneath the stage: the legend of its colours, and the controls that play the run. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { check, type Choices, list, slider } from '../components/fields.js';
+import { check, slider } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import { type IconName } from '../components/icons.js';
 import { formatCount } from '../views/format.js';

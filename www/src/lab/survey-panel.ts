@@ -1,7 +1,7 @@
 /** What landscape and basin have in common: the unknowns, how far they go, and a place on the figure that can be started from. */
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { property, query, state } from 'lit/decorators.js';
-import { type Choices, list } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/figure-view.js';
 import type { ScanstitchFigure } from '../components/figure-view.js';
 import { column, row, shared } from '../components/theme.js';

@@ -1,7 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { ref } from 'lit/directives/ref.js';
-import { type Choices, list } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/menu.js';
 import '../components/messages.js';
 import { figureStyles } from '../components/number-table.js';
@@ -112,7 +111,7 @@ export class ScanstitchLocalize extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = !session.map && !session.recording && !session.unscaled && session.phase !== 'reading';
-    return html`<div class="localize" ${ref(dropTarget.area)}>
+    return html`<div class="localize">
       ${isEmpty ? nothing : this.renderBar()}
       <scanstitch-messages
         strip

@@ -1,6 +1,7 @@
 /** Labelled fields of a form. */
 import { html, type TemplateResult } from 'lit';
-import { list, typed } from '../components/fields.js';
+import { typed } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 
 /** `value` is added as a choice if it is not one of the given ones. */
 export function select(

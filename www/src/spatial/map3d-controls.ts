@@ -1,6 +1,7 @@
 /** What lies over the map in space alone: the section's slider, the readout, its own buttons and what is drawn. */
 import { html, nothing, svg, type TemplateResult } from 'lit';
-import { list, slider, typed } from '../components/fields.js';
+import { slider, typed } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
