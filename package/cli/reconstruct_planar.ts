@@ -9,7 +9,7 @@ import { nextTurn } from '../run/spatial_run.js';
 import { CommandError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
-import { accepted, create, errorFigures, mapFile, millimetres, reportFile, type Task } from './results.js';
+import { accepted, errorFigures, mapFile, millimetres, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { note, print, progressLine, tellNotes } from './terminal.js';
 
@@ -19,7 +19,7 @@ const MOST_ROWS = 200;
 export async function reconstructPlanar(task: Task) {
   const { engine, recording, options, complain } = task;
   const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
-  const reconstruction = create(() => new engine.Reconstruction(settings));
+  const reconstruction = new engine.Reconstruction(settings);
   const added = await addScans(reconstruction, recording, options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);

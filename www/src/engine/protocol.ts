@@ -15,15 +15,7 @@ import type {
   TableFacts,
 } from './package.js';
 
-export type {
-  CleaningReport,
-  IterationRecord,
-  PlanarPoint,
-  PlanarPose,
-  Progress,
-  ReconstructionResult,
-  TableFacts,
-} from './package.js';
+export type * from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type Settings = Required<EngineSettings>;

@@ -37,6 +37,7 @@ import {
   type SurfaceState,
 } from './surface-bar.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
+import { fire } from '../components/fire.js';
 
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
@@ -209,7 +210,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   private toggleSurface(): void {
     const { mesh, numPlaced } = this.runSurface;
     if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
-    else if (numPlaced > 0) this.emit('surface-wanted', null);
+    else if (numPlaced > 0) fire(this, 'surface-wanted');
   }
 
   // Layers.
@@ -229,7 +230,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   onGraphics(change: 'lost' | 'restored' | 'unavailable'): void {
-    this.emit('graphics-changed', change);
+    fire(this, 'graphics-changed', change);
   }
 
   private passMarks(before: SpatialMarks | null): void {
@@ -286,7 +287,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     if (!graphics.scene && graphics.state !== 'unavailable') return;
     if (this.hasNewPoints) {
       this.hasNewPoints = false;
-      this.emit('map-painted', null);
+      fire(this, 'map-painted');
     }
   }
 
@@ -389,11 +390,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   select(frame: number | null): void {
-    this.emit('frame-selected', frame);
-  }
-
-  private emit(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   }
 
   static override styles = [shared, mapStyles, map3dStyles, surfaceStyles];

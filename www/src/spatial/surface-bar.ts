@@ -1,11 +1,13 @@
 /** What belongs to the surface on the page: the button that makes it, and, below the map, what of it is shown. */
 import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
+import { check } from '../components/fields.js';
 import { mapButton } from '../components/map-toolbar.js';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { formatCount, formatFixed, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { cssColor, type Rgb } from '../views/palette.js';
+import { row, wrap } from '../components/theme.js';
 
 /** Of a run: the surface, where it is there, and of how many of its frames it is or can be made. */
 export interface SurfaceState {
@@ -80,13 +82,7 @@ export function surfaceBar(
           >`,
       )}
     </fieldset>
-    <label
-      ><input
-        type="checkbox"
-        .checked=${choices.byDeviation}
-        @change=${() => choose({ ...choices, byDeviation: !choices.byDeviation })}
-      />Standard deviation</label
-    >
+    ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
     ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
@@ -117,9 +113,7 @@ export function surfaceWords({ mesh, num_frames }: SurfaceState): string {
 export const surfaceStyles = css`
   .surface-bar {
     grid-area: legend;
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 4px 16px;
     padding: 4px 12px;
     border-top: 1px solid var(--line);
@@ -134,15 +128,10 @@ export const surfaceStyles = css`
     border: 0;
   }
   .surface-bar label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
     min-height: 28px;
     cursor: pointer;
-  }
-  .surface-bar input {
-    margin: 0;
-    accent-color: var(--accent);
   }
   @media (pointer: coarse) {
     .surface-bar label {
