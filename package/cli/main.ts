@@ -11,6 +11,7 @@ import { exitCodeOfFailure, print, tell } from './terminal.js';
  */
 const COMMANDS: Record<string, () => Promise<Command>> = {
   reconstruct: async () => (await import('./reconstruct.js')).reconstruct,
+  edit: async () => (await import('./edit.js')).edit,
   localize: async () => (await import('./localize.js')).localize,
   evaluate: async () => (await import('./evaluate.js')).evaluate,
   convert: async () => (await import('./convert.js')).convert,

@@ -6,10 +6,18 @@ import type { Content } from '../files/content.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { gridFiles } from '../report/grid_files.js';
 import { nextTurn } from '../run/spatial_run.js';
-import { CommandError, table, untilInterrupt } from './command.js';
+import { CommandError, isScanstitchError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
-import { accepted, errorFigures, mapFile, millimetres, reportFile, type Task } from './results.js';
+import {
+  accepted,
+  errorFigures,
+  mapFile,
+  millimetres,
+  type Options,
+  reportFile,
+  type Task,
+} from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { note, print, progressLine, tellNotes } from './terminal.js';
 
@@ -18,14 +26,21 @@ const MOST_ROWS = 200;
 
 export async function reconstructPlanar(task: Task) {
   const { engine, recording, options, complain } = task;
-  const settings = readSettings(planarCatalogue(engine), options.preset, options.set);
+  const assigned = readSettings(planarCatalogue(engine), options.preset, options.set);
+  const settings = { ...options.steps?.settings, ...assigned };
   const reconstruction = new engine.Reconstruction(settings);
   const added = await addScans(reconstruction, recording, options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
   await addReference(reconstruction, recording, options.reference, complain);
 
-  const { milliseconds, total, isStopped } = await untilInterrupt((signal) => runToTheEnd(reconstruction, signal));
+  const { milliseconds, total, isStopped } = await untilInterrupt(async (signal) => {
+    const run = await runToTheEnd(reconstruction, signal);
+    if (!options.steps || run.isStopped) return run;
+    mend(reconstruction, options.steps, complain);
+    const again = await runToTheEnd(reconstruction, signal);
+    return { ...run, total: run.total + again.total, isStopped: again.isStopped };
+  });
   const result = reconstruction.result();
   if (isStopped) tellStop(result, complain);
   for (const { name, status, reason } of result.frames) {
@@ -119,6 +134,26 @@ async function addReference(
 async function readGiven(source: Content | undefined, named: string | undefined, complain: (problem: string) => void) {
   if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
   return source ? readSource(source, basename(source.path), complain) : null;
+}
+
+/** Takes the steps; the run is to be brought to its end again then. */
+function mend(
+  reconstruction: Reconstruction,
+  { name, num_scans, steps }: NonNullable<Options['steps']>,
+  complain: (problem: string) => void,
+) {
+  const { length } = reconstruction.summary().frames;
+  if (length !== num_scans) {
+    throw new CommandError(`${name}: The steps are for a recording of ${num_scans} scans, and this one has ${length}.`);
+  }
+  try {
+    for (const { index, reason } of reconstruction.set_edits(steps)) {
+      complain(`${name}: Step ${index + 1} was not taken: ${reason}.`);
+    }
+  } catch (error) {
+    if (isScanstitchError(error)) throw new CommandError(`${name}: ${error.message}`);
+    throw error;
+  }
 }
 
 function tellStop({ frames }: ReconstructionResult, complain: (problem: string) => void) {

@@ -4,6 +4,7 @@ import type { ReconstructionResult, SpatialReconstruction, SpatialResult } from 
 import { lookUp } from '../base/look_up.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { reportHtml } from '../report/report.js';
+import type { StepsFile } from '../report/steps_file.js';
 import { CommandError, type Engine, isScanstitchError } from './command.js';
 import type { MeshOptions } from './mesh_options.js';
 
@@ -23,6 +24,8 @@ export interface Options {
   reference: string | undefined;
   /** Of planar scans. */
   odometry: string | undefined;
+  /** By which the map of planar scans is mended, with the name of their file. */
+  steps?: (StepsFile & { name: string }) | undefined;
   /** What the columns of tables of ranges are. */
   table?: string | undefined;
   intrinsics: string | undefined;

@@ -27,6 +27,7 @@ mod laser_worlds;
 mod localization;
 mod long_sequences;
 mod map_quality;
+mod mending;
 mod odometry_check;
 mod pair_registration;
 mod pcd;

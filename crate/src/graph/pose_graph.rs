@@ -120,7 +120,8 @@ pub(crate) fn optimize_poses<M: RigidMotion>(
     max_iterations
 }
 
-fn total_loss<M: RigidMotion>(poses: &[M], factors: &[BetweenFactor<M>]) -> f64 {
+/// The sum that is minimised: of the squared Mahalanobis distances, less of what is switched off.
+pub(crate) fn total_loss<M: RigidMotion>(poses: &[M], factors: &[BetweenFactor<M>]) -> f64 {
     factors.iter().map(|factor| factor.loss(factor.squared_distance(poses))).sum()
 }
 

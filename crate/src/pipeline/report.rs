@@ -1,7 +1,7 @@
 //! The result of a reconstruction as plain data, the same for the page, the command line and `report.json`.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use serde::Serialize;
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::evaluation::sharpness::Sharpness;
 use crate::evaluation::trajectory_error::{PlanarPoint, TrajectoryError};
@@ -16,7 +16,7 @@ use crate::preprocess::clean::CleaningReport;
 use crate::registration::icp::{IterationRecord, Registration};
 
 /// A pose in the plane, or its standard deviations or a motion in its coordinates.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct PlanarPose {
     /// x (m).
@@ -30,6 +30,12 @@ pub struct PlanarPose {
 impl From<Pose2> for PlanarPose {
     fn from(pose: Pose2) -> Self {
         Self { x: pose.translation.x, y: pose.translation.y, theta: pose.rotation.angle() }
+    }
+}
+
+impl From<PlanarPose> for Pose2 {
+    fn from(pose: PlanarPose) -> Self {
+        Self::new(Vector2::new(pose.x, pose.y), pose.theta)
     }
 }
 

@@ -33,6 +33,8 @@ mod localization;
 #[cfg(feature = "full")]
 mod map_files;
 mod memory;
+#[cfg(feature = "full")]
+mod mending;
 mod objects;
 mod occupancy_grid;
 #[cfg(feature = "full")]

@@ -69,6 +69,8 @@ pub enum Finding {
     },
     /// Its piece of the map is too small to be sure.
     SmallPiece,
+    /// A loop of the map was put in by hand, without a match of the scans.
+    UncheckedLoop,
     /// Another recording has begun, and where that lies is not searched for.
     OtherRecording,
     /// The map may be a mirror image.
@@ -78,6 +80,11 @@ pub enum Finding {
 impl FrameEstimate {
     /// How far the pose is to be trusted, with the reason.
     pub fn assessment(&self) -> Assessment {
+        self.assessment_by(&self.findings)
+    }
+
+    /// The same by these of its findings.
+    pub fn assessment_by(&self, findings: &[Finding]) -> Assessment {
         let Assessment { status, reason, agreement } = self.registered.clone();
         let (status, reason) = match (&self.by_odometry, status) {
             (ByOdometry::Nothing, _) | (ByOdometry::Confirmed, Status::Good | Status::Lost) => (status, reason),
@@ -85,7 +92,7 @@ impl FrameEstimate {
             (ByOdometry::Placed(None), _) => (Status::Doubtful, reason),
             (ByOdometry::Placed(Some(away)), _) => (Status::Doubtful, away.reason()),
         };
-        match self.findings.first().filter(|_| status == Status::Good) {
+        match findings.first().filter(|_| status == Status::Good) {
             Some(finding) => Assessment { status: Status::Doubtful, reason: finding.reason(), agreement },
             None => Assessment { status, reason, agreement },
         }
@@ -143,6 +150,7 @@ impl Finding {
                      other"
                 )
             }
+            Self::UncheckedLoop => "a loop of the map was put in by hand, without a match of the scans".to_owned(),
             Self::OtherRecording => {
                 "another recording has begun, and only the joint strategy searches for where it lies".to_owned()
             }

@@ -115,6 +115,11 @@ impl KeyframeGraph {
         self.is_long
     }
 
+    /// The number of a frame's keyframe, and its pose in that one's frame.
+    pub fn attached(&self, frame: usize) -> (usize, Pose2) {
+        self.hangs_on[frame]
+    }
+
     /// Puts the keyframes at these poses, and every other frame with its keyframe.
     pub fn place(&self, of_nodes: &[Pose2], poses: &mut [Pose2]) {
         for (pose, (node, T_node_frame)) in poses.iter_mut().zip(&self.hangs_on) {

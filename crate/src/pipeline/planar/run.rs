@@ -13,7 +13,7 @@ use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
-use crate::graph::loops::planar::{LoopTrials, Uncertainty};
+use crate::graph::loops::planar::{GraphState, LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::map::occupancy_grid::OccupancyGrid;
@@ -43,13 +43,17 @@ pub struct LaterRecording {
 pub struct Run {
     num_scans: usize,
     /// Where the robot is, as seen from the laser of each scan.
-    T_laser_robot: Vec<Pose2>,
+    pub(super) T_laser_robot: Vec<Pose2>,
     /// The number of the recording of each scan.
     recordings: Vec<usize>,
     /// The odometry that it uses.
     pub chosen_odometry: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
+    /// How many findings each frame had before the pieces were told apart.
+    pub(super) num_findings: Vec<usize>,
+    /// The graph as it was before it was mended by hand.
+    pub(super) unedited: Option<GraphState>,
     /// The range that many returns share, taken for the sensor's limit (m).
     pub detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -58,17 +62,17 @@ pub struct Run {
     odometry: Odometry,
     without: Ablation,
     /// Without the pairs of points, which take more memory than the scans, and of the poses on the way the first alone.
-    estimates: Vec<FrameEstimate>,
+    pub(super) estimates: Vec<FrameEstimate>,
     pub poses: Vec<Pose2>,
     /// Keyframes with what connects them; `None` without the joint solution.
-    graph: Option<KeyframeGraph>,
+    pub(super) graph: Option<KeyframeGraph>,
     /// How pieces that nothing connects are searched for, if they are.
     begin_joining: Option<BeginJoining>,
     joining: Option<Box<dyn PieceSearch>>,
     joint: Option<Joint>,
     meter: Option<SharpnessMeter>,
     pub sharpness: Option<Sharpness>,
-    stage: Stage,
+    pub(super) stage: Stage,
 }
 
 impl Run {
@@ -92,6 +96,8 @@ impl Run {
                 .with_motion_change(chosen_odometry.model.motion_change),
             chosen_odometry,
             pieces: vec![0; recorded.len()],
+            num_findings: Vec::new(),
+            unedited: None,
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
@@ -201,10 +207,23 @@ impl Run {
         let Some(graph) = &self.graph else { return };
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
         self.pieces = graph.pieces();
+        self.num_findings = self.estimates.iter().map(|estimate| estimate.findings.len()).collect();
         for frame in graph.in_small_pieces(&self.pieces) {
             self.estimates[frame].findings.push(Finding::SmallPiece);
         }
         self.stage = Stage::Joint;
+    }
+
+    /// The same with another graph, after the run.
+    pub(super) fn end_loops_again(&mut self) {
+        for (estimate, count) in self.estimates.iter_mut().zip(&self.num_findings) {
+            estimate.findings.truncate(*count);
+        }
+        (self.joint, self.meter, self.sharpness) = (None, None, None);
+        self.end_loops();
+        if self.graph.as_ref().is_some_and(|graph| graph.closure.has_unchecked_loop()) {
+            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
+        }
     }
 
     /// Doubts every frame of a map that may be a mirror image.

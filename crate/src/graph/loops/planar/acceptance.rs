@@ -8,7 +8,7 @@ use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
 /// Widest search window (m, rad) in which a match needs no other to support it: what else would fit is no further off.
-const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
+pub(super) const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
 /// Widest search window (m, rad) in which one supporting match is enough; beyond, two are needed.
 const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
 /// A loop whose robust weight in the solved graph is not above this is taken back.
@@ -44,7 +44,7 @@ impl LoopClosure {
         has_news
     }
 
-    fn enter(&mut self, candidate: Candidate) {
+    pub(super) fn enter(&mut self, candidate: Candidate) {
         let factor = BetweenFactor {
             from: self.submaps[candidate.target].anchor,
             to: self.submaps[candidate.source].anchor,
@@ -52,13 +52,13 @@ impl LoopClosure {
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
             is_switchable: !self.without.robust_kernel,
         };
-        self.loops.push(Loop { candidate, factor });
+        self.loops.push(Loop { candidate, factor, is_unchecked: false });
     }
 
     /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as
     /// the chain may be, they count in full at first, or their weight would never let them in (graduated non-convexity:
     /// Yang et al., RA-L 2020, in two steps).
-    fn solve(&mut self, num_old: usize) {
+    pub(super) fn solve(&mut self, num_old: usize) {
         let mut factors = self.factors();
         for factor in &mut factors[self.chain.len() + num_old..] {
             factor.is_switchable = false;

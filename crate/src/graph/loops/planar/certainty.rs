@@ -54,12 +54,12 @@ impl LoopClosure {
     }
 
     /// Pose of one submap's anchor in the frame of another one's.
-    fn motion(&self, a: usize, b: usize) -> Pose2 {
+    pub(super) fn motion(&self, a: usize, b: usize) -> Pose2 {
         self.poses[self.submaps[a].anchor].inverse() * self.poses[self.submaps[b].anchor]
     }
 
     /// For each submap those that a link or a loop connects it with.
-    fn neighbors(&self) -> Vec<Vec<usize>> {
+    pub(super) fn neighbors(&self) -> Vec<Vec<usize>> {
         let mut neighbors = vec![Vec::new(); self.submaps.len()];
         let is_linked = |later: &usize| !self.links[self.submaps[*later].keyframes.start].is_broken;
         let chain = (1..self.submaps.len()).filter(is_linked).map(|later| (later - 1, later));

@@ -35,13 +35,36 @@ pub enum Relation {
 /// Largest squared Mahalanobis distance of two consistent matches.
 const MAX_CONSISTENT_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED;
 /// Two matches contradict each other beyond this squared Mahalanobis distance.
-const MIN_CONTRADICTING_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED_THOUSAND;
+pub const MIN_CONTRADICTING_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 /// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
 const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
-/// Compares two matches by the way round: target to source by the first, along the graph to the source of the second,
-/// back by the second, along the graph to the target of the first.
+/// How far the way round through two matches is from closing.
+#[derive(Debug, Clone, Copy)]
+pub struct Cycle {
+    /// Squared Mahalanobis distance.
+    pub sq_distance: f64,
+    /// Whether the matches could have been far apart.
+    is_known: bool,
+}
+
+/// Compares two matches.
 pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &RelativeCovariances) -> Relation {
+    relation(cycle(a, b, poses, covariances).as_ref())
+}
+
+/// What a cycle says of its matches.
+pub fn relation(cycle: Option<&Cycle>) -> Relation {
+    match cycle {
+        Some(Cycle { sq_distance, .. }) if *sq_distance > MIN_CONTRADICTING_DISTANCE => Relation::Contradicts,
+        Some(Cycle { sq_distance, is_known: true }) if *sq_distance < MAX_CONSISTENT_DISTANCE => Relation::Supports,
+        _ => Relation::Silent,
+    }
+}
+
+/// The way round through two matches: target to source by the first, along the graph to the source of the second,
+/// back by the second, along the graph to the target of the first.
+pub fn cycle(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &RelativeCovariances) -> Option<Cycle> {
     let along = |from: usize, to: usize| (poses[from].inverse() * poses[to], covariances.between(from, to));
     let (sources, sources_covariance) = along(a.source, b.source);
     let (targets, targets_covariance) = along(b.target, a.target);
@@ -56,17 +79,10 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
         T *= motion;
     }
     let off = T.log();
-    let Some(information) = covariance.try_inverse() else { return Relation::Silent };
-    let sq_distance = off.dot(&(information * off));
+    let sq_distance = off.dot(&(covariance.try_inverse()? * off));
     let sigma = (covariance[(1, 1)] + covariance[(2, 2)]).sqrt();
     let is_known = sigma < MAX_CYCLE_SIGMA.0 && covariance[(0, 0)].sqrt() < MAX_CYCLE_SIGMA.1;
-    if sq_distance > MIN_CONTRADICTING_DISTANCE {
-        Relation::Contradicts
-    } else if is_known && sq_distance < MAX_CONSISTENT_DISTANCE {
-        Relation::Supports
-    } else {
-        Relation::Silent
-    }
+    Some(Cycle { sq_distance, is_known })
 }
 
 /// The largest set without a contradiction that this finds among new matches, given those that are in the graph already:

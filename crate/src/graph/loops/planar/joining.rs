@@ -21,15 +21,7 @@ impl LoopClosure {
     /// world.
     pub fn join(&mut self, piece_of: &[usize], piece: usize, into: usize, found: &Pose2, options: &IcpOptions) {
         let (before, num_matches) = (self.poses.clone(), self.pool.len());
-        // With it all that its recording tells of other pieces: what connects them would else contradict every match.
-        let parts = self.parts_of_keyframes();
-        let part_of = |piece: usize| piece_of.iter().position(|&of| of == piece).map(|keyframe| parts[keyframe]);
-        let (moved, is_apart) = (part_of(piece), part_of(piece) != part_of(into));
-        for (keyframe, pose) in self.poses.iter_mut().enumerate() {
-            if piece_of[keyframe] == piece || (is_apart && Some(parts[keyframe]) == moved) {
-                *pose = (found * *pose).renormalized();
-            }
-        }
+        self.move_piece(piece_of, piece, into, found);
         self.covariances = self.relative_covariances(false);
         for pair in self.pairs_between(piece_of, piece, into) {
             let target = self.target(pair.target);
@@ -43,6 +35,19 @@ impl LoopClosure {
             // What was matched there says nothing of where the piece is.
             self.poses = before;
             self.pool.truncate(num_matches);
+        }
+    }
+
+    /// Moves a piece that another one does not tell the place of, and with it all that its recording tells of other pieces: what
+    /// connects them would else contradict every match.
+    pub(super) fn move_piece(&mut self, piece_of: &[usize], piece: usize, into: usize, motion: &Pose2) {
+        let parts = self.parts_of_keyframes();
+        let part_of = |piece: usize| piece_of.iter().position(|&of| of == piece).map(|keyframe| parts[keyframe]);
+        let (moved, is_apart) = (part_of(piece), part_of(piece) != part_of(into));
+        for (keyframe, pose) in self.poses.iter_mut().enumerate() {
+            if piece_of[keyframe] == piece || (is_apart && Some(parts[keyframe]) == moved) {
+                *pose = (motion * *pose).renormalized();
+            }
         }
     }
 

@@ -38,7 +38,7 @@ impl Pair {
 }
 
 /// Where a stretch was found in another, with the evidence.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SubmapMatch {
     /// Pose of the source's anchor in the target's.
     pub T_target_source: Pose2,
@@ -80,7 +80,7 @@ const MAX_UNSEARCHED_WINDOW: SearchWindow = SearchWindow { translation: 0.3, rot
 /// Keyframes of a submap whose free space a match is tested against.
 const MAX_REFERENCE_KEYFRAMES: usize = 5;
 /// What a match is known by at best (rad, m): matches of stretches share what is wrong inside these.
-const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
+pub const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
 /// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
 /// A place is one of several where another one scores more than this share of it.

@@ -20,6 +20,7 @@ mod acceptance;
 mod anchors;
 mod certainty;
 mod consistency;
+mod edits;
 mod joining;
 mod matching;
 mod pairs;
@@ -29,6 +30,7 @@ mod uncertainty;
 
 pub use certainty::Uncertainty;
 use consistency::Candidate;
+pub use edits::{GraphState, LoopEvidence, Refusal};
 use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
 use submap::{Keyframe, Submap};
 pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
@@ -61,9 +63,12 @@ const SEARCH_BUDGET: f64 = 120.0;
 const MAX_ROUNDS: usize = 12;
 
 /// A loop of the graph.
+#[derive(Clone)]
 struct Loop {
     candidate: Candidate,
     factor: PlanarFactor,
+    /// Whether it was put in by hand without a match.
+    is_unchecked: bool,
 }
 
 /// The search for loops.

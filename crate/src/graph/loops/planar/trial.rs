@@ -64,6 +64,29 @@ pub struct LoopTrials {
 }
 
 impl TrialOutcome {
+    /// Why there is no match, in words.
+    pub(super) fn figure(self, found: Option<&SubmapMatch>) -> String {
+        let Some(found) = found else { return "no pose near there fits".to_owned() };
+        let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+        match self {
+            Self::NotFound | Self::Matched => String::new(),
+            Self::Disagrees => {
+                format!(
+                    "{} of the returns seen from both places agree, not {}",
+                    percent(found.agreement),
+                    percent(MIN_AGREEMENT)
+                )
+            }
+            Self::SeesLittle => {
+                format!("{} returns are seen from both places, not {MIN_SEEN}", found.num_seen)
+            }
+            Self::FitsLittle => {
+                format!("{} of the returns have a partner, not {}", percent(found.fitness), percent(MIN_FITNESS))
+            }
+            Self::HasRival => "they fit nearly as well at another pose near there".to_owned(),
+        }
+    }
+
     /// By what was found, in the order of what speaks against a match.
     pub(super) fn of(found: Option<&SubmapMatch>, without: Ablation) -> Self {
         let Some(found) = found else { return Self::NotFound };

@@ -1,0 +1,374 @@
+//! A map mended by hand: loops taken out and put in after the run, on the graph that it kept.
+//!
+//! The graph is solved, its pieces told apart and the scans registered jointly by what the run itself does this with. A list of steps
+//! always begins at the graph of the run: the same list gives the same bytes, and without its last step it is undone.
+
+use std::collections::{HashMap, HashSet};
+
+use serde::{Deserialize, Serialize};
+
+use super::Reconstruction;
+use super::keyframe_graph::KeyframeGraph;
+use super::run::Run;
+use crate::error::{Error, Result};
+use crate::geometry::Pose2;
+use crate::geometry::mahalanobis::ONE_IN_HUNDRED_THOUSAND;
+use crate::graph::loops::planar::{GraphState, LoopEvidence, Refusal};
+use crate::odometry::assessment::{Assessment, Status};
+use crate::odometry::planar::FrameEstimate;
+use crate::pipeline::report::{PlanarPose, Stage};
+use crate::pipeline::settings::Settings;
+use crate::registration::icp::IcpOptions;
+
+/// A step of mending. Scans are counted from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Edit {
+    /// Takes out the loop between the places of two scans.
+    RemoveLoop {
+        /// A scan of the one place.
+        target: usize,
+        /// A scan of the other place.
+        source: usize,
+    },
+    /// Puts a loop in between the places of two scans.
+    AddLoop {
+        /// The scan in whose frame the other one is.
+        target: usize,
+        /// The other scan.
+        source: usize,
+        /// Where it is, as far as the eye can tell: the match is searched for within 1 m and 0.3 rad.
+        T_target_source: PlanarPose,
+        /// Puts it in as it is given, without a match or a test. All poses are doubtful then.
+        #[serde(default)]
+        unchecked: bool,
+    },
+}
+
+/// A step that was not taken.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct RefusedEdit {
+    /// Its place in the list, from 0.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// A loop of the graph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct GraphLoop {
+    /// The scan in whose frame the other one was found.
+    pub target: usize,
+    /// The other scan.
+    pub source: usize,
+    /// Where it was found.
+    pub T_target_source: PlanarPose,
+    /// Standard deviation of its heading (rad).
+    pub heading_sigma: f64,
+    /// Standard deviation of its position (m).
+    pub position_sigma: f64,
+    /// Squared Mahalanobis distance (three degrees of freedom) from what the rest of the graph tells; 0 where that tells nothing.
+    pub chi_squared: f64,
+    /// Share of the returns seen from both places that agree, 0..=1.
+    pub agreement: f64,
+    /// Whether it was put in by hand.
+    pub is_added: bool,
+    /// Whether it was put in without a match.
+    pub is_unchecked: bool,
+}
+
+/// The loops of a map's graph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct GraphLoops {
+    /// Sum of the squared Mahalanobis distances of all measured motions.
+    pub chi_squared: f64,
+    /// Number of these motions.
+    pub num_motions: usize,
+    /// The scans that are nodes.
+    pub nodes: Vec<usize>,
+    /// The loops.
+    pub loops: Vec<GraphLoop>,
+    /// Loops of the run that were taken out or no longer fit: pairs of scans.
+    pub left_out: Vec<[usize; 2]>,
+}
+
+/// What a step would change, by the graph before the scans are registered jointly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct Consequence {
+    /// Why the step would not be taken; null where it would.
+    pub refusal: Option<String>,
+    /// The graph's sum of squared Mahalanobis distances, before and after.
+    pub chi_squared: [f64; 2],
+    /// The scan that moves furthest.
+    pub furthest: usize,
+    /// How far it moves (m).
+    pub furthest_moves: f64,
+    /// How far the scans move in the mean (m).
+    pub mean_moves: f64,
+    /// Number of the certain pieces of the map, before and after.
+    pub num_pieces: [usize; 2],
+    /// How many scans are no longer good.
+    pub num_no_longer_good: usize,
+    /// How many scans become good.
+    pub num_becoming_good: usize,
+    /// Loops that would no longer fit: pairs of scans.
+    pub left_out: Vec<[usize; 2]>,
+}
+
+impl Reconstruction {
+    /// The loops of the graph.
+    ///
+    /// # Errors
+    /// Where there is no graph.
+    pub fn graph_loops(&mut self) -> Result<GraphLoops> {
+        Ok(Mending::of(self.run.as_mut(), &self.settings)?.loops())
+    }
+
+    /// What the last of these steps would change after those before it. The map stays as it is.
+    ///
+    /// # Errors
+    /// Where there is no graph or no step, or a step names a scan that does not exist.
+    pub fn preview_edit(&mut self, edits: &[Edit]) -> Result<Consequence> {
+        Mending::of(self.run.as_mut(), &self.settings)?.preview(edits)
+    }
+
+    /// Takes these steps, and none that were taken before. Call [`step`](Self::step) then until it says [`Stage::Done`]. Returns the
+    /// steps that were not taken.
+    ///
+    /// # Errors
+    /// Where there is no graph, or a step names a scan that does not exist; all stays as it is.
+    pub fn set_edits(&mut self, edits: &[Edit]) -> Result<Vec<RefusedEdit>> {
+        let refused = Mending::of(self.run.as_mut(), &self.settings)?.apply(edits)?;
+        self.run.iter_mut().for_each(Run::end_loops_again);
+        Ok(refused)
+    }
+}
+
+/// What steps of mending work on: the graph of a run that is done.
+struct Mending<'a> {
+    graph: &'a mut KeyframeGraph,
+    /// The graph as the run left it.
+    unedited: GraphState,
+    estimates: &'a [FrameEstimate],
+    /// How many findings each frame had before the pieces were told apart.
+    num_findings: &'a [usize],
+    poses: &'a [Pose2],
+    T_laser_robot: &'a [Pose2],
+    options: IcpOptions,
+}
+
+/// What the graph tells, by scan.
+struct Told {
+    poses: Vec<Pose2>,
+    chi_squared: f64,
+    pieces: Vec<usize>,
+    is_good: Vec<bool>,
+    loops: Vec<[usize; 2]>,
+}
+
+impl<'a> Mending<'a> {
+    fn of(run: Option<&'a mut Run>, settings: &Settings) -> Result<Self> {
+        let run = run.filter(|run| run.stage == Stage::Done);
+        let run = run.ok_or_else(|| Error::whole("The run is not done", "Call step() until it is"))?;
+        let Some(graph) = &mut run.graph else {
+            return Err(Error::whole("The map has no graph", "Use the joint strategy: strategy=joint"));
+        };
+        graph.closure.recall_scans();
+        Ok(Self {
+            unedited: run.unedited.get_or_insert_with(|| graph.closure.state()).clone(),
+            graph,
+            estimates: &run.estimates,
+            num_findings: &run.num_findings,
+            poses: &run.poses,
+            T_laser_robot: &run.T_laser_robot,
+            options: settings.icp_options(),
+        })
+    }
+
+    fn loops(&self) -> GraphLoops {
+        let closure = &self.graph.closure;
+        let (chi_squared, num_motions) = closure.chi_squared();
+        let (present, of_run) = (self.scans_of(&closure.state()), self.scans_of(&self.unedited));
+        let of_loop = |(evidence, scans): (LoopEvidence, &[usize; 2])| {
+            let [target, source] = scans.map(|scan| self.T_laser_robot[scan]);
+            GraphLoop {
+                target: scans[0],
+                source: scans[1],
+                T_target_source: (target.inverse() * evidence.T_target_source * source).into(),
+                heading_sigma: evidence.heading_sigma,
+                position_sigma: evidence.position_sigma,
+                chi_squared: evidence.chi_squared,
+                agreement: evidence.agreement,
+                is_added: !of_run.contains(scans),
+                is_unchecked: evidence.is_unchecked,
+            }
+        };
+        GraphLoops {
+            chi_squared,
+            num_motions,
+            nodes: self.graph.nodes.clone(),
+            loops: closure.loop_evidence().into_iter().zip(&present).map(of_loop).collect(),
+            left_out: of_run.into_iter().filter(|scans| !present.contains(scans)).collect(),
+        }
+    }
+
+    fn preview(&mut self, edits: &[Edit]) -> Result<Consequence> {
+        let Some((edit, before)) = edits.split_last() else {
+            return Err(Error::whole("There is no step", "Give one at least"));
+        };
+        let present = self.graph.closure.state();
+        self.apply(before)?;
+        let old = self.told();
+        let refused = self.apply(edits);
+        let new = self.told();
+        self.graph.closure.restore(&present);
+        let refusal = refused?.into_iter().find(|refused| refused.index == before.len());
+        let moved = |&scan: &usize| (old.poses[scan].translation.vector - new.poses[scan].translation.vector).norm();
+        let placed: Vec<usize> = (0..self.poses.len()).filter(|&scan| self.is_placed(scan)).collect();
+        let furthest = placed.iter().copied().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
+        let (was_good, is_good) = (&old.is_good, &new.is_good);
+        let changed = |was: bool| placed.iter().filter(move |&&scan| was_good[scan] == was && is_good[scan] != was);
+        let num_pieces = |told: &Told| placed.iter().map(|&scan| told.pieces[scan]).collect::<HashSet<_>>().len();
+        let is_lost =
+            |scans: &[usize; 2]| !new.loops.contains(scans) && self.places(*scans) != self.places(edit.scans());
+        Ok(Consequence {
+            refusal: refusal.map(|refused| refused.reason),
+            chi_squared: [old.chi_squared, new.chi_squared],
+            furthest,
+            furthest_moves: moved(&furthest),
+            mean_moves: placed.iter().map(moved).sum::<f64>() / placed.len().max(1) as f64,
+            num_pieces: [num_pieces(&old), num_pieces(&new)],
+            num_no_longer_good: changed(true).count(),
+            num_becoming_good: changed(false).count(),
+            left_out: old.loops.iter().copied().filter(is_lost).collect(),
+        })
+    }
+
+    /// What the graph tells now.
+    fn told(&self) -> Told {
+        let (graph, mut poses) = (&self.graph, self.poses.to_vec());
+        graph.place(&graph.closure.solved_poses(), &mut poses);
+        let pieces = graph.pieces();
+        let is_checked = !graph.closure.has_unchecked_loop();
+        let by_chain =
+            |(estimate, &count): (&FrameEstimate, &usize)| estimate.assessment_by(&estimate.findings[..count]);
+        let is_good = |assessment: Assessment| is_checked && assessment.status == Status::Good;
+        let mut is_good: Vec<bool> = self.estimates.iter().zip(self.num_findings).map(by_chain).map(is_good).collect();
+        graph.in_small_pieces(&pieces).into_iter().for_each(|scan| is_good[scan] = false);
+        let (chi_squared, _) = graph.closure.chi_squared();
+        Told { poses, chi_squared, pieces, is_good, loops: self.scans_of(&graph.closure.state()) }
+    }
+
+    /// Puts the graph to what these steps make of that of the run. Returns those that were not taken.
+    fn apply(&mut self, edits: &[Edit]) -> Result<Vec<RefusedEdit>> {
+        let num_scans = self.poses.len();
+        for (index, edit) in edits.iter().enumerate() {
+            if let Some(scan) = edit.scans().into_iter().find(|&scan| scan >= num_scans) {
+                let problem = format!("Step {} names scan {scan}, and the recording has {num_scans}", index + 1);
+                return Err(Error::whole(problem, format!("Scans are counted from 0 to {}", num_scans - 1)));
+            }
+        }
+        self.graph.closure.restore(&self.unedited);
+        let mut refused = Vec::new();
+        for index in self.lasting(edits) {
+            if let Err(reason) = self.take(&edits[index]) {
+                refused.push(RefusedEdit { index, reason });
+            }
+        }
+        Ok(refused)
+    }
+
+    /// The steps without loops that are put in and taken out again later, which must leave nothing behind.
+    fn lasting(&self, edits: &[Edit]) -> Vec<usize> {
+        // For each pair of places with a loop the step that put it in; none where the run closed it.
+        let of_run = self.scans_of(&self.unedited).into_iter().map(|scans| (self.places(scans), None));
+        let mut present: HashMap<[usize; 2], Option<usize>> = of_run.collect();
+        let mut lasts = vec![true; edits.len()];
+        for (index, edit) in edits.iter().enumerate() {
+            let places = self.places(edit.scans());
+            if matches!(edit, Edit::AddLoop { .. }) {
+                present.entry(places).or_insert(Some(index));
+            } else if let Some(Some(added)) = present.remove(&places) {
+                (lasts[added], lasts[index]) = (false, false);
+            }
+        }
+        (0..edits.len()).filter(|&index| lasts[index]).collect()
+    }
+
+    fn take(&mut self, edit: &Edit) -> std::result::Result<(), String> {
+        let scans = edit.scans();
+        if let Some(lost) = scans.into_iter().find(|&scan| !self.is_placed(scan)) {
+            return Err(format!("scan {lost} has no pose"));
+        }
+        let [(a, T_a_target), (b, T_b_source)] = scans.map(|scan| self.graph.attached(scan));
+        let closure = &mut self.graph.closure;
+        let added = match edit {
+            Edit::RemoveLoop { .. } if closure.remove_loop([a, b]) => Ok(()),
+            Edit::RemoveLoop { .. } => return Err("there is no loop between the places of these scans".to_owned()),
+            Edit::AddLoop { T_target_source, unchecked, .. } => {
+                let [target, source] = scans.map(|scan| self.T_laser_robot[scan]);
+                let T = target * Pose2::from(*T_target_source) * source.inverse();
+                let T_a_b = T_a_target * T * T_b_source.inverse();
+                if *unchecked {
+                    closure.add_unchecked_loop([a, b], &T_a_b)
+                } else {
+                    closure.add_loop([a, b], &T_a_b, &self.options)
+                }
+            }
+        };
+        added.map_err(|refusal| self.reason(&refusal))
+    }
+
+    fn reason(&self, refusal: &Refusal) -> String {
+        let scans = |[target, source]: [usize; 2]| {
+            format!("scans {} and {}", self.graph.nodes[target], self.graph.nodes[source])
+        };
+        match refusal {
+            Refusal::Exists => "there is a loop between these places already: take it out first".to_owned(),
+            Refusal::SamePlace => "the scans are of one place: choose scans that are further apart in time".to_owned(),
+            Refusal::NoMatch(figure) => format!("the scans do not match there: {figure}"),
+            Refusal::ContradictsGraph(chi_squared) => {
+                format!("it contradicts what the rest of the graph tells: {}", beyond_chance(*chi_squared))
+            }
+            Refusal::ContradictsLoop(ends, chi_squared) => {
+                format!("it contradicts the loop between {}: {}", scans(*ends), beyond_chance(*chi_squared))
+            }
+            Refusal::DoesNotFit => "it does not fit the graph that is solved with it".to_owned(),
+            Refusal::Displaces(ends) => {
+                format!("the loop between {} would no longer fit: take it out first if it is wrong", scans(*ends))
+            }
+        }
+    }
+
+    fn is_placed(&self, scan: usize) -> bool {
+        self.estimates[scan].assessment().status != Status::Lost
+    }
+
+    /// The places of two scans.
+    fn places(&self, scans: [usize; 2]) -> [usize; 2] {
+        self.graph.closure.places(scans.map(|scan| self.graph.attached(scan).0))
+    }
+
+    /// The scans of the loops of a graph.
+    fn scans_of(&self, state: &GraphState) -> Vec<[usize; 2]> {
+        let nodes = &self.graph.nodes;
+        self.graph.closure.ends(state).into_iter().map(|ends| ends.map(|node| nodes[node])).collect()
+    }
+}
+
+impl Edit {
+    fn scans(&self) -> [usize; 2] {
+        match *self {
+            Self::RemoveLoop { target, source } | Self::AddLoop { target, source, .. } => [target, source],
+        }
+    }
+}
+
+fn beyond_chance(chi_squared: f64) -> String {
+    format!("chi-squared is {chi_squared:.0}, and that of one right loop in 100,000 is above {ONE_IN_HUNDRED_THOUSAND}")
+}

@@ -1,0 +1,49 @@
+//! Mending a map by hand for JavaScript.
+
+use tsify::Ts;
+use wasm_bindgen::prelude::*;
+
+use crate::thrown::Thrown;
+
+use crate::{Reconstruction, from_object, plain};
+use scanstitch::pipeline::planar::{Consequence, Edit, GraphLoops, RefusedEdit};
+
+#[wasm_bindgen]
+extern "C" {
+    /// Steps of mending, in their order.
+    #[wasm_bindgen(typescript_type = "readonly Edit[]")]
+    pub type Edits;
+}
+
+fn edits(list: Edits) -> Result<Vec<Edit>, Thrown> {
+    from_object(Some(list.into()))
+}
+
+#[wasm_bindgen]
+impl Reconstruction {
+    /// The loops of the map's graph.
+    ///
+    /// # Errors
+    /// When the run is not done or the map has no graph.
+    pub fn graph_loops(&mut self) -> Result<Ts<GraphLoops>, Thrown> {
+        Ok(plain(&self.engine.graph_loops()?))
+    }
+
+    /// What the last of these steps would change after those before it. The map stays as it is.
+    ///
+    /// # Errors
+    /// When the run is not done, the map has no graph, or a step is not valid.
+    pub fn preview_edit(&mut self, steps: Edits) -> Result<Ts<Consequence>, Thrown> {
+        Ok(plain(&self.engine.preview_edit(&edits(steps)?)?))
+    }
+
+    /// Takes these steps, and none that were taken before. Call `step()` then until its stage is `done`. Returns the steps that were
+    /// not taken, with the reason.
+    ///
+    /// # Errors
+    /// When the run is not done, the map has no graph, or a step is not valid; all stays as it is.
+    #[wasm_bindgen(unchecked_return_type = "RefusedEdit[]")]
+    pub fn set_edits(&mut self, steps: Edits) -> Result<Vec<Ts<RefusedEdit>>, Thrown> {
+        Ok(self.engine.set_edits(&edits(steps)?)?.iter().map(plain).collect())
+    }
+}

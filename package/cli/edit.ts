@@ -1,0 +1,85 @@
+/** `scanstitch edit`: the map of planar scans, mended by the steps that a file keeps. */
+import { basename } from 'node:path';
+import { readSteps } from '../report/steps_file.js';
+import { type Command, CommandError, type Engine, readArguments } from './command.js';
+import { openInputs, readRequired } from './inputs.js';
+import { withoutNamed } from './reconstruct.js';
+import { reconstructPlanar } from './reconstruct_planar.js';
+import { readMapFormat } from './results.js';
+import { Complaints, tellNotes } from './terminal.js';
+
+const OPTIONS = {
+  reference: { type: 'string' },
+  odometry: { type: 'string' },
+  table: { type: 'string' },
+  set: { type: 'string', multiple: true },
+  'map-format': { type: 'string' },
+  out: { type: 'string', default: 'scanstitch-out' },
+} as const;
+
+export const edit: Command = {
+  name: 'edit',
+  about: 'a map of planar scans, mended by the steps that a file keeps',
+  help: () => `scanstitch edit RECORDING... STEPS [OPTION]...
+
+Reconstructs planar scans as scanstitch reconstruct does, with the settings that the file of steps keeps, and mends
+the map by its steps: the results are those that the page exports, byte by byte. The page saves such a file; it can be
+written by hand as well:
+  {
+   "scanstitch_steps": 1, "num_scans": 395, "settings": {},
+   "steps": [
+    { "action": "remove_loop", "target": 24, "source": 215 },
+    { "action": "add_loop", "target": 8, "source": 394, "T_target_source": { "x": 0.2, "y": 0, "theta": 3.1 } }
+   ]
+  }
+target and source are scans, counted from 0, and stand for the places where they were taken. T_target_source is where
+the source is in the frame of the target (m, rad), as far as the eye can tell: it is registered within 1 m and 0.3 rad.
+A step that the scans or the graph contradict is not taken, and stderr says why. "unchecked": true puts a loop in as it
+is given, without any test; all poses are doubtful then. A loop that is put in and taken out again leaves no trace.
+
+Options:
+  --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
+  --reference FILE, --odometry FILE, --table FORMAT, --map-format NAME
+                     as in scanstitch reconstruct
+  --set NAME=VALUE   one setting in place of that of the file; may be repeated
+
+Written into DIR: what scanstitch reconstruct writes.
+
+Example:
+  scanstitch edit drive.log drive.steps.json --out mended
+`,
+  run,
+};
+
+async function run(engine: Engine, args: string[]) {
+  const { values, positionals } = readArguments('edit', { args, options: OPTIONS, allowPositionals: true });
+  const [path, inputs] = [positionals.at(-1), positionals.slice(0, -1)];
+  if (path === undefined || inputs.length === 0) {
+    throw new CommandError('Name a recording and a file of steps. See: scanstitch edit --help');
+  }
+  const steps = { name: basename(path), ...read(path) };
+  const { out, reference, odometry, table, set = [] } = values;
+  const given = { out, reference, odometry, table, set, mapFormat: readMapFormat(values['map-format']) };
+  const options = { ...given, steps, intrinsics: undefined, preset: undefined, workers: 0 };
+  const complaints = new Complaints();
+  const { complain, problems } = complaints;
+  const { recording, close } = await openInputs(inputs, complain, { isTable: table !== undefined });
+  try {
+    if (recording.kind !== 'planar_scans')
+      throw new CommandError('The recording has no planar scans, so nothing was computed.');
+    tellNotes(withoutNamed(recording, complain), complain);
+    await reconstructPlanar({ engine, recording, options, complain, problems });
+  } finally {
+    await close();
+  }
+  return complaints.exitCode;
+}
+
+function read(path: string) {
+  const bytes = readRequired({ name: path, path });
+  try {
+    return readSteps(new TextDecoder().decode(bytes));
+  } catch (error) {
+    throw new CommandError(`${basename(path)}: ${(error as Error).message}.`);
+  }
+}
