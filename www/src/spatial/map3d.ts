@@ -44,7 +44,7 @@ const TURN_PER_PIXEL = 0.006;
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
- * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, `map-painted` when a new set of
+ * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, or one of voxels of another side (m), `map-painted` when a new set of
  * points is on the screen, and `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
@@ -150,7 +150,13 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: this.toggleLayers,
-      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change)),
+      after: surfaceBar(
+        this.runSurface,
+        this.choices.surface,
+        ramp(this.dark),
+        (change) => this.chooseSurface(change),
+        (voxelSize) => fire(this, 'surface-wanted', voxelSize),
+      ),
     });
   }
 

@@ -221,7 +221,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?growing=${phase === 'running'}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
-      @surface-wanted=${() => this.runSurface.make(session)}
+      @surface-wanted=${({ detail }: CustomEvent<number | undefined>) => this.runSurface.make(session, detail ?? undefined)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;
