@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { list } from '../components/list-field.js';
-import { field, shared, small } from '../components/theme.js';
+import { shared, small } from '../components/theme.js';
 import type {
   BevAxes,
   BevCamera,
@@ -288,9 +288,6 @@ export class ScanstitchBevCameras extends LitElement {
       textarea {
         width: 100%;
         min-width: 0;
-        min-height: 30px;
-        padding: 0 6px;
-        ${field};
         color: var(--text);
         font-size: calc(13 * var(--px));
         font-variant-numeric: tabular-nums;

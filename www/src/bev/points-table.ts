@@ -122,9 +122,6 @@ export class ScanstitchBevPoints extends LitElement {
         width: 74px;
         min-height: 28px;
         padding: 0 4px;
-        border: 1px solid var(--line);
-        border-radius: 6px;
-        background: var(--surface);
         font-size: calc(13 * var(--px));
         text-align: right;
       }

@@ -3,7 +3,7 @@ import { customElement, property, state } from 'lit/decorators.js';
 import { check } from '../components/fields.js';
 import { list } from '../components/list-field.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
-import { field, row, shared, wrap } from '../components/theme.js';
+import { row, shared, wrap } from '../components/theme.js';
 import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
 import { fire } from '../components/fire.js';
@@ -101,11 +101,6 @@ export class ScanstitchBevRefinement extends LitElement {
         ${row};
         gap: 5px;
         font-size: calc(13 * var(--px));
-      }
-      select {
-        min-height: 30px;
-        padding: 0 6px;
-        ${field};
       }
       .evidence {
         margin-top: 8px;

@@ -84,6 +84,7 @@ function keep(event: DragEvent): void {
   event.stopPropagation();
 }
 
+/** Whether it brings files that nobody has taken yet, as the host's content beside the map may. */
 function hasFiles(event: DragEvent): boolean {
-  return event.dataTransfer?.types.includes('Files') ?? false;
+  return !event.defaultPrevented && (event.dataTransfer?.types.includes('Files') ?? false);
 }

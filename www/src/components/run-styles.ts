@@ -154,7 +154,7 @@ export const layoutStyles = css`
   .map-area > :first-child {
     grid-area: map;
   }
-  @container (max-width: 720px) {
+  @container (max-width: 600px) {
     .map-area {
       grid-template: 'map' minmax(0, 1fr) 'question' auto / minmax(0, 1fr);
     }

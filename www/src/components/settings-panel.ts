@@ -12,7 +12,7 @@ import {
   zeroWord,
 } from '../views/setting-fields.js';
 import { icon } from './icons.js';
-import { column, field, row, shared, small } from './theme.js';
+import { column, row, shared, small } from './theme.js';
 import { fire } from './fire.js';
 
 /** All settings of an engine, by name. */
@@ -197,12 +197,6 @@ export class ScanstitchSettings extends LitElement {
         margin-left: 5px;
         color: var(--accent);
         font-weight: 700;
-      }
-      select,
-      input {
-        min-height: 32px;
-        padding: 0 8px;
-        ${field};
       }
       select {
         width: 100%;

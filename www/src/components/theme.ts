@@ -148,6 +148,11 @@ export const shared = css`
   input:is([type='checkbox'], [type='radio'], [type='range']) {
     margin: 0;
   }
+  :where(select, textarea, input:not([type='checkbox'], [type='radio'], [type='range'], [type='file'])) {
+    min-height: 32px;
+    padding: 0 8px;
+    ${field};
+  }
   summary {
     cursor: pointer;
   }
@@ -362,12 +367,7 @@ export const tableStyles = css`
 export const fieldStyles = css`
   select,
   input[type='number'] {
-    min-height: 32px;
     max-width: 240px;
-    padding: 0 8px;
-    border: 1px solid var(--line-strong);
-    border-radius: 7px;
-    background: var(--surface);
     color: var(--text);
     font-size: calc(13 * var(--px));
   }

@@ -5,7 +5,7 @@ import type { Role } from '../../../package/bag/roles.js';
 import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../package/bag/topics.js';
 import type { ListedBag } from '../../../package/recording_reader.js';
 import { type Choices, list } from './list-field.js';
-import { field, shared, wrap } from './theme.js';
+import { shared, wrap } from './theme.js';
 import { plural } from '../views/format.js';
 import { fire } from './fire.js';
 
@@ -199,8 +199,6 @@ export class ScanstitchTopics extends LitElement {
       select {
         min-height: 28px;
         max-width: 100%;
-        padding: 0 6px;
-        ${field};
       }
       @media (pointer: coarse) {
         select {

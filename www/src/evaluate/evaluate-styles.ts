@@ -152,9 +152,6 @@ export const figuresStyles = css`
   }
   .over select {
     min-height: 28px;
-    border: 1px solid var(--line);
-    border-radius: 7px;
-    background: var(--surface);
     color: var(--text);
     font-size: calc(12 * var(--px));
   }

@@ -1,5 +1,5 @@
 import { css } from 'lit';
-import { column, cut, field, fill, note, panel, row, wrap } from '../components/theme.js';
+import { column, cut, fill, note, panel, row, wrap } from '../components/theme.js';
 
 export const labStyles = css`
   :host {
@@ -30,8 +30,6 @@ export const labStyles = css`
   .field select {
     min-height: 30px;
     max-width: 190px;
-    padding: 0 6px;
-    ${field};
     text-overflow: ellipsis;
   }
   .pair .swatch {
@@ -150,12 +148,6 @@ export const labStyles = css`
     flex: 1;
     min-width: 60px;
     height: 28px;
-  }
-  .transport select {
-    min-height: 30px;
-    border: 1px solid var(--line);
-    border-radius: 7px;
-    background: var(--surface);
   }
   .transport output {
     min-width: 64px;

@@ -1,5 +1,5 @@
 import { css } from 'lit';
-import { column, field, small } from '../components/theme.js';
+import { column, small } from '../components/theme.js';
 
 export const importStyles = css`
   dialog {
@@ -38,9 +38,6 @@ export const importStyles = css`
   input,
   select {
     width: 100%;
-    min-height: 32px;
-    padding: 2px 8px;
-    ${field};
     color: var(--text);
     font-size: calc(14 * var(--px));
   }

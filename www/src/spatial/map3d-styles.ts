@@ -1,5 +1,5 @@
 import { css } from 'lit';
-import { field, panel, row, small } from '../components/theme.js';
+import { panel, row, small } from '../components/theme.js';
 
 /** What lies over the map in space. */
 export const map3dStyles = css`
@@ -98,10 +98,6 @@ export const map3dStyles = css`
   }
   .layers .row {
     justify-content: space-between;
-  }
-  .layers select {
-    min-height: 28px;
-    ${field};
   }
   .layers input[type='range'] {
     width: 110px;

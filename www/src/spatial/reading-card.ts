@@ -110,19 +110,11 @@ export class ScanstitchReadingCard extends LitElement {
     css`
       :host {
         grid-area: question;
-        width: calc(300 * var(--px));
+        width: calc(270 * var(--px));
         overflow: auto;
         border-left: 1px solid var(--line);
         background: var(--surface);
         font-size: calc(13 * var(--px));
-      }
-      @container (max-width: 720px) {
-        :host {
-          width: auto;
-          max-height: 45cqh;
-          border-top: 1px solid var(--line);
-          border-left: 0;
-        }
       }
       .card {
         ${column};
@@ -190,6 +182,18 @@ export class ScanstitchReadingCard extends LitElement {
         flex-wrap: wrap;
         justify-content: flex-end;
         gap: 8px;
+      }
+      /* Below the map: without the pictures, which would leave it no height. */
+      @container (max-width: 600px) {
+        :host {
+          width: auto;
+          max-height: 40cqh;
+          border-top: 1px solid var(--line);
+          border-left: 0;
+        }
+        .choice svg {
+          display: none;
+        }
       }
     `,
   ];

@@ -1,7 +1,7 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { dialogStyles } from '../components/section-styles.js';
-import { field, shared, wrap } from '../components/theme.js';
+import { shared, wrap } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
 import type { Camera } from './poses.js';
 import { valueText, valueWords } from './reading.js';
@@ -125,9 +125,6 @@ export class ScanstitchReadingDialog extends LitElement {
       }
       input[type='number'] {
         width: 110px;
-        min-height: 30px;
-        padding: 0 8px;
-        ${field};
         text-align: right;
       }
       input[type='radio'] {
