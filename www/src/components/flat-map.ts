@@ -14,6 +14,8 @@ export interface FlatMap {
   zoomBy: (factor: number) => void;
   fit: () => void;
   turnByQuarter: () => void;
+  /** Buttons that this map alone has. */
+  own?: unknown;
   onKey: (event: KeyboardEvent) => void;
   /** The list of what is drawn, while it is open. */
   layers: TemplateResult | null;
@@ -40,7 +42,7 @@ export function flatMap(map: FlatMap): TemplateResult {
       ${mapToolbar({
         zoom: (direction) => map.zoomBy(ZOOM_STEP ** direction),
         fit: map.fit,
-        own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', map.turnByQuarter),
+        own: html`${mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', map.turnByQuarter)}${map.own ?? nothing}`,
         hasLayers: layers !== null,
         layersHint: 'Layers',
         toggleLayers,

@@ -1,9 +1,10 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { baseName } from '../views/format.js';
-import { pngOf } from '../views/canvas.js';
+import { context2d, pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
 import { type KeyedMap, PAN_STEP, pressKey } from '../views/map-keys.js';
+import type { MapLayer } from '../views/map-layer.js';
 import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
@@ -26,7 +27,7 @@ import { mapStyles } from './map-styles.js';
 import './map-legend.js';
 import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
 import { flatMap } from './flat-map.js';
-import { layerBox, layerList } from './map-toolbar.js';
+import { layerBox, layerList, mapButton } from './map-toolbar.js';
 import { shared } from './theme.js';
 
 const NO_MARKS: MapMarks = {
@@ -72,6 +73,10 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fitKey: unknown = null;
   @property({ attribute: false }) description = '';
+  /** What lies over it and takes gestures first; null: nothing. */
+  @property({ attribute: false }) layer: MapLayer | null = null;
+  /** Whether the map can be mended. */
+  @property({ type: Boolean }) canMend = false;
   /** Without the buttons on it. */
   @property({ type: Boolean, reflect: true }) bare = false;
 
@@ -201,6 +206,11 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       fit: () => this.fit(),
       turnByQuarter: () => this.turnByQuarter(),
       onKey: (event) => this.onKey(event),
+      own: this.canMend
+        ? mapButton('loops', 'Loops: look at them and mend the map', 'Loops of the map (M)', this.mend, {
+            pressed: this.layer !== null,
+          })
+        : nothing,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: () => {
         this.layersOpen = !this.layersOpen;
@@ -250,6 +260,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   paint(): void {
     const isInMotion = performance.now() - this.lastMotion < REST_MS;
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
+    this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);
     if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.hasNewPoints) {
@@ -292,11 +303,23 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
       ArrowUp: () => this.shift(0, PAN_STEP),
       ArrowDown: () => this.shift(0, -PAN_STEP),
       r: () => this.turnByQuarter(),
+      ...(this.canMend && { m: this.mend }),
+      ...this.layer?.keys,
     });
   }
 
+  private mend = (): void => {
+    this.dispatchEvent(new CustomEvent('mending-wanted'));
+  };
+
   shift(right: number, down: number): void {
-    this.move(panned(this.view, right, down));
+    const { view } = this;
+    const moved = panned(view, right, down);
+    if (!this.layer?.drag?.(view.centerX - moved.centerX, view.centerY - moved.centerY)) this.move(moved);
+  }
+
+  release(): void {
+    this.layer?.release?.();
   }
 
   zoom(x: number, y: number, factor: number): void {
@@ -304,7 +327,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   }
 
   tap(x: number, y: number, reach: number): void {
-    this.select(this.frameAt(x, y, reach));
+    if (!this.layer?.tap(x, y, reach, this.surface.size, this.view)) this.select(this.frameAt(x, y, reach));
   }
 
   hover(x: number, y: number): void {

@@ -179,6 +179,14 @@ export const layoutStyles = css`
     flex: 1;
     min-height: 0;
   }
+  .map-area:has(> .aside) {
+    grid-template: minmax(0, 1fr) / minmax(0, 1fr) auto;
+  }
+  @container (max-width: 640px) {
+    .map-area:has(> .aside) {
+      grid-template: minmax(0, 1fr) auto / minmax(0, 1fr);
+    }
+  }
   .below {
     display: flex;
     align-items: center;

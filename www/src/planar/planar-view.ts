@@ -29,6 +29,7 @@ import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { occupancyPicture } from '../views/occupancy.js';
+import type { Mending } from './mending.js';
 import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
 
@@ -55,6 +56,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   @state() private wantsOccupancy = false;
   /** Null until one is unfolded. */
   @state() private panels: PlanarPanels | null = null;
+  /** Null while the map is not mended. */
+  @state() private mending: Mending | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   override session = this.newSession();
@@ -177,6 +180,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     this.session.hasLink = this.rememberSettings;
     const { session, selected, wantsOccupancy } = this;
     const { snapshot, phase } = session;
+    this.mending?.follow();
     const scan = phase === 'crashed' ? null : selected;
     this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
     const hasPairs = this.pairsShown !== 'none';
@@ -232,11 +236,37 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}
+      .layer=${this.mending?.layer ?? null}
+      ?canMend=${session.phase === 'done' || this.mending !== null}
+      @mending-wanted=${() => this.toggleMending()}
       .description=${this.mapWords()}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @map-painted=${() => this.onPainted()}
     ></scanstitch-map>`;
+  }
+
+  /** Opens or closes what the map is mended with; its code is loaded with the first use. */
+  private toggleMending(): void {
+    if (this.mending) {
+      this.mending = null;
+      return;
+    }
+    void import('./mend-panel.js').then(({ loopLayer, Mending }) => {
+      this.mending ??= new Mending(this.session, () => this.requestUpdate(), loopLayer);
+    });
+  }
+
+  /** Beside the map. */
+  protected override renderQuestion(): TemplateResult | typeof nothing {
+    const { mending } = this;
+    return mending
+      ? html`<scanstitch-mend
+          class="aside"
+          .mending=${mending}
+          @closed=${() => this.toggleMending()}
+        ></scanstitch-mend>`
+      : nothing;
   }
 
   /** The dialog about the columns of a table; its code is loaded with the first one. */

@@ -5,10 +5,13 @@ import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
+  Consequence,
+  Edit,
   InputFile,
   Inputs,
   ReadOutcome,
   Progress,
+  RefusedEdit,
   RunState,
   Settings,
   Snapshot,
@@ -234,6 +237,32 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
     if (!this.client) return Promise.reject(new Error('The page was closed.'));
     return this.client.ask(kind, frame);
+  }
+
+  /** The steps by which the map is mended. */
+  get steps(): readonly Edit[] {
+    return this.client?.steps ?? [];
+  }
+
+  /** Mends the map by these steps; those that were refused. */
+  async mend(steps: readonly Edit[]): Promise<RefusedEdit[]> {
+    this.phase = 'running';
+    this.progress = 0;
+    this.activity = 'Mending the map';
+    this.changed();
+    try {
+      return (await this.client?.mend(steps)) ?? [];
+    } catch (error) {
+      this.phase = this.ended;
+      this.report(messageOf(error));
+      return [];
+    }
+  }
+
+  /** What a step would change. */
+  previewEdit(step: Edit): Promise<Consequence> {
+    if (!this.client) return Promise.reject(new Error('The page was closed.'));
+    return this.client.previewEdit(step);
   }
 
   #load(dataset: Dataset): void {
