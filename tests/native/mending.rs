@@ -58,6 +58,8 @@ fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
     let apart = |poses: &[Pose2]| (poses[target].inverse() * poses[source]).translation_norm();
     assert!(apart(&poses) > 5.0 && apart(&reconstruction.poses()) < 3.0);
     assert_eq!(num_good(&reconstruction), 0);
+    let note = "The map was mended by hand: loops put in 1, taken out 0.";
+    assert!(reconstruction.result().notes.iter().any(|told| told == note));
     let loops = reconstruction.graph_loops().unwrap();
     assert!(!loops.left_out.is_empty());
     let worst = loops.loops.iter().max_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared)).unwrap();

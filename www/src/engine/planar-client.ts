@@ -37,6 +37,8 @@ export interface PlanarListener {
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
   rejected(problem: Problem): void;
+  /** The map is being mended, but for these steps. */
+  refused(steps: readonly RefusedEdit[]): void;
   /** The worker died; a new one is starting with the same inputs. */
   crashed(message: string): void;
   /** The engine takes long to load, or does so no longer. */
@@ -84,7 +86,7 @@ export class PlanarClient {
 
   /** Reads `inputs` and computes. */
   load(inputs: Inputs, settings: Partial<Settings>): void {
-    this.#steps = [];
+    if (!sameScans(inputs, this.#inputs)) this.#steps = [];
     this.#candidate = inputs;
     this.#settings = settings;
     this.#preferFullEngine(inputs);
@@ -111,11 +113,18 @@ export class PlanarClient {
     return isNew;
   }
 
-  /** Takes these steps, and none that were taken before; those that it refused. They are taken again after other settings. */
-  mend(steps: readonly Edit[]): Promise<RefusedEdit[]> {
+  /** Takes these steps, and none that were taken before. They are taken again after other settings. */
+  mend(steps: readonly Edit[]): void {
     this.#steps = steps;
     this.#isMended = true;
-    return this.#host.call('mend', ++this.#run, steps);
+    const mended = this.#host.call('mend', ++this.#run, steps).then(
+      (refused) => this.#listener.refused(refused),
+      (error: unknown) => {
+        this.#steps = [];
+        throw error;
+      },
+    );
+    this.#order(mended);
   }
 
   /** What a step would change after those that were taken. */
@@ -254,7 +263,7 @@ export class PlanarClient {
         compileFullWhenIdle();
       }
       const isToMend = event.state === 'done' && !this.#isMended && this.#steps.length > 0;
-      if (isToMend) this.#order(this.mend(this.#steps).then(() => undefined));
+      if (isToMend) this.mend(this.#steps);
       this.#listener.snapshot(isToMend ? 'running' : event.state, this.#growing.take(event.growth));
     }
   }
@@ -315,6 +324,10 @@ export class PlanarClient {
       if (this.#inputs) this.#load(this.#inputs, true);
     }
   }
+}
+
+function sameScans({ scans }: Inputs, other: Inputs | null): boolean {
+  return scans.length === other?.scans.length && scans.every((scan, index) => scan === other.scans[index]);
 }
 
 /** A few scans and no logs. */

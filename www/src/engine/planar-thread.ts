@@ -74,9 +74,8 @@ const api: Served<PlanarApi> = {
   stop,
   resume,
   mend(run, steps) {
-    const refused = reconstruction?.set_edits?.(steps) ?? [];
-    resume(run);
-    return refused;
+    resume(run); // also where the steps are of no use: the map is told as it is
+    return reconstruction?.set_edits?.(steps) ?? [];
   },
   previewEdit(steps) {
     const consequence = reconstruction?.preview_edit?.(steps);

@@ -42,11 +42,12 @@ export class ScanstitchMend extends LitElement {
   private onKey = (event: KeyboardEvent): void => {
     const path = event.composedPath();
     const view = (this.getRootNode() as ShadowRoot).host;
-    if (path[0] instanceof HTMLInputElement || !(path[0] === document.body || path.includes(view))) return;
+    if (event.defaultPrevented || path[0] instanceof HTMLInputElement) return;
+    if (path[0] !== document.body && !path.includes(view)) return;
     const { mending } = this;
     const isUndo = event.key.toLowerCase() === 'z' && (event.ctrlKey || event.metaKey) && !event.shiftKey;
-    if (isUndo) void mending.undo();
-    else if (event.key === 'Delete' && mending.draft?.kind === 'old') void mending.take();
+    if (isUndo) mending.undo();
+    else if (event.key === 'Delete' && mending.draft?.kind === 'old') mending.take();
     else if (event.key === 'Escape' && mending.draft) mending.prepare(null);
     else if (event.key === 'Escape') this.close();
     else return;

@@ -112,8 +112,10 @@ export class Mending {
   }
 
   get keys(): Record<string, () => void> {
-    if (this.draft?.kind !== 'new' || !this.draft.pose) return {};
+    const back = this.draft && { Escape: () => this.prepare(null) };
+    if (this.draft?.kind !== 'new' || !this.draft.pose) return { ...back };
     return {
+      ...back,
       ArrowLeft: () => void this.move(-KEY_STEP, 0),
       ArrowRight: () => void this.move(KEY_STEP, 0),
       ArrowUp: () => void this.move(0, KEY_STEP),
@@ -138,49 +140,53 @@ export class Mending {
   }
 
   /** Takes the step that is prepared, unless it would be refused. */
-  async take(): Promise<void> {
+  take(): void {
     const { step, consequence } = this;
-    if (!this.isIdle || !step || !consequence || consequence.refusal !== null) return;
-    await this.#mend([...this.steps, step]);
+    if (step && consequence?.refusal === null) this.#mend([...this.steps, step]);
   }
 
-  async undo(): Promise<void> {
+  undo(): void {
     if (!this.isIdle || this.steps.length === 0) return;
     this.session.announce('The last step was undone.');
-    await this.#mend(this.steps.slice(0, -1));
+    this.#mend(this.steps.slice(0, -1));
   }
 
   save(): void {
-    const { dataset, snapshot, settings, facts } = this.session;
-    if (!dataset || !snapshot || !settings) return;
-    const defaults: Readonly<Record<string, unknown>> = { ...facts?.presets[0]?.settings };
-    const changed = Object.entries(settings).filter(([name, value]) => value !== defaults[name]);
-    const steps = [...this.steps];
-    const text = stepsText({ num_scans: snapshot.result.frames.length, settings: Object.fromEntries(changed), steps });
-    download({ name: `${dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
+    const { poses, steps, session } = this;
+    if (!session.dataset) return;
+    const text = stepsText({ num_scans: poses.length, settings: this.#changedSettings, steps: [...steps] });
+    download({ name: `${session.dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
   }
 
-  /** Takes the steps of a file in place of those so far. */
+  /** Takes the steps of a file in place of those so far, with its settings. */
   async open(file: File): Promise<void> {
-    const { session } = this;
+    const { session, poses } = this;
     try {
-      const { num_scans, steps } = readSteps(await file.text());
-      const count = session.snapshot?.result.frames.length ?? 0;
-      if (num_scans !== count)
-        throw new Error(`The steps are for a recording of ${plural(num_scans, 'scan')}, and this one has ${count}`);
-      await this.#mend(steps);
+      const { num_scans: numScans, steps, settings } = readSteps(await file.text());
+      if (numScans !== poses.length) {
+        const scans = plural(numScans, 'scan');
+        throw new Error(`The steps are for a recording of ${scans}, and this one has ${poses.length}`);
+      }
+      this.#mend(steps);
+      const [defaults] = session.facts?.presets ?? [];
+      const isOther = JSON.stringify(settings) !== JSON.stringify(this.#changedSettings);
+      if (defaults && isOther) session.configure({ ...defaults.settings, ...settings });
     } catch (error) {
       session.report(`${file.name}: ${messageOf(error)}`);
     }
   }
 
-  async #mend(steps: readonly Edit[]): Promise<void> {
-    const { session } = this;
+  /** The settings that are not those by default. */
+  get #changedSettings(): Record<string, unknown> {
+    const { settings, facts } = this.session;
+    const defaults: Readonly<Record<string, unknown>> = { ...facts?.presets[0]?.settings };
+    return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== defaults[name]));
+  }
+
+  #mend(steps: readonly Edit[]): void {
     this.draft = null;
+    if (this.isIdle) this.session.mend(steps);
     this.#changed();
-    for (const { index, reason } of await session.mend(steps)) {
-      session.report(`Step ${index + 1} was not taken: ${reason}`);
-    }
   }
 
   async #preview(): Promise<void> {

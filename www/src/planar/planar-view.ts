@@ -29,7 +29,7 @@ import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { occupancyPicture } from '../views/occupancy.js';
-import type { Mending } from './mending.js';
+import { MendSwitch } from './mend-switch.js';
 import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
 
@@ -56,8 +56,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   @state() private wantsOccupancy = false;
   /** Null until one is unfolded. */
   @state() private panels: PlanarPanels | null = null;
-  /** Null while the map is not mended. */
-  @state() private mending: Mending | null = null;
   @query('scanstitch-map') private map!: ScanstitchMap;
 
   override session = this.newSession();
@@ -67,6 +65,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** Iterations of the selected scan. */
   private history = new Fetched<readonly IterationRecord[]>(this, []);
   private grid = new Fetched<Grid | null>(this, null);
+  private readonly mendSwitch = new MendSwitch(this);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private pictureOf = memoizeLast((grid: Grid | null, dark: boolean) => grid && occupancyPicture(grid, dark));
   private figuresOf = memoizeLast(headlineFigures);
@@ -180,7 +179,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     this.session.hasLink = this.rememberSettings;
     const { session, selected, wantsOccupancy } = this;
     const { snapshot, phase } = session;
-    this.mending?.follow();
+    this.mendSwitch.mending?.follow();
     const scan = phase === 'crashed' ? null : selected;
     this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
     const hasPairs = this.pairsShown !== 'none';
@@ -236,9 +235,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}
-      .layer=${this.mending?.layer ?? null}
-      ?canMend=${session.phase === 'done' || this.mending !== null}
-      @mending-wanted=${() => this.toggleMending()}
+      .layer=${this.mendSwitch.mending?.layer ?? null}
+      ?canMend=${session.phase === 'done' || this.mendSwitch.mending !== null}
+      @mending-wanted=${this.mendSwitch.toggle}
       .description=${this.mapWords()}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
@@ -246,27 +245,9 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     ></scanstitch-map>`;
   }
 
-  /** Opens or closes what the map is mended with; its code is loaded with the first use. */
-  private toggleMending(): void {
-    if (this.mending) {
-      this.mending = null;
-      return;
-    }
-    void import('./mend-panel.js').then(({ loopLayer, Mending }) => {
-      this.mending ??= new Mending(this.session, () => this.requestUpdate(), loopLayer);
-    });
-  }
-
   /** Beside the map. */
   protected override renderQuestion(): TemplateResult | typeof nothing {
-    const { mending } = this;
-    return mending
-      ? html`<scanstitch-mend
-          class="aside"
-          .mending=${mending}
-          @closed=${() => this.toggleMending()}
-        ></scanstitch-mend>`
-      : nothing;
+    return this.mendSwitch.panel();
   }
 
   /** The dialog about the columns of a table; its code is loaded with the first one. */

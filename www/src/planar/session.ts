@@ -11,7 +11,6 @@ import type {
   Inputs,
   ReadOutcome,
   Progress,
-  RefusedEdit,
   RunState,
   Settings,
   Snapshot,
@@ -58,6 +57,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
+      refused: (steps) =>
+        steps.forEach(({ index, reason }) => this.report(`Step ${index + 1} was not taken: ${reason}`)),
       crashed: (message) => this.#onCrashed(message),
       slow: (isSlow) => this.onSlow(isSlow),
       unavailable: (message) => this.onUnavailable(message),
@@ -244,19 +245,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     return this.client?.steps ?? [];
   }
 
-  /** Mends the map by these steps; those that were refused. */
-  async mend(steps: readonly Edit[]): Promise<RefusedEdit[]> {
+  /** Mends the map by these steps. */
+  mend(steps: readonly Edit[]): void {
     this.phase = 'running';
     this.progress = 0;
     this.activity = 'Mending the map';
+    this.client?.mend(steps);
     this.changed();
-    try {
-      return (await this.client?.mend(steps)) ?? [];
-    } catch (error) {
-      this.phase = this.ended;
-      this.report(messageOf(error));
-      return [];
-    }
   }
 
   /** What a step would change. */

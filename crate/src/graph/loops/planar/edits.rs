@@ -189,7 +189,7 @@ impl LoopClosure {
         let residual = factor.residual(&self.poses[factor.from], &self.poses[factor.to]);
         let own = factor.information * factor.weight(residual.dot(&(factor.information * residual)));
         let rest = between.try_inverse().map(|all| all - own);
-        let Some(without) = rest.and_then(|rest| rest.try_inverse()) else { return 0.0 };
+        let Some(without) = rest.and_then(Matrix3::try_inverse) else { return 0.0 };
         let off = residual + without * own * residual;
         let covariance = without + closed.candidate.found.covariance;
         covariance.cholesky().map_or(0.0, |cholesky| off.dot(&cholesky.solve(&off)))
