@@ -51,6 +51,7 @@ export interface ScanstitchEvents {
   'scanstitch-progress': ScanstitchProgress;
   /** A computation is over and, where the element is shown, its map is on the screen. `elapsed_ms`: since the files were given or a setting was changed. */
   'scanstitch-done': ScanstitchResult & { elapsed_ms: number };
+  /** Something went wrong, and is shown in the element. */
   'scanstitch-error': ScanstitchFault;
   /** A result of Evaluate is on the screen. `total_ms`: since the files were dropped or an option was changed. */
   'scanstitch-evaluated': { elapsed_ms: number; total_ms: number };
@@ -64,11 +65,15 @@ export interface ScanstitchEvents {
 
 /** The attributes as properties: they may be set in any order, before or after the element is defined and put on the page. */
 export interface ScanstitchAttributes {
-  /** What to open. Empty: nothing. */
+  /** What to open: addresses of files, separated by spaces or as a JSON list; one manifest; or `sample`. Empty: nothing. */
   src: string;
+  /** `name=value&name=value`, in metres and radians. */
   settings: string;
+  /** The name of a preset. */
   preset: string;
+  /** What is shown first. */
   view: 'map' | 'localize' | 'icp' | 'bev' | 'evaluate' | 'strategies';
+  /** Colours; `auto`: those of the system. */
   theme: 'auto' | 'light' | 'dark';
   /** What stands around the map: nothing; its buttons, the slider and the figures in a line; or header and panels as well. */
   controls: 'none' | 'minimal' | 'full';
@@ -93,9 +98,9 @@ export interface ScanstitchElement extends HTMLElement, ScanstitchAttributes {
   run(): Promise<ScanstitchResult>;
   /** Stops fetching and computing. What has been computed stays on the screen. */
   cancel(): void;
-  /** Null before the first computation is done, and while another one is under way. */
+  /** What was computed; null before the first computation is done, and while another one is under way. */
   readonly result: ScanstitchResult | null;
-  /** The map of what has been computed so far; null where there is none. */
+  /** The points of what has been computed so far; null where there are none. */
   readonly map_points: ScanstitchMapPoints | null;
 }
 

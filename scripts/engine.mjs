@@ -2,6 +2,7 @@
 /** Compiles the engine to WebAssembly, and builds package and page from it. */
 import { copyFileSync, existsSync, mkdirSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
+import { manifest } from './manifest.mjs';
 import { capture, ROOT, run, step, StepError, TARGET_DIR, WASM_TARGET } from './steps.mjs';
 
 /**
@@ -122,6 +123,7 @@ export function buildPackage() {
     await run(process.execPath, [join('node_modules', 'typescript', 'bin', 'tsc'), '--project', 'package']);
     const others = filesOf(to).filter((path) => /\.(js|d\.ts)$/.test(path) && !emitted.has(path));
     for (const path of others) rmSync(join(to, path));
+    writeFileSync(join(to, 'custom-elements.json'), manifest());
   });
 }
 

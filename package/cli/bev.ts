@@ -1,7 +1,7 @@
 /** `scanstitch bev`: pixels of a top view, found in a front view by way of the ground. */
 import { basename } from 'node:path';
 import type { BevParameter, BevPoint, BevRefinement, BevRole, BevScene, WholePixels } from '../../pkg/scanstitch.js';
-import { type Command, CommandError, type Engine, EXIT, isScanstitchError, readArguments } from './command.js';
+import { type Command, CommandError, type Engine, EXIT, oneOf, readArguments } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { note, print } from './terminal.js';
@@ -89,23 +89,18 @@ async function run(engine: Engine, args: string[]) {
   const camera = oneOf('camera', values.camera, ROLES);
   const parameters = values.refine.split(',').map((word) => oneOf('refine', word.trim(), PARAMETERS));
   const whole: WholePixels = values.truncate ? 'truncated' : values.round ? 'rounded' : 'exact';
-  try {
-    const given = sceneOf(engine, values.scene, values.preset);
-    const refinement = values.pairs === undefined ? null : refined(engine, given, values.pairs, { camera, parameters });
-    const projection = { scene: refinement?.scene ?? given, refinement, from, whole, withPolygon: values.polygon };
-    const marked =
-      values.points === undefined
-        ? new Float64Array()
-        : engine.read_bev_points(contents(values.points), basename(values.points), from);
-    const { report, csv } = projected(engine, marked, projection);
-    const isJson = values.json || /\.json$/i.test(values.out ?? '');
-    await write(values.out, isJson ? `${JSON.stringify(report, null, 2)}\n` : csv);
-    tellHidden(report.points, from);
-    return EXIT.done;
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
-  }
+  const given = sceneOf(engine, values.scene, values.preset);
+  const refinement = values.pairs === undefined ? null : refined(engine, given, values.pairs, { camera, parameters });
+  const projection = { scene: refinement?.scene ?? given, refinement, from, whole, withPolygon: values.polygon };
+  const marked =
+    values.points === undefined
+      ? new Float64Array()
+      : engine.read_bev_points(contents(values.points), basename(values.points), from);
+  const { report, csv } = projected(engine, marked, projection);
+  const isJson = values.json || /\.json$/i.test(values.out ?? '');
+  await write(values.out, isJson ? `${JSON.stringify(report, null, 2)}\n` : csv);
+  tellHidden(report.points, from);
+  return EXIT.done;
 }
 
 /** The scene refined by the pairs of a file; what changed is told. */
@@ -165,14 +160,6 @@ function sceneOf(engine: Engine, path: string | undefined, preset: string | unde
 function contents(path: string) {
   if (path === '-') return readPiped();
   return readRequired({ name: path, path });
-}
-
-function oneOf<T extends string>(option: string, value: string, choices: readonly T[]): T {
-  const chosen = choices.find((choice) => choice === value);
-  if (chosen === undefined) {
-    throw new CommandError(`--${option} is one of ${choices.join(', ')}, not ${JSON.stringify(value)}.`);
-  }
-  return chosen;
 }
 
 /** Nine numbers as three rows. */

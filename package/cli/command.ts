@@ -43,6 +43,28 @@ export function readArguments<T extends ParseArgsConfig>(command: string, config
   return parsed;
 }
 
+/** The value of an option, where it is one of its choices. */
+export function oneOf<T extends string>(option: string, value: string | undefined, choices: readonly T[]): T {
+  const chosen = choices.find((choice) => choice === value);
+  if (chosen !== undefined) return chosen;
+  throw new CommandError(`--${option} is one of ${choices.join(', ')}, not ${JSON.stringify(value)}.`);
+}
+
+/**
+ * The number that an option is; undefined where it is not given.
+ * @param words what it is to be
+ */
+export function numberIn(option: string, text: string | undefined, words: string, isIn: (value: number) => boolean) {
+  if (text === undefined) return undefined;
+  const value = Number(text);
+  if (text.trim() !== '' && Number.isFinite(value) && isIn(value)) return value;
+  throw new CommandError(`--${option} is ${words}, not "${text}".`);
+}
+
+export function wholeNumber(option: string, text: string | undefined) {
+  return numberIn(option, text, 'a whole number from 1', (value) => Number.isInteger(value) && value > 0);
+}
+
 /** Does work that the first Ctrl-C or SIGTERM stops and a second one ends with the program. */
 export async function untilInterrupt<T>(work: (signal: AbortSignal) => Promise<T>) {
   const controller = new AbortController();

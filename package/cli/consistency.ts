@@ -6,7 +6,7 @@ import { openInputs, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { wishesOf } from './reconstruct.js';
 import { jobsOf, setIntrinsics } from './reconstruct_spatial.js';
-import { create, type Task } from './results.js';
+import type { Task } from './results.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
@@ -57,7 +57,7 @@ async function run(engine: Engine, args: string[]) {
     throw new CommandError('Name a recording and a trajectory. See: scanstitch consistency --help');
   }
   const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
-  create(() => new engine.SpatialReconstruction(settings)).free();
+  new engine.SpatialReconstruction(settings).free();
   const complaints = new Complaints();
   const { complain } = complaints;
   const { recording, close } = await openInputs(positionals.slice(0, -1), complain, wishesOf(values));

@@ -5,7 +5,6 @@ import { lookUp } from '../base/look_up.js';
 import { printable } from '../base/printable.js';
 import { type Command, CommandError, type Engine, EXIT, readArguments } from './command.js';
 import { writeWhole } from './disk.js';
-import { create } from './results.js';
 import { note, print } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP, trajectoryFormat } from './trajectories.js';
 
@@ -59,10 +58,7 @@ async function run(engine: Engine, args: string[]) {
   const trajectory = readTrajectory(engine, input, { format: values.from, times: values.times }, fail);
   if (!trajectory) return EXIT.nothing;
   for (const text of trajectory.notes) note(`${basename(input)}: ${text}`);
-  await writeWhole(
-    output,
-    create(() => trajectory.write(format)),
-  );
+  await writeWhole(output, trajectory.write(format));
   print(`${trajectory.length} poses, ${trajectory.format} to ${format}: written to ${printable(output)}\n`);
   trajectory.free();
   return EXIT.done;

@@ -4,7 +4,17 @@ import type { EvaluationOptions, EvaluationSummary, RelationErrors } from '../..
 import { printable } from '../base/printable.js';
 import { comparePair, type RelationOptions, type Remedies } from '../evaluation/compare.js';
 import { columnsOf, csvOf, formatValue, markdownOf } from '../evaluation/table.js';
-import { type Command, CommandError, type Engine, isScanstitchError, readArguments, table } from './command.js';
+import {
+  type Command,
+  CommandError,
+  type Engine,
+  isScanstitchError,
+  numberIn,
+  oneOf,
+  readArguments,
+  table,
+  wholeNumber,
+} from './command.js';
 import {
   compareRelations,
   readRelations,
@@ -148,9 +158,7 @@ function run(engine: Engine, args: string[]) {
   }
   for (const [option, choices] of Object.entries(CHOICES)) {
     const value = values[option as keyof typeof CHOICES];
-    if (!choices.some((choice) => choice === value)) {
-      throw new CommandError(`--${option} is one of ${choices.join(', ')}, not ${JSON.stringify(value)}.`);
-    }
+    oneOf(option, value, choices);
   }
   const options = evaluationOptions(engine, values);
   const complaints = new Complaints();
@@ -264,10 +272,7 @@ function evaluationOptions(
   values: Record<string, string | boolean | undefined>,
 ): Partial<EvaluationOptions> {
   const number = (option: string) => numberOf(values, option);
-  const alignFirst = number('align-first');
-  if (alignFirst !== undefined && !(Number.isInteger(alignFirst) && alignFirst > 0)) {
-    throw new CommandError(`--align-first is a whole number from 1, not "${values['align-first']}".`);
-  }
+  const alignFirst = wholeNumber('align-first', values['align-first'] as string | undefined);
   const given = {
     association: values.by,
     max_diff: number('max-diff'),
@@ -290,11 +295,7 @@ function evaluationOptions(
 
 /** The number that an option has; undefined where it is not given. */
 function numberOf(values: Record<string, string | boolean | undefined>, option: string) {
-  const text = values[option];
-  if (typeof text !== 'string') return undefined;
-  const value = Number(text);
-  if (text.trim() === '' || !Number.isFinite(value)) throw new CommandError(`--${option} is a number, not "${text}".`);
-  return value;
+  return numberIn(option, values[option] as string | undefined, 'a number', () => true);
 }
 
 function relationOptions(values: Values): RelationOptions {

@@ -4,7 +4,16 @@ import type { GridOptions, PointCloud, RegistrationOptions, RegistrationResult }
 import type { OwnIcpComparison } from '../lab/own_icp.js';
 import { OwnPosesError } from '../lab/own_poses.js';
 import { MOST_POINTS, voxelFor } from '../lab/thinning.js';
-import { type Command, CommandError, type Engine, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import {
+  type Command,
+  CommandError,
+  type Engine,
+  EXIT,
+  isScanstitchError,
+  readArguments,
+  table,
+  wholeNumber,
+} from './command.js';
 import { writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { png } from './png.js';
@@ -80,9 +89,6 @@ async function run(engine: Engine, args: string[]) {
     if (values.basin) await writeWhole(values.basin, basin(engine, source, target, options, { ...grid, T_center }));
     if (own) print(`\n${comparison(engine.compare_own_icp(source, target, own, options))}`);
     return isStuck || better !== null ? EXIT.partial : EXIT.done;
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
   } finally {
     for (const cloud of clouds) cloud.free();
   }
@@ -191,9 +197,7 @@ function gridOf(values: {
       throw new CommandError(`--${option} is two numbers, not "${text}".`);
     return list;
   };
-  const stride = values.stride === undefined ? undefined : Number(values.stride);
-  if (stride !== undefined && !(Number.isInteger(stride) && stride > 0))
-    throw new CommandError(`--stride is a whole number from 1, not "${values.stride}".`);
+  const stride = wholeNumber('stride', values.stride);
   const given = { axes: numbers('axes'), half_widths: numbers('half-widths'), size: numbers('size'), stride };
   return Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined));
 }

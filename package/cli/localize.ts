@@ -11,7 +11,6 @@ import { openInputs, readRequired } from './inputs.js';
 import { png } from './png.js';
 import { withoutNamed } from './reconstruct.js';
 import { addOdometry, addScans } from './reconstruct_planar.js';
-import { create } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 
@@ -81,11 +80,11 @@ async function run(engine: Engine, args: string[]) {
     }
     tellNotes(withoutNamed(recording, complain), complain);
     const settings = readSettings(planarCatalogue(engine), undefined, values.set ?? []);
-    const reconstruction = create(() => new engine.Reconstruction(settings));
+    const reconstruction = new engine.Reconstruction(settings);
     const added = await addScans(reconstruction, recording, values.table, complain);
     if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
     await addOdometry(reconstruction, recording, values.odometry, complain);
-    const localization = create(() => reconstruction.localization(grid));
+    const localization = reconstruction.localization(grid);
     if (await untilInterrupt((signal) => locateAll(localization, signal))) complain('Stopped before the last scan.');
     await report(localization, grid, values, complain);
   } finally {
@@ -97,16 +96,14 @@ async function run(engine: Engine, args: string[]) {
 function readMap({ OccupancyGrid, map_image_name }: Engine, path: string, resolution: string | undefined) {
   const name = basename(path);
   const bytes = unpacked(name, readRequired({ name, path }));
-  return create(() => {
-    if (/\.ya?ml$/i.test(name)) {
-      const image = map_image_name(name, bytes);
-      const picture = readRequired({ name: basename(image), path: resolve(dirname(path), image) });
-      return OccupancyGrid.of_yaml(name, bytes, basename(image), picture);
-    }
-    if (/\.dat(\.gz)?$/i.test(name)) return OccupancyGrid.of_probabilities(name, bytes);
-    if (resolution !== undefined) return OccupancyGrid.of_picture(name, bytes, Number(resolution));
-    throw new CommandError(`${name}: a picture needs --resolution, the side of a pixel in metres`);
-  });
+  if (/\.ya?ml$/i.test(name)) {
+    const image = map_image_name(name, bytes);
+    const picture = readRequired({ name: basename(image), path: resolve(dirname(path), image) });
+    return OccupancyGrid.of_yaml(name, bytes, basename(image), picture);
+  }
+  if (/\.dat(\.gz)?$/i.test(name)) return OccupancyGrid.of_probabilities(name, bytes);
+  if (resolution !== undefined) return OccupancyGrid.of_picture(name, bytes, Number(resolution));
+  throw new CommandError(`${name}: a picture needs --resolution, the side of a pixel in metres`);
 }
 
 function unpacked(name: string, bytes: Uint8Array) {

@@ -3,7 +3,7 @@
  * does; this file only chooses.
  */
 import { lookUp } from '../base/look_up.js';
-import { type Command, CommandError, EXIT } from './command.js';
+import { type Command, CommandError, EXIT, isScanstitchError } from './command.js';
 import { exitCodeOfFailure, print, tell } from './terminal.js';
 
 /**
@@ -88,7 +88,7 @@ export async function main(args: string[]) {
   try {
     return await run(args);
   } catch (error) {
-    if (error instanceof CommandError) tell(`scanstitch: ${error.message}`);
+    if (error instanceof CommandError || isScanstitchError(error)) tell(`scanstitch: ${error.message}`);
     else {
       tell('scanstitch: This is a defect of Scanstitch, not of your files. Please report it with these lines.');
       for (const line of String((error as Error).stack).split('\n')) tell(line);

@@ -3,7 +3,15 @@ import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import type { FrameResidual, MapQuality, MapQualityOptions } from '../../pkg/scanstitch.js';
 import { compareNaturally } from '../base/natural_order.js';
-import { type Command, CommandError, type Engine, isScanstitchError, readArguments, table } from './command.js';
+import {
+  type Command,
+  CommandError,
+  type Engine,
+  isScanstitchError,
+  numberIn,
+  readArguments,
+  table,
+} from './command.js';
 import { fileProblem } from './disk.js';
 import { readInput } from './inputs.js';
 import { Complaints, print } from './terminal.js';
@@ -45,10 +53,9 @@ function run(engine: Engine, args: string[]) {
   const { values, positionals } = readArguments('map-quality', { args, options: OPTIONS, allowPositionals: true });
   if (positionals.length === 0)
     throw new CommandError('Nothing to judge was given. See: scanstitch map-quality --help');
-  const options = {
-    ...(values.radius !== undefined && { radius: number('radius', values.radius) }),
-    ...(values['max-points'] !== undefined && { max_points: number('max-points', values['max-points']) }),
-  };
+  const given = (option: 'radius' | 'max-points') => numberIn(option, values[option], 'a number from 0', (x) => x >= 0);
+  const [radius, max_points] = [given('radius'), given('max-points')];
+  const options = { ...(radius !== undefined && { radius }), ...(max_points !== undefined && { max_points }) };
   const complaints = new Complaints();
   const { complain } = complaints;
   const results =
@@ -107,9 +114,6 @@ function judgedFrames(
         }
       });
     });
-  } catch (error) {
-    if (!isScanstitchError(error)) throw error;
-    throw new CommandError(error.message);
   } finally {
     clouds.free();
   }
@@ -149,12 +153,4 @@ function printed(results: Judged[]) {
   ]);
   const first = ofFrames ? ['frames placed by', 'residual (mm)'] : ['map'];
   return table([...first, ...heads], rows, new Set([0]));
-}
-
-function number(option: string, text: string) {
-  const value = Number(text);
-  if (text.trim() === '' || !Number.isFinite(value) || value < 0) {
-    throw new CommandError(`--${option} is a number from 0, not "${text}".`);
-  }
-  return value;
 }

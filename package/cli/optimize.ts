@@ -1,7 +1,7 @@
 /** `scanstitch optimize`: the poses of a pose graph's file, moved to where its measured motions fit best. */
 import { basename } from 'node:path';
 import type { GraphReport, GraphStart, Optimization } from '../../pkg/scanstitch.js';
-import { type Command, CommandError, type Engine, EXIT, isScanstitchError, readArguments, table } from './command.js';
+import { type Command, CommandError, type Engine, EXIT, oneOf, readArguments, table, wholeNumber } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { note, print } from './terminal.js';
@@ -49,36 +49,20 @@ async function run(engine: Engine, args: string[]) {
   if (path === undefined || others.length > 0) {
     throw new CommandError('Name one pose graph. See: scanstitch optimize --help');
   }
-  const start = STARTS.find((choice) => choice === values.start);
-  if (!start) throw new CommandError(`--start is one of ${STARTS.join(', ')}, not ${JSON.stringify(values.start)}.`);
-  const iterations = readIterations(values.iterations);
+  const start = oneOf('start', values.start, STARTS);
+  const iterations = wholeNumber('iterations', values.iterations);
+  const graph = engine.PoseGraph.read(path === '-' ? readPiped() : readRequired({ name: path, path }), basename(path));
   try {
-    const graph = engine.PoseGraph.read(
-      path === '-' ? readPiped() : readRequired({ name: path, path }),
-      basename(path),
-    );
-    try {
-      const report = graph.optimize({ start, ...(iterations !== undefined && { max_iterations: iterations }) });
-      print(values.json ? `${JSON.stringify({ graph: path, ...report }, null, 2)}\n` : printed(report));
-      tellDoubts(report);
-      if (values.out !== undefined) {
-        await writeWhole(values.out, values.out.endsWith('.tum') ? trajectoryOf(graph.poses()) : graph.to_g2o());
-      }
-      return EXIT.done;
-    } finally {
-      graph.free();
+    const report = graph.optimize({ start, ...(iterations !== undefined && { max_iterations: iterations }) });
+    print(values.json ? `${JSON.stringify({ graph: path, ...report }, null, 2)}\n` : printed(report));
+    tellDoubts(report);
+    if (values.out !== undefined) {
+      await writeWhole(values.out, values.out.endsWith('.tum') ? trajectoryOf(graph.poses()) : graph.to_g2o());
     }
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
+    return EXIT.done;
+  } finally {
+    graph.free();
   }
-}
-
-function readIterations(text: string | undefined) {
-  if (text === undefined) return undefined;
-  const iterations = Number(text);
-  if (Number.isInteger(iterations) && iterations > 0) return iterations;
-  throw new CommandError(`--iterations ${JSON.stringify(text)} is not a whole number above 0.`);
 }
 
 function printed({

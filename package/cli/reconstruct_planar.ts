@@ -11,7 +11,6 @@ import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
 import {
   accepted,
-  create,
   errorFigures,
   mapFile,
   millimetres,
@@ -29,7 +28,7 @@ export async function reconstructPlanar(task: Task) {
   const { engine, recording, options, complain } = task;
   const assigned = readSettings(planarCatalogue(engine), options.preset, options.set);
   const settings = { ...options.steps?.settings, ...assigned };
-  const reconstruction = create(() => new engine.Reconstruction(settings));
+  const reconstruction = new engine.Reconstruction(settings);
   const added = await addScans(reconstruction, recording, options.table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);

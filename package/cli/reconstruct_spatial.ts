@@ -12,7 +12,7 @@ import { CommandError, untilInterrupt } from './command.js';
 import { isFolder, writeResults } from './disk.js';
 import { type Input, readFirst, readInput, readRequired, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
-import { accepted, create, mapFile, type Options, reportFile, type Task } from './results.js';
+import { accepted, mapFile, type Options, reportFile, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { assumptionNotes, frameTable, headline, type Timing } from './spatial_summary.js';
@@ -27,7 +27,7 @@ const MAP_SIZES = Float64Array.of(0.01, 0.02, 0.05, 0.1);
 export async function reconstructSpatial(task: Task) {
   const { engine, options, complain } = task;
   const settings = readSettings(spatialCatalogue(engine), options.preset, options.set);
-  const reconstruction = create(() => new engine.SpatialReconstruction(settings));
+  const reconstruction = new engine.SpatialReconstruction(settings);
   await setIntrinsics(reconstruction, task);
 
   const jobs = jobsOf(task);

@@ -65,16 +65,6 @@ export function mapFile(
   return { name, bytes: reconstruction.map_file(mapFormat) };
 }
 
-/** What the engine makes of settings it may refuse. */
-export function create<T>(make: () => T) {
-  try {
-    return make();
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
-  }
-}
-
 /** Whether the engine took it; other faults are reported. */
 export function accepted(offer: () => void, complain: (problem: string) => void) {
   try {

@@ -11,7 +11,7 @@ import { openInputs, readFirst } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { readWorkers, wishesOf, withoutNamed } from './reconstruct.js';
 import { jobsOf, nothingComputed, readReference, setIntrinsics } from './reconstruct_spatial.js';
-import { accepted, create, type Task } from './results.js';
+import { accepted, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
 import { type Catalogue, describeAll, readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, tellNotes } from './terminal.js';
@@ -124,13 +124,8 @@ function choose(catalogue: Catalogue, names: string | undefined, others: string[
 
 async function compareAll(task: Task, chosen: Chosen[], settings: Record<string, unknown>) {
   const { engine, complain } = task;
-  const comparison = create(
-    () =>
-      new engine.StrategyComparison(
-        chosen.map(({ settings }) => settings),
-        settings,
-      ),
-  );
+  const settingsOf = chosen.map(({ settings }) => settings);
+  const comparison = new engine.StrategyComparison(settingsOf, settings);
   await setIntrinsics(comparison, task);
   const jobs = jobsOf(task);
   const reference = await readReference(task);

@@ -1,7 +1,7 @@
 /** `scanstitch topics`: what is in a bag, and what of it would be used. */
 import { chooseAsWished, ROLES, type TopicFacts, type Wishes } from '../bag/topics.js';
 import { printable } from '../base/printable.js';
-import { type Command, CommandError, type Engine, isScanstitchError, readArguments, table } from './command.js';
+import { type Command, CommandError, type Engine, readArguments, table } from './command.js';
 import { openBags } from './inputs.js';
 import { Complaints, print, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
@@ -46,13 +46,7 @@ async function run(_engine: Engine, args: string[]) {
 }
 
 function list(bag: string, topics: TopicFacts[], wishes: Wishes) {
-  let choice;
-  try {
-    choice = chooseAsWished(bag, topics, wishes);
-  } catch (error) {
-    if (isScanstitchError(error)) throw new CommandError(error.message);
-    throw error;
-  }
+  const choice = chooseAsWished(bag, topics, wishes);
   const rows = topics.map(({ topic, about, problem }) => {
     const role = ROLES.find((role) => choice[role] === topic.name);
     const rate = topic.rate === null ? '' : topic.rate.toFixed(1);

@@ -1,12 +1,23 @@
 /** Comparisons as rows: one list of columns for the page and the command line. */
 import type { EvaluationOptions, EvaluationSummary } from '../../pkg/scanstitch.js';
 
-interface Column {
+/** A figure of what is compared. */
+export interface FigureColumn<Compared> {
   id: string;
   label: string;
   /** What it is, in a line. */
   hint: string;
-  value: (summary: EvaluationSummary) => number | null;
+  value: (compared: Compared) => number | null;
+}
+type Column = FigureColumn<EvaluationSummary>;
+
+export function figureColumn<Compared>(
+  id: string,
+  label: string,
+  hint: string,
+  value: (compared: Compared) => number | null,
+): FigureColumn<Compared> {
+  return { id, label, hint, value };
 }
 
 const STATISTICS = {
@@ -20,47 +31,37 @@ const STATISTICS = {
 } as const;
 
 const POSITIONS: readonly Column[] = [
-  {
-    id: 'mean_l2',
-    label: 'mean L2 (m)',
-    hint: 'mean distance of the positions',
-    value: ({ mean_l2 }) => mean_l2,
-  },
-  {
-    id: 'aligned',
-    label: 'aligned (m)',
-    hint: 'mean distance with all positions aligned by a rotation and a translation',
-    value: ({ aligned }) => aligned?.mean ?? null,
-  },
+  figureColumn('mean_l2', 'mean L2 (m)', 'mean distance of the positions', ({ mean_l2 }) => mean_l2),
+  figureColumn(
+    'aligned',
+    'aligned (m)',
+    'mean distance with all positions aligned by a rotation and a translation',
+    ({ aligned }) => aligned?.mean ?? null,
+  ),
 ];
 
-const SCALE: Column = {
-  id: 'scale',
-  label: 'scale',
-  hint: 'factor of the alignment, by which the estimate was multiplied',
-  value: ({ alignment }) => alignment.scale,
-};
+const SCALE: Column = figureColumn(
+  'scale',
+  'scale',
+  'factor of the alignment, by which the estimate was multiplied',
+  ({ alignment }) => alignment.scale,
+);
 
-const PAIRS: Column = {
-  id: 'pairs',
-  label: 'pairs',
-  hint: 'pairs of poses that were compared',
-  value: ({ num_errors }) => num_errors,
-};
+const PAIRS: Column = figureColumn(
+  'pairs',
+  'pairs',
+  'pairs of poses that were compared',
+  ({ num_errors }) => num_errors,
+);
 
 const DRIFT: readonly Column[] = [
-  {
-    id: 'drift',
-    label: 'drift (%)',
-    hint: "KITTI's translation drift over 100 to 800 m, or scaled to a short path",
-    value: ({ drift }) => drift?.translation ?? null,
-  },
-  {
-    id: 'drift_rotation',
-    label: 'drift (deg/m)',
-    hint: "KITTI's rotation drift",
-    value: ({ drift }) => drift?.rotation ?? null,
-  },
+  figureColumn(
+    'drift',
+    'drift (%)',
+    "KITTI's translation drift over 100 to 800 m, or scaled to a short path",
+    ({ drift }) => drift?.translation ?? null,
+  ),
+  figureColumn('drift_rotation', 'drift (deg/m)', "KITTI's rotation drift", ({ drift }) => drift?.rotation ?? null),
 ];
 
 /** Columns of errors in a unit. */

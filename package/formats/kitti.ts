@@ -5,6 +5,7 @@
  * Source of the layout: A. Geiger et al., "Vision meets Robotics: The KITTI Dataset", IJRR 2013, and the devkit of its odometry
  * benchmark (poses.txt: 3 x 4 matrices T_world_camera, a row each; calib.txt: Tr is T_camera_velodyne).
  */
+import { inverted, multiplied } from '../base/matrices.js';
 import { baseOf, commonFolder, depthOf, folderOf } from '../files/names.js';
 import { plyFile } from './ply.js';
 
@@ -88,24 +89,10 @@ export function posesOf(text: string): Matrix[] | null {
  * @param Tr T_camera_velodyne
  */
 export function velodynePoses(cameras: readonly Matrix[], Tr: Matrix) {
-  const back = inverse(Tr);
-  const poses = cameras.map((camera) => product(product(back, camera), Tr));
+  const whole = (matrix: Matrix) => [...matrix, 0, 0, 0, 1];
+  const [there, back] = [whole(Tr), inverted(whole(Tr))];
+  const poses = cameras.map((camera) => multiplied(multiplied(back, whole(camera)), there).slice(0, 12));
   return poses.map((pose) => `${pose.join(' ')}\n`).join('');
-}
-
-function product(a: Matrix, b: Matrix): Matrix {
-  const at = (matrix: Matrix, row: number, column: number) => matrix[4 * row + column] ?? 0;
-  return Array.from({ length: 12 }, (_, index) => {
-    const [row, column] = [Math.floor(index / 4), index % 4];
-    const sum = [0, 1, 2].reduce((total, k) => total + at(a, row, k) * at(b, k, column), 0);
-    return column === 3 ? sum + at(a, row, 3) : sum;
-  });
-}
-
-/** Of a rotation and a translation. */
-function inverse([a = 0, b = 0, c = 0, x = 0, d = 0, e = 0, f = 0, y = 0, g = 0, h = 0, i = 0, z = 0]: Matrix): Matrix {
-  const minus = (p: number, q: number, r: number) => -(p * x + q * y + r * z);
-  return [a, d, g, minus(a, d, g), b, e, h, minus(b, e, h), c, f, i, minus(c, f, i)];
 }
 
 /**

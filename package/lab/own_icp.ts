@@ -238,6 +238,8 @@ function faultAt({
   };
 }
 
+type Sums = ReturnType<typeof sumsOf>;
+
 /** Faults of the pairs' age and of the solution, each with the pose it gives after iteration `index`. */
 function solutions(
   lab: IcpLab,
@@ -258,98 +260,81 @@ function solutions(
   const turned = (R: ArrayLike<number>, p: number[]) => moved(poseOf(R, [0, 0, 0]), p);
   const transposed = (R: ArrayLike<number>) => [0, 3, 6, 1, 4, 7, 2, 5, 8].map((i) => R[i] ?? 0);
   const step = (index: number) => multiplied(iterations[index]?.T_next ?? IDENTITY, inverted(pose(index)));
-  const solved = (from: number, index: number) => {
-    const { p0, q0, covariance } = pairs(from, index);
-    const R = bestRotation(covariance(p0, q0));
-    return applied(R, minus(q0, turned(R, p0)), index);
+  /** With the rotation that `rotationBy` makes of the sums. */
+  const solved = (
+    from: number,
+    index: number,
+    rotationBy = ({ p0, q0, covariance }: Sums) => bestRotation(covariance(p0, q0)),
+  ) => {
+    const sums = pairs(from, index);
+    const R = rotationBy(sums);
+    return applied(R, minus(sums.q0, turned(R, sums.p0)), index);
   };
+  const fault = (kind: OwnIcpFault['kind'], name: string, text: string, next: (index: number) => number[] | null) => ({
+    fault: { kind, name, text },
+    next,
+  });
   const origin = [0, 0, 0];
   return [
-    {
-      fault: {
-        kind: 'pairs',
-        name: 'pairs_of_the_start',
-        text: 'The pairs are those of the first iteration: they are not searched again.',
-      },
-      next: (index) => (index > 0 ? solved(0, index) : null),
-    },
-    {
-      fault: {
-        kind: 'pairs',
-        name: 'pairs_of_the_last',
-        text: 'The pairs are those of the iteration before: they are searched before the source is moved.',
-      },
-      next: (index) => (index > 0 ? solved(index - 1, index) : null),
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'transposed_rotation',
-        text: 'The rotation of the step is transposed: it turns the other way (in NumPy: Vt.T @ U.T, not U @ Vt, where the covariance is P.T @ Q).',
-      },
-      next: (index) => {
-        const { p0, q0, covariance } = pairs(index, index);
-        const R = transposed(bestRotation(covariance(p0, q0)));
-        return applied(R, minus(q0, turned(R, p0)), index);
-      },
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'transposed_after_translation',
-        text: 'The rotation of the step is transposed after its translation was computed.',
-      },
-      next: (index) => {
+    fault(
+      'pairs',
+      'pairs_of_the_start',
+      'The pairs are those of the first iteration: they are not searched again.',
+      (index) => (index > 0 ? solved(0, index) : null),
+    ),
+    fault(
+      'pairs',
+      'pairs_of_the_last',
+      'The pairs are those of the iteration before: they are searched before the source is moved.',
+      (index) => (index > 0 ? solved(index - 1, index) : null),
+    ),
+    fault(
+      'solution',
+      'transposed_rotation',
+      'The rotation of the step is transposed: it turns the other way (in NumPy: Vt.T @ U.T, not U @ Vt, where the covariance is P.T @ Q).',
+      (index) => solved(index, index, ({ p0, q0, covariance }) => transposed(bestRotation(covariance(p0, q0)))),
+    ),
+    fault(
+      'solution',
+      'transposed_after_translation',
+      'The rotation of the step is transposed after its translation was computed.',
+      (index) => {
         const S = step(index);
         return applied(transposed(rotationOf(S)), [S[3] ?? 0, S[7] ?? 0, S[11] ?? 0], index);
       },
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'centroids_not_subtracted',
-        text: 'The centroids are not subtracted before the covariance: the rotation is wrong, as if both clouds turned about the origin.',
-      },
-      next: (index) => {
-        const { p0, q0, covariance } = pairs(index, index);
-        const R = bestRotation(covariance(origin, origin));
-        return applied(R, minus(q0, turned(R, p0)), index);
-      },
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'centroids_forgotten',
-        text: 'The centroids are forgotten altogether: no centering before the covariance and no translation after.',
-      },
-      next: (index) => applied(bestRotation(pairs(index, index).covariance(origin, origin)), origin, index),
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'centroid_not_rotated',
-        text: 'The translation is the difference of the centroids: the source’s has to be rotated first, t = q0 - R p0.',
-      },
-      next: (index) => {
+    ),
+    fault(
+      'solution',
+      'centroids_not_subtracted',
+      'The centroids are not subtracted before the covariance: the rotation is wrong, as if both clouds turned about the origin.',
+      (index) => solved(index, index, ({ covariance }) => bestRotation(covariance(origin, origin))),
+    ),
+    fault(
+      'solution',
+      'centroids_forgotten',
+      'The centroids are forgotten altogether: no centering before the covariance and no translation after.',
+      (index) => applied(bestRotation(pairs(index, index).covariance(origin, origin)), origin, index),
+    ),
+    fault(
+      'solution',
+      'centroid_not_rotated',
+      'The translation is the difference of the centroids: the source’s has to be rotated first, t = q0 - R p0.',
+      (index) => {
         const { p0, q0, covariance } = pairs(index, index);
         return applied(bestRotation(covariance(p0, q0)), minus(q0, p0), index);
       },
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'wrong_side',
-        text: 'The step is applied on the wrong side: T = step T, where the step moves points that T has moved.',
-      },
-      next: (index) => multiplied(pose(index), step(index)),
-    },
-    {
-      fault: {
-        kind: 'solution',
-        name: 'inverted',
-        text: 'The step is inverted: it moves the target to the source, or the sign of x in H x = -b is wrong.',
-      },
-      next: (index) => multiplied(inverted(step(index)), pose(index)),
-    },
+    ),
+    fault(
+      'solution',
+      'wrong_side',
+      'The step is applied on the wrong side: T = step T, where the step moves points that T has moved.',
+      (index) => multiplied(pose(index), step(index)),
+    ),
+    fault(
+      'solution',
+      'inverted',
+      'The step is inverted: it moves the target to the source, or the sign of x in H x = -b is wrong.',
+      (index) => multiplied(inverted(step(index)), pose(index)),
+    ),
   ];
 }

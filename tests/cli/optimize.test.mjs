@@ -62,7 +62,7 @@ test('bad arguments and bad graphs are one line', async (t) => {
     [[path], 'bad.g2o, line 1: The information matrix is not positive'],
     [['nowhere.g2o'], 'nowhere.g2o'],
     [[path.replace('bad', 'good'), '--start', 'middle'], '--start is one of both, file, chordal, not "middle"'],
-    [[path.replace('bad', 'good'), '--iterations', '0'], '--iterations "0" is not a whole number above 0'],
+    [[path.replace('bad', 'good'), '--iterations', '0'], '--iterations is a whole number from 1, not "0"'],
   ])) {
     const { status, stdout, stderr } = await scanstitch(['optimize', ...args]);
     assert.deepEqual([status, stdout], [1, '']);

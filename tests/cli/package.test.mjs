@@ -26,7 +26,7 @@ test('packed, installed elsewhere and run alone', (t) => {
 
   const paths = files.map((/** @type {{ path: string }} */ { path }) => path);
   const foreign = paths.filter((/** @type {string} */ path) => {
-    return !/^(npm\/(\w+\/)?\w+(\.d\.ts|\.js)|pkg\/scanstitch(_formats)?(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|package\/custom-elements\.json|www\/dist\/(standalone\/scanstitch-app|module\/[\w-]+)\.js|package\.json|README\.md|LICEN[CS]E.*)$/.test(
+    return !/^(npm\/((\w+\/)?\w+(\.d\.ts|\.js)|custom-elements\.json)|pkg\/scanstitch(_formats)?(_bg)?\.(js|wasm|d\.ts|wasm\.d\.ts)|www\/dist\/(standalone\/scanstitch-app|module\/[\w-]+)\.js|package\.json|README\.md|LICEN[CS]E.*)$/.test(
       path,
     );
   });

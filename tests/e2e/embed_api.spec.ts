@@ -163,7 +163,10 @@ test('depth images of the page that a drop replaces come back by Undo', async ({
   expect(await course.element.evaluate((element: ScanstitchElement) => element.result?.result.frames.length)).toBe(2);
 });
 
-test('it is moved in the document while it runs, and two do not share the address', async ({ course, page }) => {
+test('it is moved in the document while it runs, and each of two has its own part of the address', async ({
+  course,
+  page,
+}) => {
   const body = `<div id="left"><scanstitch-app id="a" src="scans.json" remember-settings></scanstitch-app></div>
     <div id="right"></div><scanstitch-app id="b" src="0.ply 1.ply" remember-settings></scanstitch-app><script>
     const element = document.querySelector('#a');
@@ -191,6 +194,16 @@ test('it is moved in the document while it runs, and two do not share the addres
   const { of, detail } = await course.heard('scanstitch-done', 2);
   expect(of).toBe('a');
   expect(detail.result.settings).toMatchObject({ strategy: 'scan_to_scan' });
+  await page.evaluate(() => {
+    location.hash += '&@b=max_iterations%3D7';
+  });
+  const own = await course.heard('scanstitch-done', 3);
+  expect(own.of).toBe('b');
+  expect(own.detail.result.settings).toMatchObject({ max_iterations: 7 });
+  await page.locator('#a').getByRole('button', { name: 'Settings' }).click();
+  await page.locator('#a').getByLabel('Strategy').selectOption('joint');
+  expect((await course.heard('scanstitch-done', 4)).of).toBe('a');
+  expect(new URL(page.url()).hash, 'what the other has stays').toBe('#@b=max_iterations%3D7');
   expect(await page.evaluate(() => window.heard.filter(({ type }) => type === 'scanstitch-error').length)).toBe(0);
 });
 

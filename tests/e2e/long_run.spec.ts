@@ -108,28 +108,26 @@ test('a thousand rows scroll by keyboard, and only those in sight are in the doc
 test.describe('on a phone', () => {
   test.use({ viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
 
-  test('what goes on is told beside the buttons of the map', async ({ app, page }, info) => {
+  test('what goes on is told below the map, not on it', async ({ app, page }, info) => {
     await page.getByRole('tab', { name: 'Scans' }).tap();
     await app.drop(longDrive(600));
     await stopAfter(page, 'scanstitch-planar', 20);
     await page.screenshot({ path: info.outputPath('phone.png') });
     await expect(page.getByRole('button', { name: 'Continue' })).toBeVisible();
-    const [card, ...buttons] = await page.evaluate(() => {
+    const [line, stage] = await page.evaluate(() => {
       const found: DOMRect[][] = [[], []];
       const visit = (root: ShadowRoot | Document): void => {
         for (const element of root.querySelectorAll('*')) {
           if (element.matches('.activity')) found[0]?.push(element.getBoundingClientRect());
-          if (element.matches('.controls > button')) found[1]?.push(element.getBoundingClientRect());
+          if (element.matches('.stage')) found[1]?.push(element.getBoundingClientRect());
           if (element.shadowRoot) visit(element.shadowRoot);
         }
       };
       visit(document);
       return found.flat().map(({ left, right, top, bottom }) => ({ left, right, top, bottom }));
     });
-    expect(buttons.length).toBeGreaterThan(4);
-    const isApart = (button: NonNullable<typeof card>): boolean =>
-      !card || button.left >= card.right || button.top >= card.bottom || button.bottom <= card.top;
-    expect(buttons.filter((button) => !isApart(button))).toEqual([]);
-    expect(card?.left).toBeGreaterThanOrEqual(0);
+    expect(stage && stage.bottom - stage.top).toBeGreaterThan(100);
+    expect(line?.top).toBeGreaterThanOrEqual(stage?.bottom ?? Infinity);
+    expect(line?.left).toBeGreaterThanOrEqual(0);
   });
 });

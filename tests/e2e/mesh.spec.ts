@@ -69,6 +69,10 @@ test('the surface of the apartment is drawn in the place of the points, coloured
   expect(glb.readUInt32LE(8)).toBe(glb.length);
   const { meshes, accessors } = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
   expect(accessors[meshes[0].primitives[0].indices].count).toBe(3 * triangles);
+
+  await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
+  await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
+  expect((await counts(spatial)).triangles).toBeLessThan(triangles / 3);
 });
 
 test('a surface is stopped in its middle and made again; it stays without its ground truth, not with other frames', async ({

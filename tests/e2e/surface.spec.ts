@@ -159,7 +159,7 @@ test('the manifest, the types and the docs name what the element has', async ({ 
     return [element.observedAttributes, Object.getOwnPropertyNames(element.prototype)];
   });
   const read = (path: string): string => readFileSync(join(ROOT, path), 'utf8');
-  const { modules } = JSON.parse(read('package/custom-elements.json')) as {
+  const { modules } = JSON.parse(read('npm/custom-elements.json')) as {
     modules: { path: string; declarations: Record<string, { name: string; fieldName: string; kind: string }[]>[] }[];
   };
   const { path = '', declarations: [told = {}] = [] } = modules[0] ?? {};
@@ -203,7 +203,7 @@ test.describe('bundled', () => {
     const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('npm_')));
     const install = ['install', '--no-audit', '--no-fund', '--loglevel=error', ...FRAMEWORKS];
     if (isWhole) execFileSync('npm', install, { cwd: folder, env });
-    for (const part of ['package.json', 'npm', 'package/custom-elements.json', 'pkg', 'www/dist/module'])
+    for (const part of ['package.json', 'npm', 'pkg', 'www/dist/module'])
       cpSync(join(ROOT, part), join(folder, 'node_modules/scanstitch', part), { recursive: true });
   });
   test.afterAll(() => rmSync(folder, { recursive: true, force: true }));

@@ -34,6 +34,7 @@ import type { Note } from './datasets/note.js';
 import { fetchSample } from './datasets/remote.js';
 import type { ScanstitchPlanar } from './planar/planar-view.js';
 import type { ScanstitchSpatial } from './spatial/spatial-view.js';
+import { Address, WHOLE } from './views/address.js';
 import { ownerOf } from './views/settings-link.js';
 import type { ScanstitchElement } from '../../package/element.js';
 
@@ -101,6 +102,8 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
   });
   private sourceView: SourceView = 'map';
+  /** Where settings are kept; null: nowhere. */
+  private address: Address | null = null;
 
   private dropTarget = new DropTarget(
     this,
@@ -201,6 +204,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private claimAddress(): void {
     if (this.rememberSettings && this.isConnected) addressOwner ??= this;
     else if (addressOwner === this) addressOwner = null;
+    this.address = this.ownsAddress ? WHOLE : this.rememberSettings && this.id !== '' ? new Address(this.id) : null;
   }
 
   protected override render(): TemplateResult {
@@ -210,10 +214,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       <div
         class="app ${layout} ${isLow ? 'low' : ''} ${isRun(this.navigation.shown) ? '' : 'beside'}"
         style="--px: ${typeScale}px"
-        @dragenter=${dropTarget.enter}
-        @dragover=${dropTarget.over}
-        @dragleave=${dropTarget.leave}
-        @drop=${dropTarget.drop}
       >
         ${this.controlsShown === 'full' ? this.renderHeader() : nothing}
         <scanstitch-messages
@@ -283,7 +283,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       ?hidden=${this.navigation.shown !== 'planar'}
       .initialSettings=${this.settings}
       .preset=${this.preset}
-      .rememberSettings=${this.ownsAddress}
+      .address=${this.address}
       .layout=${this.appearance.layout}
       .isLow=${this.appearance.isLow}
       .controls=${this.controlsShown}
@@ -300,7 +300,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       ?hidden=${this.navigation.shown !== 'spatial'}
       .initialSettings=${this.settings}
       .preset=${this.preset}
-      .rememberSettings=${this.ownsAddress}
+      .address=${this.address}
       .layout=${this.appearance.layout}
       .isLow=${this.appearance.isLow}
       .controls=${this.controlsShown}
@@ -373,11 +373,9 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   private onPicked({ target }: Event): void {
-    const input = target as HTMLInputElement;
-    const files = filesOfInput(input);
-    input.value = ''; // so that picking the same files again is a change
-    const requestedAt = performance.now();
-    this.parts.attend(() => this.take(files, requestedAt, []));
+    const files = filesOfInput(target as HTMLInputElement);
+    const pickedAt = performance.now();
+    this.parts.attend(() => this.take(files, pickedAt, []));
   }
 
   /** What stands around the map; a value that is none is refused, and all of it is there. */

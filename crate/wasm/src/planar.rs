@@ -213,7 +213,7 @@ impl Reconstruction {
         OccupancyGrid { grid: self.engine.occupancy_grid_of(piece.unwrap_or(0), resolution.unwrap_or(RESOLUTION)) }
     }
 
-    /// Numbers of the certain pieces of the map, the main one first.
+    /// Numbers of the certain pieces of the map that are more than one scan, the main one first, whatever it is.
     pub fn pieces(&self) -> Vec<usize> {
         self.engine.pieces()
     }

@@ -1,4 +1,5 @@
 import { css } from 'lit';
+import { cut, doubt, panel, row, small, wrap } from '../components/theme.js';
 
 export const bevStyles = css`
   :host {
@@ -13,21 +14,15 @@ export const bevStyles = css`
     align-content: start;
   }
   .controls {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px 12px;
     padding: 8px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
   }
   .controls label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .tools {
     display: flex;
@@ -68,14 +63,11 @@ export const bevStyles = css`
     gap: 4px;
   }
   .problems li {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px;
     padding: 6px 10px;
     border-radius: var(--radius);
-    color: var(--doubtful);
-    background: var(--doubtful-soft);
+    ${doubt};
     font-size: calc(13 * var(--px));
     overflow-wrap: anywhere;
   }
@@ -103,27 +95,20 @@ export const bevStyles = css`
   }
   section {
     min-width: 0;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
     overflow: hidden;
   }
   section > header {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 4px 10px;
     min-height: 40px;
     padding: 4px 6px 4px 12px;
   }
   section > header .file {
-    overflow: hidden;
+    ${cut};
     flex: 1;
     min-width: 0;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
-    text-overflow: ellipsis;
-    white-space: nowrap;
+    ${small};
   }
   section > header button {
     min-height: 28px;
@@ -145,18 +130,15 @@ export const bevStyles = css`
     font-weight: 550;
   }
   .blend {
-    display: flex;
+    ${row};
     flex: 1;
-    align-items: center;
     gap: 8px;
     min-width: 200px;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .blend input {
     flex: 1;
     min-width: 60px;
-    accent-color: var(--accent);
   }
   .panel {
     padding: 0 12px 12px;

@@ -8,6 +8,7 @@ import { icon } from '../components/icons.js';
 import { dropStyles, fieldStyles, pageStyles, shared, tokens } from '../components/theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/download.js';
+import { WHOLE } from '../views/address.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { ownerOf } from '../views/settings-link.js';
 import { bevStyles } from './bev-styles.js';
@@ -95,14 +96,7 @@ export class ScanstitchBev extends LitElement {
   protected override render(): TemplateResult {
     const { dropTarget } = this;
     const { document } = this.session;
-    return html`<div
-      class="bev"
-      @keydown=${this.onKey}
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="bev" @keydown=${this.onKey}>
       ${document ? this.renderControls(document) : nothing} ${problemList(this.session)}
       ${document ? this.renderWork(document) : nothing} ${announcements(this.session.announcer)}
       <input id="pick" type="file" multiple hidden @change=${this.onPicked} />
@@ -348,9 +342,7 @@ export class ScanstitchBev extends LitElement {
   }
 
   private async onPicked(): Promise<void> {
-    const files = filesOfInput(this.input);
-    await this.session.open(files, this.pickedRole);
-    this.input.value = '';
+    await this.session.open(filesOfInput(this.input), this.pickedRole);
   }
 
   private async openDropped(transfer: DataTransfer, event: DragEvent): Promise<void> {
@@ -373,7 +365,7 @@ export class ScanstitchBev extends LitElement {
   private async copyLink(document: BevDocument): Promise<void> {
     const { blend, isSample } = this.session;
     const fragment = fragmentOf({ document, blend, isSample });
-    if (this.rememberScene) history.replaceState(history.state, '', fragment);
+    if (this.rememberScene) WHOLE.write(fragment);
     const hasOwn = !isSample && (this.session.pictureOf('top') ?? this.session.pictureOf('front')) !== null;
     const pictures = hasOwn ? ' Your own images are not in it: they never leave this machine.' : '';
     await this.copy(new URL(fragment, location.href).href, `The link was copied.${pictures}`);

@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
+import { list } from '../components/list-field.js';
+import { shared, small } from '../components/theme.js';
 import type {
   BevAxes,
   BevCamera,
@@ -13,6 +14,7 @@ import type {
   BevScene,
   EulerOrder,
 } from './protocol.js';
+import { fire } from '../components/fire.js';
 
 const DEGREE = Math.PI / 180;
 
@@ -23,12 +25,10 @@ const AXES: readonly [BevAxes, string][] = [
   ['robotics', 'Robotics: x forward, y left, z up'],
   ['ros_optical', 'Robot world, optical cameras'],
 ];
-const ORDERS: readonly EulerOrder[] = ['XYZ', 'YZX', 'ZXY', 'XZY', 'YXZ', 'ZYX'];
-const KINDS: readonly [BevPoseKind, string][] = [
-  ['euler', 'angles'],
-  ['quaternion', 'a quaternion'],
-  ['matrix', 'a 4 × 4 matrix'],
-];
+const ORDERS = (['XYZ', 'YZX', 'ZXY', 'XZY', 'YXZ', 'ZYX'] as const).map((order) => [order, order] as const);
+const INTRINSICS = { horizontal: 'horizontal view angle', vertical: 'vertical view angle', focal: 'fx fy cx cy' };
+const PLANES: Record<BevPlane['kind'], string> = { level: 'height', tilted: 'normal and offset' };
+const KINDS: Record<BevPoseKind, string> = { euler: 'angles', quaternion: 'a quaternion', matrix: 'a 4 × 4 matrix' };
 const ROLES: readonly [BevRole, string][] = [
   ['top', 'Top camera'],
   ['front', 'Front camera'],
@@ -56,11 +56,8 @@ export class ScanstitchBevCameras extends LitElement {
     if (!scene) return nothing;
     return html`<div class="all">
       <label class="wide"
-        >Axes
-        <select aria-label="Axes" @change=${(event: Event) => this.tell('axes-chosen', chosen(event))}>
-          ${AXES.map(([axes, label]) => html`<option value=${axes} .selected=${axes === scene.axes}>${label}</option>`)}
-        </select>
-      </label>
+        >Axes ${list(AXES, scene.axes, (axes) => fire(this, 'axes-chosen', axes), { label: 'Axes' })}</label
+      >
       ${ROLES.map(([role, title]) => this.renderCamera(scene[role], role, title))} ${this.renderPlane(scene.plane)}
     </div>`;
   }
@@ -104,20 +101,11 @@ export class ScanstitchBevCameras extends LitElement {
       return { kind: 'field_of_view', field_of_view: 2 * Math.atan(size / 2 / f), side };
     };
     const now = intrinsics.kind === 'focal' ? 'focal' : intrinsics.side;
-    const choose = (event: Event) => {
-      const choice = chosen(event);
-      set(choice === 'focal' ? focal() : view(choice === 'vertical' ? 'vertical' : 'horizontal'));
-    };
-    const kinds = [
-      ['horizontal', 'horizontal view angle'],
-      ['vertical', 'vertical view angle'],
-      ['focal', 'fx fy cx cy'],
-    ] as const;
     return html`<label class="two"
         >Intrinsics
-        <select aria-label="${title}: intrinsics" @change=${choose}>
-          ${kinds.map(([kind, label]) => html`<option value=${kind} .selected=${kind === now}>${label}</option>`)}
-        </select>
+        ${list(INTRINSICS, now, (kind) => set(kind === 'focal' ? focal() : view(kind)), {
+          label: `${title}: intrinsics`,
+        })}
       </label>
       ${
         intrinsics.kind === 'field_of_view'
@@ -131,28 +119,19 @@ export class ScanstitchBevCameras extends LitElement {
   }
 
   private renderPose(pose: BevPose, title: string, set: (pose: BevPose) => void): TemplateResult {
-    const tellKind = (kind: BevPoseKind, order: EulerOrder) => this.tell('pose-kind-chosen', { kind, order });
+    const tellKind = (kind: BevPoseKind, order: EulerOrder) => fire(this, 'pose-kind-chosen', { kind, order });
     const order = pose.kind === 'euler' ? pose.order : 'XYZ';
     return html`<label class="two"
-        >Pose by
-        <select
-          aria-label="${title}: pose by"
-          @change=${(event: Event) => tellKind(chosen(event) as BevPoseKind, order)}
-        >
-          ${KINDS.map(([kind, label]) => html`<option value=${kind} .selected=${kind === pose.kind}>${label}</option>`)}
-        </select>
+        >Pose by ${list(KINDS, pose.kind, (kind) => tellKind(kind, order), { label: `${title}: pose by` })}
       </label>
       ${
         pose.kind === 'euler'
           ? html`<label
               >order
-              <select
-                aria-label="${title}: Euler order"
-                title="XYZ is R = Rx Ry Rz, as in Three.js; roll, pitch, yaw is ZYX"
-                @change=${(event: Event) => tellKind('euler', chosen(event) as EulerOrder)}
-              >
-                ${ORDERS.map((name) => html`<option value=${name} .selected=${name === order}>${name}</option>`)}
-              </select>
+              ${list(ORDERS, order, (name) => tellKind('euler', name), {
+                label: `${title}: Euler order`,
+                hint: 'XYZ is R = Rx Ry Rz, as in Three.js; roll, pitch, yaw is ZYX',
+              })}
             </label>`
           : nothing
       }
@@ -217,21 +196,15 @@ export class ScanstitchBevCameras extends LitElement {
   private renderPlane(plane: BevPlane): TemplateResult {
     const set = (changed: BevPlane) => this.change({ plane: changed });
     const up = this.layout?.up ?? [0, 1, 0];
-    const choose = (event: Event) => {
+    const choose = (kind: BevPlane['kind']) => {
       const { height } = plane.kind === 'level' ? plane : { height: plane.offset };
-      set(chosen(event) === 'level' ? { kind: 'level', height } : { kind: 'tilted', normal: up, offset: height });
+      set(kind === 'level' ? { kind, height } : { kind, normal: up, offset: height });
     };
     const title = 'Ground';
     return html`<fieldset>
       <legend>${title}</legend>
       <div class="fields">
-        <label class="two"
-          >Given by
-          <select aria-label="Ground: given by" @change=${choose}>
-            <option value="level" .selected=${plane.kind === 'level'}>height</option>
-            <option value="tilted" .selected=${plane.kind === 'tilted'}>normal and offset</option>
-          </select>
-        </label>
+        <label class="two">Given by ${list(PLANES, plane.kind, choose, { label: 'Ground: given by' })}</label>
         ${
           plane.kind === 'level'
             ? this.number(title, 'height (m)', plane.height, (height) => set({ ...plane, height }))
@@ -273,11 +246,7 @@ export class ScanstitchBevCameras extends LitElement {
   }
 
   private change(change: Partial<BevScene>): void {
-    this.tell('scene-changed', { ...this.scene, ...change });
-  }
-
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
+    fire(this, 'scene-changed', { ...this.scene, ...change });
   }
 
   static override styles = [
@@ -306,8 +275,7 @@ export class ScanstitchBevCameras extends LitElement {
       label {
         display: grid;
         gap: 2px;
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
       }
       .two {
         grid-column: 1 / span 2;
@@ -320,11 +288,6 @@ export class ScanstitchBevCameras extends LitElement {
       textarea {
         width: 100%;
         min-width: 0;
-        min-height: 30px;
-        padding: 0 6px;
-        border: 1px solid var(--line-strong);
-        border-radius: 6px;
-        background: var(--surface);
         color: var(--text);
         font-size: calc(13 * var(--px));
         font-variant-numeric: tabular-nums;
@@ -356,8 +319,4 @@ function replaced(values: readonly number[], index: number, value: number): [num
   const copy: [number, number, number] = [values[0] ?? 0, values[1] ?? 0, values[2] ?? 0];
   copy[index] = value;
   return copy;
-}
-
-function chosen(event: Event): string {
-  return (event.target as HTMLSelectElement).value;
 }

@@ -1,16 +1,14 @@
 /** The page's side of the worker of the bird's-eye view. */
 import { LatestQuery } from '../engine/latest-query.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
-import { WorkerHost } from '../engine/worker-host.js';
+import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
 import type { About, BevApi, BevScene, Projection, Query, Strip } from './protocol.js';
 import workerUrl from './bev-worker.ts?worker&url';
 
-export interface BevHooks {
+export interface BevHooks extends WorkerFaults {
   strip(strip: Strip): void;
   /** The worker died; the one that takes its place has no picture and has been asked nothing. */
   crashed(message: string): void;
-  slow(isSlow: boolean): void;
-  unavailable(message: string): void;
 }
 
 interface Projecting {
@@ -40,9 +38,7 @@ export class BevClient {
         if (strip.isLast) this.#host.succeeded();
         hooks.strip(strip);
       },
-      crashed: hooks.crashed,
-      slow: hooks.slow,
-      unavailable: hooks.unavailable,
+      ...hooks,
     });
   }
 

@@ -1,5 +1,7 @@
 /** Small parts of the bird's-eye view: its problems, the blend of the two views, the refinement of a camera. */
 import { html, nothing, type TemplateResult } from 'lit';
+import { slider } from '../components/fields.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import './cameras.js';
 import type { PoseKindRequest } from './cameras.js';
@@ -24,9 +26,7 @@ export function problemList(session: BevSession): TemplateResult | typeof nothin
         html`<li role="alert">
           ${icon('doubtful')}<span>${text}</span>
           ${remedy ? html`<button @click=${remedy.act}>${remedy.label}</button>` : nothing}
-          <button class="quiet icon" aria-label="Dismiss the message" @click=${() => session.settle(key)}>
-            ${icon('close', 12)}
-          </button>
+          ${iconButton('close', 'Dismiss the message', () => session.settle(key), { size: 12 })}
         </li>`,
     )}
   </ul>`;
@@ -35,20 +35,15 @@ export function problemList(session: BevSession): TemplateResult | typeof nothin
 /** How much of the warped top view is seen over the front view. */
 export function blendSlider(session: BevSession): TemplateResult {
   const percent = Math.round(100 * session.blend);
+  const label = 'Blend: opacity of the warped top view over the front view';
+  const blend = (value: number): void => {
+    session.blend = value / 100;
+    session.changed();
+  };
   return html`<label class="blend"
-    ><span>Front view</span
-    ><input
-      type="range"
-      min="0"
-      max="100"
-      aria-label="Blend: opacity of the warped top view over the front view"
-      ?disabled=${!session.bitmapOf('top')}
-      .value=${String(percent)}
-      @input=${(event: Event) => {
-        session.blend = Number((event.target as HTMLInputElement).value) / 100;
-        session.changed();
-      }}
-    /><span>warped top view ${percent} %</span></label
+    ><span>Front view</span>${slider(percent, { label, max: 100, isOff: !session.bitmapOf('top') }, blend)}<span
+      >warped top view ${percent} %</span
+    ></label
   >`;
 }
 

@@ -1,10 +1,11 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { repeat } from 'lit/directives/repeat.js';
-import { shared } from '../components/theme.js';
+import { cover, shared, stretch } from '../components/theme.js';
 import type { Overlay } from './paint.js';
 import type { Pixel, Strip } from './protocol.js';
 import { watchSize } from '../components/watch-size.js';
+import { fire } from '../components/fire.js';
 
 /** A mark that can be taken hold of. */
 export interface Handle {
@@ -114,7 +115,7 @@ export class ScanstitchBevPicture extends LitElement {
       @pointermove=${this.onMove}
       @pointerup=${this.onRelease}
       @pointercancel=${this.onRelease}
-      @pointerleave=${() => this.tell('picture-pointed', null)}
+      @pointerleave=${() => fire(this, 'picture-pointed')}
     >
       <canvas class="base"></canvas>
       <canvas class="warp" ?hidden=${this.blend === 0} style="opacity:${this.blend}"></canvas>
@@ -130,7 +131,7 @@ export class ScanstitchBevPicture extends LitElement {
             style=${place(at)}
             aria-label="${label}, pixel ${shortPixel(at)}"
             @keydown=${this.onKey}
-            @focus=${() => this.tell('handle-focused', key)}
+            @focus=${() => fire(this, 'handle-focused', key)}
           ></button>`,
       )}
       ${
@@ -213,22 +214,22 @@ export class ScanstitchBevPicture extends LitElement {
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
     handle.focus({ preventScroll: true });
     this.loupeAt = this.pressedAt;
-    this.tell('handle-moved', { key, at: this.placeOf(key), phase: 'begin' });
+    fire(this, 'handle-moved', { key, at: this.placeOf(key), phase: 'begin' });
     event.preventDefault();
   }
 
   /** A click, and not the press before it: a finger that scrolls the page presses as well. */
   private onClick(event: PointerEvent): void {
-    if (!this.wasDragged && !handleOf(event)) this.tell('picture-pressed', this.pressedAt);
+    if (!this.wasDragged && !handleOf(event)) fire(this, 'picture-pressed', this.pressedAt);
   }
 
   private onMove(event: PointerEvent): void {
     const at = this.pixelAt(event);
     if (this.dragged?.pointerId === event.pointerId) {
       this.loupeAt = at;
-      this.tell('handle-moved', { key: this.dragged.key, at, phase: 'drag' });
+      fire(this, 'handle-moved', { key: this.dragged.key, at, phase: 'drag' });
     } else {
-      this.tell('picture-pointed', at);
+      fire(this, 'picture-pointed', at);
     }
   }
 
@@ -244,9 +245,9 @@ export class ScanstitchBevPicture extends LitElement {
     if (arrow) {
       const [u, v] = this.placeOf(key);
       const step = event.shiftKey ? 10 : 1;
-      this.tell('handle-moved', { key, at: [u + step * arrow[0], v + step * arrow[1]], phase: 'key' });
+      fire(this, 'handle-moved', { key, at: [u + step * arrow[0], v + step * arrow[1]], phase: 'key' });
     } else if (event.key === 'Delete' || event.key === 'Backspace') {
-      this.tell('handle-removed', key);
+      fire(this, 'handle-removed', key);
     } else {
       return;
     }
@@ -257,15 +258,10 @@ export class ScanstitchBevPicture extends LitElement {
     return this.handles.find((handle) => handle.key === key)?.at ?? [0, 0];
   }
 
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
-  }
-
   static override styles = [
     shared,
     css`
       :host {
-        display: block;
         min-width: 0;
       }
       .stage {
@@ -277,15 +273,12 @@ export class ScanstitchBevPicture extends LitElement {
         user-select: none;
       }
       canvas {
-        position: absolute;
-        inset: 0;
-        width: 100%;
-        height: 100%;
+        ${cover};
+        ${stretch};
         pointer-events: none;
       }
       .placeholder {
-        position: absolute;
-        inset: 0;
+        ${cover};
         display: grid;
         place-content: center;
         padding: 20px;

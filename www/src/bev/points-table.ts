@@ -1,11 +1,12 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import { icon } from '../components/icons.js';
-import { shared, tableStyles } from '../components/theme.js';
+import { iconButton } from '../components/icon-button.js';
+import { shared, small, tableStyles } from '../components/theme.js';
 import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
 import { letter } from './paint.js';
 import { shortNumber } from './picture.js';
 import type { BevPoint } from './protocol.js';
+import { fire } from '../components/fire.js';
 
 const NO_POINTS: readonly BevPoint[] = [];
 
@@ -77,13 +78,7 @@ export class ScanstitchBevPoints extends LitElement {
       <td>
         ${
           isEditable
-            ? html`<button
-                class="icon quiet"
-                aria-label="Remove point ${name}"
-                @click=${() => this.dispatchEvent(new CustomEvent('row-removed', { detail: index }))}
-              >
-                ${icon('close', 12)}
-              </button>`
+            ? iconButton('close', `Remove point ${name}`, () => fire(this, 'row-removed', index), { size: 12 })
             : nothing
         }
       </td>
@@ -94,7 +89,7 @@ export class ScanstitchBevPoints extends LitElement {
     const { value: text } = event.target as HTMLInputElement;
     const value = Number(text);
     if (text.trim() === '' || !Number.isFinite(value)) return;
-    this.dispatchEvent(new CustomEvent<TypedPixel>('pixel-typed', { detail: { index, axis, value } }));
+    fire(this, 'pixel-typed', { index, axis, value });
   }
 
   static override styles = [
@@ -102,7 +97,6 @@ export class ScanstitchBevPoints extends LitElement {
     tableStyles,
     css`
       :host {
-        display: block;
         max-height: 340px;
         overflow: auto;
       }
@@ -115,8 +109,7 @@ export class ScanstitchBevPoints extends LitElement {
         top: 0;
         border-top: 0;
         background: var(--surface);
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
         font-weight: 600;
       }
       .status {
@@ -129,9 +122,6 @@ export class ScanstitchBevPoints extends LitElement {
         width: 74px;
         min-height: 28px;
         padding: 0 4px;
-        border: 1px solid var(--line);
-        border-radius: 6px;
-        background: var(--surface);
         font-size: calc(13 * var(--px));
         text-align: right;
       }

@@ -16,27 +16,7 @@ import type {
   WholePixels,
 } from '../engine/package.js';
 
-export type {
-  BevAxes,
-  BevCamera,
-  BevIntrinsics,
-  BevLayout,
-  BevLayoutCamera,
-  BevPair,
-  BevParameter,
-  BevPlane,
-  BevPoint,
-  BevPolygon,
-  BevPose,
-  BevPoseKind,
-  BevPreset,
-  BevRefinement,
-  BevRole,
-  BevScene,
-  BevSegment,
-  EulerOrder,
-  WholePixels,
-} from '../engine/package.js';
+export type * from '../engine/package.js';
 
 export type Pixel = readonly [number, number];
 

@@ -1,8 +1,12 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
-import { shared, tableStyles } from '../components/theme.js';
+import { check } from '../components/fields.js';
+import { list } from '../components/list-field.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
+import { row, shared, wrap } from '../components/theme.js';
 import { letter } from './paint.js';
 import type { BevParameter, BevRefinement, BevRole } from './protocol.js';
+import { fire } from '../components/fire.js';
 
 /** What is to be refined. */
 export interface RefinementRequest {
@@ -16,6 +20,7 @@ const PARAMETERS: readonly [BevParameter, string, string][] = [
   ['offset', 'offset', 'the position of the camera along the ground'],
   ['ground', 'ground', 'the height of the ground itself; both cameras stay'],
 ];
+const CAMERAS: Record<BevRole, string> = { front: 'front', top: 'top' };
 const DEGREES = 180 / Math.PI;
 
 /**
@@ -39,26 +44,9 @@ export class ScanstitchBevRefinement extends LitElement {
         projections (crosses) fall on the marks.
       </p>
       <div class="checks">
-        <label
-          >Camera
-          <select
-            @change=${(event: Event) => {
-              this.camera = (event.target as HTMLSelectElement).value as BevRole;
-            }}
-          >
-            <option value="front" .selected=${this.camera === 'front'}>front</option>
-            <option value="top" .selected=${this.camera === 'top'}>top</option>
-          </select>
-        </label>
-        ${PARAMETERS.map(
-          ([parameter, label, hint]) =>
-            html`<label title=${hint}
-              ><input
-                type="checkbox"
-                .checked=${this.parameters.includes(parameter)}
-                @change=${(event: Event) => this.choose(parameter, (event.target as HTMLInputElement).checked)}
-              />${label}</label
-            >`,
+        <label>Camera ${list(CAMERAS, this.camera, (camera) => (this.camera = camera))}</label>
+        ${PARAMETERS.map(([parameter, label, hint]) =>
+          check(label, this.parameters.includes(parameter), (isOn) => this.choose(parameter, isOn), { hint }),
         )}
         <button class="primary" ?disabled=${count === 0} @click=${this.request}>Refine</button>
       </div>
@@ -66,23 +54,10 @@ export class ScanstitchBevRefinement extends LitElement {
   }
 
   private renderResiduals(): TemplateResult {
-    return html`<table aria-label="Residuals">
-      <thead>
-        <tr>
-          ${['pair', 'du (px)', 'dv (px)', 'distance'].map((column) => html`<th scope="col">${column}</th>`)}
-        </tr>
-      </thead>
-      <tbody>
-        ${this.residuals.map((residual, index) =>
-          residual
-            ? html`<tr>
-                <td>${letter(index)}</td>
-                ${[...residual, Math.hypot(...residual)].map((value) => html`<td>${value.toFixed(2)}</td>`)}
-              </tr>`
-            : nothing,
-        )}
-      </tbody>
-    </table>`;
+    const rows = this.residuals.flatMap((residual, index) =>
+      residual ? [[letter(index), ...[...residual, Math.hypot(...residual)].map((value) => value.toFixed(2))]] : [],
+    );
+    return numberTable(['pair', 'du (px)', 'dv (px)', 'distance'], rows, 'Residuals');
   }
 
   private renderEvidence(result: BevRefinement): TemplateResult {
@@ -110,41 +85,22 @@ export class ScanstitchBevRefinement extends LitElement {
 
   private request(): void {
     const { camera, parameters } = this;
-    this.dispatchEvent(new CustomEvent<RefinementRequest>('refinement-requested', { detail: { camera, parameters } }));
+    fire(this, 'refinement-requested', { camera, parameters });
   }
 
   static override styles = [
     shared,
-    tableStyles,
+    figureStyles,
     css`
-      :host {
-        display: block;
-      }
       .checks {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: center;
+        ${wrap};
         gap: 6px 14px;
         margin: 6px 0 10px;
       }
       label {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 5px;
         font-size: calc(13 * var(--px));
-      }
-      select {
-        min-height: 30px;
-        padding: 0 6px;
-        border: 1px solid var(--line-strong);
-        border-radius: 6px;
-        background: var(--surface);
-      }
-      th {
-        border-top: 0;
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
-        font-weight: 600;
       }
       .evidence {
         margin-top: 8px;

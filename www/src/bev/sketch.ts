@@ -1,6 +1,6 @@
 import { css, html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { shared } from '../components/theme.js';
+import { shared, stretch } from '../components/theme.js';
 import { axes, type Direction, orbited } from '../views/orbit.js';
 import { added, cross, dot, normalized, scaled, type Vec3 } from '../views/vectors.js';
 import type { BevLayout, BevLayoutCamera, BevPoint } from './protocol.js';
@@ -114,13 +114,11 @@ export class ScanstitchBevSketch extends LitElement {
     shared,
     css`
       :host {
-        display: block;
         height: 220px;
       }
       canvas {
         display: block;
-        width: 100%;
-        height: 100%;
+        ${stretch};
         cursor: grab;
         touch-action: none;
       }

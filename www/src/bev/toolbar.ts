@@ -1,6 +1,8 @@
 /** The bar above the two views. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { icon } from '../components/icons.js';
+import { typed } from '../components/fields.js';
+import { list } from '../components/list-field.js';
+import { iconButton } from '../components/icon-button.js';
 import '../components/menu.js';
 import type { MenuItem } from '../components/menu.js';
 import { type BevDocument, MAX_GRID, markedPixels, type Tool } from './document.js';
@@ -15,11 +17,7 @@ const TOOLS: readonly [Tool, string][] = [
   ['points', 'Points'],
   ['pairs', 'Pairs'],
 ];
-const WHOLE: readonly [WholePixels, string][] = [
-  ['exact', 'no'],
-  ['truncated', 'down'],
-  ['rounded', 'to nearest'],
-];
+const WHOLE: Record<WholePixels, string> = { exact: 'no', truncated: 'down', rounded: 'to nearest' };
 /** What the bar shows beside the document, and what it asks for. */
 export interface ToolbarState {
   openItems: MenuItem[];
@@ -46,30 +44,15 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
     </div>
     ${document.tool === 'grid' ? cells(document, has.change) : nothing}
     <div class="group">
-      <button class="icon" aria-label="Undo" title="Undo (Ctrl+Z)" ?disabled=${!canUndo} @click=${has.undo}>
-        ${icon('reset')}
-      </button>
-      <button class="icon mirrored" aria-label="Redo" title="Redo (Ctrl+Y)" ?disabled=${!canRedo} @click=${has.redo}>
-        ${icon('reset')}
-      </button>
-      <button
-        class="icon"
-        aria-label="Remove all marks"
-        title="Remove all marks"
-        ?disabled=${markedPixels(document).length === 0}
-        @click=${change(withoutAny(document))}
-      >
-        ${icon('trash')}
-      </button>
+      ${iconButton('reset', 'Undo', has.undo, { hint: 'Undo (Ctrl+Z)', kind: '', isOff: !canUndo })}
+      ${iconButton('reset', 'Redo', has.redo, { hint: 'Redo (Ctrl+Y)', kind: 'mirrored', isOff: !canRedo })}
+      ${iconButton('trash', 'Remove all marks', change(withoutAny(document)), {
+        hint: 'Remove all marks',
+        kind: '',
+        isOff: markedPixels(document).length === 0,
+      })}
     </div>
-    <label
-      >Round front pixels
-      <select
-        @change=${(event: Event) => has.change({ whole: (event.target as HTMLSelectElement).value as WholePixels }, true)}
-      >
-        ${WHOLE.map(([whole, label]) => html`<option value=${whole} .selected=${whole === document.whole}>${label}</option>`)}
-      </select>
-    </label>
+    <label>Round front pixels ${list(WHOLE, document.whole, (whole) => has.change({ whole }, true))}</label>
     <span class="end">
       <scanstitch-menu label="Export" icon="download" .items=${EXPORTS} @menu-chosen=${has.export}></scanstitch-menu>
     </span>
@@ -77,8 +60,8 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
 }
 
 function cells(document: BevDocument, change: ToolbarState['change']): TemplateResult {
-  const set = (name: 'columns' | 'rows', { target }: Event) => {
-    const value = Number((target as HTMLInputElement).value);
+  const set = (name: 'columns' | 'rows', event: Event) => {
+    const value = Number(typed(event));
     if (Number.isInteger(value) && value >= 1 && value <= MAX_GRID) change({ [name]: value }, true);
   };
   return html`${(['columns', 'rows'] as const).map(

@@ -2,6 +2,7 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import './menu.js';
 import { baseName } from '../views/format.js';
+import { iconButton } from './icon-button.js';
 import { icon, logo } from './icons.js';
 import type { MenuItem } from './menu.js';
 import { fullScreenButton, type Layout } from './run-parts.js';
@@ -67,14 +68,7 @@ export function appHeader(has: Header): TemplateResult {
         ?disabled=${!has.facts.canExport}
         @menu-chosen=${({ detail }: CustomEvent<string>) => has.runExport(detail)}
       ></scanstitch-menu>
-      <button
-        class="icon quiet"
-        @click=${has.toggleTheme}
-        aria-label=${has.isDark ? 'Light colours' : 'Dark colours'}
-        title=${has.isDark ? 'Light colours' : 'Dark colours'}
-      >
-        ${icon(has.isDark ? 'sun' : 'moon')}
-      </button>
+      ${iconButton(has.isDark ? 'sun' : 'moon', has.isDark ? 'Light colours' : 'Dark colours', has.toggleTheme, { hint: has.isDark ? 'Light colours' : 'Dark colours' })}
       ${has.fullScreen === null ? nothing : fullScreenButton(has.fullScreen, has.toggleFullScreen)}
     </nav>
   </header>`;
@@ -85,7 +79,9 @@ function dataset({ facts, run, layout, removeReference }: Header): TemplateResul
   const { title, count, reference } = facts;
   if (title === '') return nothing;
   const name = baseName(reference);
-  return html`<span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span> ${
+  return html`<span class="named"
+      ><span class="title" title=${title}>${title}</span> <span class="muted count">${count}</span></span
+    >${
       reference && layout !== 'narrow'
         ? html`<span class="chip" title="Ground truth: ${reference}"
             ><i class="dash ${run}"></i><span>${name}</span

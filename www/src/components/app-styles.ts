@@ -1,5 +1,6 @@
 /** How the parts of the page lie beside and below each other, in each of its three layouts. */
 import { css } from 'lit';
+import { column, cut, row } from './theme.js';
 
 export const appStyles = css`
   :host {
@@ -20,8 +21,7 @@ export const appStyles = css`
   }
   .app {
     position: relative;
-    display: flex;
-    flex-direction: column;
+    ${column};
     height: 100%;
     min-width: 0;
     font-size: calc(14 * var(--px));
@@ -41,14 +41,12 @@ export const appStyles = css`
     display: contents;
   }
   .app > scanstitch-messages {
-    display: flex;
+    ${column};
     flex: none;
-    flex-direction: column;
     max-height: 36%;
   }
   .bar {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 16px;
     min-height: 52px;
     padding: 0 12px 0 16px;
@@ -56,29 +54,31 @@ export const appStyles = css`
     background: var(--surface);
   }
   .brand {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
     font-size: calc(16 * var(--px));
     font-weight: 680;
     letter-spacing: -0.015em;
   }
   .dataset {
-    display: flex;
+    ${row};
     flex: 1;
-    align-items: center;
     gap: 10px;
     min-width: 0;
     padding-left: 16px;
     border-left: 1px solid var(--line);
   }
   .title {
-    overflow: hidden;
+    ${cut};
     font-weight: 550;
-    text-overflow: ellipsis;
-    white-space: nowrap;
+  }
+  .named {
+    display: grid;
+    min-width: 0;
+    line-height: 1.25;
   }
   .count {
+    font-size: calc(12.5 * var(--px));
     white-space: nowrap;
   }
   .chip {
@@ -114,8 +114,7 @@ export const appStyles = css`
     text-overflow: ellipsis;
   }
   nav {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
   }
   .tools {
@@ -154,7 +153,7 @@ export const appStyles = css`
     padding: 6px 8px 0 12px;
   }
   .medium .brand span,
-  .medium .count,
+  .low .count,
   .narrow .brand span {
     display: none;
   }
@@ -163,17 +162,8 @@ export const appStyles = css`
     display: inline;
   }
   .narrow .dataset {
-    flex-wrap: wrap;
-    gap: 0 8px;
     padding-left: 0;
     border-left: 0;
-    line-height: 1.25;
-  }
-  .narrow .title {
-    max-width: 100%;
-  }
-  .narrow .count {
-    font-size: calc(12.5 * var(--px));
   }
   .narrow .tools {
     order: 1;

@@ -1,7 +1,10 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { check } from './fields.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
-import { shared } from './theme.js';
+import { row, shared, wrap } from './theme.js';
+import { fire } from './fire.js';
 
 /** One figure of a result, to be compared with the same one of another result. */
 export interface Measure {
@@ -36,22 +39,9 @@ export class ScanstitchBeforeAfter extends LitElement {
       <p class="changes" title=${changes.join('; ')}>${words}</p>
       <dl class="number">${this.earlier.map((measure) => this.renderMeasure(measure))}</dl>
       <span class="actions">
-        <label
-          ><input
-            type="checkbox"
-            .checked=${this.shown}
-            @change=${({ target }: Event) => this.tell('before-shown', (target as HTMLInputElement).checked)}
-          />Before, in grey</label
-        >
-        <button @click=${() => this.tell('before-wanted', null)}>${icon('reset')}Back</button>
-        <button
-          class="quiet icon"
-          aria-label="Dismiss the comparison with the result before"
-          title="Dismiss"
-          @click=${() => this.tell('before-dismissed', null)}
-        >
-          ${icon('close')}
-        </button>
+        ${check('Before, in grey', this.shown, (isOn) => fire(this, 'before-shown', isOn))}
+        <button @click=${() => fire(this, 'before-wanted')}>${icon('reset')}Back</button>
+        ${iconButton('close', 'Dismiss the comparison with the result before', () => fire(this, 'before-dismissed'), { hint: 'Dismiss' })}
       </span>
     </section>`;
   }
@@ -71,21 +61,14 @@ export class ScanstitchBeforeAfter extends LitElement {
     </div>`;
   }
 
-  private tell(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail }));
-  }
-
   static override styles = [
     shared,
     css`
       :host {
-        display: block;
         flex: none;
       }
       section {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: center;
+        ${wrap};
         gap: 2px 20px;
         padding: 4px 8px 4px 16px;
         border-bottom: 1px solid var(--line);
@@ -110,8 +93,7 @@ export class ScanstitchBeforeAfter extends LitElement {
         color: var(--muted);
       }
       .actions {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         margin-left: auto;
       }
@@ -119,14 +101,9 @@ export class ScanstitchBeforeAfter extends LitElement {
         min-height: 28px;
       }
       label {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 6px;
         min-height: 24px;
-      }
-      input {
-        margin: 0;
-        accent-color: var(--accent);
       }
     `,
   ];

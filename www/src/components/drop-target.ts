@@ -2,20 +2,22 @@
 import { html, nothing, type ReactiveController, type ReactiveControllerHost, type TemplateResult } from 'lit';
 import { icon } from './icons.js';
 
+type Host = ReactiveControllerHost & { readonly renderRoot: EventTarget };
+
 /**
- * Bound to the four events of a drag. A counter distinguishes leaving the element from entering one of its children. A target inside
- * another one keeps what it takes to itself.
+ * A counter distinguishes leaving the element from entering one of its children. A target inside another one keeps what it takes to
+ * itself.
  */
 export class DropTarget implements ReactiveController {
   isOver = false;
   #depth = 0;
-  #host: ReactiveControllerHost;
+  #host: Host;
   #take: (transfer: DataTransfer, event: DragEvent) => void;
   #expect: (transfer: DataTransfer) => void;
 
   /** `expect` is called whenever files come over the element. */
   constructor(
-    host: ReactiveControllerHost,
+    host: Host,
     take: (transfer: DataTransfer, event: DragEvent) => void,
     expect: (transfer: DataTransfer) => void = () => undefined,
   ) {
@@ -25,30 +27,37 @@ export class DropTarget implements ReactiveController {
     host.addController(this);
   }
 
+  hostConnected(): void {
+    const listeners = { dragenter: this.#enter, dragover: this.#over, dragleave: this.#leave, drop: this.#drop };
+    for (const [type, listener] of Object.entries(listeners)) {
+      this.#host.renderRoot.addEventListener(type, listener as (event: Event) => void);
+    }
+  }
+
   hostDisconnected(): void {
     this.#become(0);
   }
 
-  enter = (event: DragEvent): void => {
+  #enter = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
     if (this.#depth === 0) this.#expect(event.dataTransfer);
     this.#become(this.#depth + 1);
   };
 
-  over = (event: DragEvent): void => {
+  #over = (event: DragEvent): void => {
     if (!hasFiles(event) || !event.dataTransfer) return;
     keep(event);
     event.dataTransfer.dropEffect = 'copy';
   };
 
-  leave = (event: DragEvent): void => {
+  #leave = (event: DragEvent): void => {
     if (!hasFiles(event)) return;
     event.stopPropagation();
     this.#become(Math.max(0, this.#depth - 1));
   };
 
-  drop = (event: DragEvent): void => {
+  #drop = (event: DragEvent): void => {
     if (!event.dataTransfer || !hasFiles(event)) return;
     keep(event);
     this.#become(0);
@@ -75,6 +84,7 @@ function keep(event: DragEvent): void {
   event.stopPropagation();
 }
 
+/** Whether it brings files that nobody has taken yet, as the host's content beside the map may. */
 function hasFiles(event: DragEvent): boolean {
-  return event.dataTransfer?.types.includes('Files') ?? false;
+  return !event.defaultPrevented && (event.dataTransfer?.types.includes('Files') ?? false);
 }

@@ -9,10 +9,11 @@ import {
   type TemplateResult,
 } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { shared } from './theme.js';
+import { cover, shared, stretch } from './theme.js';
 import type { Size } from '../views/figures.js';
 import { type Pen, penOn } from '../views/pen.js';
 import { watchSize } from './watch-size.js';
+import { fire } from './fire.js';
 
 /** Draws on a surface of this size. */
 export type Painter = (pen: Pen, size: Size) => void;
@@ -81,7 +82,7 @@ export class ScanstitchFigure extends LitElement {
       @pointerdown=${this.onDown}
       @pointerup=${this.onUp}
       @pointercancel=${this.onUp}
-      @pointerleave=${() => this.tell('figure-pointer', null)}
+      @pointerleave=${() => fire(this, 'figure-pointer')}
       @wheel=${this.onWheel}
       @keydown=${this.onKey}
     >
@@ -114,10 +115,10 @@ export class ScanstitchFigure extends LitElement {
   private onMove(event: PointerEvent): void {
     const place = this.place(event);
     if (this.draggedFrom && this.movable) {
-      this.tell('figure-dragged', { dx: place.x - this.draggedFrom.x, dy: place.y - this.draggedFrom.y });
+      fire(this, 'figure-dragged', { dx: place.x - this.draggedFrom.x, dy: place.y - this.draggedFrom.y });
       this.draggedFrom = place;
     } else {
-      this.tell('figure-pointer', place);
+      fire(this, 'figure-pointer', place);
     }
   }
 
@@ -134,16 +135,16 @@ export class ScanstitchFigure extends LitElement {
   private onWheel(event: WheelEvent): void {
     if (!this.movable) return;
     event.preventDefault();
-    this.tell('figure-zoomed', { factor: Math.exp(-event.deltaY * 0.0015) });
+    fire(this, 'figure-zoomed', { factor: Math.exp(-event.deltaY * 0.0015) });
   }
 
   private onKey(event: KeyboardEvent): void {
     const [right, down] = ARROWS[event.key] ?? [0, 0];
     const factor = { '+': KEY_ZOOM, '=': KEY_ZOOM, '-': 1 / KEY_ZOOM }[event.key];
     if (this.movable && (right || down)) {
-      this.tell('figure-dragged', { dx: -right * KEY_PIXELS, dy: -down * KEY_PIXELS });
-    } else if (this.movable && factor) this.tell('figure-zoomed', { factor });
-    else if (this.steppable && right) this.tell('figure-stepped', { direction: event.shiftKey ? 10 * right : right });
+      fire(this, 'figure-dragged', { dx: -right * KEY_PIXELS, dy: -down * KEY_PIXELS });
+    } else if (this.movable && factor) fire(this, 'figure-zoomed', { factor });
+    else if (this.steppable && right) fire(this, 'figure-stepped', { direction: event.shiftKey ? 10 * right : right });
     else return;
     event.preventDefault();
   }
@@ -154,22 +155,16 @@ export class ScanstitchFigure extends LitElement {
     return { x: (event.clientX - left) / scale, y: (event.clientY - top) / scale };
   }
 
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
-  }
-
   static override styles = [
     shared,
     css`
       :host {
-        display: block;
         position: relative;
         min-width: 0;
         overflow: hidden;
       }
       div {
-        position: absolute;
-        inset: 0;
+        ${cover};
       }
       div:focus-visible {
         outline-offset: -2px;
@@ -184,8 +179,7 @@ export class ScanstitchFigure extends LitElement {
       canvas,
       .marks {
         position: absolute;
-        width: 100%;
-        height: 100%;
+        ${stretch};
       }
       .marks {
         pointer-events: none;

@@ -4,7 +4,8 @@ import { barAt, barChart, CHART_VIEW_BOX } from '../views/chart.js';
 import { baseName, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
-import { icon, type IconName } from './icons.js';
+import { iconButton } from './icon-button.js';
+import { type IconName } from './icons.js';
 import { statusBadge } from './status-badge.js';
 
 /** What a frame is called. */
@@ -33,15 +34,7 @@ export function frameHeader(
   const frame = frames[index];
   if (!frame) return nothing;
   const step = (sign: IconName, label: string, key: string, to: number | null): TemplateResult =>
-    html`<button
-      class="quiet icon"
-      ?disabled=${to !== null && !frames[to]}
-      @click=${() => select(to)}
-      aria-label=${label}
-      title="${label} (${key})"
-    >
-      ${icon(sign)}
-    </button>`;
+    iconButton(sign, label, () => select(to), { hint: `${label} (${key})`, isOff: to !== null && !frames[to] });
   return html`<header>
     ${swatch(color)}
     <h2 title=${frame.name}>${baseName(frame.name)}</h2>
@@ -170,8 +163,24 @@ export function frameBars(bars: FrameBars): TemplateResult | typeof nothing {
   </section>`;
 }
 
-/** With `statusStyles`, `panelStyles` and `chartStyles`. */
+/** With `statusStyles` and `panelStyles`. */
 export const frameStyles = css`
+  section > svg {
+    width: 100%;
+    height: auto;
+    color: var(--muted);
+  }
+  section > svg + h3 {
+    margin-top: 10px;
+  }
+  .axes line {
+    stroke: var(--line);
+  }
+  .axes text {
+    fill: var(--muted);
+    font-size: 10.5px; /* of the chart, which grows with its width */
+    font-variant-numeric: tabular-nums;
+  }
   .steps {
     display: flex;
     margin-left: auto;
@@ -202,7 +211,6 @@ export const frameStyles = css`
   .others summary {
     padding: 4px 0;
     color: var(--accent);
-    cursor: pointer;
   }
   .facts {
     display: grid;

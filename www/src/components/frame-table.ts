@@ -5,8 +5,9 @@ import { baseName } from '../views/format.js';
 import type { Column, TableRow } from '../views/frame-columns.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { statusBadge } from './status-badge.js';
-import { shared, statusStyles } from './theme.js';
+import { column, dot, shared, small, statusStyles } from './theme.js';
 import { watchSize } from './watch-size.js';
+import { fire } from './fire.js';
 
 /** Rows drawn beyond what is in sight, above and below. */
 const OVERSCAN = 12;
@@ -75,7 +76,7 @@ export class ScanstitchFrameTable extends LitElement {
               )}
             </tr>
           </thead>
-          <tbody @pointerleave=${() => this.emit('frame-hovered', null)}>
+          <tbody @pointerleave=${() => fire(this, 'frame-hovered')}>
             ${spacer(first * this.rowHeight)}
             ${repeat(
               rows.slice(first, last),
@@ -97,8 +98,8 @@ export class ScanstitchFrameTable extends LitElement {
       <tr
         class=${isSelected ? 'selected' : ''}
         aria-rowindex=${row.frame + 2}
-        @click=${() => this.emit('frame-selected', isSelected ? null : row.frame)}
-        @pointerenter=${() => this.emit('frame-hovered', row.frame)}
+        @click=${() => fire(this, 'frame-selected', isSelected ? null : row.frame)}
+        @pointerenter=${() => fire(this, 'frame-hovered', row.frame)}
       >
         <th scope="row" class="name">
           <button
@@ -151,7 +152,7 @@ export class ScanstitchFrameTable extends LitElement {
     const to = targets[event.key];
     if (to === undefined || last < 0) return;
     event.preventDefault();
-    this.emit('frame-selected', to);
+    fire(this, 'frame-selected', to);
     if (to === null) return;
     // The row may only now come into the document.
     await this.updateComplete;
@@ -161,17 +162,12 @@ export class ScanstitchFrameTable extends LitElement {
     this.renderRoot.querySelector<HTMLElement>(`[data-frame="${to}"]`)?.focus({ preventScroll: true });
   }
 
-  private emit(type: string, detail: number | null): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
-  }
-
   static override styles = [
     shared,
     statusStyles,
     css`
       :host {
-        display: flex;
-        flex-direction: column;
+        ${column};
         min-height: 0;
         --row-height: 32px;
         container-type: inline-size;
@@ -203,8 +199,7 @@ export class ScanstitchFrameTable extends LitElement {
         height: 32px;
         background: var(--surface);
         border-bottom: 1px solid var(--line);
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
         font-weight: 550;
       }
       th,
@@ -263,10 +258,7 @@ export class ScanstitchFrameTable extends LitElement {
         font-weight: 500;
       }
       .name i {
-        flex: none;
-        width: 10px;
-        height: 10px;
-        border-radius: 50%;
+        ${dot};
       }
     `,
   ];

@@ -1,7 +1,8 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { Figure } from '../views/headline.js';
-import { shared } from './theme.js';
+import { cut, shared, small } from './theme.js';
+import { fire } from './fire.js';
 
 /**
  * The figures of the whole run, each with the line that says what it means.
@@ -25,7 +26,7 @@ export class ScanstitchHeadline extends LitElement {
                   ? html`<button
                       class="link"
                       aria-label=${action.description}
-                      @click=${() => this.dispatchEvent(new CustomEvent('figure-action', { detail: action.id }))}
+                      @click=${() => fire(this, 'figure-action', action.id)}
                     >
                       ${action.label}
                     </button>`
@@ -42,9 +43,6 @@ export class ScanstitchHeadline extends LitElement {
   static override styles = [
     shared,
     css`
-      :host {
-        display: block;
-      }
       dl {
         display: flex;
         flex-wrap: wrap;
@@ -58,11 +56,8 @@ export class ScanstitchHeadline extends LitElement {
         background: var(--surface);
       }
       dt {
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
-        overflow: hidden;
-        text-overflow: ellipsis;
-        white-space: nowrap;
+        ${small};
+        ${cut};
       }
       dt button.link {
         min-height: 24px;
@@ -80,8 +75,7 @@ export class ScanstitchHeadline extends LitElement {
       /* Never cut: what a figure rests on often stands at its end. */
       .meaning {
         overflow-wrap: anywhere;
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
         line-height: 1.35;
       }
       :host([compact]) dl {

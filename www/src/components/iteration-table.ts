@@ -19,7 +19,6 @@ export function iterationTable(records: readonly IterationRecord[]): TemplateRes
           formatStep(record.translation_step),
           formatAngle(Math.abs(record.rotation_step), 4),
         ]),
-        'iterations',
       )}
     </div>
   </details>`;

@@ -3,7 +3,8 @@ import { customElement, property } from 'lit/decorators.js';
 import { plural } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
 import type { Piece } from '../views/pieces.js';
-import { shared } from './theme.js';
+import { dot, row, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /**
  * What the colours, dashes and crosses of a map mean that is not certain in every place; nothing where it is.
@@ -62,7 +63,7 @@ export class ScanstitchMapLegend extends LitElement {
       <button
         aria-pressed=${isShown}
         title=${isShown ? 'Show all pieces' : `Show this piece alone${piece.exported ? `; in exports ${piece.exported}` : ''}`}
-        @click=${() => this.dispatchEvent(new CustomEvent('piece-wanted', { detail: isShown ? null : piece }))}
+        @click=${() => fire(this, 'piece-wanted', isShown ? null : piece)}
       >
         <i style="background: ${cssColor(piece.color)}"></i>${piece.label}<span class="number"
           >${plural(piece.frames.length, 'scan')}</span
@@ -87,7 +88,6 @@ export class ScanstitchMapLegend extends LitElement {
       summary {
         padding: 5px 12px;
         font-weight: 600;
-        cursor: pointer;
       }
       summary span {
         padding-left: 10px;
@@ -102,8 +102,7 @@ export class ScanstitchMapLegend extends LitElement {
       }
       li,
       button {
-        display: flex;
-        align-items: center;
+        ${row};
         justify-content: flex-start;
         gap: 8px;
         min-height: 24px;
@@ -125,10 +124,7 @@ export class ScanstitchMapLegend extends LitElement {
         font-weight: 600;
       }
       i {
-        flex: none;
-        width: 10px;
-        height: 10px;
-        border-radius: 50%;
+        ${dot};
       }
       i.dashes,
       i.cross {

@@ -1,10 +1,10 @@
 /** What the flat map and the map in space share: the stage, the buttons on it, the list of what is drawn. */
 import { css } from 'lit';
+import { cover, row, small, stretch } from './theme.js';
 
 export const mapStyles = css`
   :host {
     position: relative;
-    display: block;
     min-height: 0;
     overflow: hidden;
     background: light-dark(#fcfdfe, #0b0f14);
@@ -34,8 +34,7 @@ export const mapStyles = css`
     }
   }
   .stage {
-    position: absolute;
-    inset: 0;
+    ${cover};
     touch-action: none;
     cursor: grab;
     user-select: none;
@@ -51,8 +50,7 @@ export const mapStyles = css`
   }
   canvas {
     display: block;
-    width: 100%;
-    height: 100%;
+    ${stretch};
   }
   .readout {
     position: absolute;
@@ -63,8 +61,7 @@ export const mapStyles = css`
     padding: 3px 8px;
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 88%, transparent);
-    font-size: calc(12 * var(--px));
-    color: var(--muted);
+    ${small};
     pointer-events: none;
   }
   .controls {
@@ -113,15 +110,10 @@ export const mapStyles = css`
     font-size: calc(13 * var(--px));
   }
   .layers label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
     cursor: pointer;
     min-height: 24px;
-  }
-  .layers input {
-    margin: 0;
-    accent-color: var(--accent);
   }
   .sign {
     flex: none;

@@ -1,26 +1,16 @@
 /** What lies over the flat map and over the map in space alike: the buttons, and the list of what is drawn. */
-import { html, nothing, type SVGTemplateResult, type TemplateResult } from 'lit';
-import { type IconName, icon } from './icons.js';
+import { html, nothing, type TemplateResult } from 'lit';
+import { check } from './fields.js';
+import { type IconButton, iconButton } from './icon-button.js';
 
-/** A button that shows a sign alone: `label` is the accessible name, `hint` the tooltip. */
-export function mapButton(
-  sign: IconName | SVGTemplateResult,
+/** A button on a map. */
+export const mapButton = (
+  sign: Parameters<typeof iconButton>[0],
   label: string,
   hint: string,
   press: () => void,
-  state: { pressed?: boolean; expanded?: boolean } = {},
-): TemplateResult {
-  return html`<button
-    class="icon"
-    @click=${press}
-    aria-label=${label}
-    aria-pressed=${state.pressed ?? nothing}
-    aria-expanded=${state.expanded ?? nothing}
-    title=${hint}
-  >
-    ${icon(sign)}
-  </button>`;
-}
+  state: IconButton = {},
+): TemplateResult => iconButton(sign, label, press, { hint, kind: '', ...state });
 
 export interface MapToolbar {
   /** In, or out. */
@@ -70,14 +60,7 @@ export function layerBox(
   isShown: boolean,
   show: (shown: boolean) => void,
 ): TemplateResult {
-  return html`<label>
-    <input
-      type="checkbox"
-      .checked=${isShown}
-      @change=${(event: Event) => show((event.target as HTMLInputElement).checked)}
-    />
-    <i class="sign ${sign}"></i>${label}
-  </label>`;
+  return check(html`<i class="sign ${sign}"></i>${label}`, isShown, show);
 }
 
 export interface MapFrame {

@@ -1,9 +1,8 @@
-import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
+import { css, html, nothing, type PropertyValues, type TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { baseName } from '../views/format.js';
 import { context2d, pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
-import { type KeyedMap, PAN_STEP, pressKey } from '../views/map-keys.js';
 import type { MapLayer } from '../views/map-layer.js';
 import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
@@ -12,23 +11,13 @@ import type { Piece } from '../views/pieces.js';
 import type { Rgb } from '../views/palette.js';
 import type { OccupancyPicture } from '../views/occupancy.js';
 import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
-import {
-  type Bounds,
-  bestTurns,
-  fitted,
-  panned,
-  type Turns,
-  toWorld,
-  united,
-  type Viewport,
-  zoomedAt,
-} from '../views/viewport.js';
+import { type Bounds, bestTurns, fitted, panned, type Turns, united, type Viewport } from '../views/viewport.js';
 import { mapStyles } from './map-styles.js';
 import './map-legend.js';
-import { type DrawingHost, DrawingSurface } from './drawing-surface.js';
-import { flatMap } from './flat-map.js';
+import { FlatMap } from './flat-map.js';
 import { layerBox, layerList, mapButton } from './map-toolbar.js';
 import { shared } from './theme.js';
+import { fire } from './fire.js';
 
 const NO_MARKS: MapMarks = {
   poses: [],
@@ -52,10 +41,10 @@ const REST_MS = 90;
  * The map: points, paths and poses on a canvas that pans and zooms.
  *
  * Fires `frame-selected` with a frame number or null, `map-painted` when a new set of points is on the screen, and
- * `occupancy-wanted` with whether the occupancy grid is to be shown.
+ * `occupancy-wanted` with whether the occupancy grid is to be shown, `mending-wanted` where it is to be mended.
  */
 @customElement('scanstitch-map')
-export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
+export class ScanstitchMap extends FlatMap {
   @property({ attribute: false }) points: PointSet = NO_POINTS;
   @property({ attribute: false }) marks: MapMarks = NO_MARKS;
   @property({ attribute: false }) names: readonly string[] = [];
@@ -66,13 +55,11 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   /** The map that this one replaces, to be compared with it. */
   @property({ attribute: false }) map_before: BeforeMap | null = null;
   @property({ attribute: false }) referenceName = '';
-  @property({ type: Boolean }) dark = false;
   /** Whether there is a grid to ask for; and the grid, once it has come. */
   @property({ type: Boolean }) hasOccupancy = false;
   @property({ attribute: false }) occupancy: OccupancyPicture | null = null;
   /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fitKey: unknown = null;
-  @property({ attribute: false }) description = '';
   /** What lies over it and takes gestures first; null: nothing. */
   @property({ attribute: false }) layer: MapLayer | null = null;
   /** Whether the map can be mended. */
@@ -81,21 +68,12 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   @property({ type: Boolean, reflect: true }) bare = false;
 
   @state() private layers: Layers = { grid: true, occupancy: false, path: true, reference: true };
-  @state() private layersOpen = false;
-  @state() private pointer: { x: number; y: number } | null = null;
   @state() private hovered: number | null = null;
 
-  @query('canvas') private canvas!: HTMLCanvasElement;
-  @query('.stage') readonly stage!: HTMLElement;
-
-  private view: Viewport = { centerX: 0, centerY: 0, scale: 40, turns: 0 };
-  private surface = new DrawingSurface(this);
   /** First frame of the only piece that is shown; null: all are. */
   @state() private only: number | null = null;
   /** How the user has turned the map; null: as it is best laid. */
   private turns: Turns | null = null;
-  /** The user has moved the view: auto-fit is off. */
-  private isMoved = false;
   private mapCanvas: MapCanvas | null = null;
   private lastMotion = Number.NEGATIVE_INFINITY;
   private restTimer: ReturnType<typeof setTimeout> | undefined;
@@ -108,7 +86,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   protected override firstUpdated(): void {
     this.mapCanvas = new MapCanvas(this.canvas);
-    this.surface.begin();
+    super.firstUpdated();
   }
 
   protected override willUpdate(changed: PropertyValues<this>): void {
@@ -172,9 +150,8 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     return this.view.turns;
   }
 
-  /** Turns the map by a quarter. */
-  turnByQuarter(): void {
-    this.turns = ((this.view.turns + 1) % 4) as Turns;
+  protected override turnTo(turns: Turns): void {
+    this.turns = turns;
     this.fit();
   }
 
@@ -186,47 +163,38 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     return pngOf(print.canvas);
   }
 
-  protected override render(): TemplateResult {
-    const { hovered, pointer } = this;
-    const { size } = this.surface;
-    const world = pointer && toWorld(this.view, size, pointer.x, pointer.y);
-    const readout =
-      hovered === null
-        ? nothing
-        : html`<span class="frame"
-            ><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${baseName(
-              this.names[hovered] ?? `scan ${hovered}`,
-            )}</span
-          >`;
-    return flatMap({
-      description: this.description,
-      world,
-      readout,
-      zoomBy: (factor) => this.zoomBy(factor),
-      fit: () => this.fit(),
-      turnByQuarter: () => this.turnByQuarter(),
-      onKey: (event) => this.onKey(event),
-      own: this.canMend
-        ? mapButton('loops', 'Loops: look at them and mend the map', 'Loops of the map (M)', this.mend, {
-            pressed: this.layer !== null,
-          })
-        : nothing,
-      layers: this.layersOpen ? this.renderLayers() : null,
-      toggleLayers: () => {
-        this.layersOpen = !this.layersOpen;
-      },
-      after: html`<scanstitch-map-legend
-        .pieces=${this.pieces}
-        .shown=${this.shownPiece}
-        .numUncertain=${this.marks.uncertainLinks.filter(Boolean).length}
-        .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
-        ?compact=${size.width < SMALL_WIDTH}
-        @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
-      ></scanstitch-map-legend>`,
-    });
+  protected override renderReadout(): unknown {
+    const { hovered } = this;
+    if (hovered === null) return nothing;
+    const name = baseName(this.names[hovered] ?? `scan ${hovered}`);
+    return html`<span class="frame"><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${name}</span>`;
   }
 
-  private renderLayers(): TemplateResult {
+  protected override renderOwn(): unknown {
+    const state = { pressed: this.layer !== null };
+    return this.canMend
+      ? mapButton('loops', 'Loops: look at them and mend the map', 'Loops of the map (M)', this.mend, state)
+      : nothing;
+  }
+
+  protected override get ownKeys(): Record<string, () => void> {
+    return { ...(this.canMend && { m: this.mend }), ...this.layer?.keys };
+  }
+
+  private mend = (): void => fire(this, 'mending-wanted');
+
+  protected override renderAfter(): unknown {
+    return html`<scanstitch-map-legend
+      .pieces=${this.pieces}
+      .shown=${this.shownPiece}
+      .numUncertain=${this.marks.uncertainLinks.filter(Boolean).length}
+      .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
+      ?compact=${this.surface.size.width < SMALL_WIDTH}
+      @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}
+    ></scanstitch-map-legend>`;
+  }
+
+  protected override renderLayers(): TemplateResult {
     const layer = (name: keyof Layers, label: string): TemplateResult =>
       layerBox(label, name, this.layers[name], (shown) => this.showLayer(name, shown));
     return layerList(html`
@@ -238,7 +206,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   private showLayer(name: keyof Layers, shown: boolean): void {
     this.layers = { ...this.layers, [name]: shown };
-    if (name === 'occupancy') this.dispatchEvent(new CustomEvent('occupancy-wanted', { detail: shown }));
+    if (name === 'occupancy') fire(this, 'occupancy-wanted', shown);
     this.requestPaint();
   }
 
@@ -265,7 +233,7 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.hasNewPoints) {
       this.hasNewPoints = false;
-      this.dispatchEvent(new CustomEvent('map-painted', { bubbles: true }));
+      fire(this, 'map-painted');
     }
   }
 
@@ -285,34 +253,12 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
 
   // Moving about.
 
-  private move(view: Viewport): void {
-    this.view = view;
-    this.isMoved = true;
+  protected override move(view: Viewport): void {
     this.lastMotion = performance.now();
-    this.requestPaint();
+    super.move(view);
   }
 
-  zoomBy(factor: number): void {
-    this.surface.zoomBy(factor);
-  }
-
-  private onKey(event: KeyboardEvent): void {
-    pressKey(event, this, {
-      ArrowLeft: () => this.shift(PAN_STEP, 0),
-      ArrowRight: () => this.shift(-PAN_STEP, 0),
-      ArrowUp: () => this.shift(0, PAN_STEP),
-      ArrowDown: () => this.shift(0, -PAN_STEP),
-      r: () => this.turnByQuarter(),
-      ...(this.canMend && { m: this.mend }),
-      ...this.layer?.keys,
-    });
-  }
-
-  private mend = (): void => {
-    this.dispatchEvent(new CustomEvent('mending-wanted'));
-  };
-
-  shift(right: number, down: number): void {
+  override shift(right: number, down: number): void {
     const { view } = this;
     const moved = panned(view, right, down);
     if (!this.layer?.drag?.(view.centerX - moved.centerX, view.centerY - moved.centerY)) this.move(moved);
@@ -322,21 +268,17 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
     this.layer?.release?.();
   }
 
-  zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.view, this.surface.size, x, y, factor));
-  }
-
   tap(x: number, y: number, reach: number): void {
     if (!this.layer?.tap(x, y, reach, this.surface.size, this.view)) this.select(this.frameAt(x, y, reach));
   }
 
-  hover(x: number, y: number): void {
-    this.pointer = { x, y };
+  override hover(x: number, y: number): void {
+    super.hover(x, y);
     this.hovered = this.frameAt(x, y, 12);
   }
 
-  leave(): void {
-    this.pointer = null;
+  override leave(): void {
+    super.leave();
     this.hovered = null;
   }
 
@@ -344,12 +286,12 @@ export class ScanstitchMap extends LitElement implements DrawingHost, KeyedMap {
   private frameAt(x: number, y: number, reach: number): number | null {
     const pose = this.layers.path ? poseAt(this.marks, this.surface.size, this.view, x, y, reach) : null;
     if (pose !== null) return pose;
-    const world = toWorld(this.view, this.surface.size, x, y);
+    const world = this.toWorld(x, y);
     return nearestFrame(this.points, this.marks.until, world.x, world.y, (reach - 2) / this.view.scale);
   }
 
   select(frame: number | null): void {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   }
 
   static override styles = [

@@ -1,7 +1,8 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, queryAll, state } from 'lit/decorators.js';
 import { type IconName, icon } from './icons.js';
-import { shared } from './theme.js';
+import { column, panel, shared, small } from './theme.js';
+import { fire } from './fire.js';
 
 /** Room left between the list and the edge of the window, CSS pixels. */
 const EDGE = 8;
@@ -72,7 +73,7 @@ export class ScanstitchMenu extends LitElement {
   private async open(): Promise<void> {
     this.isOpen = true;
     document.addEventListener('pointerdown', this.onOutside, true);
-    this.dispatchEvent(new CustomEvent('menu-opened'));
+    fire(this, 'menu-opened');
     await this.updateComplete;
     this.keepOnScreen();
     this.entries[0]?.focus();
@@ -95,7 +96,7 @@ export class ScanstitchMenu extends LitElement {
 
   private choose(id: string): void {
     this.close(true);
-    this.dispatchEvent(new CustomEvent('menu-chosen', { detail: id, bubbles: true }));
+    fire(this, 'menu-chosen', id);
   }
 
   private onFocusOut(event: FocusEvent): void {
@@ -131,15 +132,12 @@ export class ScanstitchMenu extends LitElement {
         top: calc(100% + 4px);
         right: 0;
         z-index: 20;
-        display: flex;
-        flex-direction: column;
+        ${column};
         width: max-content;
         max-width: min(320px, 90vw);
         padding: 4px;
         overflow-y: auto;
-        border: 1px solid var(--line);
-        border-radius: var(--radius);
-        background: var(--surface);
+        ${panel};
         box-shadow: var(--shadow);
       }
       .list button {
@@ -153,8 +151,7 @@ export class ScanstitchMenu extends LitElement {
         white-space: normal;
       }
       small {
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
       }
     `,
   ];

@@ -1,8 +1,10 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { plural, sentence } from '../views/format.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
-import { shared } from './theme.js';
+import { column, cut, panel, row, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /** Something the user should know, about a file or about the whole. */
 export interface Message {
@@ -45,14 +47,7 @@ export class ScanstitchMessages extends LitElement {
           ${alike(messages).map(renderRow)}
         </ul>
       </details>
-      <button
-        class="quiet icon dismiss"
-        @click=${() => this.dispatchEvent(new CustomEvent('messages-dismissed', { bubbles: true }))}
-        aria-label="Dismiss the messages"
-        title="Dismiss"
-      >
-        ${icon('close')}
-      </button>
+      ${iconButton('close', 'Dismiss the messages', () => fire(this, 'messages-dismissed'), { hint: 'Dismiss', kind: 'quiet dismiss' })}
     </section>`;
   }
 
@@ -60,19 +55,15 @@ export class ScanstitchMessages extends LitElement {
     shared,
     css`
       :host {
-        display: block;
         pointer-events: none;
       }
       .card {
         position: relative;
-        display: flex;
-        flex-direction: column;
+        ${column};
         max-height: 100%;
         overflow: auto;
-        border: 1px solid var(--line);
+        ${panel};
         border-left: 3px solid var(--accent);
-        border-radius: var(--radius);
-        background: var(--surface);
         box-shadow: var(--shadow);
         pointer-events: auto;
       }
@@ -87,8 +78,7 @@ export class ScanstitchMessages extends LitElement {
       .all > summary {
         position: sticky;
         top: 0;
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         min-height: 36px;
         padding: 2px 44px 2px 12px;
@@ -107,12 +97,10 @@ export class ScanstitchMessages extends LitElement {
         color: var(--text);
       }
       .first {
-        overflow: hidden;
+        ${cut};
         min-width: 0;
         color: var(--text);
         font-weight: 400;
-        text-overflow: ellipsis;
-        white-space: nowrap;
       }
       .all[open] .first {
         display: none;
@@ -127,8 +115,7 @@ export class ScanstitchMessages extends LitElement {
         padding: 0 14px 10px 12px;
       }
       li {
-        display: flex;
-        flex-direction: column;
+        ${column};
         padding: 7px 0;
         border-top: 1px solid var(--line);
         font-size: calc(13 * var(--px));
@@ -140,7 +127,6 @@ export class ScanstitchMessages extends LitElement {
       }
       summary {
         font-weight: 600;
-        cursor: pointer;
       }
       details strong {
         font-weight: 400;

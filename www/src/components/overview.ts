@@ -5,7 +5,8 @@ import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
 import { badList, frameStyles, frameBars, numBad } from './frame-parts.js';
-import { chartStyles, panelStyles, shared, statusStyles } from './theme.js';
+import { panelStyles, shared, statusStyles, wrap } from './theme.js';
+import { fire } from './fire.js';
 
 /**
  * All scans at a glance, while none is selected: which need a look, how well each fits, what the engine has to say.
@@ -57,7 +58,7 @@ export class ScanstitchOverview extends LitElement {
       <span>Largest residual: ${baseName(frame.name)}, ${formatLength(frame.inlier_rmse)}</span>
       <button
         @click=${() => {
-          this.dispatchEvent(new CustomEvent('why-wanted'));
+          fire(this, 'why-wanted');
           this.select(at);
         }}
       >
@@ -122,20 +123,17 @@ export class ScanstitchOverview extends LitElement {
   }
 
   private select(frame: number | null): void {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   }
 
   static override styles = [
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
     css`
       .worst {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: center;
+        ${wrap};
         justify-content: space-between;
         gap: 6px 10px;
       }

@@ -3,6 +3,7 @@ import type { ReactiveControllerHost } from 'lit';
 import { type ScanstitchProgress, type ScanstitchResult, tellHost } from './host-events.js';
 import type { Message } from './messages.js';
 import { type Phase, STOPPED } from './session.js';
+import { fire } from './fire.js';
 
 /** The part of a run that events report. */
 interface ToldRun {
@@ -56,8 +57,7 @@ export class RunEvents {
     if (phase !== 'reading' && phase !== 'running') return;
     // Errors in settings matter only for the kind of run that is used.
     const faults = this.settingFaults.splice(0);
-    if (faults.length > 0)
-      this.#view.dispatchEvent(new CustomEvent('settings-refused', { detail: faults, bubbles: true }));
+    if (faults.length > 0) fire(this.#view, 'settings-refused', faults);
     const told = this.#toldProgress;
     if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
     this.#toldProgress = { stage: phase, progress, activity };

@@ -1,7 +1,8 @@
 /** The line above the map that tells what was replaced, with the way back. */
 import { css, html, nothing, type TemplateResult } from 'lit';
-import { icon } from './icons.js';
+import { iconButton } from './icon-button.js';
 import type { Former, Shelf } from './run-kind.js';
+import { cut, row } from './theme.js';
 
 /** `title`: of what is shown. `styles`: barStyles. */
 export function exchangeBar(title: string, former: Former, shelf: Shelf): TemplateResult {
@@ -12,22 +13,14 @@ export function exchangeBar(title: string, former: Former, shelf: Shelf): Templa
     <p>${isUndone ? html`<b>${title}</b> is open again.` : replaced}</p>
     <button @click=${() => shelf.exchange()}>${isUndone ? `Redo: open ${other}` : 'Undo'}</button>
     ${canJoin ? html`<button @click=${() => shelf.addInstead()}>Add instead</button>` : nothing}
-    <button
-      class="quiet icon"
-      aria-label="Dismiss; ${other} is closed"
-      title="Dismiss"
-      @click=${() => shelf.forgetFormer()}
-    >
-      ${icon('close')}
-    </button>
+    ${iconButton('close', `Dismiss; ${other} is closed`, () => shelf.forgetFormer(), { hint: 'Dismiss' })}
   </section>`;
 }
 
 export const barStyles = css`
   .bar {
-    display: flex;
+    ${row};
     flex: none;
-    align-items: center;
     gap: 8px;
     padding: 4px 8px 4px 16px;
     border-bottom: 1px solid var(--line);
@@ -35,10 +28,8 @@ export const barStyles = css`
     font-size: calc(13 * var(--px));
   }
   .bar p {
-    overflow: hidden;
+    ${cut};
     min-width: 0;
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   .bar b {
     font-weight: 600;

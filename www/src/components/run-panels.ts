@@ -8,6 +8,7 @@ import { type Fold, type FoldChange, NONE_OPEN } from './folds.js';
 import type { Panel, RunKind } from './run-kind.js';
 import { fullScreenButton, type Layout, tabs } from './run-parts.js';
 import './timeline.js';
+import { fire } from './fire.js';
 
 interface TimelineFacts {
   count: number;
@@ -97,13 +98,15 @@ export abstract class RunPanels extends LitElement {
     return tabs(names, this.panel, isOpen ? contents[this.panel]() : nothing, choose, { isOpen, toggle });
   }
 
-  /** Below the map: the slider that builds it, and what unfolds the panels around it. */
+  /** Below the map: what is being done, the slider that builds it, and what unfolds the panels around it. */
   protected renderBelow(
     { count, until, statuses, colors, dark }: TimelineFacts,
     onUntil: (event: CustomEvent<number>) => void,
+    activity: unknown,
   ): TemplateResult {
     const { fullScreen } = this;
     return html`<div class="below">
+      ${activity}
       <scanstitch-timeline
         .count=${count}
         .until=${until}
@@ -120,10 +123,10 @@ export abstract class RunPanels extends LitElement {
 
   /** Asks the page's frame to open something. */
   protected want(detail: string): void {
-    this.dispatchEvent(new CustomEvent('files-wanted', { detail, bubbles: true }));
+    fire(this, 'files-wanted', detail);
   }
 
   private fold(detail: FoldChange): void {
-    this.dispatchEvent(new CustomEvent('panel-folded', { detail, bubbles: true }));
+    fire(this, 'panel-folded', detail);
   }
 }

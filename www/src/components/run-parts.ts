@@ -1,6 +1,7 @@
 /** Parts of a run's view: tabs, progress over the map, messages, and the content before there is a result. */
 import { html, nothing, type TemplateResult } from 'lit';
 import './messages.js';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import type { Message } from './messages.js';
 
@@ -69,9 +70,7 @@ export function tabs<T extends string>(
 /** Gives the element the whole screen, as on a projector, and takes it away. */
 export function fullScreenButton(isOn: boolean, toggle: () => void): TemplateResult {
   const label = isOn ? 'Leave full screen' : 'Full screen';
-  return html`<button class="icon quiet" aria-label=${label} title=${label} @click=${toggle}>
-    ${icon(isOn ? 'shrink' : 'expand')}
-  </button>`;
+  return iconButton(isOn ? 'shrink' : 'expand', label, toggle, { hint: label });
 }
 
 /** What both kinds of run say of themselves while they go on. */
@@ -85,7 +84,7 @@ export interface ActiveSession {
   dismissMessages(): void;
 }
 
-/** The current activity, over the map, with its actions; `isPartial`: frames are missing from the map. */
+/** The current activity with its actions; `isPartial`: frames are missing from the map. */
 export function activity(session: ActiveSession, isPartial: boolean): TemplateResult | typeof nothing {
   switch (session.phase) {
     case 'reading':
@@ -116,10 +115,9 @@ export function messages(session: ActiveSession, isStrip = false): TemplateResul
 
 export function activityBox(words: string, progress: number | null, action: string, act: () => void): TemplateResult {
   return html`<div class="activity">
-    <div class="activity-words">
-      <span>${words}</span><button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
-    </div>
-    ${progress === null ? '' : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
+    <span title=${words}>${words}</span>
+    ${progress === null ? nothing : html`<progress max="1" .value=${progress} aria-label=${words}></progress>`}
+    <button class=${progress === null ? 'primary' : ''} @click=${act}>${action}</button>
   </div>`;
 }
 

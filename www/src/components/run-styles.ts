@@ -1,50 +1,28 @@
 /** How the parts of a run lie around its map, in each of the page's layouts. */
 import { css } from 'lit';
+import { column, cut, fill, row, wrap } from './theme.js';
 
-/** The current activity, in a box over the content. */
+/** The current activity, in a line. */
 export const activityStyles = css`
   .activity {
-    position: absolute;
-    z-index: 1; /* over messages, where the map is low */
-    bottom: 14px;
-    left: 50%;
-    display: grid;
-    gap: 8px;
-    width: min(340px, calc(100% - 32px));
-    padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
-    box-shadow: var(--shadow);
-    transform: translateX(-50%);
-  }
-  /* The scale bar lies in the corner: above the buttons, where there is no room beside them. */
-  @container (max-width: 720px) {
-    .activity {
-      bottom: 52px;
-    }
-  }
-  /* The map's buttons, in two columns where it is low, stay free. */
-  @container (max-width: 560px) {
-    .activity {
-      left: 12px;
-      width: min(340px, calc(100% - 110px));
-      transform: none;
-    }
-  }
-  @container (max-width: 560px) and (max-height: 260px) {
-    .activity {
-      width: calc(100% - 150px);
-    }
-  }
-  .activity-words {
-    display: flex;
-    align-items: center;
-    justify-content: space-between;
+    ${row};
+    flex: 1 1 260px;
     gap: 12px;
+    min-width: 0;
+  }
+  .activity > span {
+    ${cut};
+  }
+  .app > .activity,
+  .middle > .activity {
+    flex: none;
+    padding: 4px 12px;
+    border-block: 1px solid var(--line);
+    background: var(--surface);
   }
   progress {
-    width: 100%;
+    flex: 1;
+    min-width: 60px;
     height: 5px;
     border: 0;
     border-radius: 3px;
@@ -70,18 +48,15 @@ export const layoutStyles = css`
     display: contents;
   }
   .run {
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    min-height: 0;
+    ${column};
+    ${fill};
   }
   scanstitch-headline {
     border-bottom: 1px solid var(--line);
   }
   main {
     display: grid;
-    flex: 1;
-    min-height: 0;
+    ${fill};
   }
   main {
     grid-template-columns: auto minmax(0, 1fr) auto;
@@ -118,8 +93,7 @@ export const layoutStyles = css`
     border-left: 1px solid var(--line);
   }
   .tabs {
-    display: flex;
-    flex-direction: column;
+    ${column};
     overflow: hidden;
   }
   .narrow .tabs {
@@ -127,9 +101,8 @@ export const layoutStyles = css`
     border-top: 1px solid var(--line);
   }
   .tab-bar {
-    display: flex;
+    ${row};
     flex: none;
-    align-items: center;
     padding: 0 8px;
     border-bottom: 1px solid var(--line);
   }
@@ -163,34 +136,32 @@ export const layoutStyles = css`
     outline-offset: -3px;
   }
   [role='tabpanel'] {
-    flex: 1;
-    min-height: 0;
+    ${fill};
     overflow: auto;
   }
   .middle {
-    display: flex;
-    flex-direction: column;
+    ${column};
     min-width: 0;
     min-height: 0;
   }
+  /* What the user is asked stands beside the map, or below it where there is little room. */
   .map-area {
     position: relative;
     display: grid;
-    flex: 1;
-    min-height: 0;
+    grid-template: 'map question' minmax(0, 1fr) / minmax(0, 1fr) auto;
+    ${fill};
   }
-  .map-area:has(> .aside) {
-    grid-template: minmax(0, 1fr) / minmax(0, 1fr) auto;
+  .map-area > :first-child {
+    grid-area: map;
   }
-  @container (max-width: 640px) {
-    .map-area:has(> .aside) {
-      grid-template: minmax(0, 1fr) auto / minmax(0, 1fr);
+  @container (max-width: 600px) {
+    .map-area {
+      grid-template: 'map' minmax(0, 1fr) 'question' auto / minmax(0, 1fr);
     }
   }
   .below {
-    display: flex;
-    align-items: center;
-    gap: 14px;
+    ${wrap};
+    gap: 4px 14px;
     padding: 5px 12px;
     border-top: 1px solid var(--line);
     background: var(--surface);
@@ -199,7 +170,7 @@ export const layoutStyles = css`
     padding-block: 2px;
   }
   scanstitch-timeline {
-    flex: 1;
+    flex: 1 1 180px;
     min-width: 0;
   }
   .folds {
@@ -238,18 +209,15 @@ export const layoutStyles = css`
   }
   /* Above the map, not on it. */
   .middle > scanstitch-messages {
-    display: flex;
+    ${column};
     flex: none;
-    flex-direction: column;
     max-height: 36%;
   }
   .empty {
-    display: flex;
-    flex: 1;
+    ${row};
+    ${fill};
     flex-direction: column;
-    align-items: center;
     gap: 16px;
-    min-height: 0;
     padding: 24px;
     overflow: auto;
   }

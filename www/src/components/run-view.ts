@@ -1,6 +1,7 @@
 /** A view of a run, and what it and the page's frame (header, menus) say to each other. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
+import type { Address } from '../views/address.js';
 import './headline.js';
 import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
@@ -10,13 +11,7 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
 import { sameSettings } from '../views/setting-fields.js';
 import type { Turns } from '../views/viewport.js';
-import {
-  faultsToBegin,
-  ownerOf,
-  rememberSettings,
-  type SettingsFacts,
-  settingsToBegin,
-} from '../views/settings-link.js';
+import { beginning, ownerOf, rememberSettings, type SettingsFacts } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
 import { activityStyles, layoutStyles } from './run-styles.js';
 import type { Measure } from './before-after.js';
@@ -40,6 +35,7 @@ import { RunPanels } from './run-panels.js';
 import { activity, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
 import { emptyStyles, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /** What all results have in common. */
 interface RunSnapshot {
@@ -59,7 +55,8 @@ export abstract class RunView<
 > extends RunPanels {
   @property({ attribute: false }) initialSettings = '';
   @property({ attribute: false }) preset = '';
-  @property({ attribute: false }) rememberSettings = false;
+  /** Where settings are kept; null: nowhere. */
+  @property({ attribute: false }) address: Address | null = null;
   @property({ type: Boolean }) dark = false;
   /** Where recordings are exchanged. */
   @property({ attribute: false }) shelf: Shelf | null = null;
@@ -85,7 +82,7 @@ export abstract class RunView<
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
   get exports(): readonly MenuItem[] {
-    return this.rememberSettings ? [...this.of.exports, COPY_LINK] : this.of.exports;
+    return this.address ? [...this.of.exports, COPY_LINK] : this.of.exports;
   }
 
   override connectedCallback(): void {
@@ -200,7 +197,11 @@ export abstract class RunView<
   protected renderIntroduction(): TemplateResult | typeof nothing {
     return nothing;
   }
-  /** What the user is asked, over the map. */
+  /** What is being done, or was stopped. */
+  protected renderActivity(): TemplateResult | typeof nothing {
+    return activity(this.session, this.num_frames < this.loaded().num_frames);
+  }
+  /** What the user is asked, beside the map. */
   protected renderQuestion(): TemplateResult | typeof nothing {
     return nothing;
   }
@@ -241,11 +242,11 @@ export abstract class RunView<
     const facts: ViewFacts = { title, count, reference, canExport, result: snapshot };
     if (sameFacts(facts, this.facts)) return;
     this.facts = facts;
-    this.dispatchEvent(new CustomEvent('facts-changed', { bubbles: true }));
+    fire(this, 'facts-changed');
   }
 
   protected override render(): TemplateResult {
-    const { session, layout, controls, num_frames } = this;
+    const { session, layout, controls } = this;
     const { snapshot, phase } = session;
     const isEmpty = snapshot === null && (phase === 'empty' || phase === 'unavailable');
     const isNarrow = layout === 'narrow';
@@ -256,7 +257,7 @@ export abstract class RunView<
           this.select(detail);
           if (detail !== null) this.unfoldDetails();
         }}
-        @look-inside=${({ detail }: CustomEvent<number>) => this.dispatchEvent(new CustomEvent('look-inside', { detail, bubbles: true }))}
+        @look-inside=${({ detail }: CustomEvent<number>) => fire(this, 'look-inside', detail)}
         @frame-hovered=${({ detail }: CustomEvent<number | null>) => {
           this.hovered = detail;
         }}
@@ -267,10 +268,9 @@ export abstract class RunView<
           ${this.shows('settings') ? html`<aside class="side left" part="settings" aria-label="Settings">${this.renderSettings()}</aside>` : nothing}
           <div class="middle">
             ${this.renderBefore()} ${messages(session, true)}
-            <div class="map-area" part="map">
-              ${this.renderMap()} ${activity(session, num_frames < this.loaded().num_frames)} ${this.renderQuestion()}
-            </div>
-            ${controls === 'none' ? nothing : this.renderBar()} ${this.shows('table') ? this.renderTable() : nothing}
+            <div class="map-area" part="map">${this.renderMap()} ${this.renderQuestion()}</div>
+            ${controls === 'none' ? this.renderActivity() : this.renderBar()}
+            ${this.shows('table') ? this.renderTable() : nothing}
           </div>
           ${
             this.shows('details')
@@ -331,7 +331,7 @@ export abstract class RunView<
     const { num_frames, until, dark } = this;
     const statuses = this.statusesOf(this.session.snapshot?.result.frames ?? EMPTY_LIST);
     const slider = { count: num_frames, until: until ?? num_frames, statuses, colors: this.trackColors(), dark };
-    return this.renderBelow(slider, this.onUntil);
+    return this.renderBelow(slider, this.onUntil, this.renderActivity());
   }
 
   /** One colour for each frame there will be, also while only some are registered. */
@@ -360,9 +360,10 @@ export abstract class RunView<
   };
 
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
-    const fragment = this.rememberSettings ? location.hash : '';
-    this.events.settingFaults = faultsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
-    return settingsToBegin(this.of.kind, facts, this.preset, this.initialSettings, fragment);
+    const fragment = this.address?.fragment ?? '';
+    const begun = beginning(this.of.kind, facts, this.preset, this.initialSettings, fragment);
+    this.events.settingFaults = begun.faults;
+    return begun.settings;
   }
 
   /** Computes again with these settings, and keeps them. */
@@ -382,12 +383,12 @@ export abstract class RunView<
   /** Writes its settings into the page's address, where that holds those of this element. */
   writeAddress(): void {
     const { facts, settings } = this.session;
-    if (this.rememberSettings) rememberSettings(this.of.kind, facts, settings);
+    if (this.address) rememberSettings(this.address, this.of.kind, facts, settings);
   }
 
   private onHash = (): void => {
     const { facts } = this.session;
-    if (!this.rememberSettings || !facts || ownerOf(location.hash) !== this.of.kind) return;
+    if (!this.address || !facts || ownerOf(this.address.fragment) !== this.of.kind) return;
     const settings = this.settingsToBegin(facts);
     // Back and forward come here, too, and a run is not to be computed again for them.
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);

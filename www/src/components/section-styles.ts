@@ -1,21 +1,17 @@
 /** Styles of boxes with a heading and of tables, which several views share. */
 import { css } from 'lit';
+import { column, dot, panel, small, wrap } from './theme.js';
 
 /** Of every box with a heading. */
 export const sectionStyles = css`
   section {
     position: relative;
-    display: flex;
-    flex-direction: column;
+    ${column};
     min-width: 0;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
   }
   section > header {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 4px 10px;
     min-height: 40px;
     padding: 4px 6px 0 12px;
@@ -31,8 +27,7 @@ export const sectionStyles = css`
   .looks button {
     min-height: 28px;
     padding: 0 8px;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .looks {
     display: flex;
@@ -49,9 +44,6 @@ export const sectionStyles = css`
 
 /** Of tables of figures: with `tableStyles`. */
 export const rankingStyles = css`
-  :host {
-    display: block;
-  }
   .scroll {
     /* Also for words that are only heard: they stand inside the table. */
     position: relative;
@@ -64,8 +56,7 @@ export const rankingStyles = css`
   }
   thead th {
     border-top: 0;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
     font-weight: 600;
   }
   tbody th {
@@ -84,10 +75,7 @@ export const rankingStyles = css`
     text-decoration: none;
   }
   td.name i {
-    flex: none;
-    width: 10px;
-    height: 10px;
-    border-radius: 50%;
+    ${dot};
   }
   .ranking tbody tr:not(.refused) {
     cursor: pointer;
@@ -119,5 +107,39 @@ export const rankingStyles = css`
     display: flex;
     gap: 8px;
     color: var(--doubtful);
+  }
+`;
+
+/** A dialog with groups of fields. */
+export const dialogStyles = css`
+  dialog {
+    max-height: calc(100dvh - 24px);
+    padding: 0;
+    overflow: auto;
+    border: 1px solid var(--line);
+    border-radius: 12px;
+    background: var(--surface);
+    color: var(--text);
+    box-shadow: var(--shadow);
+  }
+  dialog::backdrop {
+    background: rgb(10 14 20 / 0.45);
+  }
+  form {
+    display: grid;
+    gap: 12px;
+    padding: 18px 20px;
+  }
+  fieldset {
+    display: grid;
+    min-width: 0;
+    margin: 0;
+    padding: 6px 12px 10px;
+    border: 1px solid var(--line);
+    border-radius: var(--radius);
+  }
+  legend {
+    padding: 0 4px;
+    font-weight: 600;
   }
 `;

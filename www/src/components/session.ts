@@ -7,7 +7,7 @@ import { printable } from '../../../package/base/printable.js';
 import type { Opened } from '../datasets/dataset.js';
 import type { Problem } from '../engine/protocol.js';
 import { fetchAgain } from '../engine/start.js';
-import { START_PATIENCE_MS } from '../engine/worker-host.js';
+import { START_PATIENCE_MS, type WorkerFaults } from '../engine/worker-host.js';
 import type { SettingsFacts } from '../views/settings-link.js';
 import { Announcer } from './announcer.js';
 import { tellFault } from './host-events.js';
@@ -89,6 +89,12 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
   }
 
   protected abstract createClient(): Client;
+
+  /** What a client is to do with the faults of its worker. */
+  protected readonly faults: WorkerFaults = {
+    slow: (isSlow) => this.onSlow(isSlow),
+    unavailable: (message) => this.onUnavailable(message),
+  };
 
   /** The host is to be drawn again. */
   changed(): void {

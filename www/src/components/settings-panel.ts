@@ -12,7 +12,8 @@ import {
   zeroWord,
 } from '../views/setting-fields.js';
 import { icon } from './icons.js';
-import { shared } from './theme.js';
+import { column, row, shared, small } from './theme.js';
+import { fire } from './fire.js';
 
 /** All settings of an engine, by name. */
 export type SettingValues = Readonly<Record<string, string | number>>;
@@ -156,21 +157,19 @@ export class ScanstitchSettings extends LitElement {
   }
 
   private change(settings: SettingValues): void {
-    this.dispatchEvent(new CustomEvent('settings-changed', { detail: { ...settings }, bubbles: true }));
+    fire(this, 'settings-changed', { ...settings });
   }
 
   static override styles = [
     shared,
     css`
       :host {
-        display: flex;
-        flex-direction: column;
+        ${column};
         gap: 4px;
         padding: 14px 16px 24px;
       }
       header {
-        display: flex;
-        align-items: center;
+        ${row};
         justify-content: space-between;
         min-height: 32px;
       }
@@ -190,8 +189,7 @@ export class ScanstitchSettings extends LitElement {
       }
       .explanation {
         grid-column: 1 / -1;
-        color: var(--muted);
-        font-size: calc(12 * var(--px));
+        ${small};
         line-height: 1.4;
       }
       .is-changed > label::after {
@@ -199,14 +197,6 @@ export class ScanstitchSettings extends LitElement {
         margin-left: 5px;
         color: var(--accent);
         font-weight: 700;
-      }
-      select,
-      input {
-        min-height: 32px;
-        padding: 0 8px;
-        border: 1px solid var(--line-strong);
-        border-radius: 7px;
-        background: var(--surface);
       }
       select {
         width: 100%;
@@ -229,12 +219,10 @@ export class ScanstitchSettings extends LitElement {
         border-top: 1px solid var(--line);
       }
       summary {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         min-height: 40px;
         font-weight: 600;
-        cursor: pointer;
         list-style: none;
       }
       summary::-webkit-details-marker {

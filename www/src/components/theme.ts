@@ -1,6 +1,76 @@
 /** Colours, type and the few controls every component shares. Colours come in pairs, for light and for dark. */
 import { css } from 'lit';
 
+/** Declarations that many rules have in common: `${row};` within a rule. */
+export const row = css`
+  display: flex;
+  align-items: center;
+`;
+export const wrap = css`
+  display: flex;
+  flex-wrap: wrap;
+  align-items: center;
+`;
+export const column = css`
+  display: flex;
+  flex-direction: column;
+`;
+export const fill = css`
+  flex: 1;
+  min-height: 0;
+`;
+export const stretch = css`
+  width: 100%;
+  height: 100%;
+`;
+export const cover = css`
+  position: absolute;
+  inset: 0;
+`;
+/** What does not fit ends in dots. */
+export const cut = css`
+  overflow: hidden;
+  text-overflow: ellipsis;
+  white-space: nowrap;
+`;
+export const panel = css`
+  border: 1px solid var(--line);
+  border-radius: var(--radius);
+  background: var(--surface);
+`;
+export const field = css`
+  border: 1px solid var(--line-strong);
+  border-radius: 7px;
+  background: var(--surface);
+`;
+export const small = css`
+  color: var(--muted);
+  font-size: calc(12 * var(--px));
+`;
+export const note = css`
+  color: var(--muted);
+  font-size: calc(12.5 * var(--px));
+`;
+export const doubt = css`
+  color: var(--doubtful);
+  background: var(--doubtful-soft);
+`;
+/** Only for those who hear the page. */
+export const heard = css`
+  position: absolute;
+  width: 1px;
+  height: 1px;
+  overflow: hidden;
+  clip-path: inset(50%);
+`;
+/** Of one colour of a legend. */
+export const dot = css`
+  flex: none;
+  width: 10px;
+  height: 10px;
+  border-radius: 50%;
+`;
+
 export const tokens = css`
   :host {
     --background: var(--scanstitch-background, light-dark(#f3f5f8, #0e1217));
@@ -27,6 +97,7 @@ export const tokens = css`
     --mono: ui-monospace, 'SF Mono', 'Cascadia Mono', Menlo, Consolas, monospace;
     font: 14px / 1.45 var(--scanstitch-font, system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif);
     color: var(--text);
+    accent-color: var(--accent);
     -webkit-tap-highlight-color: transparent;
   }
 `;
@@ -36,6 +107,9 @@ export const shared = css`
   *::before,
   *::after {
     box-sizing: border-box;
+  }
+  :host {
+    display: block;
   }
   :host([hidden]),
   [hidden] {
@@ -70,6 +144,17 @@ export const shared = css`
   select {
     font: inherit;
     color: inherit;
+  }
+  input:is([type='checkbox'], [type='radio'], [type='range']) {
+    margin: 0;
+  }
+  :where(select, textarea, input:not([type='checkbox'], [type='radio'], [type='range'], [type='file'])) {
+    min-height: 32px;
+    padding: 0 8px;
+    ${field};
+  }
+  summary {
+    cursor: pointer;
   }
   button {
     display: inline-flex;
@@ -140,11 +225,7 @@ export const shared = css`
     font-variant-numeric: tabular-nums;
   }
   .visually-hidden {
-    position: absolute;
-    width: 1px;
-    height: 1px;
-    overflow: hidden;
-    clip-path: inset(50%);
+    ${heard};
     white-space: nowrap;
   }
   @media (pointer: coarse) {
@@ -232,29 +313,9 @@ export const panelStyles = css`
   }
 `;
 
-export const chartStyles = css`
-  section > svg {
-    width: 100%;
-    height: auto;
-    color: var(--muted);
-  }
-  section > svg + h3 {
-    margin-top: 10px;
-  }
-  .axes line {
-    stroke: var(--line);
-  }
-  .axes text {
-    fill: var(--muted);
-    font-size: 10.5px; /* of the chart, which grows with its width */
-    font-variant-numeric: tabular-nums;
-  }
-`;
-
 /** A view that fills the page below the header and scrolls. */
 export const pageStyles = css`
   :host {
-    display: block;
     flex: 1;
     min-height: 0;
     overflow: auto;
@@ -302,50 +363,11 @@ export const tableStyles = css`
   }
 `;
 
-/** A dialog with groups of fields. */
-export const dialogStyles = css`
-  dialog {
-    max-height: calc(100dvh - 24px);
-    padding: 0;
-    overflow: auto;
-    border: 1px solid var(--line);
-    border-radius: 12px;
-    background: var(--surface);
-    color: var(--text);
-    box-shadow: var(--shadow);
-  }
-  dialog::backdrop {
-    background: rgb(10 14 20 / 0.45);
-  }
-  form {
-    display: grid;
-    gap: 12px;
-    padding: 18px 20px;
-  }
-  fieldset {
-    display: grid;
-    min-width: 0;
-    margin: 0;
-    padding: 6px 12px 10px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-  }
-  legend {
-    padding: 0 4px;
-    font-weight: 600;
-  }
-`;
-
 /** Of lists to choose from and of numbers, in a bar of choices. */
 export const fieldStyles = css`
   select,
   input[type='number'] {
-    min-height: 32px;
     max-width: 240px;
-    padding: 0 8px;
-    border: 1px solid var(--line-strong);
-    border-radius: 7px;
-    background: var(--surface);
     color: var(--text);
     font-size: calc(13 * var(--px));
   }

@@ -3,8 +3,10 @@ import { customElement, property, state } from 'lit/decorators.js';
 import type { Status } from '../views/map-painter.js';
 import { plural } from '../views/format.js';
 import { cssColor, frameColor, type Rgb } from '../views/palette.js';
-import { icon } from './icons.js';
-import { shared } from './theme.js';
+import { slider } from './fields.js';
+import { iconButton } from './icon-button.js';
+import { row, shared } from './theme.js';
+import { fire } from './fire.js';
 
 /** The whole film takes about this long, but no picture is shorter or longer than these. */
 const FILM_MS = 5000;
@@ -57,15 +59,7 @@ export class ScanstitchTimeline extends LitElement {
     const stops = this.colors ? bands(this.colors) : timeStops(this.dark);
     const filled = count > 1 ? ((until - 1) / (count - 1)) * 100 : 100;
     return html`
-      <button
-        class="icon"
-        ?disabled=${isIdle}
-        @click=${this.toggle}
-        aria-label=${this.isPlaying ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`}
-        title=${this.isPlaying ? 'Pause' : 'Play'}
-      >
-        ${icon(this.isPlaying ? 'pause' : 'play')}
-      </button>
+      ${iconButton(this.isPlaying ? 'pause' : 'play', this.isPlaying ? 'Pause' : `Play: build the map ${this.noun} by ${this.noun}`, this.toggle, { hint: this.isPlaying ? 'Pause' : 'Play', kind: '', isOff: isIdle })}
       <div class="slider" style="--stops: ${stops}; --filled: ${filled}%">
         <div class="marks" aria-hidden="true">
           ${runs(this.statuses).map(({ value, first, last }) =>
@@ -77,25 +71,21 @@ export class ScanstitchTimeline extends LitElement {
                 ></i>`,
           )}
         </div>
-        <input
-          type="range"
-          min="1"
-          max=${Math.max(count, 1)}
-          step="1"
-          .value=${String(Math.max(until, 1))}
-          ?disabled=${isIdle}
-          aria-label=${this.noun === 'scan' ? 'Scans shown' : 'Frames shown'}
-          aria-valuetext="${until} of ${plural(count, this.noun)}"
-          @input=${this.onInput}
-        />
+        ${slider(
+          Math.max(until, 1),
+          {
+            label: this.noun === 'scan' ? 'Scans shown' : 'Frames shown',
+            ...{ min: 1, max: Math.max(count, 1), isOff: isIdle },
+            words: `${until} of ${plural(count, this.noun)}`,
+          },
+          (to) => {
+            this.pause();
+            this.show(to);
+          },
+        )}
       </div>
       <output class="number" aria-hidden="true">${until}<span class="muted"> / ${count}</span></output>
     `;
-  }
-
-  private onInput(event: Event): void {
-    this.pause();
-    this.show(Number((event.target as HTMLInputElement).value));
   }
 
   private toggle(): void {
@@ -119,29 +109,26 @@ export class ScanstitchTimeline extends LitElement {
   }
 
   private show(until: number): void {
-    this.dispatchEvent(new CustomEvent('until-changed', { detail: until, bubbles: true }));
+    fire(this, 'until-changed', until);
   }
 
   static override styles = [
     shared,
     css`
       :host {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 12px;
       }
       .slider {
         position: relative;
         flex: 1;
         min-width: 0;
-        display: flex;
-        align-items: center;
+        ${row};
       }
       input {
         appearance: none;
         width: 100%;
         height: 28px;
-        margin: 0;
         background: transparent;
         cursor: pointer;
       }

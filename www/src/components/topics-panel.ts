@@ -4,8 +4,10 @@ import { customElement, property, state } from 'lit/decorators.js';
 import type { Role } from '../../../package/bag/roles.js';
 import { type Choice, ROLES, SOURCES, type TopicFacts, type Wishes } from '../../../package/bag/topics.js';
 import type { ListedBag } from '../../../package/recording_reader.js';
-import { shared } from './theme.js';
+import { type Choices, list } from './list-field.js';
+import { shared, wrap } from './theme.js';
 import { plural } from '../views/format.js';
+import { fire } from './fire.js';
 
 export type { Wishes };
 
@@ -69,7 +71,7 @@ export class ScanstitchTopics extends LitElement {
   }
 
   private cancel(): void {
-    this.dispatchEvent(new CustomEvent('topics-cancelled', { bubbles: true }));
+    fire(this, 'topics-cancelled');
   }
 
   /** What is used, in a line. */
@@ -114,14 +116,11 @@ export class ScanstitchTopics extends LitElement {
   private renderSelect({ topic, uses }: TopicFacts): TemplateResult {
     const { choice } = this.bag;
     const role = ROLES.find((candidate) => choice?.[candidate] === topic.name);
-    return html`<select
-      aria-label="Use ${topic.name} as"
-      ?disabled=${choice === null}
-      @change=${(event: Event) => this.choose(topic.name, (event.target as HTMLSelectElement).value as Role | '')}
-    >
-      <option value="" ?selected=${role === undefined}>nothing</option>
-      ${uses.map((use) => html`<option value=${use} ?selected=${use === role}>${WORDS[use]}</option>`)}
-    </select>`;
+    const choices: Choices<Role | ''> = [['', 'nothing'], ...uses.map((use) => [use, WORDS[use]] as const)];
+    return list(choices, role ?? '', (use) => this.choose(topic.name, use), {
+      label: `Use ${topic.name} as`,
+      isOff: choice === null,
+    });
   }
 
   private choose(topic: string, role: Role | ''): void {
@@ -134,23 +133,20 @@ export class ScanstitchTopics extends LitElement {
       if (SOURCES.includes(role)) for (const other of ROLES) delete next[other];
       next[role] = topic;
     }
-    this.dispatchEvent(new CustomEvent('topics-chosen', { detail: next, bubbles: true }));
+    fire(this, 'topics-chosen', next);
   }
 
   static override styles = [
     shared,
     css`
       :host {
-        display: block;
         flex: none;
         border-bottom: 1px solid var(--line);
         background: var(--surface);
         font-size: calc(12.5 * var(--px));
       }
       section {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: center;
+        ${wrap};
         gap: 2px 10px;
         padding: 3px 12px 3px 8px;
       }
@@ -203,10 +199,6 @@ export class ScanstitchTopics extends LitElement {
       select {
         min-height: 28px;
         max-width: 100%;
-        padding: 0 6px;
-        border: 1px solid var(--line-strong);
-        border-radius: 6px;
-        background: var(--surface);
       }
       @media (pointer: coarse) {
         select {
@@ -219,10 +211,8 @@ export class ScanstitchTopics extends LitElement {
           clip-path: inset(50%);
         }
         tr {
-          display: flex;
-          flex-wrap: wrap;
+          ${wrap};
           gap: 2px 8px;
-          align-items: center;
           padding: 8px 0;
           border-top: 1px solid var(--line);
         }

@@ -1,7 +1,9 @@
 /** What a newcomer reads above the sample: what the page does, how to begin, what its tools are for, how to embed it. */
 import { css, html, type TemplateResult } from 'lit';
+import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import { TOOLS } from './tools.js';
+import { wrap } from './theme.js';
 
 /** What a host page writes. */
 const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script>
@@ -48,9 +50,7 @@ export function welcome({ want, copy, close }: WelcomeHooks): TemplateResult {
           </li>`,
       )}
     </ul>
-    <button class="quiet icon close" aria-label="Close the introduction" title="Close" @click=${close}>
-      ${icon('close')}
-    </button>
+    ${iconButton('close', 'Close the introduction', close, { hint: 'Close', kind: 'quiet close' })}
   </section>`;
 }
 
@@ -87,9 +87,7 @@ export const welcomeStyles = css`
     text-wrap: pretty;
   }
   .welcome .begin {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px;
     padding-top: 7px;
   }
@@ -141,7 +139,6 @@ export const welcomeStyles = css`
     min-height: 24px;
     padding: 2px 4px;
     color: var(--accent);
-    cursor: pointer;
   }
   .welcome pre {
     overflow: auto;

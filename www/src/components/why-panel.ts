@@ -17,10 +17,13 @@ import {
 import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
 import { cleaningWords, directionWords, frameSummary } from '../views/words.js';
+import { check } from './fields.js';
 import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
 import { iterationTable } from './iteration-table.js';
-import { chartStyles, panelStyles, shared, statusStyles } from './theme.js';
+import { figureStyles } from './number-table.js';
+import { doubt, note, panelStyles, row, shared, statusStyles } from './theme.js';
+import { fire } from './fire.js';
 
 /**
  * Why the selected scan was placed where it is: assessment, evidence, uncertainty, the course of the iterations.
@@ -50,7 +53,7 @@ export class ScanstitchWhy extends LitElement {
     if (!frame) return html``;
     const isMatched = frame.iterations > 0;
     return html`
-      ${frameHeader('scan', this.frames, index, this.colors[index], (to) => this.emit('frame-selected', to))}
+      ${frameHeader('scan', this.frames, index, this.colors[index], (to) => fire(this, 'frame-selected', to))}
       <p class="summary">${sentence(frame.reason || frameSummary(frame, index))}</p>
       ${frame.reason && isMatched ? html`<p class="muted">${frameSummary(frame, index)}</p>` : nothing}
       ${
@@ -66,7 +69,7 @@ export class ScanstitchWhy extends LitElement {
       ${
         this.removable
           ? html`<p>
-              <button class="quiet remove" @click=${() => this.emit('scan-removed', frame.name)}>
+              <button class="quiet remove" @click=${() => fire(this, 'scan-removed', frame.name)}>
                 ${icon('trash')}Leave this scan out
               </button>
             </p>`
@@ -114,20 +117,15 @@ export class ScanstitchWhy extends LitElement {
 
   private renderRegistration(): TemplateResult {
     const box = (which: ShownPairs, label: string): TemplateResult =>
-      html`<label class="pairs">
-        <input
-          type="checkbox"
-          .checked=${this.pairsShown === which}
-          @change=${(event: Event) => this.emit('pairs-wanted', (event.target as HTMLInputElement).checked ? which : 'none')}
-        />
-        ${label}
-      </label>`;
+      check(label, this.pairsShown === which, (isOn) => fire(this, 'pairs-wanted', isOn ? which : 'none'), {
+        kind: 'pairs',
+      });
     return html`${box('longest', 'Show the longest pairs: where it fits worst')}
       ${this.pairsShown === 'longest' && this.longest ? this.renderLongest(this.longest) : nothing}
       ${box('all', 'Show correspondences')}
       <p>
         <button
-          @click=${() => this.emit('look-inside', this.index)}
+          @click=${() => fire(this, 'look-inside', this.index)}
           title="Step through this registration in the ICP lab"
         >
           Look inside
@@ -189,67 +187,36 @@ export class ScanstitchWhy extends LitElement {
     `;
   }
 
-  private emit(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
-  }
-
   static override styles = [
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
+    figureStyles,
     css`
       .degenerate-direction {
         display: flex;
         gap: 8px;
         padding: 8px 10px;
         border-radius: var(--radius);
-        background: var(--doubtful-soft);
-        color: var(--doubtful);
+        ${doubt};
       }
       .degenerate-direction svg {
         margin-top: 2px;
         color: light-dark(#b3261e, #ff8a80);
       }
       .pairs {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         min-height: 28px;
         cursor: pointer;
-      }
-      .pairs input {
-        margin: 0;
-        accent-color: var(--accent);
       }
       .remove {
         margin-left: -12px;
         color: var(--muted);
       }
       summary {
-        color: var(--muted);
-        font-size: calc(12.5 * var(--px));
-        cursor: pointer;
-      }
-      .scroll {
-        overflow-x: auto;
-      }
-      table {
-        width: 100%;
-        margin-top: 6px;
-        border-collapse: collapse;
-        font-size: calc(11.5 * var(--px));
-      }
-      th,
-      td {
-        padding: 2px 3px;
-        text-align: right;
-        font-weight: 400;
-        white-space: nowrap;
-      }
-      thead th {
-        color: var(--muted);
+        ${note};
       }
     `,
   ];

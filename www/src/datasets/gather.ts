@@ -47,7 +47,9 @@ export function mayHoldMap(files: readonly NamedFile[]): boolean {
 
 /** All files of a file or folder dialogue. */
 export function filesOfInput(input: HTMLInputElement): NamedFile[] {
-  return Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));
+  const files = Array.from(input.files ?? [], (file) => ({ name: file.webkitRelativePath || file.name, file }));
+  input.value = ''; // so that picking the same files again is a change
+  return files;
 }
 
 async function filesOfEntry(entry: FileSystemEntry, unreadable: Note[]): Promise<NamedFile[]> {

@@ -25,10 +25,10 @@ import type {
 } from './protocol.js';
 import { EngineProblem, WorkerDied } from './remote.js';
 import { compileFullWhenIdle, isCompiled } from './start.js';
-import { type WorkerHooks, WorkerHost, type WorkerScript } from './worker-host.js';
+import { type WorkerFaults, type WorkerHooks, WorkerHost, type WorkerScript } from './worker-host.js';
 import { messageOf } from './message-of.js';
 
-export interface PlanarListener {
+export interface PlanarListener extends WorkerFaults {
   ready(facts: EngineFacts): void;
   reading(file: string, done: number, total: number): void;
   /** `accepted` empty: nothing could be read, and what was there before is still there. */
@@ -41,10 +41,6 @@ export interface PlanarListener {
   refused(steps: readonly RefusedEdit[]): void;
   /** The worker died; a new one is starting with the same inputs. */
   crashed(message: string): void;
-  /** The engine takes long to load, or does so no longer. */
-  slow(isSlow: boolean): void;
-  /** The engine cannot be started, or is not started again. */
-  unavailable(message: string): void;
 }
 
 /** Time after a stop command at which a worker that has not responded is replaced (ms). */

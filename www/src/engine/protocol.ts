@@ -19,20 +19,7 @@ import type {
   TableFacts,
 } from './package.js';
 
-export type {
-  CleaningReport,
-  Consequence,
-  Edit,
-  GraphLoop,
-  GraphLoops,
-  IterationRecord,
-  PlanarPoint,
-  PlanarPose,
-  Progress,
-  ReconstructionResult,
-  RefusedEdit,
-  TableFacts,
-} from './package.js';
+export type * from './package.js';
 
 /** All settings. The engine takes some of them, and so calls each one optional. */
 export type Settings = Required<EngineSettings>;

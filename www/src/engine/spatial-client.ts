@@ -28,7 +28,7 @@ import type {
   SpatialSnapshot,
   TopView,
 } from './spatial-protocol.js';
-import { WorkerHost } from './worker-host.js';
+import { type WorkerFaults, WorkerHost } from './worker-host.js';
 
 export interface SpatialInputs {
   jobs: readonly SpatialJob[];
@@ -41,7 +41,7 @@ export interface SpatialInputs {
 
 export type SpatialState = 'running' | 'stopped' | 'done';
 
-export interface SpatialListener {
+export interface SpatialListener extends Partial<WorkerFaults> {
   ready(facts: SpatialFacts): void;
   /** A frame was registered: `done` of `total` are over, good or bad. */
   registered(index: number, ms: number, done: number, total: number): void;
@@ -54,10 +54,7 @@ export interface SpatialListener {
   replaced(name: string): void;
   /** The registrar died; `restarts`: whether the run restarts automatically. */
   crashed(message: string, restarts: boolean): void;
-  /** The engine takes long to load, or does so no longer. */
-  slow?(isSlow: boolean): void;
-  /** The engine cannot be started, or is not started again. */
-  unavailable(message: string): void;
+  unavailable: WorkerFaults['unavailable'];
 }
 
 /** The map is sent again after the time that the run has taken so far, within these limits (ms), ... */

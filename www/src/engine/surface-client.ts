@@ -1,7 +1,7 @@
 /** The page's side of a surface: one worker that makes it from the files of a run, and holds it for its exports. */
 import { owned } from '../../../package/base/buffers.js';
 import type { MeshFormat } from '../../../package/mesh/files.js';
-import { addFrames, MEMORY_MB, type PlacedFrame, VOXEL_SIZE } from '../../../package/mesh/frames.js';
+import { addFrames, MEMORY_MB, type PlacedFrame } from '../../../package/mesh/frames.js';
 import { problemOf, type SpatialJob } from './preparer.js';
 import type { Problem } from './protocol.js';
 import { WorkerDied } from './remote.js';
@@ -28,16 +28,17 @@ export class SurfaceClient {
     return this.#hasDied;
   }
 
-  /** `jobs`: the recording's. Rejects with `WorkerDied` where the worker dies, or is ended. */
+  /** `voxelSize`: of the field (m); `jobs`: the recording's. Rejects with `WorkerDied` where the worker dies, or is ended. */
   async make(
     decode_config: string,
+    voxelSize: number,
     frames: readonly PlacedFrame[],
     jobs: readonly SpatialJob[],
     listener: SurfaceListener,
   ): Promise<SurfaceMesh> {
     const host = this.#host;
     const byIndex = new Map(jobs.map((job) => [job.index, job]));
-    await host.call('begin', decode_config, VOXEL_SIZE, MEMORY_MB);
+    await host.call('begin', decode_config, voxelSize, MEMORY_MB);
     await addFrames(frames, {
       filesOf: ({ index }) => {
         const job = byIndex.get(index);

@@ -29,6 +29,9 @@ export interface WorkerHooks<Event> {
   unavailable(message: string): void;
 }
 
+/** What a client hands on of its worker's faults. */
+export type WorkerFaults = Required<Pick<WorkerHooks<never>, 'slow' | 'unavailable'>>;
+
 /** Address of a worker's script, or what fetches it. */
 export type WorkerScript = string | (() => Promise<string>);
 

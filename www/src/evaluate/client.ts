@@ -1,15 +1,13 @@
 /** The view's side of a worker of the evaluation: one query at a time, the latest wins. */
 import { LatestQuery } from '../engine/latest-query.js';
 import { WorkerDied } from '../engine/remote.js';
-import { WorkerHost } from '../engine/worker-host.js';
+import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
 import { messageOf } from '../engine/message-of.js';
 import type { QueryApi } from './protocol.js';
 
-export interface ClientHooks<Command, Result> {
+export interface ClientHooks<Command, Result> extends WorkerFaults {
   answered(result: Result): void;
   failed(message: string): void;
-  slow(isSlow: boolean): void;
-  unavailable(message: string): void;
   /** The data that a worker must receive before its first query, also after a crash. */
   greet?(): Command;
 }
@@ -28,9 +26,8 @@ export class WorkerClient<Command, Query, Result> {
   constructor(workerUrl: string, hooks: ClientHooks<Command, Result>) {
     this.#hooks = hooks;
     this.#host = new WorkerHost<QueryApi<Command, Query, Result>>(workerUrl, {
+      ...hooks,
       crashed: (message) => this.#onCrash(message),
-      slow: (isSlow) => hooks.slow(isSlow),
-      unavailable: (message) => hooks.unavailable(message),
     });
   }
 

@@ -1,81 +1,66 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { check } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import { fieldStyles, shared } from '../components/theme.js';
 import { baseName } from '../views/format.js';
 import { controlsStyles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
 import type { AuxiliaryId } from './session.js';
+import { fire } from '../components/fire.js';
 
 interface Choice {
   option: keyof EvaluationOptions;
   label: string;
-  choices: readonly (readonly [string, string])[];
+  choices: Readonly<Record<string, string>>;
 }
 
 const RELATIONS: Choice = {
   option: 'relation',
   label: 'Component',
-  choices: [
-    ['translation_part', 'translation (m)'],
-    ['rotation_angle_deg', 'rotation angle (deg)'],
-    ['rotation_angle_rad', 'rotation angle (rad)'],
-    ['rotation_part', 'rotation part'],
-    ['full_transformation', 'full transformation'],
-    ['point_distance', 'point distance (m)'],
-  ],
+  choices: {
+    translation_part: 'translation (m)',
+    rotation_angle_deg: 'rotation angle (deg)',
+    rotation_angle_rad: 'rotation angle (rad)',
+    rotation_part: 'rotation part',
+    full_transformation: 'full transformation',
+    point_distance: 'point distance (m)',
+  },
 };
 /** Of the relative error alone. */
-const RATIO = ['point_distance_error_ratio', 'ratio of point distances (%)'] as const;
+const RATIO = { point_distance_error_ratio: 'ratio of point distances (%)' };
 
 const CHOICES: readonly Choice[] = [
   {
     option: 'alignment',
     label: 'Alignment',
-    choices: [
-      ['none', 'none'],
-      ['origin', 'at the first pose'],
-      ['se3', 'SE(3), Umeyama'],
-      ['sim3', 'Sim(3), with scale'],
-      ['scale', 'scale only'],
-    ],
+    choices: {
+      ...{ none: 'none', origin: 'at the first pose', se3: 'SE(3), Umeyama' },
+      ...{ sim3: 'Sim(3), with scale', scale: 'scale only' },
+    },
   },
   {
     option: 'metric',
     label: 'Error',
-    choices: [
-      ['ape', 'absolute (APE)'],
-      ['rpe', 'relative (RPE)'],
-    ],
+    choices: { ape: 'absolute (APE)', rpe: 'relative (RPE)' },
   },
 ];
 const ASSOCIATION: Choice = {
   option: 'association',
   label: 'Poses matched by',
-  choices: [
-    ['auto', 'time if available'],
-    ['time', 'time'],
-    ['index', 'index'],
-  ],
+  choices: { auto: 'time if available', time: 'time', index: 'index' },
 };
 const CONVENTIONS: Choice = {
   option: 'conventions',
   label: 'Axes, quaternions, handedness',
-  choices: [
-    ['detected', 'detected'],
-    ['as_read', 'as read'],
-  ],
+  choices: { detected: 'detected', as_read: 'as read' },
 };
 const DELTA_UNITS: Choice = {
   option: 'delta_unit',
   label: 'Delta unit',
-  choices: [
-    ['frames', 'frames'],
-    ['meters', 'metres'],
-    ['seconds', 'seconds'],
-    ['degrees', 'degrees'],
-    ['radians', 'radians'],
-  ],
+  choices: { frames: 'frames', meters: 'metres', seconds: 'seconds', degrees: 'degrees', radians: 'radians' },
 };
 
 type CheckOption = 'all_pairs' | 'pairs_from_reference' | 'interpolate';
@@ -102,7 +87,7 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   protected override render(): TemplateResult {
     const isRelative = this.options.metric === 'rpe';
-    const relations = isRelative ? { ...RELATIONS, choices: [...RELATIONS.choices, RATIO] } : RELATIONS;
+    const relations = isRelative ? { ...RELATIONS, choices: { ...RELATIONS.choices, ...RATIO } } : RELATIONS;
     return html`<form
       class="controls"
       aria-label="Comparison options"
@@ -115,8 +100,8 @@ export class ScanstitchEvaluationControls extends LitElement {
             ${this.renderChoice(relations)} ${isRelative ? this.renderPairs() : nothing}`
       }
       <span class="actions">
-        <button type="button" @click=${() => this.tell('files-wanted', null)}>${icon('plus')}Add files…</button>
-        <button type="button" class="quiet" @click=${() => this.tell('all-removed', null)}>
+        <button type="button" @click=${() => fire(this, 'files-wanted')}>${icon('plus')}Add files…</button>
+        <button type="button" class="quiet" @click=${() => fire(this, 'all-removed')}>
           ${icon('trash')}Remove all
         </button>
       </span>
@@ -138,16 +123,10 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderReference(): TemplateResult {
+    const files: Choices<number> = this.files.map(({ id, name }) => [id, name]);
+    const choices: Choices<number> = this.referenceId < 0 ? [[-1, 'none yet'], ...files] : files;
     return html`<label
-      >Ground truth
-      <select
-        @change=${(event: Event) => this.tell('reference-chosen', Number((event.target as HTMLSelectElement).value))}
-      >
-        ${this.referenceId < 0 ? html`<option value="-1" selected>none yet</option>` : nothing}
-        ${this.files.map(
-          ({ id, name }) => html`<option value=${id} .selected=${id === this.referenceId}>${name}</option>`,
-        )}
-      </select></label
+      >Ground truth ${list(choices, this.referenceId, (id) => fire(this, 'reference-chosen', id))}</label
     >`;
   }
 
@@ -159,13 +138,7 @@ export class ScanstitchEvaluationControls extends LitElement {
   }
 
   private renderCheck(option: CheckOption, words: string): TemplateResult {
-    return html`<label class="check"
-      ><input
-        type="checkbox"
-        .checked=${this.options[option] ?? false}
-        @change=${(event: Event) => this.set({ [option]: (event.target as HTMLInputElement).checked })}
-      />${words}</label
-    >`;
+    return check(words, this.options[option] ?? false, (isOn) => this.set({ [option]: isOn }), { kind: 'check' });
   }
 
   private renderBeside(): TemplateResult {
@@ -176,37 +149,20 @@ export class ScanstitchEvaluationControls extends LitElement {
             <span class="muted">${label}</span> <span title=${name}>${baseName(name)}</span>
             ${
               id === 'relations'
-                ? html`<label class="check"
-                    ><input
-                      type="checkbox"
-                      .checked=${this.loops_only}
-                      @change=${(event: Event) =>
-                        this.tell('loops-only-changed', (event.target as HTMLInputElement).checked)}
-                    />loops only</label
-                  >`
+                ? check('loops only', this.loops_only, (isOn) => fire(this, 'loops-only-changed', isOn), {
+                    kind: 'check',
+                  })
                 : nothing
             }
-            <button
-              type="button"
-              class="icon quiet"
-              aria-label="Remove ${name}"
-              @click=${() => this.tell('beside-removed', id)}
-            >
-              ${icon('close', 12)}
-            </button>
+            ${iconButton('close', `Remove ${name}`, () => fire(this, 'beside-removed', id), { size: 12 })}
           </li>`,
       )}
     </ul>`;
   }
 
   private renderChoice({ option, label, choices }: Choice): TemplateResult {
-    const present = this.options[option] ?? choices[0]?.[0];
-    return html`<label
-      >${label}
-      <select @change=${(event: Event) => this.set({ [option]: (event.target as HTMLSelectElement).value })}>
-        ${choices.map(([value, words]) => html`<option value=${value} .selected=${value === present}>${words}</option>`)}
-      </select></label
-    >`;
+    const present = this.options[option] ?? Object.keys(choices)[0];
+    return html`<label>${label} ${list(choices, present as string, (value) => this.set({ [option]: value }))}</label>`;
   }
 
   private renderNumber(
@@ -232,12 +188,8 @@ export class ScanstitchEvaluationControls extends LitElement {
 
   private set(change: Partial<EvaluationOptions>): void {
     // What only the relative error has must not outlive it.
-    const isLost = change.metric === 'ape' && this.options.relation === RATIO[0];
-    this.tell('options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
-  }
-
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
+    const isLost = change.metric === 'ape' && (this.options.relation ?? '') in RATIO;
+    fire(this, 'options-changed', isLost ? { ...change, relation: 'translation_part' } : change);
   }
 
   static override styles = [shared, fieldStyles, controlsStyles];

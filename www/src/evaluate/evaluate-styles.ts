@@ -1,11 +1,11 @@
 import { css } from 'lit';
+import { column, doubt, note, panel, row, small } from '../components/theme.js';
 
 /** Of the view as a whole. */
 export const evaluateStyles = css`
   .evaluate {
     position: relative;
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 10px;
     min-height: 100%;
     padding: 10px;
@@ -29,13 +29,11 @@ export const evaluateStyles = css`
   }
   .problem,
   .problems .problem {
-    color: var(--doubtful);
-    background: var(--doubtful-soft);
+    ${doubt};
   }
   .empty {
-    display: flex;
+    ${row};
     flex-direction: column;
-    align-items: center;
     gap: 14px;
     max-width: 560px;
     margin: auto;
@@ -49,7 +47,6 @@ export const evaluateStyles = css`
 /** Of the bar of choices. */
 export const controlsStyles = css`
   :host {
-    display: block;
     container-type: inline-size;
   }
   .controls {
@@ -58,20 +55,16 @@ export const controlsStyles = css`
     align-items: end;
     gap: 8px 12px;
     padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
   }
   label {
     display: grid;
     gap: 3px;
     min-width: 0;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   label.check {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
     min-height: 32px;
   }
@@ -85,13 +78,11 @@ export const controlsStyles = css`
   }
   .more {
     flex-basis: 100%;
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
+    ${note};
   }
   .more summary {
     width: max-content;
     min-height: 24px;
-    cursor: pointer;
   }
   .more > div {
     display: flex;
@@ -107,8 +98,7 @@ export const controlsStyles = css`
     gap: 6px;
   }
   .beside li {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
     padding-left: 10px;
     border: 1px solid var(--line);
@@ -144,7 +134,6 @@ export const controlsStyles = css`
 /** Of the figures. */
 export const figuresStyles = css`
   :host {
-    display: block;
     container-type: inline-size;
   }
   .grid {
@@ -159,14 +148,10 @@ export const figuresStyles = css`
     grid-row: span 2;
   }
   .over {
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .over select {
     min-height: 28px;
-    border: 1px solid var(--line);
-    border-radius: 7px;
-    background: var(--surface);
     color: var(--text);
     font-size: calc(12 * var(--px));
   }

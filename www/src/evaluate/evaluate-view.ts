@@ -2,6 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query } from 'lit/decorators.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
+import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import type { GivenFiles } from '../components/run-kind.js';
@@ -55,7 +56,7 @@ export class ScanstitchEvaluate extends LitElement {
     await this.updateComplete;
     await this.figures?.isDrawn();
     const detail = { elapsed_ms, total_ms: performance.now() - this.session.requestedAt };
-    this.dispatchEvent(new CustomEvent('scanstitch-evaluated', { detail, bubbles: true, composed: true }));
+    tellHost(this, 'scanstitch-evaluated', detail);
   }
 
   protected override render(): TemplateResult {
@@ -63,13 +64,7 @@ export class ScanstitchEvaluate extends LitElement {
     const { files, clouds } = session;
     const isEmpty = files.length + clouds.length === 0;
     const isAlone = files.length === 1 && clouds.length === 0;
-    return html`<div
-      class="evaluate"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="evaluate">
       ${
         isEmpty
           ? this.renderEmpty()
@@ -233,9 +228,7 @@ export class ScanstitchEvaluate extends LitElement {
   }
 
   private async onPicked(): Promise<void> {
-    const files = filesOfInput(this.input);
-    await this.session.open(files);
-    this.input.value = '';
+    await this.session.open(filesOfInput(this.input));
   }
 
   static override styles = [tokens, shared, pageStyles, dropStyles, emptyStyles, evaluateStyles];

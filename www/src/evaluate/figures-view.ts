@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { icon } from '../components/icons.js';
+import { list } from '../components/list-field.js';
+import { iconButton } from '../components/icon-button.js';
 import { shared } from '../components/theme.js';
 import { download } from '../export/download.js';
 import { orbited } from '../views/orbit.js';
@@ -25,11 +26,7 @@ const LOOKS: readonly [Look, string, string][] = [
   ['front', 'yz', 'y to the right, z up'],
   ['space', '3D', 'from any side: drag to turn'],
 ];
-const ABSCISSAS: readonly [Abscissa, string][] = [
-  ['seconds', 'time'],
-  ['distance', 'distance'],
-  ['number', 'number of the pose'],
-];
+const ABSCISSAS: Record<Abscissa, string> = { seconds: 'time', distance: 'distance', number: 'number of the pose' };
 const START_CAMERA: Camera = { look: 'top', azimuth: 0.8, elevation: 0.5, zoom: 1, panX: 0, panY: 0 };
 /** The pointer takes a pose no further away than this (pixels). */
 const REACH = 40;
@@ -162,20 +159,16 @@ export class ScanstitchEvaluationFigures extends LitElement {
           )}
         </div>
         <div class="looks" role="group" aria-label="Zoom">
-          <button class="icon quiet" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icon('plus', 14)}</button>
-          <button class="icon quiet" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>
-            ${icon('minus', 14)}
-          </button>
-          <button
-            class="icon quiet"
-            aria-label="Show all"
-            title="Show all"
-            @click=${() => {
+          ${iconButton('plus', 'Zoom in', () => this.zoom(1.5), { size: 14 })}
+          ${iconButton('minus', 'Zoom out', () => this.zoom(1 / 1.5), { size: 14 })}
+          ${iconButton(
+            'fit',
+            'Show all',
+            () => {
               this.camera = { ...START_CAMERA, look: this.camera.look };
-            }}
-          >
-            ${icon('fit', 14)}
-          </button>
+            },
+            { hint: 'Show all', size: 14 },
+          )}
         </div>
         ${this.renderSave('paths')}
       </header>
@@ -212,19 +205,11 @@ export class ScanstitchEvaluationFigures extends LitElement {
   }
 
   private renderAbscissa(): TemplateResult {
-    return html`<label class="over"
-      >over
-      <select
-        @change=${(event: Event) => {
-          this.abscissa = (event.target as HTMLSelectElement).value as Abscissa;
-          this.instant = null;
-        }}
-      >
-        ${ABSCISSAS.map(
-          ([id, words]) => html`<option value=${id} .selected=${id === this.scene.abscissa}>${words}</option>`,
-        )}
-      </select></label
-    >`;
+    const choose = (abscissa: Abscissa): void => {
+      this.abscissa = abscissa;
+      this.instant = null;
+    };
+    return html`<label class="over">over ${list(ABSCISSAS, this.scene.abscissa, choose)}</label>`;
   }
 
   private renderSave(name: FigureName): TemplateResult {

@@ -4,6 +4,7 @@ import { icon } from '../components/icons.js';
 import { shared, tableStyles } from '../components/theme.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { MapResult, MapQuality } from './protocol.js';
+import { fire } from '../components/fire.js';
 
 /** The sharpness of maps, where there is no ground truth. Fires `run-map-wanted` where the map of a run can be judged. */
 @customElement('scanstitch-map-panel')
@@ -26,7 +27,7 @@ export class ScanstitchMapPanel extends LitElement {
         ${
           this.hasRun
             ? html`<span class="save"
-                ><button ?disabled=${this.busy} @click=${() => this.dispatchEvent(new CustomEvent('run-map-wanted'))}>
+                ><button ?disabled=${this.busy} @click=${() => fire(this, 'run-map-wanted')}>
                   Measure this run’s map
                 </button></span
               >`

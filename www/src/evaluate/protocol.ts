@@ -7,7 +7,7 @@ import type {
   RelationErrors,
 } from '../engine/package.js';
 
-export type { EvaluationOptions, EvaluationSummary, FrameQuality, MapQuality, RelationErrors };
+export type * from '../engine/package.js';
 
 /** A file as it was opened. */
 export interface Part {

@@ -1,10 +1,13 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
+import { sortHead } from '../components/number-table.js';
 import { shared, tableStyles } from '../components/theme.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { Comparison, Refusal } from './protocol.js';
 import { bareProblem, type Column, csv, formatValue, markdown } from './table.js';
+import { fire } from '../components/fire.js';
 
 export interface Sort {
   id: string;
@@ -67,23 +70,14 @@ export class ScanstitchRanking extends LitElement {
 
   private renderHead({ id, label, hint }: Column): TemplateResult {
     const { sort } = this;
-    const order = sort.id === id ? (sort.isDescending ? 'descending' : 'ascending') : 'none';
-    const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
-    return html`<th scope="col" aria-sort=${order}>
-      <button
-        class="quiet"
-        title=${hint}
-        @click=${() => this.tell('sort-changed', { id, isDescending: sort.id === id && !sort.isDescending })}
-      >
-        ${label}${arrow}
-      </button>
-    </th>`;
+    const isDescending = sort.id === id ? sort.isDescending : null;
+    return sortHead(label, hint, isDescending, (next) => fire(this, 'sort-changed', { id, isDescending: next }));
   }
 
   private renderRow(comparison: Comparison, index: number): TemplateResult {
     const { id, name, summary } = comparison;
     const isSelected = id === this.selectedId;
-    return html`<tr class=${isSelected ? 'selected' : ''} @click=${() => this.tell('estimate-selected', id)}>
+    return html`<tr class=${isSelected ? 'selected' : ''} @click=${() => fire(this, 'estimate-selected', id)}>
       <td>${index + 1}</td>
       <td class="name">
         <button
@@ -91,7 +85,7 @@ export class ScanstitchRanking extends LitElement {
           aria-pressed=${isSelected}
           @click=${(event: Event) => {
             event.stopPropagation();
-            this.tell('estimate-selected', id);
+            fire(this, 'estimate-selected', id);
           }}
         >
           <i style="background:${this.colors.get(id) ?? 'none'}"></i>${name}
@@ -113,30 +107,25 @@ export class ScanstitchRanking extends LitElement {
   }
 
   private renderRemove(id: number, name: string): TemplateResult | typeof nothing {
-    return html`<button
-      class="icon quiet"
-      aria-label="Remove ${name}"
-      @click=${(event: Event) => {
+    return iconButton(
+      'close',
+      `Remove ${name}`,
+      (event: Event) => {
         event.stopPropagation();
-        this.tell('estimate-removed', id);
-      }}
-    >
-      ${icon('close', 12)}
-    </button>`;
+        fire(this, 'estimate-removed', id);
+      },
+      { size: 12 },
+    );
   }
 
   private async copy(write: typeof markdown, form: string): Promise<void> {
     const { ranked, refusals, columns, referenceName } = this;
     try {
       await navigator.clipboard.writeText(write({ ranked, refusals, columns, referenceName }));
-      this.tell('said', `The table was copied as ${form}.`);
+      fire(this, 'said', `The table was copied as ${form}.`);
     } catch {
-      this.tell('said', 'The browser did not allow copying.');
+      fire(this, 'said', 'The browser did not allow copying.');
     }
-  }
-
-  private tell(name: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles];

@@ -67,9 +67,9 @@ export class EvaluateSession extends Session<Clients> {
   readonly #onResult: (result: Result) => void;
   #mapClient: WorkerClient<never, MapQuery, MapResult> | null = null;
   #nextId = 0;
-  readonly #faults = {
+  readonly #hooks = {
+    ...this.faults,
     failed: (message: string): void => this.#onFailed(message),
-    slow: (isSlow: boolean): void => this.onSlow(isSlow),
     unavailable: (message: string): void => {
       this.isJudgingMap = false;
       this.onUnavailable(message);
@@ -98,7 +98,7 @@ export class EvaluateSession extends Session<Clients> {
   protected override createClient(): Clients {
     const trajectories = new WorkerClient<Command, Query, Result>(evaluateUrl, {
       answered: (result) => this.#onAnswered(result),
-      ...this.#faults,
+      ...this.#hooks,
       greet: () => ({ add: this.files, remove: [] }),
     });
     return {
@@ -356,7 +356,7 @@ export class EvaluateSession extends Session<Clients> {
     this.isJudgingMap = true;
     this.#mapClient ??= new WorkerClient<never, MapQuery, MapResult>(mapUrl, {
       answered: (result) => this.#onJudged(result),
-      ...this.#faults,
+      ...this.#hooks,
     });
     this.#mapClient.ask({
       maps: areFrames ? [] : this.clouds,

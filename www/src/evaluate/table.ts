@@ -1,42 +1,43 @@
 /** The ranked table: its columns, its order, and its text for a report. */
-import { columnsOf as figureColumns, csvOf, formatValue, markdownOf } from '../../../package/evaluation/table.js';
+import {
+  columnsOf as figureColumns,
+  csvOf,
+  figureColumn,
+  type FigureColumn,
+  formatValue,
+  markdownOf,
+} from '../../../package/evaluation/table.js';
 import type { Comparison, EvaluationOptions, Refusal } from './protocol.js';
 
 export { formatValue };
 
-export interface Column {
-  id: string;
-  label: string;
-  /** What it is, in a line. */
-  hint: string;
-  value(comparison: Comparison): number | null;
-}
+export type Column = FigureColumn<Comparison>;
 
 const OF_RELATIONS: readonly Column[] = [
-  {
-    id: 'relations',
-    label: 'relations (m)',
-    hint: 'mean translation error of the known relations (Kuemmerle et al. 2009)',
-    value: ({ relations }) => relations?.translation.mean ?? null,
-  },
-  {
-    id: 'relations_rotation',
-    label: 'relations (deg)',
-    hint: 'mean rotation error of the known relations',
-    value: ({ relations }) => relations && (relations.rotation.mean * 180) / Math.PI,
-  },
-  {
-    id: 'num_relations',
-    label: 'relations',
-    hint: 'known relations whose two poses the estimate has',
-    value: ({ relations }) => relations?.num_compared ?? null,
-  },
-  {
-    id: 'wrong_relations',
-    label: 'wrong (%)',
-    hint: 'share of these relations that are off by more than 0.5 m or 5 degrees',
-    value: ({ relations }) => relations && 100 * relations.share_wrong,
-  },
+  figureColumn(
+    'relations',
+    'relations (m)',
+    'mean translation error of the known relations (Kuemmerle et al. 2009)',
+    ({ relations }) => relations?.translation.mean ?? null,
+  ),
+  figureColumn(
+    'relations_rotation',
+    'relations (deg)',
+    'mean rotation error of the known relations',
+    ({ relations }) => relations && (relations.rotation.mean * 180) / Math.PI,
+  ),
+  figureColumn(
+    'num_relations',
+    'relations',
+    'known relations whose two poses the estimate has',
+    ({ relations }) => relations?.num_compared ?? null,
+  ),
+  figureColumn(
+    'wrong_relations',
+    'wrong (%)',
+    'share of these relations that are off by more than 0.5 m or 5 degrees',
+    ({ relations }) => relations && 100 * relations.share_wrong,
+  ),
 ];
 
 /** Columns of errors in a unit. */

@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { customElement, state } from 'lit/decorators.js';
+import { slider } from '../components/fields.js';
 import { formatCount, formatDuration, formatPercent } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { cssColor } from '../views/palette.js';
@@ -108,20 +109,14 @@ export class ScanstitchLabBasin extends SurveyPanel<BasinSurvey> {
     const offset = offsetsOfNode(grid, [0, 0, this.layerOf(grid)])[2] ?? 0;
     const value = isTurn(axis, is_planar) ? `${((offset * 180) / Math.PI).toFixed(0)}°` : `${offset.toFixed(2)} m`;
     const name = unknowns(is_planar ? 3 : 6)[axis];
+    const step = 1 / Math.max((grid.size[2] ?? 1) - 1, 1);
+    const choose = (depth: number): void => {
+      this.depth = depth;
+      this.node = null;
+    };
     return html`<label class="row number"
-      >Start at ${name} = ${value}
-      <input
-        type="range"
-        min="0"
-        max="1"
-        step=${1 / Math.max((grid.size[2] ?? 1) - 1, 1)}
-        .value=${String(this.depth)}
-        aria-valuetext="${name} ${value}"
-        @input=${({ target }: Event) => {
-          this.depth = Number((target as HTMLInputElement).value);
-          this.node = null;
-        }}
-    /></label>`;
+      >Start at ${name} = ${value} ${slider(this.depth, { step, words: `${name} ${value}` }, choose)}</label
+    >`;
   }
 
   private layerOf({ size }: Grid): number {

@@ -5,7 +5,7 @@
 import type { CloudData } from '../components/given-clouds.js';
 import { LatestQuery } from '../engine/latest-query.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
-import { WorkerHost } from '../engine/worker-host.js';
+import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
 import type {
   BasinEnds,
   BasinLabels,
@@ -24,10 +24,8 @@ import workerUrl from './lab-worker.ts?worker&url';
 /** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
 const NUM_SURVEY_WORKERS = 2;
 
-export interface LabHooks {
+export interface LabHooks extends WorkerFaults {
   crashed(message: string): void;
-  slow(isSlow: boolean): void;
-  unavailable(message: string): void;
 }
 
 type Question = 'trace' | 'traced_iteration' | 'iteration' | 'landscape' | 'search_path' | 'basin' | 'label' | 'own';

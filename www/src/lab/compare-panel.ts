@@ -1,6 +1,6 @@
 /** Methods side by side, from the same start and at the same iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { icon } from '../components/icons.js';
+import { iconButton } from '../components/icon-button.js';
 import type { SettingPreset } from '../components/settings-panel.js';
 import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
 import { difference } from './poses.js';
@@ -31,7 +31,7 @@ export function comparePanel(has: CompareFacts): TemplateResult {
   return html`
     <header><h2>Methods side by side</h2></header>
     <div class="scroll" role="region" aria-label="Methods" tabindex="0">
-      <table class="iterations methods number" aria-label="Methods">
+      <table class="figures methods number" aria-label="Methods">
         <thead>
           <tr>
             <th scope="col" class="name">method</th>
@@ -102,15 +102,7 @@ function row(run: LabRun, reference: Pose | null, has: CompareFacts): TemplateRe
     </th>
     ${cells}
     <td>
-      <button
-        class="quiet icon"
-        ?disabled=${has.runs.length < 2}
-        aria-label="Remove ${name}"
-        title="Remove"
-        @click=${() => has.removeRun(id)}
-      >
-        ${icon('close', 12)}
-      </button>
+      ${iconButton('close', `Remove ${name}`, () => has.removeRun(id), { hint: 'Remove', size: 12, isOff: has.runs.length < 2 })}
     </td>
   </tr>`;
 }

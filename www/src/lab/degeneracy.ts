@@ -1,5 +1,6 @@
 /** What the pairs of a step determine: each direction of motion, by how many of them it is measured. */
 import { html, nothing, type TemplateResult } from 'lit';
+import { slider } from '../components/fields.js';
 import { formatAngle, formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Arrow, Ellipse } from './plane-painter.js';
 import { movedBy } from './poses.js';
@@ -160,15 +161,7 @@ export function degeneracyPanel({ iteration, is_planar, dark, slide, slideTo }: 
     <h3>Slide along the weakest direction</h3>
     <label class="row number"
       ><span class="visually-hidden">Slide along the weakest direction</span>
-      <input
-        type="range"
-        min=${-REACH}
-        max=${REACH}
-        step="0.02"
-        .value=${String(slide)}
-        aria-valuetext=${formatLength(slide)}
-        @input=${({ target }: Event) => slideTo(Number((target as HTMLInputElement).value))}
-      />
+      ${slider(slide, { min: -REACH, max: REACH, step: 0.02, words: formatLength(slide) }, slideTo)}
       ${formatLength(slide)}</label
     >
     <p class="explanation">

@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import '../components/figure-view.js';
+import { figureStyles } from '../components/number-table.js';
 import '../components/settings-panel.js';
 import './basin-panel.js';
 import './landscape-panel.js';
@@ -26,6 +27,7 @@ import { BasinSurvey, LandscapeSurvey, shareHome } from './survey.js';
 import { surveyStride } from './thinning.js';
 import { lastPose, numPoses } from './trace.js';
 import { metricOf, runName } from './words.js';
+import { fire } from '../components/fire.js';
 
 export type Tab = 'step' | 'landscape' | 'basin' | 'search' | 'degeneracy' | 'method';
 
@@ -89,7 +91,7 @@ export class ScanstitchLabSide extends LitElement {
     const is_planar = this.session.facts?.is_planar ?? true;
     const shown = TABS.filter(({ tab }) => is_planar || tab !== 'search');
     return tabs(shown, this.tab, this.renderPanel(), (tab) => {
-      this.dispatchEvent(new CustomEvent('tab-chosen', { detail: tab }));
+      fire(this, 'tab-chosen', tab);
     });
   }
 
@@ -231,5 +233,5 @@ export class ScanstitchLabSide extends LitElement {
     return runColor(this.session, run, this.colorsOf(this.dark));
   }
 
-  static override styles = [shared, layoutStyles, labStyles, sideStyles];
+  static override styles = [shared, layoutStyles, labStyles, sideStyles, figureStyles];
 }

@@ -1,4 +1,5 @@
 import { css } from 'lit';
+import { column, cut, fill, note, panel, row, wrap } from '../components/theme.js';
 
 export const labStyles = css`
   :host {
@@ -6,16 +7,12 @@ export const labStyles = css`
   }
   .lab {
     position: relative;
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    min-height: 0;
+    ${column};
+    ${fill};
     container-type: inline-size;
   }
   .pair {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 6px 14px;
     padding: 7px 14px;
     border-bottom: 1px solid var(--line);
@@ -33,10 +30,6 @@ export const labStyles = css`
   .field select {
     min-height: 30px;
     max-width: 190px;
-    padding: 0 6px;
-    border: 1px solid var(--line-strong);
-    border-radius: 7px;
-    background: var(--surface);
     text-overflow: ellipsis;
   }
   .pair .swatch {
@@ -48,10 +41,8 @@ export const labStyles = css`
   .pair .method {
     flex: 1;
     min-width: 0;
-    overflow: hidden;
+    ${cut};
     color: var(--muted);
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   .pair .ends {
     display: flex;
@@ -73,10 +64,8 @@ export const labStyles = css`
     font-weight: 550;
   }
   .first {
-    display: flex;
-    flex: 1;
-    flex-direction: column;
-    min-height: 0;
+    ${column};
+    ${fill};
     overflow: auto;
   }
   .first > h2 {
@@ -96,9 +85,7 @@ export const labStyles = css`
     align-content: start;
     gap: 4px;
     padding: 10px 12px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
     color: var(--text);
     text-decoration: none;
   }
@@ -106,14 +93,12 @@ export const labStyles = css`
     border-color: var(--accent);
   }
   .gallery span {
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
+    ${note};
   }
   .columns {
     display: grid;
-    flex: 1;
+    ${fill};
     grid-template-columns: minmax(0, 1fr) minmax(360px, 34%);
-    min-height: 0;
   }
   .main {
     display: grid;
@@ -130,8 +115,7 @@ export const labStyles = css`
   .stage-area > scanstitch-messages {
     position: absolute;
     inset: 12px auto auto 12px;
-    display: flex;
-    flex-direction: column;
+    ${column};
     width: min(430px, calc(100% - 74px));
     max-height: calc(100% - 60px);
   }
@@ -143,8 +127,7 @@ export const labStyles = css`
     padding: 4px 10px;
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 88%, transparent);
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
+    ${note};
     pointer-events: none;
   }
   .run-from-here {
@@ -155,8 +138,7 @@ export const labStyles = css`
     box-shadow: var(--shadow);
   }
   .transport {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
     padding: 7px 14px 7px 12px;
     border-top: 1px solid var(--line);
@@ -166,14 +148,6 @@ export const labStyles = css`
     flex: 1;
     min-width: 60px;
     height: 28px;
-    margin: 0;
-    accent-color: var(--accent);
-  }
-  .transport select {
-    min-height: 30px;
-    border: 1px solid var(--line);
-    border-radius: 7px;
-    background: var(--surface);
   }
   .transport output {
     min-width: 64px;
@@ -181,9 +155,7 @@ export const labStyles = css`
     white-space: nowrap;
   }
   .legend {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 6px 14px;
     padding: 6px 14px;
     border-top: 1px solid var(--line);
@@ -202,19 +174,14 @@ export const labStyles = css`
     border-radius: 4px;
   }
   .legend .sign {
-    font-size: calc(12.5 * var(--px));
+    ${note};
     display: inline-flex;
     align-items: center;
     gap: 5px;
-    color: var(--muted);
     white-space: nowrap;
   }
   .legend select {
     max-width: 220px;
-  }
-  .legend input {
-    margin: 0;
-    accent-color: var(--accent);
   }
   @container (max-width: 900px) {
     .columns {

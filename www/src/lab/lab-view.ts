@@ -1,6 +1,8 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { list } from '../components/list-field.js';
 import '../components/menu.js';
+import { WHOLE } from '../views/address.js';
 import './lab-side.js';
 import './plane-stage.js';
 import './space-stage.js';
@@ -76,7 +78,7 @@ export class ScanstitchLab extends LitElement {
   }
 
   protected override firstUpdated(): void {
-    if (!this.given && !this.openAddress(location.hash)) this.openOwn();
+    if (!this.given && !this.openAddress(WHOLE.fragment)) this.openOwn();
   }
 
   private openOwn(): void {
@@ -93,7 +95,7 @@ export class ScanstitchLab extends LitElement {
 
   /** Another scene was typed into the address; by now the lab may have put its own link there again. */
   private onAddress = ({ newURL }: HashChangeEvent): void => {
-    const { hash } = new URL(newURL);
+    const hash = WHOLE.of(new URL(newURL).hash);
     if (hash !== this.link()) this.openAddress(hash);
   };
 
@@ -106,13 +108,7 @@ export class ScanstitchLab extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = session.given === null;
-    return html`<div
-      class="lab run"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="lab run">
       ${isEmpty ? this.renderEmpty() : this.renderLab()}
       <input id="pick" type="file" multiple hidden accept=".ply,.pcd,.csv,.txt,.json,.npy" @change=${this.onPicked} />
       ${dropTarget.hint('Drop one or two clouds here')} ${announcements(session.announcer)}
@@ -191,14 +187,11 @@ export class ScanstitchLab extends LitElement {
     const { session } = this;
     const { given, run, facts } = session;
     const theme = stageTheme(this.dark);
+    const clouds = given?.clouds.map(({ name }) => [name, baseName(name)] as const) ?? [];
     const choice = (role: 'source' | 'target', label: string, color: string): TemplateResult =>
       html`<label
         ><i class="swatch" style="background: ${color}" aria-hidden="true"></i>${label}
-        <select @change=${({ target }: Event) => session.choose(role, (target as HTMLSelectElement).value)}>
-          ${given?.clouds.map(
-            ({ name }) => html`<option value=${name} .selected=${name === given[role]}>${baseName(name)}</option>`,
-          )}
-        </select></label
+        ${list(clouds, given?.[role], (name) => session.choose(role, name))}</label
       >`;
     return html`<div class="pair" role="group" aria-label="Clouds">
       ${choice('source', 'Source', theme.source)} ${choice('target', 'Target', theme.target)}
@@ -312,7 +305,7 @@ export class ScanstitchLab extends LitElement {
   private rememberLink(): void {
     if (!this.remembersLink || this.hidden || !this.session.trace || this.session.player.isPlaying) return;
     const link = this.link();
-    if (link !== location.hash) history.replaceState(history.state, '', link);
+    if (link !== WHOLE.fragment) WHOLE.write(link);
   }
 
   private async export(id: string): Promise<void> {
@@ -344,10 +337,7 @@ export class ScanstitchLab extends LitElement {
   // Files.
 
   private onPicked({ target }: Event): void {
-    const input = target as HTMLInputElement;
-    const files = filesOfInput(input);
-    input.value = ''; // so that picking the same files again is a change
-    void this.opening.take(files);
+    void this.opening.take(filesOfInput(target as HTMLInputElement));
   }
 
   static override styles = [shared, layoutStyles, dropStyles, emptyStyles, labStyles];

@@ -43,7 +43,6 @@ export function ownPanel(
         ${numberTable(
           ['iteration', 'moved', 'turned'],
           steps.map(({ translation, rotation }, i) => [i + 1, formatStep(translation), formatAngle(rotation, 4)]),
-          'iterations',
         )}
       </div>
     </details>

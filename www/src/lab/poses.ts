@@ -1,24 +1,10 @@
 /** Rigid motions as 4 x 4 matrices, row by row: the little of their algebra that the lab's view needs. */
+import { difference, IDENTITY, inverted, moved, multiplied, poseOf } from '../../../package/base/matrices.js';
 import type { Pose } from './protocol.js';
 
-export const IDENTITY: Pose = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+export { difference, IDENTITY, inverted, multiplied };
 
 const at = (T: Pose, row: number, column: number): number => T[4 * row + column] ?? 0;
-
-export function multiplied(A: Pose, B: Pose): number[] {
-  return Array.from({ length: 16 }, (_, i) => {
-    const [row, column] = [i >> 2, i & 3];
-    let sum = 0;
-    for (let k = 0; k < 4; k++) sum += at(A, row, k) * at(B, k, column);
-    return sum;
-  });
-}
-
-export function inverted(T: Pose): number[] {
-  const R = (row: number, column: number): number => at(T, column, row);
-  const t = [0, 1, 2].map((row) => -[0, 1, 2].reduce((sum, k) => sum + R(row, k) * at(T, k, 3), 0));
-  return [0, 1, 2].flatMap((row) => [R(row, 0), R(row, 1), R(row, 2), t[row] ?? 0]).concat([0, 0, 0, 1]);
-}
 
 /** The rotation part as a vector along its axis, rad. */
 export function rotationVector(T: Pose): [number, number, number] {
@@ -35,24 +21,12 @@ export function fromVectors([rx, ry, rz]: readonly [number, number, number], t: 
   const angle = Math.hypot(rx, ry, rz);
   const [a, b] = angle < 1e-9 ? [1, 0.5] : [Math.sin(angle) / angle, (1 - Math.cos(angle)) / (angle * angle)];
   const sq = angle * angle;
-  return [
-    1 + b * (rx * rx - sq),
-    b * rx * ry - a * rz,
-    b * rx * rz + a * ry,
-    t[0] ?? 0,
-    b * rx * ry + a * rz,
-    1 + b * (ry * ry - sq),
-    b * ry * rz - a * rx,
-    t[1] ?? 0,
-    b * rx * rz - a * ry,
-    b * ry * rz + a * rx,
-    1 + b * (rz * rz - sq),
-    t[2] ?? 0,
-    0,
-    0,
-    0,
-    1,
+  const R = [
+    ...[1 + b * (rx * rx - sq), b * rx * ry - a * rz, b * rx * rz + a * ry],
+    ...[b * rx * ry + a * rz, 1 + b * (ry * ry - sq), b * ry * rz - a * rx],
+    ...[b * rx * rz - a * ry, b * ry * rz + a * rx, 1 + b * (rz * rz - sq)],
   ];
+  return poseOf(R, [...t]);
 }
 
 /** In the plane. */
@@ -63,13 +37,6 @@ export function planarPose(x: number, y: number, theta: number): number[] {
 /** x, y (m) and heading (rad) of a pose in the plane. */
 export function planarParts(T: Pose): { x: number; y: number; theta: number } {
   return { x: at(T, 0, 3), y: at(T, 1, 3), theta: Math.atan2(at(T, 1, 0), at(T, 0, 0)) };
-}
-
-/** What leads from one pose to another, as a motion in the target's frame: how far it turns (rad) and moves the source's origin (m). */
-export function difference(from: Pose, to: Pose): { rotation: number; translation: number } {
-  const delta = multiplied(to, inverted(from));
-  const moved = [0, 1, 2].map((row) => at(to, row, 3) - at(from, row, 3));
-  return { rotation: Math.hypot(...rotationVector(delta)), translation: Math.hypot(...moved) };
 }
 
 /** `share` of the way from one pose to another; the source's origin goes straight. */
@@ -90,20 +57,14 @@ export function movedBy(
 ): number[] {
   const R = fromVectors(turn, [0, 0, 0]);
   const [x, y, z] = [about[0] ?? 0, about[1] ?? 0, about[2] ?? 0];
-  for (const row of [0, 1, 2]) {
-    const turned = at(R, row, 0) * x + at(R, row, 1) * y + at(R, row, 2) * z;
+  acted(R, x, y, z).forEach((turned, row) => {
     R[4 * row + 3] = (about[row] ?? 0) - turned + (shift[row] ?? 0);
-  }
+  });
   return multiplied(R, T);
 }
 
-export function acted(T: Pose, x: number, y: number, z: number): [number, number, number] {
-  return [
-    at(T, 0, 0) * x + at(T, 0, 1) * y + at(T, 0, 2) * z + at(T, 0, 3),
-    at(T, 1, 0) * x + at(T, 1, 1) * y + at(T, 1, 2) * z + at(T, 1, 3),
-    at(T, 2, 0) * x + at(T, 2, 1) * y + at(T, 2, 2) * z + at(T, 2, 3),
-  ];
-}
+export const acted = (T: Pose, x: number, y: number, z: number): [number, number, number] =>
+  moved(T, [x, y, z]) as [number, number, number];
 
 /** Mean of points, x y z x y z ... */
 export function centroid(points: ArrayLike<number>): [number, number, number] {

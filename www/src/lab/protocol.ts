@@ -11,15 +11,7 @@ import type {
   SearchedBlock,
 } from '../engine/package.js';
 
-export type {
-  BasinEnds,
-  BasinLabels,
-  CloudMetric,
-  IterationRecord,
-  LocalMinimum,
-  RobustKernel,
-  SearchedBlock,
-} from '../engine/package.js';
+export type * from '../engine/package.js';
 export type Options = Partial<RegistrationOptions>;
 export type LabIteration = IcpIteration;
 

@@ -1,6 +1,9 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
+import { slider } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/figure-view.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
 import { EngineProblem, WorkerDied } from '../engine/remote.js';
 import { shared } from '../components/theme.js';
 import { DEGREES, formatAngle, formatCount, formatDuration, formatLength } from '../views/format.js';
@@ -13,8 +16,8 @@ import { type CorrelativeSearch, poseOfBlock, searchPainter, stateAt } from './s
 import { sideStyles } from './side-styles.js';
 
 /** Half widths of the window (m, degrees). */
-const REACHES = [0.5, 1, 2, 4];
-const TURNS = [10, 30, 90, 180];
+const REACHES: Choices<number> = [0.5, 1, 2, 4].map((reach) => [reach, `± ${reach} m`]);
+const TURNS: Choices<number> = [10, 30, 90, 180].map((turn) => [turn, `± ${turn}°`]);
 
 /**
  * Where the correlative search goes around the start, block after block of its pyramid, and the pose that it hands to ICP.
@@ -79,24 +82,8 @@ export class ScanstitchLabSearch extends LitElement {
         >
       </header>
       <div class="row field">
-        ${choice(
-          'Distance',
-          REACHES,
-          this.reach,
-          (value) => `± ${value} m`,
-          (value) => {
-            this.reach = value;
-          },
-        )}
-        ${choice(
-          'Heading',
-          TURNS,
-          this.turn,
-          (value) => `± ${value}°`,
-          (value) => {
-            this.turn = value;
-          },
-        )}
+        <label class="choice">Distance ${list(REACHES, this.reach, (reach) => (this.reach = reach))}</label>
+        <label class="choice">Heading ${list(TURNS, this.turn, (turn) => (this.turn = turn))}</label>
       </div>
       ${search ? this.renderSearch(search) : nothing}
       <p class="explanation">
@@ -121,35 +108,16 @@ export class ScanstitchLabSearch extends LitElement {
         .painter=${this.painterOf(search, this.count, this.colorsOf(this.dark), this.dark)}
         @figure-stepped=${({ detail }: CustomEvent<{ direction: number }>) => this.lookAt(this.count + detail.direction)}
       ></scanstitch-figure>
-      <input
-        type="range"
-        min="1"
-        max=${Math.max(search.blocks.length, 1)}
-        .value=${String(this.count)}
-        aria-label="Block"
-        aria-valuetext=${words}
-        @input=${({ target }: Event) => this.lookAt(Number((target as HTMLInputElement).value))}
-      />
+      ${slider(this.count, { label: 'Block', min: 1, max: Math.max(search.blocks.length, 1), words }, (at) => this.lookAt(at))}
       <p class="readout number muted">${words}</p>
-      <table class="number">
-        <thead>
-          <tr>
-            <th scope="col">Level</th>
-            <th scope="col">Block</th>
-            <th scope="col">Looked at</th>
-          </tr>
-        </thead>
-        <tbody>
-          ${levels.map(
-            ({ level, side, count }) =>
-              html`<tr>
-                <th scope="row">${level}</th>
-                <td>${level === 0 ? 'one pose' : formatLength(side)}</td>
-                <td>${formatCount(count)}</td>
-              </tr>`,
-          )}
-        </tbody>
-      </table>
+      ${numberTable(
+        ['Level', 'Block', 'Looked at'],
+        levels.map(({ level, side, count }) => [
+          level,
+          level === 0 ? 'one pose' : formatLength(side),
+          formatCount(count),
+        ]),
+      )}
       <button
         ?disabled=${!best}
         @click=${() => {
@@ -172,20 +140,5 @@ export class ScanstitchLabSearch extends LitElement {
     this.dispatchEvent(new CustomEvent('ghost-shown', { detail, bubbles: true, composed: true }));
   }
 
-  static override styles = [shared, labStyles, sideStyles];
-}
-
-function choice(
-  label: string,
-  values: readonly number[],
-  chosen: number,
-  word: (value: number) => string,
-  choose: (value: number) => void,
-): TemplateResult {
-  return html`<label class="choice"
-    >${label}
-    <select @change=${({ target }: Event) => choose(Number((target as HTMLSelectElement).value))}>
-      ${values.map((value) => html`<option value=${value} .selected=${value === chosen}>${word(value)}</option>`)}
-    </select></label
-  >`;
+  static override styles = [shared, labStyles, sideStyles, figureStyles];
 }

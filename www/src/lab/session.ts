@@ -92,8 +92,7 @@ export class LabSession extends Session<LabClient> {
     return new LabClient({
       crashed: (message) =>
         this.tellCrash(message, 'The clouds are still there.', 'Change the method or the start, and it runs again'),
-      slow: (isSlow) => this.onSlow(isSlow),
-      unavailable: (message) => this.onUnavailable(message),
+      ...this.faults,
     });
   }
 

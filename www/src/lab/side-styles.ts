@@ -1,10 +1,10 @@
 /** Of the panels beside the stage. */
 import { css } from 'lit';
+import { column, dot, doubt, note, row, small, wrap } from '../components/theme.js';
 
 export const sideStyles = css`
   .panel {
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 10px;
     padding: 12px 16px 24px;
     overflow-wrap: anywhere;
@@ -32,8 +32,7 @@ export const sideStyles = css`
     color: var(--muted);
   }
   .explanation {
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
+    ${note};
   }
   abbr {
     text-decoration: underline dotted;
@@ -45,8 +44,7 @@ export const sideStyles = css`
     font-size: calc(12.5 * var(--px));
   }
   .key li {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
   }
   .key .active {
@@ -75,8 +73,7 @@ export const sideStyles = css`
     line-height: 1.5;
   }
   .system {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 5px;
     overflow-x: auto;
     white-space: nowrap;
@@ -91,8 +88,7 @@ export const sideStyles = css`
   }
   .matrix caption {
     caption-side: bottom;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .matrix td {
     padding: 1px 5px;
@@ -118,28 +114,7 @@ export const sideStyles = css`
     font-size: calc(15 * var(--px));
   }
   summary {
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
-    cursor: pointer;
-  }
-  .scroll {
-    overflow-x: auto;
-  }
-  table.iterations {
-    width: 100%;
-    margin-top: 6px;
-    border-collapse: collapse;
-    font-size: calc(11.5 * var(--px));
-  }
-  .iterations th,
-  .iterations td {
-    padding: 2px 3px;
-    text-align: right;
-    font-weight: 400;
-    white-space: nowrap;
-  }
-  .iterations thead th {
-    color: var(--muted);
+    ${note};
   }
   .methods button.link {
     display: inline-flex;
@@ -154,10 +129,7 @@ export const sideStyles = css`
     min-height: 24px;
   }
   .methods i {
-    flex: none;
-    width: 10px;
-    height: 10px;
-    border-radius: 50%;
+    ${dot};
   }
   .methods .name {
     min-width: 96px;
@@ -171,16 +143,13 @@ export const sideStyles = css`
     font-weight: 600;
   }
   .row {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px;
   }
   .fault {
     padding: 8px 10px;
     border-radius: var(--radius);
-    background: var(--doubtful-soft);
-    color: var(--doubtful);
+    ${doubt};
   }
   .directions {
     display: grid;
@@ -211,7 +180,6 @@ export const sideStyles = css`
   }
   .row input[type='range'] {
     flex: 1;
-    accent-color: var(--accent);
   }
   .tabs [role='tablist'] {
     overflow-x: auto;

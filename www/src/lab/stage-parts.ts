@@ -1,6 +1,9 @@
 /** What lies beneath the stage: the legend of its colours, and the controls that play the run. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { icon, type IconName } from '../components/icons.js';
+import { check, slider } from '../components/fields.js';
+import { type Choices, list } from '../components/list-field.js';
+import { iconButton } from '../components/icon-button.js';
+import { type IconName } from '../components/icons.js';
 import { formatCount } from '../views/format.js';
 import { gradient, PAIR_COLORS, type PairColor, REJECTION_COLORS } from './pair-colors.js';
 import type { StageLook } from './plane-painter.js';
@@ -10,8 +13,8 @@ import { REJECTION_WORDS, rejectionCounts } from './words.js';
 
 /** The sign of each reason, as the stage draws it. */
 const SIGNS = ['◇', '×', '+', '+'] as const;
-const STRETCHES = [1, 5, 20, 100];
-const SPEEDS = [0.5, 1, 2, 4];
+const STRETCHES: Choices<number> = [1, 5, 20, 100].map((times) => [times, `× ${times}`]);
+const SPEEDS: Choices<number> = [0.5, 1, 2, 4].map((times) => [times, `${times} ×`]);
 
 export interface LegendFacts {
   look: StageLook;
@@ -27,22 +30,10 @@ export function legend({ look, iteration, is_planar, hasNormals, dark, change }:
   const counts = iteration ? rejectionCounts(iteration) : [];
   const ends = PAIR_COLORS.find(({ value }) => value === look.colorBy)?.ends ?? ['', ''];
   const box = (name: 'pairs' | 'rejected' | 'normals', label: string): TemplateResult =>
-    html`<label
-      ><input
-        type="checkbox"
-        .checked=${look[name]}
-        @change=${({ target }: Event) => change({ ...look, [name]: (target as HTMLInputElement).checked })}
-      />${label}</label
-    >`;
+    check(label, look[name], (isOn) => change({ ...look, [name]: isOn }));
+  const colors: Choices<PairColor> = PAIR_COLORS.map(({ value, label }) => [value, label]);
   return html`<div class="legend" role="group" aria-label="Pairs">
-    <label
-      >Colour
-      <select
-        @change=${({ target }: Event) => change({ ...look, colorBy: (target as HTMLSelectElement).value as PairColor })}
-      >
-        ${PAIR_COLORS.map(({ value, label }) => html`<option value=${value} .selected=${value === look.colorBy}>${label}</option>`)}
-      </select></label
-    >
+    <label>Colour ${list(colors, look.colorBy, (colorBy) => change({ ...look, colorBy }))}</label>
     <span class="scale number"
       >${ends[0]}<i style="background: linear-gradient(to right, ${gradient(dark)})"></i>${ends[1]}</span
     >
@@ -51,12 +42,9 @@ export function legend({ look, iteration, is_planar, hasNormals, dark, change }:
       is_planar
         ? html`<label
             >Pair length
-            <select
-              title="Magnification of the drawn pairs"
-              @change=${({ target }: Event) => change({ ...look, stretch: Number((target as HTMLSelectElement).value) })}
-            >
-              ${STRETCHES.map((value) => html`<option value=${value} .selected=${value === look.stretch}>× ${value}</option>`)}
-            </select></label
+            ${list(STRETCHES, look.stretch, (stretch) => change({ ...look, stretch }), {
+              hint: 'Magnification of the drawn pairs',
+            })}</label
           >`
         : nothing
     }
@@ -83,9 +71,7 @@ export interface Transport {
 export function transport({ player, state, step, toStart }: Transport): TemplateResult {
   const { at, count, isPlaying } = player;
   const button = (sign: IconName, label: string, isOff: boolean, press: () => void): TemplateResult =>
-    html`<button class="icon" ?disabled=${isOff} aria-label=${label} title=${label} @click=${press}>
-      ${icon(sign)}
-    </button>`;
+    iconButton(sign, label, press, { hint: label, kind: '', isOff: isOff });
   return html`<div class="transport" role="group" aria-label="Iterations">
     ${button('reset', 'Back to the start', count === 0, toStart)}
     ${button('previous', 'One iteration back (,)', at <= 0, () => step(-1))}
@@ -95,26 +81,8 @@ export function transport({ player, state, step, toStart }: Transport): Template
         : button('play', 'Play the iterations (space bar)', count === 0, () => player.play())
     }
     ${button('next', 'One iteration on (.)', at >= count, () => step(1))}
-    <input
-      type="range"
-      min="0"
-      max=${count}
-      step="1"
-      ?disabled=${count === 0}
-      .value=${String(Math.round(at))}
-      aria-label="Iteration"
-      aria-valuetext=${state}
-      @input=${({ target }: Event) => player.seek(Number((target as HTMLInputElement).value))}
-    />
+    ${slider(Math.round(at), { label: 'Iteration', max: count, words: state, isOff: count === 0 }, (to) => player.seek(to))}
     <output class="number" aria-hidden="true">${Math.floor(at + 1e-9)}<span class="muted"> / ${count}</span></output>
-    <select
-      aria-label="Speed"
-      title="Speed"
-      @change=${({ target }: Event) => {
-        player.speed = Number((target as HTMLSelectElement).value);
-      }}
-    >
-      ${SPEEDS.map((speed) => html`<option value=${speed} .selected=${speed === player.speed}>${speed} ×</option>`)}
-    </select>
+    ${list(SPEEDS, player.speed, (speed) => (player.speed = speed), { label: 'Speed', hint: 'Speed' })}
   </div>`;
 }

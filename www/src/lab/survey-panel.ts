@@ -1,9 +1,10 @@
 /** What landscape and basin have in common: the unknowns, how far they go, and a place on the figure that can be started from. */
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { property, query, state } from 'lit/decorators.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/figure-view.js';
 import type { ScanstitchFigure } from '../components/figure-view.js';
-import { shared } from '../components/theme.js';
+import { column, row, shared } from '../components/theme.js';
 import { formatAngle, formatLength } from '../views/format.js';
 import { makeColors } from '../views/figure-colors.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -19,7 +20,7 @@ import type { SurveyOf } from './survey.js';
 import { surveyStride } from './thinning.js';
 import { lastPose, numPoses, poseAt } from './trace.js';
 
-const RANGES = [0.25, 0.5, 1, 2, 4];
+const RANGES: Choices<number> = [0.25, 0.5, 1, 2, 4].map((times) => [times, `× ${times}`]);
 /** Smallest half widths of a survey around the result (rad, m): 20 degrees, and the largest distance of pairs. */
 const LEAST_TURN = Math.PI / 9;
 const LEAST_REACH = 0.5;
@@ -99,34 +100,17 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
   protected renderChoices(facts: LabFacts): TemplateResult {
     const { is_planar } = facts;
     const axes = this.axes(facts);
-    const names = unknowns(is_planar ? 3 : 6);
-    const choice = (which: 0 | 1, label: string): TemplateResult =>
-      html`<label class="choice"
-        >${label}
-        <select
-          @change=${({ target }: Event) => {
-            const axis = Number((target as HTMLSelectElement).value);
-            const other = axes[which === 0 ? 1 : 0];
-            // The same unknown twice: they change places.
-            const rest = other === axis ? axes[which] : other;
-            this.chosen = which === 0 ? [axis, rest] : [rest, axis];
-          }}
-        >
-          ${names.map((name, i) => html`<option value=${i} .selected=${i === axes[which]}>${name}</option>`)}
-        </select></label
-      >`;
+    const names: Choices<number> = unknowns(is_planar ? 3 : 6).map((name, i) => [i, name]);
+    const choose = (which: 0 | 1, axis: number): void => {
+      const other = axes[which === 0 ? 1 : 0];
+      // The same unknown twice: they change places.
+      const rest = other === axis ? axes[which] : other;
+      this.chosen = which === 0 ? [axis, rest] : [rest, axis];
+    };
     return html`<div class="row field">
-      ${choice(0, 'Across')} ${choice(1, 'Up')}
-      <label class="choice"
-        >Range
-        <select
-          @change=${({ target }: Event) => {
-            this.range = Number((target as HTMLSelectElement).value);
-          }}
-        >
-          ${RANGES.map((range) => html`<option value=${range} .selected=${range === this.range}>× ${range}</option>`)}
-        </select></label
-      >
+      <label class="choice">Across ${list(names, axes[0], (axis) => choose(0, axis))}</label>
+      <label class="choice">Up ${list(names, axes[1], (axis) => choose(1, axis))}</label>
+      <label class="choice">Range ${list(RANGES, this.range, (range) => (this.range = range))}</label>
     </div>`;
   }
 
@@ -221,8 +205,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
     sideStyles,
     css`
       :host {
-        display: flex;
-        flex-direction: column;
+        ${column};
         gap: 10px;
         padding: 12px 16px 24px;
       }
@@ -235,8 +218,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
         min-height: 21px;
       }
       .costs {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 6px;
         font-size: calc(12.5 * var(--px));
         white-space: nowrap;
@@ -251,8 +233,7 @@ export abstract class SurveyPanel<S extends Survey & { result: { grid: Grid } | 
         gap: 2px;
       }
       .minima li {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
       }
       .minima button {

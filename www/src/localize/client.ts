@@ -2,17 +2,15 @@
 import { LatestQuery } from '../engine/latest-query.js';
 import type { Inputs, Settings } from '../engine/protocol.js';
 import { WorkerDied } from '../engine/remote.js';
-import { WorkerHost } from '../engine/worker-host.js';
+import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
 import type { Files, GridPicture, LocalizeApi, LocalizeEvent, MapSource, ScanDetails, ScansRead } from './protocol.js';
 import workerUrl from './localize-worker.ts?worker&url';
 
-export interface LocalizeListener {
+export interface LocalizeListener extends WorkerFaults {
   located(event: LocalizeEvent): void;
   details(details: ScanDetails): void;
   /** The worker died, and with it what it had been given. */
   crashed(message: string): void;
-  slow(isSlow: boolean): void;
-  unavailable(message: string): void;
 }
 
 /** Time after a stop at which a worker that has not responded is replaced (ms): one search of a large map takes a second or two. */
@@ -26,6 +24,7 @@ export class LocalizeClient {
 
   constructor(listener: LocalizeListener) {
     this.#host = new WorkerHost<LocalizeApi, LocalizeEvent>(workerUrl, {
+      ...listener,
       event: (event) => {
         if (event.run !== this.#run) return;
         if (event.state === 'done') this.#host.succeeded();
@@ -35,8 +34,6 @@ export class LocalizeClient {
         clearTimeout(this.#stopTimer);
         listener.crashed(message);
       },
-      slow: (isSlow) => listener.slow(isSlow),
-      unavailable: (message) => listener.unavailable(message),
     });
     this.#details = new LatestQuery<number, ScanDetails>({
       compute: (index) => this.#host.call('scan', index),

@@ -1,23 +1,18 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
+import { type Choices, list } from '../components/list-field.js';
 import '../components/menu.js';
 import '../components/messages.js';
+import { figureStyles } from '../components/number-table.js';
 import '../components/timeline.js';
 import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import type { MenuItem } from '../components/menu.js';
 import type { GivenScans } from '../components/run-kind.js';
-import {
-  dropStyles,
-  emptyStyles,
-  fieldStyles,
-  shared,
-  statusStyles,
-  tableStyles,
-  tokens,
-} from '../components/theme.js';
+import { dropStyles, emptyStyles, fieldStyles, shared, statusStyles, tokens } from '../components/theme.js';
 import { watchSize } from '../components/watch-size.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
@@ -44,11 +39,7 @@ const EXPORTS: readonly (MenuItem & { id: keyof Files })[] = [
   { id: 'picture', label: 'Picture', detail: 'localization.png: scans and trajectory in the cells of the map' },
 ];
 
-const ODOMETRY: readonly { value: Settings['odometry']; label: string }[] = [
-  { value: 'auto', label: 'as found' },
-  { value: 'log', label: 'poses of the log' },
-  { value: 'none', label: 'none' },
-];
+const ODOMETRY: Choices<Settings['odometry']> = { auto: 'as found', log: 'poses of the log', none: 'none' };
 
 /** Up to this width details lie below the map, as the styles have it (CSS pixels). */
 const NARROW = 720;
@@ -120,13 +111,7 @@ export class ScanstitchLocalize extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = !session.map && !session.recording && !session.unscaled && session.phase !== 'reading';
-    return html`<div
-      class="localize"
-      @dragenter=${dropTarget.enter}
-      @dragover=${dropTarget.over}
-      @dragleave=${dropTarget.leave}
-      @drop=${dropTarget.drop}
-    >
+    return html`<div class="localize">
       ${isEmpty ? nothing : this.renderBar()}
       <scanstitch-messages
         strip
@@ -191,14 +176,7 @@ export class ScanstitchLocalize extends LitElement {
           ?disabled=${!session.isHeld || session.numLocated === 0}
           @menu-chosen=${({ detail }: CustomEvent<keyof Files>) => session.export(detail)}
         ></scanstitch-menu>
-        <button
-          class="quiet icon"
-          aria-label="Remove map and recording"
-          title="Remove map and recording"
-          @click=${() => session.clear()}
-        >
-          ${icon('trash')}
-        </button>
+        ${iconButton('trash', 'Remove map and recording', () => session.clear(), { hint: 'Remove map and recording' })}
       </span>
     </section>`;
   }
@@ -215,16 +193,7 @@ export class ScanstitchLocalize extends LitElement {
 
   private renderOdometry(): TemplateResult {
     const { session } = this;
-    const choose = ({ target }: Event): void =>
-      session.setOdometry((target as HTMLSelectElement).value as Settings['odometry']);
-    return html`<label
-      >Odometry
-      <select @change=${choose}>
-        ${ODOMETRY.map(
-          ({ value, label }) => html`<option value=${value} ?selected=${value === session.odometry}>${label}</option>`,
-        )}
-      </select></label
-    >`;
+    return html`<label>Odometry ${list(ODOMETRY, session.odometry, (choice) => session.setOdometry(choice))}</label>`;
   }
 
   /** What is missing, and how to give it. */
@@ -308,7 +277,6 @@ export class ScanstitchLocalize extends LitElement {
 
   private onPicked(): void {
     const files = filesOfInput(this.input);
-    this.input.value = ''; // so that picking the same files again is a change
     if (files.length > 0) this.take(files, []);
   }
 
@@ -327,7 +295,7 @@ export class ScanstitchLocalize extends LitElement {
     emptyStyles,
     fieldStyles,
     statusStyles,
-    tableStyles,
+    figureStyles,
     localizeStyles,
   ];
 }

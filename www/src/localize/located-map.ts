@@ -1,19 +1,18 @@
-import { LitElement, type PropertyValues, type TemplateResult } from 'lit';
-import { customElement, property, query, state } from 'lit/decorators.js';
-import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
+import type { PropertyValues, TemplateResult } from 'lit';
+import { customElement, property, state } from 'lit/decorators.js';
 import { mapStyles } from '../components/map-styles.js';
-import { flatMap } from '../components/flat-map.js';
+import { FlatMap } from '../components/flat-map.js';
 import { layerBox, layerList } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { context2d } from '../views/canvas.js';
-import { type KeyedMap, PAN_STEP, pressKey } from '../views/map-keys.js';
 import { memoizeLast } from '../views/memoize-last.js';
-import { fitted, panned, toWorld, type Turns, type Viewport, zoomedAt } from '../views/viewport.js';
+import { fitted, type Turns } from '../views/viewport.js';
 import { mapLevels } from './map-levels.js';
 import { type LocatedScene, paintScene, type SceneLayers } from './paint.js';
 import type { GridPicture, ScanDetails } from './protocol.js';
 import { locatedMapStyles } from './styles.js';
 import { boundsOf, scanAt, type Track } from './track.js';
+import { fire } from '../components/fire.js';
 
 /** Room around the map: for the buttons to its right, and the scale bar. */
 const MARGIN = { top: 20, right: 56, bottom: 44, left: 20 };
@@ -29,30 +28,16 @@ const LAYERS: Record<keyof SceneLayers, string> = {
  * Fires `scan-selected` with the number of a scan, or null for the last one.
  */
 @customElement('scanstitch-located-map')
-export class ScanstitchLocatedMap extends LitElement implements DrawingHost, KeyedMap {
+export class ScanstitchLocatedMap extends FlatMap {
   @property({ attribute: false }) grid: GridPicture | null = null;
   @property({ attribute: false }) track: Track | null = null;
   @property({ attribute: false }) selected = 0;
   @property({ attribute: false }) details: ScanDetails | null = null;
-  @property({ attribute: false }) description = '';
-  @property({ type: Boolean }) dark = false;
 
   @state() private layers: SceneLayers = { trajectory: true, returns: true, places: true };
-  @state() private layersOpen = false;
-  @state() private pointer: { x: number; y: number } | null = null;
-  @query('canvas') private canvas!: HTMLCanvasElement;
-  @query('.stage') readonly stage!: HTMLElement;
 
-  private view: Viewport = { centerX: 0, centerY: 0, scale: 20, turns: 0 };
-  /** The user has moved the view: it is no longer fitted. */
-  private isMoved = false;
-  private surface = new DrawingSurface(this);
   private levelsOf = memoizeLast(mapLevels);
   private knownOf = memoizeLast(boundsOf);
-
-  protected override firstUpdated(): void {
-    this.surface.begin();
-  }
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('grid')) {
@@ -67,27 +52,14 @@ export class ScanstitchLocatedMap extends LitElement implements DrawingHost, Key
     return { selected: this.track ? this.selected : null, poses: this.track?.statuses ?? [] };
   }
 
-  protected override render(): TemplateResult {
-    return flatMap({
-      description: this.description,
-      world: this.pointer && toWorld(this.view, this.surface.size, this.pointer.x, this.pointer.y),
-      zoomBy: (factor) => this.zoomBy(factor),
-      fit: () => this.fit(),
-      turnByQuarter: () => this.turnByQuarter(),
-      onKey: (event) => this.onKey(event),
-      layers: this.layersOpen
-        ? layerList(
-            (Object.keys(LAYERS) as (keyof SceneLayers)[]).map((name) =>
-              layerBox(LAYERS[name], name, this.layers[name], (isShown) => {
-                this.layers = { ...this.layers, [name]: isShown };
-              }),
-            ),
-          )
-        : null,
-      toggleLayers: () => {
-        this.layersOpen = !this.layersOpen;
-      },
-    });
+  protected override renderLayers(): TemplateResult {
+    return layerList(
+      (Object.keys(LAYERS) as (keyof SceneLayers)[]).map((name) =>
+        layerBox(LAYERS[name], name, this.layers[name], (isShown) => {
+          this.layers = { ...this.layers, [name]: isShown };
+        }),
+      ),
+    );
   }
 
   fit(): void {
@@ -113,58 +85,20 @@ export class ScanstitchLocatedMap extends LitElement implements DrawingHost, Key
     return { map: grid && this.levelsOf(grid, dark), track, selected, details, layers, dark };
   }
 
-  // Moving about.
-
-  private move(view: Viewport): void {
-    this.view = view;
-    this.isMoved = true;
-    this.surface.requestPaint();
-  }
-
-  private turnByQuarter(): void {
-    this.view = { ...this.view, turns: ((this.view.turns + 1) % 4) as Turns };
+  protected override turnTo(turns: Turns): void {
+    this.view = { ...this.view, turns };
     this.fit();
-  }
-
-  private onKey(event: KeyboardEvent): void {
-    pressKey(event, this, {
-      ArrowLeft: () => this.shift(PAN_STEP, 0),
-      ArrowRight: () => this.shift(-PAN_STEP, 0),
-      ArrowUp: () => this.shift(0, PAN_STEP),
-      ArrowDown: () => this.shift(0, -PAN_STEP),
-      r: () => this.turnByQuarter(),
-    });
-  }
-
-  zoomBy(factor: number): void {
-    this.surface.zoomBy(factor);
-  }
-
-  shift(right: number, down: number): void {
-    this.move(panned(this.view, right, down));
-  }
-
-  zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.view, this.surface.size, x, y, factor));
   }
 
   tap(x: number, y: number, reach: number): void {
     if (!this.track) return;
-    const world = toWorld(this.view, this.surface.size, x, y);
+    const world = this.toWorld(x, y);
     const scan = scanAt(this.track, world.x, world.y, reach / this.view.scale);
     if (scan !== null) this.select(scan);
   }
 
-  hover(x: number, y: number): void {
-    this.pointer = { x, y };
-  }
-
-  leave(): void {
-    this.pointer = null;
-  }
-
   select(scan: number | null): void {
-    this.dispatchEvent(new CustomEvent('scan-selected', { detail: scan, bubbles: true }));
+    fire(this, 'scan-selected', scan);
   }
 
   static override styles = [shared, mapStyles, locatedMapStyles];

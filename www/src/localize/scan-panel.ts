@@ -1,7 +1,8 @@
 /** What is known of a scan's place, in words and figures. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { icon } from '../components/icons.js';
-import { baseName, formatAngle, formatFixed, formatPercent, plural } from '../views/format.js';
+import { numberTable } from '../components/number-table.js';
+import { baseName, formatAngle, formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { percent } from './paint.js';
 import type { LocatedPose, ScanDetails } from './protocol.js';
@@ -55,27 +56,18 @@ function certainWords(isKnownAtOnce: boolean): string {
 function rivalTable(rivals: readonly LocatedPose[]): TemplateResult {
   const rest = rivals.length - MOST_LISTED;
   return html`<h3>${plural(rivals.length, 'other place')}</h3>
-    <table aria-label="Other places">
-      <thead>
-        <tr>
-          <th scope="col">x (m)</th>
-          <th scope="col">y (m)</th>
-          <th scope="col">heading</th>
-          <th scope="col">probability</th>
-        </tr>
-      </thead>
-      <tbody>
-        ${rivals.slice(0, MOST_LISTED).map(
-          ({ T_world_sensor: { x, y, theta }, probability }) =>
-            html`<tr>
-              <td>${formatFixed(x, 2)}</td>
-              <td>${formatFixed(y, 2)}</td>
-              <td>${formatAngle(theta, 0)}</td>
-              <td>${percent(probability)}</td>
-            </tr>`,
-        )}
-      </tbody>
-    </table>
+    ${numberTable(
+      ['x (m)', 'y (m)', 'heading', 'probability'],
+      rivals
+        .slice(0, MOST_LISTED)
+        .map(({ T_world_sensor: { x, y, theta }, probability }) => [
+          formatFixed(x, 2),
+          formatFixed(y, 2),
+          formatAngle(theta, 0),
+          percent(probability),
+        ]),
+      'Other places',
+    )}
     ${rest > 0 ? html`<p class="muted">and ${rest} less likely ones</p>` : nothing}`;
 }
 
@@ -83,7 +75,7 @@ function rivalTable(rivals: readonly LocatedPose[]): TemplateResult {
 function positionWords({ T_world_sensor: { x, y }, covariance }: LocatedPose): string {
   const [xx = 0, xy = 0, , , yy = 0] = covariance;
   const largest = (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy);
-  return `${formatFixed(x, 2)}, ${formatFixed(y, 2)} m ± ${formatFixed(Math.sqrt(Math.max(largest, 0)), 2)} m`;
+  return `${formatFixed(x, 2)}, ${formatFixed(y, 2)} m ± ${formatLength(Math.sqrt(Math.max(largest, 0)))}`;
 }
 
 function headingWords({ T_world_sensor: { theta }, covariance }: LocatedPose): string {

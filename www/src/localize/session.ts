@@ -64,8 +64,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
         this.changed();
       },
       crashed: (message) => this.#onCrashed(message),
-      slow: (isSlow) => this.onSlow(isSlow),
-      unavailable: (message) => this.onUnavailable(message),
+      ...this.faults,
     });
   }
 

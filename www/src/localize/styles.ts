@@ -1,24 +1,20 @@
 import { css } from 'lit';
+import { column, cut, fill, row, small, wrap } from '../components/theme.js';
 
 export const localizeStyles = css`
   :host {
     position: relative;
-    display: block;
-    flex: 1;
-    min-height: 0;
+    ${fill};
     background: var(--background);
     container-type: size;
   }
   .localize {
-    display: flex;
-    flex-direction: column;
+    ${column};
     height: 100%;
   }
   .bar {
-    display: flex;
+    ${wrap};
     flex: none;
-    flex-wrap: wrap;
-    align-items: center;
     gap: 4px 12px;
     min-height: 44px;
     padding: 4px 12px;
@@ -26,37 +22,30 @@ export const localizeStyles = css`
     background: var(--surface);
   }
   .bar .what {
-    overflow: hidden;
+    ${cut};
     min-width: 0;
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   .bar progress {
     flex: 0 1 160px;
     min-width: 60px;
-    accent-color: var(--accent);
   }
   .bar .actions {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 8px;
     margin-left: auto;
   }
   .bar label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .bar .status {
     font-size: calc(13 * var(--px));
   }
   main {
     display: grid;
-    flex: 1;
+    ${fill};
     grid-template-columns: minmax(0, 1fr) calc(310 * var(--px));
-    min-height: 0;
   }
   main.alone {
     grid-template-columns: minmax(0, 1fr);
@@ -73,19 +62,15 @@ export const localizeStyles = css`
     border-top: 1px solid var(--line);
   }
   aside header {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 4px 8px;
     margin-bottom: 6px;
   }
   aside .name {
-    overflow: hidden;
+    ${cut};
     min-width: 0;
     max-width: 14em;
     font-size: calc(12.5 * var(--px));
-    text-overflow: ellipsis;
-    white-space: nowrap;
   }
   aside p {
     font-size: calc(13 * var(--px));
@@ -107,11 +92,6 @@ export const localizeStyles = css`
   dd {
     text-align: right;
     white-space: nowrap;
-  }
-  th {
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
-    font-weight: 600;
   }
   scanstitch-timeline {
     flex: none;
@@ -136,9 +116,7 @@ export const localizeStyles = css`
     background: var(--accent-soft);
   }
   .next form {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 8px;
     margin-top: 6px;
   }

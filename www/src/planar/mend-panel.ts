@@ -1,6 +1,7 @@
 /** The panel beside a map that is mended: its loops, the one that is looked at, the step that is prepared. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { fire } from '../components/fire.js';
 import { icon } from '../components/icons.js';
 import { panelStyles, shared, statusStyles } from '../components/theme.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
@@ -36,7 +37,7 @@ export class ScanstitchMend extends LitElement {
   }
 
   private close(): void {
-    this.dispatchEvent(new CustomEvent('closed'));
+    fire(this, 'closed');
   }
 
   private onKey = (event: KeyboardEvent): void => {
@@ -218,12 +219,13 @@ export class ScanstitchMend extends LitElement {
     statusStyles,
     css`
       :host {
+        grid-area: question;
         width: calc(300 * var(--px));
         overflow: auto;
         border-left: 1px solid var(--line);
         background: var(--surface);
       }
-      @container (max-width: 640px) {
+      @container (max-width: 600px) {
         :host {
           width: auto;
           max-height: 50cqh;

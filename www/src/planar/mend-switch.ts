@@ -29,7 +29,7 @@ export class MendSwitch {
   /** Beside the map. */
   panel(): TemplateResult | typeof nothing {
     return this.mending
-      ? html`<scanstitch-mend class="aside" .mending=${this.mending} @closed=${this.toggle}></scanstitch-mend>`
+      ? html`<scanstitch-mend .mending=${this.mending} @closed=${this.toggle}></scanstitch-mend>`
       : nothing;
   }
 }

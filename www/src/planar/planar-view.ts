@@ -76,7 +76,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override newSession(): PlanarSession {
     const session = new PlanarSession(this);
-    session.hasLink = this.rememberSettings; // before the next update, which comes too late for a new session
+    session.address = this.address; // before the next update, which comes too late for a new session
     return session;
   }
 
@@ -176,7 +176,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
 
   protected override willUpdate(changed: Map<PropertyKey, unknown>): void {
     super.willUpdate(changed);
-    this.session.hasLink = this.rememberSettings;
+    this.session.address = this.address;
     const { session, selected, wantsOccupancy } = this;
     const { snapshot, phase } = session;
     this.mendSwitch.mending?.follow();

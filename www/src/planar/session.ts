@@ -16,6 +16,7 @@ import type {
   Snapshot,
 } from '../engine/protocol.js';
 import { messageOf } from '../engine/message-of.js';
+import type { Address } from '../views/address.js';
 import { baseName, formatLength, plural } from '../views/format.js';
 import { sameSettings } from '../views/setting-fields.js';
 import { lookDirection } from '../views/look-direction.js';
@@ -39,7 +40,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   /** Tables of ranges, and what their columns are; null before files are taken in. */
   tables: TableImports | null = null;
   /** Whether the page's address is the page's own, to read formats of tables from and to write them into. */
-  hasLink = false;
+  address: Address | null = null;
   /** What the engine is to be given, or is reading. */
   #candidate: Dataset | null = null;
   #isNewDataset = false;
@@ -60,8 +61,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       refused: (steps) =>
         steps.forEach(({ index, reason }) => this.report(`Step ${index + 1} was not taken: ${reason}`)),
       crashed: (message) => this.#onCrashed(message),
-      slow: (isSlow) => this.onSlow(isSlow),
-      unavailable: (message) => this.onUnavailable(message),
+      ...this.faults,
     });
   }
 
@@ -114,7 +114,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   async #newTables(): Promise<TableImports> {
     const { TableImports } = await import('./table-imports.js');
     return new TableImports({
-      hasLink: () => this.hasLink,
+      address: () => this.address,
       describe: async (file, format, scan) => (await this.client?.describeTable(file, format, scan)) ?? null,
       reload: (format) => this.#readTablesAs(format),
       changed: () => this.changed(),

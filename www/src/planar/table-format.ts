@@ -2,6 +2,7 @@
  * A table's format as the fields of a form, and as the text that the engine and `--table` read: `name=value` pairs separated by
  * commas, columns counted from 1. What the text means is the engine's to judge; here it is only taken apart.
  */
+import type { Address } from '../views/address.js';
 
 export type FormatParts = ReadonlyMap<string, string>;
 
@@ -59,12 +60,11 @@ export function tableOfLink(fragment: string): string {
 }
 
 /** Writes the format into the page's address, beside the settings; null takes it out. */
-export function rememberTable(format: string | null): void {
-  const values = new URLSearchParams(location.hash.replace(/^#/, ''));
+export function rememberTable(address: Address, format: string | null): void {
+  const values = new URLSearchParams(address.fragment.replace(/^#/, ''));
   if (format === null) values.delete('table');
   else values.set('table', format);
-  const text = values.toString().replaceAll('%3A', ':').replaceAll('%2C', ',');
-  history.replaceState(history.state, '', text === '' ? location.pathname + location.search : `#${text}`);
+  address.write(values.toString().replaceAll('%3A', ':').replaceAll('%2C', ','));
 }
 
 /** Units, and what they are called. */

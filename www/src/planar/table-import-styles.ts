@@ -1,12 +1,12 @@
 import { css } from 'lit';
+import { column, small } from '../components/theme.js';
 
 export const importStyles = css`
   dialog {
     width: min(1000px, calc(100vw - 24px));
   }
   form {
-    display: flex;
-    flex-direction: column;
+    ${column};
   }
   h2 {
     font-size: calc(16 * var(--px));
@@ -18,8 +18,7 @@ export const importStyles = css`
     gap: 14px 18px;
   }
   .fields {
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 10px;
   }
   fieldset {
@@ -28,39 +27,29 @@ export const importStyles = css`
     align-items: end;
   }
   legend {
-    font-size: calc(12 * var(--px));
-    color: var(--muted);
+    ${small};
   }
   label {
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 3px;
     min-width: 0;
-    font-size: calc(12 * var(--px));
-    color: var(--muted);
+    ${small};
   }
   input,
   select {
     width: 100%;
-    min-height: 32px;
-    padding: 2px 8px;
-    border: 1px solid var(--line-strong);
-    border-radius: 6px;
-    background: var(--surface);
     color: var(--text);
     font-size: calc(14 * var(--px));
   }
   input[type='range'] {
     padding: 0;
-    accent-color: var(--accent);
   }
   fieldset p {
     align-self: center;
     font-size: calc(12 * var(--px));
   }
   .seen {
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 8px;
   }
   canvas {

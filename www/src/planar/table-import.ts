@@ -1,7 +1,9 @@
 /** What the columns of a table of ranges are: guessed, shown as a scan, changed by hand. */
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { dialogStyles, shared } from '../components/theme.js';
+import { slider, typed } from '../components/fields.js';
+import { dialogStyles } from '../components/section-styles.js';
+import { shared } from '../components/theme.js';
 import { LastRequest } from '../engine/last-request.js';
 import type { TableFacts } from '../engine/protocol.js';
 import { baseName, plural, sentence } from '../views/format.js';
@@ -119,13 +121,7 @@ export class ScanstitchTableImport extends LitElement {
             <canvas role="img" aria-label=${this.pictureWords()}></canvas>
             <label class="scan" ?hidden=${num_scans < 2}>
               Scan ${this.scan + 1} of ${num_scans}
-              <input
-                type="range"
-                min="0"
-                max=${Math.max(0, num_scans - 1)}
-                .value=${String(this.scan)}
-                @input=${(event: Event) => this.showScan(Number((event.target as HTMLInputElement).value))}
-              />
+              ${slider(this.scan, { max: Math.max(0, num_scans - 1) }, (scan) => this.showScan(scan))}
             </label>
           </div>
           ${this.renderCells()}
@@ -290,7 +286,7 @@ export class ScanstitchTableImport extends LitElement {
         max=${this.facts.num_columns}
         placeholder=${empty}
         .value=${value}
-        @input=${(event: Event) => take((event.target as HTMLInputElement).value)}
+        @input=${(event: Event) => take(typed(event))}
       />
     </label>`;
   }

@@ -4,6 +4,7 @@
  */
 import type { Dataset } from '../datasets/dataset.js';
 import type { InputFile, TableFacts } from '../engine/protocol.js';
+import type { Address } from '../views/address.js';
 import type { TableRequest } from './table-import.js';
 import type { Intake } from '../datasets/take-in.js';
 import { rememberTable, tableOfLink } from './table-format.js';
@@ -15,7 +16,7 @@ const READING_COLUMNS = [2, 3, 4, 5, 6];
 
 export interface TableHooks {
   /** Whether the page's address is the page's own, to read formats from and to write them into. */
-  hasLink(): boolean;
+  address(): Address | null;
   /** Null where a file is no table, or there is no engine to tell. */
   describe(file: InputFile, format: string | null, scan: number): Promise<TableFacts | null>;
   /** Reads the tables that are loaded once more. */
@@ -54,7 +55,7 @@ export class TableImports {
     const alone = mayBeScans && intake.scans.length === 0 ? intake.reference : null;
     const file = tables[0] ?? alone;
     if (!file) return load(intake);
-    const linked = this.#hooks.hasLink() ? tableOfLink(location.hash) : '';
+    const linked = tableOfLink(this.#hooks.address()?.fragment ?? '');
     const facts = await this.#hooks.describe(file, linked || null, 0).catch(() => null);
     if (!facts) return load(intake);
     const asFormat = (format: string): Intake => withFormat(intake, file === alone ? [file] : tables, format);
@@ -87,7 +88,8 @@ export class TableImports {
   answer(format: string | null): void {
     this.request = null;
     this.#hooks.changed();
-    if (format !== null && this.#hooks.hasLink()) rememberTable(format);
+    const address = this.#hooks.address();
+    if (format !== null && address) rememberTable(address, format);
     this.#answer(format);
   }
 

@@ -1,8 +1,8 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
-import { numberTable } from '../components/number-table.js';
-import { chartStyles, panelStyles, shared, statusStyles } from '../components/theme.js';
+import { figureStyles, numberTable } from '../components/number-table.js';
+import { doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
   baseName,
@@ -21,6 +21,7 @@ import { frameSummary } from '../views/words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';
+import { fire } from '../components/fire.js';
 
 /** The images of a frame; null where there is none, or not yet. */
 export interface FrameImages {
@@ -100,7 +101,7 @@ export class ScanstitchFramePanel extends LitElement {
         ? html`<p>
             <button
               title="Step through the registration of this frame, in the ICP lab"
-              @click=${() => this.dispatchEvent(new CustomEvent('look-inside', { detail: index, bubbles: true }))}
+              @click=${() => fire(this, 'look-inside', index)}
             >
               Look inside
             </button>
@@ -231,12 +232,7 @@ export class ScanstitchFramePanel extends LitElement {
       ${
         sizes === null
           ? html`<p>
-              <button
-                ?disabled=${!this.measurable}
-                @click=${() => this.dispatchEvent(new CustomEvent('sizes-wanted', { bubbles: true }))}
-              >
-                Measure
-              </button>
+              <button ?disabled=${!this.measurable} @click=${() => fire(this, 'sizes-wanted')}>Measure</button>
             </p>`
           : numberTable(
               ['voxel', 'points', 'size', 'time'],
@@ -252,15 +248,15 @@ export class ScanstitchFramePanel extends LitElement {
   }
 
   private select = (frame: number | null): void => {
-    this.dispatchEvent(new CustomEvent('frame-selected', { detail: frame, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   };
 
   static override styles = [
     shared,
     statusStyles,
     panelStyles,
-    chartStyles,
     frameStyles,
+    figureStyles,
     css`
       .reason {
         padding: 8px 10px;
@@ -268,8 +264,7 @@ export class ScanstitchFramePanel extends LitElement {
         background: var(--sunken);
       }
       .reason.doubtful {
-        background: var(--doubtful-soft);
-        color: var(--doubtful);
+        ${doubt};
       }
       .reason.lost {
         background: var(--lost-soft);
@@ -296,8 +291,7 @@ export class ScanstitchFramePanel extends LitElement {
         background: light-dark(#e7ebf0, #1c242e);
       }
       figcaption {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 5px;
         overflow: hidden;
         color: var(--muted);
@@ -308,19 +302,6 @@ export class ScanstitchFramePanel extends LitElement {
         flex: 1;
         height: 6px;
         border-radius: 3px;
-      }
-      table {
-        border-collapse: collapse;
-        font-size: calc(12.5 * var(--px));
-      }
-      th,
-      td {
-        padding: 2px 0;
-        font-weight: 400;
-        text-align: right;
-      }
-      thead th {
-        color: var(--muted);
       }
     `,
   ];

@@ -34,11 +34,11 @@ export const ramp = memoizeLast((dark: boolean): Rgb[] =>
   Array.from({ length: 64 }, (_, i) => frameColor(i / 63, dark)),
 );
 
-export const COLOR_MODES: readonly { mode: ColorMode; label: string }[] = [
-  { mode: 'image', label: 'Image' },
-  { mode: 'height', label: 'Height' },
-  { mode: 'frame', label: 'Frame' },
-  { mode: 'normal', label: 'Surface direction' },
+export const COLOR_MODES: readonly (readonly [ColorMode, string])[] = [
+  ['image', 'Image'],
+  ['height', 'Height'],
+  ['frame', 'Frame'],
+  ['normal', 'Surface direction'],
 ];
 
 /** What the user chooses of how the map is drawn. */

@@ -1,5 +1,7 @@
 /** What lies over the map in space alone: the section's slider, the readout, its own buttons and what is drawn. */
 import { html, nothing, svg, type TemplateResult } from 'lit';
+import { slider, typed } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { layerBox, layerList, mapButton } from '../components/map-toolbar.js';
 import { baseName, formatFixed } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
@@ -38,7 +40,7 @@ export function sectionSlider(
       aria-label="Section height: what is above is cut away"
       aria-valuetext=${cut >= top ? 'nothing is cut away' : `${formatFixed(cut - floor, 2)} m above the floor`}
       title="What lies above is cut away"
-      @input=${(event: Event) => onCut(Number((event.target as HTMLInputElement).value))}
+      @input=${(event: Event) => onCut(Number(typed(event)))}
     />
     <output class="number" aria-hidden="true">${words}</output>
   </div>`;
@@ -122,25 +124,13 @@ export function layers({ choices, choose, ...has }: LayersState): TemplateResult
   const layer = (name: LayerName, label: string, sign: string): TemplateResult =>
     layerBox(label, sign, shows[name], (shown) => choose({ shows: { ...shows, [name]: shown } }));
   const chosen = chosenMode(choices, has.hasColors);
-  const modes = COLOR_MODES.filter(({ mode }) => has.hasColors || mode !== 'image');
+  const size = `${formatFixed(sizeFactor * has.voxel_size * 100, 1)} cm`;
+  const modes = COLOR_MODES.filter(([mode]) => has.hasColors || mode !== 'image');
   return layerList(html`
-    <label class="row"
-      >Colour
-      <select @change=${(event: Event) => choose({ mode: (event.target as HTMLSelectElement).value as ColorMode })}>
-        ${modes.map(({ mode, label }) => html`<option value=${mode} .selected=${mode === chosen}>${label}</option>`)}
-      </select>
-    </label>
+    <label class="row">Colour ${list(modes, chosen, (mode) => choose({ mode }))}</label>
     <label class="row"
       >Point size
-      <input
-        type="range"
-        min="0.4"
-        max="4"
-        step="0.1"
-        .value=${String(sizeFactor)}
-        aria-valuetext="${formatFixed(sizeFactor * has.voxel_size * 100, 1)} cm"
-        @input=${(event: Event) => choose({ sizeFactor: Number((event.target as HTMLInputElement).value) })}
-      />
+      ${slider(sizeFactor, { min: 0.4, max: 4, step: 0.1, words: size }, (factor) => choose({ sizeFactor: factor }))}
     </label>
     ${layer('points', 'Points', 'dots')} ${layer('estimate', 'Estimated path', 'estimate')}
     ${has.referenceName === null ? nothing : layer('reference', `Ground truth: ${baseName(has.referenceName)}`, 'reference')}

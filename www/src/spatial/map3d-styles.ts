@@ -1,4 +1,5 @@
 import { css } from 'lit';
+import { panel, row, small } from '../components/theme.js';
 
 /** What lies over the map in space. */
 export const map3dStyles = css`
@@ -11,9 +12,7 @@ export const map3dStyles = css`
     gap: 10px;
     width: min(380px, calc(100% - 40px));
     padding: 14px 18px;
-    border: 1px solid var(--line);
-    border-radius: var(--radius);
-    background: var(--surface);
+    ${panel};
     box-shadow: var(--shadow);
     text-align: center;
     transform: translate(-50%, -50%);
@@ -21,9 +20,8 @@ export const map3dStyles = css`
   /* A column at the left of the map; below it where that is narrow. */
   .section {
     grid-area: section;
-    display: flex;
+    ${row};
     flex-direction: column;
-    align-items: center;
     justify-content: center;
     gap: 6px;
     padding: 8px 4px;
@@ -40,8 +38,6 @@ export const map3dStyles = css`
   .section input {
     width: 24px;
     height: clamp(80px, 40cqh, 260px);
-    margin: 0;
-    accent-color: var(--accent);
     writing-mode: vertical-lr;
     direction: rtl;
     cursor: ns-resize;
@@ -76,8 +72,7 @@ export const map3dStyles = css`
     padding: 3px 8px 4px;
     border-radius: 6px;
     background: color-mix(in srgb, var(--surface) 84%, transparent);
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
     pointer-events: none;
   }
   .hovered {
@@ -87,8 +82,7 @@ export const map3dStyles = css`
     color: var(--text);
   }
   .legend {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
   }
   .legend i {
@@ -104,12 +98,6 @@ export const map3dStyles = css`
   }
   .layers .row {
     justify-content: space-between;
-  }
-  .layers select {
-    min-height: 28px;
-    border: 1px solid var(--line-strong);
-    border-radius: 6px;
-    background: var(--surface);
   }
   .layers input[type='range'] {
     width: 110px;

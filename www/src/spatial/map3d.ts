@@ -37,13 +37,14 @@ import {
   type SurfaceState,
 } from './surface-bar.js';
 import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
+import { fire } from '../components/fire.js';
 
 const TURN_STEP = Math.PI / 24;
 const TURN_PER_PIXEL = 0.006;
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
- * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, `map-painted` when a new set of
+ * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, or one of voxels of another side (m), `map-painted` when a new set of
  * points is on the screen, and `graphics-changed` with 'lost', 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
@@ -149,7 +150,13 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: this.toggleLayers,
-      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), (change) => this.chooseSurface(change)),
+      after: surfaceBar(
+        this.runSurface,
+        this.choices.surface,
+        ramp(this.dark),
+        (change) => this.chooseSurface(change),
+        (voxelSize) => fire(this, 'surface-wanted', voxelSize),
+      ),
     });
   }
 
@@ -209,7 +216,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   private toggleSurface(): void {
     const { mesh, numPlaced } = this.runSurface;
     if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
-    else if (numPlaced > 0) this.emit('surface-wanted', null);
+    else if (numPlaced > 0) fire(this, 'surface-wanted');
   }
 
   // Layers.
@@ -229,7 +236,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   onGraphics(change: 'lost' | 'restored' | 'unavailable'): void {
-    this.emit('graphics-changed', change);
+    fire(this, 'graphics-changed', change);
   }
 
   private passMarks(before: SpatialMarks | null): void {
@@ -286,7 +293,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     if (!graphics.scene && graphics.state !== 'unavailable') return;
     if (this.hasNewPoints) {
       this.hasNewPoints = false;
-      this.emit('map-painted', null);
+      fire(this, 'map-painted');
     }
   }
 
@@ -389,11 +396,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   select(frame: number | null): void {
-    this.emit('frame-selected', frame);
-  }
-
-  private emit(type: string, detail: unknown): void {
-    this.dispatchEvent(new CustomEvent(type, { detail, bubbles: true }));
+    fire(this, 'frame-selected', frame);
   }
 
   static override styles = [shared, mapStyles, map3dStyles, surfaceStyles];

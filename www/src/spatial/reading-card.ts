@@ -1,11 +1,13 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
-import { shared } from '../components/theme.js';
+import { column, row, shared, stretch } from '../components/theme.js';
 import type { Assumption, Suggestion, TopView } from '../engine/spatial-protocol.js';
 import { formatFixed } from '../views/format.js';
 import { valueText } from './reading.js';
 import { paintTopView, topView } from './top-view.js';
+import { fire } from '../components/fire.js';
 
 /** What the user chose: a value of a setting, the dialog with all values, or to leave it as it is. */
 export type ReadingChoice =
@@ -20,7 +22,7 @@ const TITLES = {
 const MOST_PICTURES = 3;
 
 /**
- * A question over the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
+ * A question beside the map: which depth scale, with a picture of each that may be, or which unit of clouds is right; or whether to compute again with
  * the one that the ground truth suggests.
  *
  * Fires `reading-chosen` with a `ReadingChoice`.
@@ -41,14 +43,7 @@ export class ScanstitchReadingCard extends LitElement {
       <header>
         ${icon('info')}
         <h2 id="title">${suggestion ? TITLES[suggestion.setting] : 'Which size is right?'}</h2>
-        <button
-          class="quiet icon"
-          aria-label="Dismiss the question"
-          title="Dismiss"
-          @click=${() => this.choose({ choice: 'dismiss' })}
-        >
-          ${icon('close')}
-        </button>
+        ${iconButton('close', 'Dismiss the question', () => this.choose({ choice: 'dismiss' }), { hint: 'Dismiss' })}
       </header>
       ${content}
     </section>`;
@@ -107,39 +102,27 @@ export class ScanstitchReadingCard extends LitElement {
   }
 
   private choose(detail: ReadingChoice): void {
-    this.dispatchEvent(new CustomEvent<ReadingChoice>('reading-chosen', { detail }));
+    fire(this, 'reading-chosen', detail);
   }
 
   static override styles = [
     shared,
     css`
       :host {
-        position: absolute;
-        inset: auto auto 12px 12px;
-        z-index: 2;
-        display: flex;
-        width: min(470px, calc(100% - 24px));
-        max-height: calc(100% - 24px);
-        pointer-events: none;
+        grid-area: question;
+        width: calc(270 * var(--px));
+        overflow: auto;
+        border-left: 1px solid var(--line);
+        background: var(--surface);
+        font-size: calc(13 * var(--px));
       }
       .card {
-        display: flex;
-        flex-direction: column;
+        ${column};
         gap: 8px;
-        width: 100%;
         padding-bottom: 12px;
-        overflow: auto;
-        border: 1px solid var(--line);
-        border-left: 3px solid var(--doubtful);
-        border-radius: var(--radius);
-        background: var(--surface);
-        box-shadow: var(--shadow);
-        font-size: calc(13 * var(--px));
-        pointer-events: auto;
       }
       header {
-        display: flex;
-        align-items: center;
+        ${row};
         gap: 8px;
         padding: 4px 4px 0 12px;
         color: var(--doubtful);
@@ -164,8 +147,7 @@ export class ScanstitchReadingCard extends LitElement {
         display: grid;
         justify-items: start;
         gap: 0;
-        width: 100%;
-        height: 100%;
+        ${stretch};
         padding: 6px;
         text-align: left;
         white-space: normal;
@@ -200,6 +182,18 @@ export class ScanstitchReadingCard extends LitElement {
         flex-wrap: wrap;
         justify-content: flex-end;
         gap: 8px;
+      }
+      /* Below the map: without the pictures, which would leave it no height. */
+      @container (max-width: 600px) {
+        :host {
+          width: auto;
+          max-height: 40cqh;
+          border-top: 1px solid var(--line);
+          border-left: 0;
+        }
+        .choice svg {
+          display: none;
+        }
       }
     `,
   ];

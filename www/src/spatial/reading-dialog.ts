@@ -1,9 +1,11 @@
 import { css, html, LitElement, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
-import { dialogStyles, shared } from '../components/theme.js';
+import { dialogStyles } from '../components/section-styles.js';
+import { shared, wrap } from '../components/theme.js';
 import type { Assumption } from '../engine/spatial-protocol.js';
 import type { Camera } from './poses.js';
 import { valueText, valueWords } from './reading.js';
+import { fire } from '../components/fire.js';
 
 export interface Readings {
   values: { setting: Assumption['setting']; value: number }[];
@@ -97,7 +99,7 @@ export class ScanstitchReadingDialog extends LitElement {
       const value = Number(chosen === 'other' ? given.get(`${setting}_other`) : chosen);
       return value > 0 && (value !== assumed || chosen === 'other') ? [{ setting, value }] : [];
     });
-    if (values.length > 0) this.dispatchEvent(new CustomEvent<Readings>('readings-chosen', { detail: { values } }));
+    if (values.length > 0) fire(this, 'readings-chosen', { values });
   }
 
   static override styles = [
@@ -114,9 +116,7 @@ export class ScanstitchReadingDialog extends LitElement {
         gap: 2px;
       }
       label {
-        display: flex;
-        flex-wrap: wrap;
-        align-items: center;
+        ${wrap};
         gap: 2px 8px;
         min-height: 28px;
       }
@@ -125,18 +125,11 @@ export class ScanstitchReadingDialog extends LitElement {
       }
       input[type='number'] {
         width: 110px;
-        min-height: 30px;
-        padding: 0 8px;
-        border: 1px solid var(--line-strong);
-        border-radius: 7px;
-        background: var(--surface);
         text-align: right;
       }
       input[type='radio'] {
-        accent-color: var(--accent);
         width: 16px;
         height: 16px;
-        margin: 0;
       }
       .actions {
         display: flex;

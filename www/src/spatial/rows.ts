@@ -1,9 +1,8 @@
 /** The table of a run in space: one row a frame. */
 import { csvFormatRows } from 'd3-dsv';
-import { html } from 'lit';
 import type { SpatialFrameResult, SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
-import { DEGREES, formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from '../views/format.js';
-import { type Column, millimetres, type TableRow, UNKNOWN } from '../views/frame-columns.js';
+import { DEGREES, formatAngle, formatCoordinate, formatFixed } from '../views/format.js';
+import { type Column, column, errorColumn, ofRegistration, type TableRow, UNKNOWN } from '../views/frame-columns.js';
 
 export interface SpatialRow extends TableRow {
   result: SpatialFrameResult;
@@ -34,59 +33,33 @@ export function heading({ qx, qy, qz, qw }: SpatialPose): number {
 
 /** `referenceName` empty: no columns for the distance to it. */
 export function spatialColumns(referenceName: string, hasCamera: boolean): Column<SpatialRow>[] {
-  const columns: Column<SpatialRow>[] = [];
-  // First: they are what a run is judged by, and the last columns may have to be scrolled to.
-  if (referenceName !== '') {
-    columns.push(
-      {
-        label: 'error',
-        unit: 'mm',
-        title: `distance to ${referenceName}`,
-        cell: ({ error }) => millimetres(error),
-      },
-      {
-        label: 'rotation',
-        unit: '°',
-        title: `angle to ${referenceName}`,
-        cell: ({ rotationError }) => (rotationError === null ? UNKNOWN : formatFixed(rotationError * DEGREES, 2)),
-      },
+  const { matched, rmse } = ofRegistration<SpatialRow>(({ result }) => result);
+  const degrees = ({ rotationError }: SpatialRow): string =>
+    rotationError === null ? UNKNOWN : formatFixed(rotationError * DEGREES, 2);
+  const axis = (name: 'x' | 'y' | 'z', way: string): Column<SpatialRow> =>
+    column(name, 'm', hasCamera ? `to the ${way}, as the first frame sees it` : 'as the first cloud has it', (row) =>
+      formatCoordinate(row.result.T_world_sensor[name]),
     );
-  }
-  for (const [i, axis] of (['x', 'y', 'z'] as const).entries()) {
-    columns.push({
-      label: axis,
-      unit: 'm',
-      title: hasCamera
-        ? `to the ${['right', 'floor', 'front'][i]}, as the first frame sees it`
-        : 'as the first cloud has it',
-      cell: ({ result }) => formatCoordinate(result.T_world_sensor[axis]),
-    });
-  }
-  if (hasCamera) {
-    columns.push({
-      label: 'heading',
-      unit: '°',
-      title: 'to the right of the first frame',
-      cell: ({ result }) => formatAngle(heading(result.T_world_sensor), 1).replace('°', ''),
-    });
-  }
-  columns.push(
-    {
-      label: 'inliers',
-      unit: '',
-      title: 'matched points, and their share of all points',
-      cell: ({ isOrigin, result }) =>
-        isOrigin ? UNKNOWN : html`${formatCount(result.num_inliers)} <small>${formatPercent(result.fitness)}</small>`,
-    },
-    {
-      label: 'rmse',
-      unit: 'mm',
-      title: 'root mean square distance of matched points after registration',
-      cell: ({ isOrigin, result }) => (isOrigin ? UNKNOWN : formatFixed(result.inlier_rmse * 1000, 1)),
-    },
-  );
-  columns.push({ label: 'time', unit: 'ms', title: 'registering this frame', cell: ({ ms }) => formatFixed(ms, 1) });
-  return columns;
+  return [
+    // First: they are what a run is judged by, and the last columns may have to be scrolled to.
+    ...(referenceName === ''
+      ? []
+      : [
+          errorColumn<SpatialRow>(referenceName),
+          column<SpatialRow>('rotation', '°', `angle to ${referenceName}`, degrees),
+        ]),
+    ...[axis('x', 'right'), axis('y', 'floor'), axis('z', 'front')],
+    ...(hasCamera
+      ? [
+          column<SpatialRow>('heading', '°', 'to the right of the first frame', ({ result }) =>
+            formatAngle(heading(result.T_world_sensor), 1).replace('°', ''),
+          ),
+        ]
+      : []),
+    matched,
+    rmse,
+    column('time', 'ms', 'registering this frame', ({ ms }) => formatFixed(ms, 1)),
+  ];
 }
 
 const ERROR_COLUMNS = [

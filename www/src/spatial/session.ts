@@ -46,7 +46,7 @@ export class SpatialSession extends RunSession<SpatialClient, SpatialSettings, S
       replaced: (name) =>
         this.tell([noteMessage(name, 'The worker that prepared this frame crashed and was replaced')]),
       crashed: (message, restarts) => this.#onCrashed(message, restarts),
-      slow: (isSlow) => this.onSlow(isSlow),
+      ...this.faults,
       unavailable: (message) => this.#onEnded(message),
     });
   }

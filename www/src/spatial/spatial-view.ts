@@ -221,15 +221,16 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?growing=${phase === 'running'}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
-      @surface-wanted=${() => this.runSurface.make(session)}
+      @surface-wanted=${({ detail }: CustomEvent<number | undefined>) => this.runSurface.make(session, detail ?? undefined)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;
   }
 
-  private renderMaking(): TemplateResult | typeof nothing {
+  protected override renderActivity(): TemplateResult | typeof nothing {
     const { progress, activity } = this.runSurface;
-    return progress === null ? nothing : activityBox(activity, progress, 'Stop', () => this.runSurface.stop());
+    if (progress === null) return super.renderActivity();
+    return activityBox(activity, progress, 'Stop', () => this.runSurface.stop());
   }
 
   protected override renderFigures(): TemplateResult | typeof nothing {
@@ -267,7 +268,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
           @reading-chosen=${({ detail }: CustomEvent<ReadingChoice>) => this.onReading(detail, asked.key)}
         ></scanstitch-reading-card>`
       : nothing;
-    return html`${this.renderMaking()}${card}<scanstitch-reading-dialog
+    return html`${card}<scanstitch-reading-dialog
         .assumptions=${result?.assumptions ?? NO_ASSUMPTIONS}
         .camera=${result?.camera ?? null}
         @readings-chosen=${({ detail }: CustomEvent<Readings>) => this.useReadings(detail.values)}

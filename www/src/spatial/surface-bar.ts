@@ -1,11 +1,14 @@
 /** What belongs to the surface on the page: the button that makes it, and, below the map, what of it is shown. */
 import { css, html, nothing, svg, type TemplateResult } from 'lit';
 import { MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
+import { check } from '../components/fields.js';
+import { list } from '../components/list-field.js';
 import { mapButton } from '../components/map-toolbar.js';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { formatCount, formatFixed, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { cssColor, type Rgb } from '../views/palette.js';
+import { row, wrap } from '../components/theme.js';
 
 /** Of a run: the surface, where it is there, and of how many of its frames it is or can be made. */
 export interface SurfaceState {
@@ -14,9 +17,17 @@ export interface SurfaceState {
   numPlaced: number;
   num_frames: number;
   isMaking: boolean;
+  /** Side of the voxels that were asked for (m). */
+  voxelSize: number;
 }
 
-export const NO_SURFACE: SurfaceState = { mesh: null, numPlaced: 0, num_frames: 0, isMaking: false };
+export const NO_SURFACE: SurfaceState = {
+  mesh: null,
+  numPlaced: 0,
+  num_frames: 0,
+  isMaking: false,
+  voxelSize: VOXEL_SIZE,
+};
 
 /** What is drawn of a map that has a surface. */
 export interface SurfaceChoices {
@@ -32,6 +43,9 @@ const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
   { shown: 'surface', label: 'Surface' },
   { shown: 'both', label: 'Both' },
 ];
+
+/** Sides of voxels to choose from (m). */
+const VOXEL_SIZES = [0.005, 0.01, VOXEL_SIZE, 0.05, 0.1].map((side) => [side, `${100 * side} cm`] as const);
 
 const FACETS = svg`<path d="M8 1.8 14 5.4v5.2L8 14.2 2 10.6V5.4zM2 5.4 8 9l6-3.6M8 9v5.2" />`;
 
@@ -62,6 +76,7 @@ export function surfaceBar(
   choices: SurfaceChoices,
   ramp: readonly Rgb[],
   choose: (choices: SurfaceChoices) => void,
+  makeOf: (voxelSize: number) => void,
 ): TemplateResult | typeof nothing {
   const { mesh } = state;
   if (!mesh) return nothing;
@@ -80,14 +95,9 @@ export function surfaceBar(
           >`,
       )}
     </fieldset>
-    <label
-      ><input
-        type="checkbox"
-        .checked=${choices.byDeviation}
-        @change=${() => choose({ ...choices, byDeviation: !choices.byDeviation })}
-      />Standard deviation</label
-    >
+    ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
     ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
+    <label>Voxels ${list(VOXEL_SIZES, state.voxelSize, makeOf)}</label>
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
 }
@@ -101,7 +111,7 @@ function deviationLegend(top: number, ramp: readonly Rgb[]): TemplateResult {
 }
 
 /** How large it is, and what it is made of; empty without a surface. */
-export function surfaceWords({ mesh, num_frames }: SurfaceState): string {
+export function surfaceWords({ mesh, num_frames, voxelSize }: SurfaceState): string {
   if (!mesh) return '';
   const size = plural(mesh.triangles.length / 3, 'triangle');
   const of =
@@ -109,17 +119,15 @@ export function surfaceWords({ mesh, num_frames }: SurfaceState): string {
       ? plural(num_frames, 'frame')
       : `${formatCount(mesh.num_frames)} of ${plural(num_frames, 'frame')}`;
   const leftOut = num_frames === mesh.num_frames ? '' : ', those with a good pose';
-  const voxels = `voxels of ${formatFixed(100 * mesh.voxel_size, 0)} cm`;
-  const memory = mesh.voxel_size > 1.5 * VOXEL_SIZE ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
+  const voxels = `voxels of ${Number((100 * mesh.voxel_size).toPrecision(2))} cm`;
+  const memory = mesh.voxel_size > 1.5 * voxelSize ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
   return `${size} of ${of}${leftOut}; ${voxels}${memory}`;
 }
 
 export const surfaceStyles = css`
   .surface-bar {
     grid-area: legend;
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 4px 16px;
     padding: 4px 12px;
     border-top: 1px solid var(--line);
@@ -134,15 +142,10 @@ export const surfaceStyles = css`
     border: 0;
   }
   .surface-bar label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 6px;
     min-height: 28px;
     cursor: pointer;
-  }
-  .surface-bar input {
-    margin: 0;
-    accent-color: var(--accent);
   }
   @media (pointer: coarse) {
     .surface-bar label {

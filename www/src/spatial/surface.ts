@@ -1,7 +1,7 @@
 /** The surface of the run that is shown: made when it is asked for, and discarded when the run's poses are others. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { MeshFormat } from '../../../package/mesh/files.js';
-import { type PlacedFrame, placedFrames } from '../../../package/mesh/frames.js';
+import { type PlacedFrame, placedFrames, VOXEL_SIZE } from '../../../package/mesh/frames.js';
 import { errorMessage } from '../components/session.js';
 import { messageOf } from '../engine/message-of.js';
 import { WorkerDied } from '../engine/remote.js';
@@ -26,16 +26,25 @@ export class RunSurface implements ReactiveController {
   /** While it is made: the share that is done, 0..1, and what is being done. */
   progress: number | null = null;
   activity = '';
+  /** Side of a voxel (m). */
+  #voxelSize = VOXEL_SIZE;
   #making: Making | null = null;
   #finished: Promise<boolean> = Promise.resolve(false);
   #host: ReactiveControllerHost & { readonly isConnected: boolean };
   #placedOf = memoizeLast(placedFrames);
   #stateOf = memoizeLast(
-    (mesh: SurfaceMesh | null, numPlaced: number, num_frames: number, isMaking: boolean): SurfaceState => ({
+    (
+      mesh: SurfaceMesh | null,
+      numPlaced: number,
+      num_frames: number,
+      isMaking: boolean,
+      voxelSize: number,
+    ): SurfaceState => ({
       mesh,
       numPlaced,
       num_frames,
       isMaking,
+      voxelSize,
     }),
   );
 
@@ -53,7 +62,7 @@ export class RunSurface implements ReactiveController {
     const { result } = snapshot ?? {};
     const hasEnded = phase === 'done' || phase === 'stopped';
     const numPlaced = hasEnded && result?.camera ? this.#placedOf(result).length : 0;
-    return this.#stateOf(this.mesh, numPlaced, result?.frames.length ?? 0, this.progress !== null);
+    return this.#stateOf(this.mesh, numPlaced, result?.frames.length ?? 0, this.progress !== null, this.#voxelSize);
   }
 
   /** To be called whenever the run may be another one. */
@@ -68,8 +77,10 @@ export class RunSurface implements ReactiveController {
     if (!isSame) this.#end();
   }
 
-  /** Makes it, unless it is there or being made. Whether it is there in the end; why not is told. */
-  make(session: SpatialSession): Promise<boolean> {
+  /** Makes it, unless it is there or being made with voxels of this side (m). Whether it is there in the end; why not is told. */
+  make(session: SpatialSession, voxelSize = this.#voxelSize): Promise<boolean> {
+    if (voxelSize !== this.#voxelSize) this.#end();
+    this.#voxelSize = voxelSize;
     const { mesh, progress } = this;
     if (mesh || progress !== null || !session.snapshot) return mesh ? Promise.resolve(true) : this.#finished;
     const frames = this.#placedOf(session.snapshot.result);
@@ -101,7 +112,7 @@ export class RunSurface implements ReactiveController {
     try {
       const config = await session.ask('decode_config');
       if (config === undefined) throw new Error('No depth image has been read');
-      const mesh = await client.make(config, frames, session.dataset?.jobs ?? [], {
+      const mesh = await client.make(config, this.#voxelSize, frames, session.dataset?.jobs ?? [], {
         progress: (done) => this.#making === making && this.#onProgress(done, frames.length),
         problem: (problem) => this.#making === making && session.tell([errorMessage(problem)]),
       });

@@ -11,7 +11,7 @@ import {
   tolerate,
 } from '../engine/preparer.js';
 import type { Problem } from '../engine/protocol.js';
-import { WorkerHost } from '../engine/worker-host.js';
+import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
 import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
 import type { GivenRecording } from '../components/run-kind.js';
 import workerUrl from './strategies-worker.ts?worker&url';
@@ -21,14 +21,12 @@ const RESULT_INTERVAL_MS = 1500;
 /** ... and take at most this share of the time: they cost more with every frame. */
 const RESULT_SHARE = 0.1;
 
-export interface StrategyListener {
+export interface StrategyListener extends WorkerFaults {
   /** A frame went through all strategies: `done` of `total`. */
   progressed(done: number, total: number): void;
   /** One entry a strategy. */
   results(results: readonly StrategyResult[], milliseconds: readonly (readonly number[])[]): void;
   problem(problem: Problem): void;
-  slow(isSlow: boolean): void;
-  unavailable(message: string): void;
 }
 
 /** One comparison at a time: a new one ends the one before it. */
@@ -45,7 +43,7 @@ export class StrategyClient {
     // The running comparison fails, and reports it.
     this.#host = new WorkerHost<ComparerApi>(workerUrl, {
       crashed: () => this.stop(),
-      slow: (isSlow) => listener.slow(isSlow),
+      slow: listener.slow,
       unavailable: (message) => {
         this.stop();
         listener.unavailable(message);

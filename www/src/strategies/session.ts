@@ -64,8 +64,7 @@ export class StrategiesSession extends Session<StrategyClient> {
         this.changed();
       },
       problem: (problem) => this.tell([errorMessage(problem)]),
-      slow: (isSlow) => this.onSlow(isSlow),
-      unavailable: (message) => this.onUnavailable(message),
+      ...this.faults,
     });
   }
 

@@ -4,8 +4,10 @@ import '../components/figure-view.js';
 import { cell, type Column, columnsOf, csvOf, markdownOf, type Row } from '../../../package/report/strategy_table.js';
 import { announcements } from '../components/announcer.js';
 import { tellHost } from '../components/host-events.js';
+import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
+import { sortHead } from '../components/number-table.js';
 import type { Phase } from '../components/session.js';
 import { emptyStyles, pageStyles, shared, tableStyles } from '../components/theme.js';
 import { makeColors } from '../views/figure-colors.js';
@@ -18,6 +20,7 @@ import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
 import type { GivenRecording } from '../components/run-kind.js';
 import { strategyStyles } from './styles.js';
+import { fire } from '../components/fire.js';
 
 interface Sort {
   name: string;
@@ -99,7 +102,7 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderEmpty(): TemplateResult {
     const want = (id: string): void => {
-      this.dispatchEvent(new CustomEvent('files-wanted', { detail: id, bubbles: true }));
+      fire(this, 'files-wanted', id);
     };
     return html`<section class="empty" aria-label="No recording yet">
       <h2>Drop depth images or point clouds to compare strategies on</h2>
@@ -148,20 +151,10 @@ export class ScanstitchStrategies extends LitElement {
   }
 
   private renderHead({ name, label, unit, about }: Column): TemplateResult {
-    const isSorted = this.sort?.name === name;
-    const order = isSorted ? (this.sort?.isDescending ? 'descending' : 'ascending') : 'none';
-    const arrow = { descending: ' ▾', ascending: ' ▴', none: '' }[order];
-    return html`<th scope="col" aria-sort=${order}>
-      <button
-        class="quiet"
-        title=${about}
-        @click=${() => {
-          this.sort = { name, isDescending: isSorted && !this.sort?.isDescending };
-        }}
-      >
-        ${unit ? `${label} (${unit})` : label}${arrow}
-      </button>
-    </th>`;
+    const isDescending = this.sort?.name === name ? this.sort.isDescending : null;
+    return sortHead(unit ? `${label} (${unit})` : label, about, isDescending, (next) => {
+      this.sort = { name, isDescending: next };
+    });
   }
 
   private renderRow(row: Row, columns: readonly Column[], best: ReadonlyMap<string, number | null>): TemplateResult {
@@ -190,17 +183,15 @@ export class ScanstitchStrategies extends LitElement {
         </button>
         ${
           this.session.phase === 'running' && !isRetired
-            ? html`<button
-                class="icon quiet"
-                aria-label="Stop ${label}"
-                title="Stop this strategy; the others continue"
-                @click=${(event: Event) => {
+            ? iconButton(
+                'close',
+                `Stop ${label}`,
+                (event: Event) => {
                   event.stopPropagation();
                   this.session.retire(index);
-                }}
-              >
-                ${icon('close', 12)}
-              </button>`
+                },
+                { hint: 'Stop this strategy; the others continue', size: 12 },
+              )
             : nothing
         }
       </td>

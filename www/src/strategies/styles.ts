@@ -1,26 +1,23 @@
 import { css } from 'lit';
+import { column, doubt, note, row, small, wrap } from '../components/theme.js';
 
 export const strategyStyles = css`
   :host {
     container-type: inline-size;
   }
   .strategies {
-    display: flex;
-    flex-direction: column;
+    ${column};
     gap: 10px;
     padding: 10px;
   }
   .bar {
-    display: flex;
-    flex-wrap: wrap;
-    align-items: center;
+    ${wrap};
     gap: 6px 12px;
     padding: 8px 12px;
   }
   .bar progress {
     flex: 1 1 160px;
     min-width: 100px;
-    accent-color: var(--accent);
   }
   .empty {
     display: grid;
@@ -30,8 +27,7 @@ export const strategyStyles = css`
   .problems li {
     padding: 6px 10px;
     border-radius: var(--radius);
-    color: var(--doubtful);
-    background: var(--doubtful-soft);
+    ${doubt};
     font-size: calc(13 * var(--px));
     overflow-wrap: anywhere;
   }
@@ -64,8 +60,7 @@ export const strategyStyles = css`
     grid-column: 2;
   }
   .choice .about {
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
+    ${note};
   }
   .choice i {
     display: inline-block;
@@ -83,13 +78,11 @@ export const strategyStyles = css`
     gap: 10px;
   }
   .figures header label {
-    display: flex;
-    align-items: center;
+    ${row};
     gap: 5px;
     margin-left: auto;
     padding-right: 8px;
-    color: var(--muted);
-    font-size: calc(12 * var(--px));
+    ${small};
   }
   .figures scanstitch-figure {
     height: 260px;

@@ -1,24 +1,6 @@
 /** The table's rows, from the engine's results and the clock. */
 import type { Status } from './map-painter.js';
 
-export interface FrameRow {
-  frame: number;
-  name: string;
-  x: number;
-  y: number;
-  theta: number;
-  num_inliers: number;
-  fitness: number;
-  inlier_rmse: number;
-  iterations: number;
-  /** Distance to the reference, m; null without one. */
-  error: number | null;
-  ms: number;
-  status: Status;
-  /** The first frame is where the map begins: it is matched with nothing. */
-  isOrigin: boolean;
-}
-
 interface Frame {
   name: string;
   T_world_sensor: { x: number; y: number; theta: number };
@@ -27,6 +9,18 @@ interface Frame {
   fitness: number;
   inlier_rmse: number;
   iterations: number;
+}
+
+export interface FrameRow extends Omit<Frame, 'T_world_sensor'> {
+  frame: number;
+  x: number;
+  y: number;
+  theta: number;
+  /** Distance to the reference, m; null without one. */
+  error: number | null;
+  ms: number;
+  /** The first frame is where the map begins: it is matched with nothing. */
+  isOrigin: boolean;
 }
 
 export function frameRows(

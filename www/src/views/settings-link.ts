@@ -2,6 +2,7 @@
  * The settings that a page begins with, and a link that carries them: `#name=value`, in space `#spatial&name=value`. In the
  * plane it may say as well what the columns of tables are: `#table=ranges=2:542,...`.
  */
+import type { Address } from './address.js';
 import { settingFaults } from './setting-faults.js';
 import { type LabelledField, parseSettings, writeSettings } from './setting-fields.js';
 
@@ -22,47 +23,42 @@ export function ownerOf(fragment: string): Settable | (typeof NAMED)[number] {
   return NAMED.find((name) => names.has(name)) ?? 'planar';
 }
 
-/** Those of the preset, then what is given as text, then what the page's fragment holds for this view. */
-export function settingsToBegin<S extends object>(
+/**
+ * The settings to begin with: those of the preset, then what is given as text, then what the page's fragment holds for this view.
+ * `faults`: what is wrong with them, in sentences.
+ */
+export function beginning<S extends object>(
   view: Settable,
   { presets, descriptions }: SettingsFacts<S>,
   preset: string,
   given: string,
   fragment: string,
-): S {
+): { settings: S; faults: string[] } {
   const base = presets.find(({ name }) => name === preset)?.settings ?? presets[0]?.settings;
   if (!base) throw new Error('The engine names no preset.');
-  const settings = parseSettings(given, base, descriptions);
-  return ownerOf(fragment) === view ? parseSettings(fragment.replace(/^#/, ''), settings, descriptions) : settings;
-}
-
-/** What is wrong with the preset and the settings that `settingsToBegin` is given, in sentences. */
-export function faultsToBegin<S extends object>(
-  view: Settable,
-  { presets, descriptions }: SettingsFacts<S>,
-  preset: string,
-  given: string,
-  fragment: string,
-): string[] {
   const names = presets.map(({ name }) => name);
   const wrongPreset =
     preset === '' || names.includes(preset) ? [] : [`“${preset}” is not a preset: ${names.join(', ')}`];
+  const linked = ownerOf(fragment) === view ? fragment.replace(/^#/, '') : '';
   // A fragment without a value is a place in the page, or the mark of a view; what tables are like is not a setting.
-  const linked = ownerOf(fragment) === view ? [...new URLSearchParams(fragment.replace(/^#/, ''))] : [];
-  const own = new URLSearchParams(linked.filter(([name, value]) => value !== '' && name !== 'table')).toString();
-  return [...wrongPreset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)];
+  const named = [...new URLSearchParams(linked)].filter(([name, value]) => value !== '' && name !== 'table');
+  const own = new URLSearchParams(named).toString();
+  return {
+    settings: parseSettings(linked, parseSettings(given, base, descriptions), descriptions),
+    faults: [...wrongPreset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)],
+  };
 }
 
-/** Writes what differs from the default into the page's address; nothing is there before the engine is ready. */
+/** Writes what differs from the default into the address; nothing is there before the engine is ready. */
 export function rememberSettings<S extends object>(
+  address: Address,
   view: Settable,
   facts: SettingsFacts<S> | null,
   settings: S | null,
 ): void {
   const first = facts?.presets[0];
   const settingsText = first && settings ? writeSettings(settings, first.settings) : '';
-  const table = view === 'planar' ? new URLSearchParams(location.hash.replace(/^#/, '')).get('table') : null;
+  const table = view === 'planar' ? new URLSearchParams(address.fragment.replace(/^#/, '')).get('table') : null;
   const text = [settingsText, ...(table === null ? [] : [`table=${table}`])].filter((part) => part !== '').join('&');
-  const fragment = view === 'planar' ? `#${text}` : `#${view}&${text}`;
-  history.replaceState(history.state, '', text === '' ? location.pathname + location.search : fragment);
+  address.write(view === 'planar' || text === '' ? text : `${view}&${text}`);
 }

@@ -283,16 +283,17 @@ impl Reconstruction {
         Some(format!(
             "The map is in {} pieces that are not connected: {} of {all} placed scans are in the main piece, and at most \
              {largest} in another. Poses within a piece are certain; how the pieces lie relative to each other is not known. Each \
-             piece has an occupancy grid of its own.",
+             piece of several scans has an occupancy grid of its own.",
             sizes.len(),
             main.1
         ))
     }
 
-    /// Numbers of the certain pieces of the map, the main one first.
+    /// Numbers of the certain pieces of the map that are more than one scan, the main one first, whatever it is.
     pub fn pieces(&self) -> Vec<usize> {
         let sizes = self.run.as_ref().map_or_else(Vec::new, Run::sizes_of_pieces);
-        sizes.into_iter().map(|(piece, _)| piece).collect()
+        let others = sizes.iter().skip(1).filter(|(_, size)| *size > 1);
+        sizes.first().into_iter().chain(others).map(|(piece, _)| *piece).collect()
     }
 
     /// The map of all frames that are not lost, as far as the run has come.
