@@ -49,29 +49,30 @@ fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
     let (poses, report, right) =
         (reconstruction.poses(), reconstruction.result(), reconstruction.graph_loops().unwrap());
     assert!(right.loops.len() > 20 && right.loops.iter().all(|right| right.chi_squared < 25.9), "{:?}", right.loops);
-    for (target, source) in [(20, 370), (150, 250)] {
-        let wrong = same_pose(target, source, true);
-        let refusal = reconstruction.preview_edit(&[same_pose(target, source, false)]).unwrap().refusal;
-        assert!(refusal.unwrap().starts_with("the scans do not match there"));
+    let (target, source) = (20, 370);
+    let wrong = same_pose(target, source, true);
+    let refusal = reconstruction.preview_edit(&[same_pose(target, source, false)]).unwrap().refusal;
+    assert!(refusal.unwrap().starts_with("the scans do not match there"));
 
-        reconstruction = mended(reconstruction, &[wrong]).0;
-        let apart = |poses: &[Pose2]| (poses[target].inverse() * poses[source]).translation_norm();
-        assert!(apart(&poses) > 5.0 && apart(&reconstruction.poses()) < 3.0);
-        assert_eq!(num_good(&reconstruction), 0);
-        let loops = reconstruction.graph_loops().unwrap();
-        assert!(!loops.left_out.is_empty());
-        let worst = loops.loops.iter().max_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared)).unwrap();
-        assert!(worst.is_unchecked && worst.is_added && worst.chi_squared > 1000.0, "{worst:?}");
+    reconstruction = mended(reconstruction, &[wrong]).0;
+    let apart = |poses: &[Pose2]| (poses[target].inverse() * poses[source]).translation_norm();
+    assert!(apart(&poses) > 5.0 && apart(&reconstruction.poses()) < 3.0);
+    assert_eq!(num_good(&reconstruction), 0);
+    let note = "The map was mended by hand: loops put in 1, taken out 0.";
+    assert!(reconstruction.result().notes.iter().any(|told| told == note));
+    let loops = reconstruction.graph_loops().unwrap();
+    assert!(!loops.left_out.is_empty());
+    let worst = loops.loops.iter().max_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared)).unwrap();
+    assert!(worst.is_unchecked && worst.is_added && worst.chi_squared > 1000.0, "{worst:?}");
 
-        let remove = Edit::RemoveLoop { target: worst.target, source: worst.source };
-        let consequence = reconstruction.preview_edit(&[wrong, remove]).unwrap();
-        assert!(consequence.refusal.is_none() && consequence.furthest_moves > 5.0, "{consequence:?}");
-        assert!(consequence.chi_squared[1] < 0.1 * consequence.chi_squared[0], "{consequence:?}");
-        assert_eq!(consequence.num_becoming_good, report.frames.iter().filter(|f| f.status == Status::Good).count());
-        reconstruction = mended(reconstruction, &[wrong, remove]).0;
-        assert!(reconstruction.poses() == poses && reconstruction.result() == report);
-        assert_eq!(reconstruction.graph_loops().unwrap(), right);
-    }
+    let remove = Edit::RemoveLoop { target: worst.target, source: worst.source };
+    let consequence = reconstruction.preview_edit(&[wrong, remove]).unwrap();
+    assert!(consequence.refusal.is_none() && consequence.furthest_moves > 5.0, "{consequence:?}");
+    assert!(consequence.chi_squared[1] < 0.1 * consequence.chi_squared[0], "{consequence:?}");
+    assert_eq!(consequence.num_becoming_good, report.frames.iter().filter(|f| f.status == Status::Good).count());
+    reconstruction = mended(reconstruction, &[wrong, remove]).0;
+    assert!(reconstruction.poses() == poses && reconstruction.result() == report);
+    assert_eq!(reconstruction.graph_loops().unwrap(), right);
 }
 
 #[test]
@@ -83,7 +84,8 @@ fn a_right_loop_is_put_in_again_from_a_rough_guess_and_is_refused_a_second_time(
     let loops = reconstruction.graph_loops().unwrap().loops;
     let off = Pose2::new(Vector2::new(0.4, -0.3), 0.1);
     let mut num_taken = 0;
-    for right in &loops {
+    let tried: Vec<_> = loops.iter().step_by(3).collect();
+    for right in &tried {
         let (target, source) = (right.target, right.source);
         let guess = (off * Pose2::from(right.T_target_source)).into();
         let add = Edit::AddLoop { target, source, T_target_source: guess, unchecked: false };
@@ -92,7 +94,7 @@ fn a_right_loop_is_put_in_again_from_a_rough_guess_and_is_refused_a_second_time(
         let twice = reconstruction.preview_edit(&[add]).unwrap();
         assert_eq!(twice.refusal.unwrap(), "there is a loop between these places already: take it out first");
     }
-    assert!(10 * num_taken > 8 * loops.len(), "{num_taken} of {}", loops.len());
+    assert!(tried.len() > 5 && 10 * num_taken > 8 * tried.len(), "{num_taken} of {}", tried.len());
 }
 
 /// A part of a log that keeps no times: nothing says that it goes on with another.

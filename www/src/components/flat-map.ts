@@ -38,6 +38,14 @@ export abstract class FlatMap extends LitElement implements DrawingHost, KeyedMa
   protected renderReadout(): unknown {
     return nothing;
   }
+  /** Buttons that this map alone has. */
+  protected renderOwn(): unknown {
+    return nothing;
+  }
+  /** What keys mean on this map alone. */
+  protected get ownKeys(): Record<string, () => void> {
+    return {};
+  }
   /** Below the map. */
   protected renderAfter(): unknown {
     return nothing;
@@ -68,7 +76,8 @@ export abstract class FlatMap extends LitElement implements DrawingHost, KeyedMa
         ${mapToolbar({
           zoom: (direction) => this.zoomBy(ZOOM_STEP ** direction),
           fit: () => this.fit(),
-          own: mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter()),
+          own: html`${mapButton('turn', 'Rotate the map by 90°', 'Rotate by 90° (R)', () => this.turnByQuarter())}
+          ${this.renderOwn()}`,
           hasLayers: layersOpen,
           layersHint: 'Layers',
           toggleLayers,
@@ -86,6 +95,7 @@ export abstract class FlatMap extends LitElement implements DrawingHost, KeyedMa
       ArrowUp: () => this.shift(0, PAN_STEP),
       ArrowDown: () => this.shift(0, -PAN_STEP),
       r: () => this.turnByQuarter(),
+      ...this.ownKeys,
     });
   }
 

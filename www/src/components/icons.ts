@@ -25,6 +25,7 @@ const SHAPES = {
   lost: svg`<circle cx="8" cy="8" r="5.8" /><path d="m5.8 5.8 4.4 4.4M10.2 5.8l-4.4 4.4" />`,
   info: svg`<circle cx="8" cy="8" r="5.8" /><path d="M8 7.4v3.4M8 5.1v.1" />`,
   bothWays: svg`<path d="M1.5 8h13M4.5 5l-3 3 3 3M11.5 5l3 3-3 3" stroke-width="2" />`,
+  loops: svg`<path d="M2 13c1-9 11-9 12 0" /><circle cx="2.2" cy="13" r=".8" /><circle cx="13.8" cy="13" r=".8" />`,
   chevron: svg`<path d="m4 6 4 4 4-4" />`,
   trash: svg`<path d="M3 4.5h10M6.5 4.5v-2h3v2M4.5 4.5l.6 9h5.8l.6-9" />`,
 } satisfies Record<string, SVGTemplateResult>;

@@ -1,8 +1,9 @@
 import { css, html, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, state } from 'lit/decorators.js';
 import { baseName } from '../views/format.js';
-import { pngOf } from '../views/canvas.js';
+import { context2d, pngOf } from '../views/canvas.js';
 import { MapCanvas, type MapContent } from '../views/map-canvas.js';
+import type { MapLayer } from '../views/map-layer.js';
 import type { BeforeMap, Layers, MapMarks } from '../views/map-painter.js';
 import { poseAt } from '../views/path-painter.js';
 import { mapBounds } from '../views/map-bounds.js';
@@ -10,11 +11,11 @@ import type { Piece } from '../views/pieces.js';
 import type { Rgb } from '../views/palette.js';
 import type { OccupancyPicture } from '../views/occupancy.js';
 import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
-import { type Bounds, bestTurns, fitted, type Turns, united, type Viewport } from '../views/viewport.js';
+import { type Bounds, bestTurns, fitted, panned, type Turns, united, type Viewport } from '../views/viewport.js';
 import { mapStyles } from './map-styles.js';
 import './map-legend.js';
 import { FlatMap } from './flat-map.js';
-import { layerBox, layerList } from './map-toolbar.js';
+import { layerBox, layerList, mapButton } from './map-toolbar.js';
 import { shared } from './theme.js';
 import { fire } from './fire.js';
 
@@ -40,7 +41,7 @@ const REST_MS = 90;
  * The map: points, paths and poses on a canvas that pans and zooms.
  *
  * Fires `frame-selected` with a frame number or null, `map-painted` when a new set of points is on the screen, and
- * `occupancy-wanted` with whether the occupancy grid is to be shown.
+ * `occupancy-wanted` with whether the occupancy grid is to be shown, `mending-wanted` where it is to be mended.
  */
 @customElement('scanstitch-map')
 export class ScanstitchMap extends FlatMap {
@@ -59,6 +60,10 @@ export class ScanstitchMap extends FlatMap {
   @property({ attribute: false }) occupancy: OccupancyPicture | null = null;
   /** Changes with the data set, so that the view is fitted again. */
   @property({ attribute: false }) fitKey: unknown = null;
+  /** What lies over it and takes gestures first; null: nothing. */
+  @property({ attribute: false }) layer: MapLayer | null = null;
+  /** Whether the map can be mended. */
+  @property({ type: Boolean }) canMend = false;
   /** Without the buttons on it. */
   @property({ type: Boolean, reflect: true }) bare = false;
 
@@ -165,6 +170,19 @@ export class ScanstitchMap extends FlatMap {
     return html`<span class="frame"><i style="background: rgb(${this.colors[hovered]?.join(' ')})"></i>${name}</span>`;
   }
 
+  protected override renderOwn(): unknown {
+    const state = { pressed: this.layer !== null };
+    return this.canMend
+      ? mapButton('loops', 'Loops: look at them and mend the map', 'Loops of the map (M)', this.mend, state)
+      : nothing;
+  }
+
+  protected override get ownKeys(): Record<string, () => void> {
+    return { ...(this.canMend && { m: this.mend }), ...this.layer?.keys };
+  }
+
+  private mend = (): void => fire(this, 'mending-wanted');
+
   protected override renderAfter(): unknown {
     return html`<scanstitch-map-legend
       .pieces=${this.pieces}
@@ -210,6 +228,7 @@ export class ScanstitchMap extends FlatMap {
   paint(): void {
     const isInMotion = performance.now() - this.lastMotion < REST_MS;
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
+    this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);
     if (!isExact) this.restTimer = setTimeout(() => this.requestPaint(), REST_MS + 10);
     if (this.hasNewPoints) {
@@ -239,8 +258,18 @@ export class ScanstitchMap extends FlatMap {
     super.move(view);
   }
 
+  override shift(right: number, down: number): void {
+    const { view } = this;
+    const moved = panned(view, right, down);
+    if (!this.layer?.drag?.(view.centerX - moved.centerX, view.centerY - moved.centerY)) this.move(moved);
+  }
+
+  release(): void {
+    this.layer?.release?.();
+  }
+
   tap(x: number, y: number, reach: number): void {
-    this.select(this.frameAt(x, y, reach));
+    if (!this.layer?.tap(x, y, reach, this.surface.size, this.view)) this.select(this.frameAt(x, y, reach));
   }
 
   override hover(x: number, y: number): void {

@@ -7,6 +7,8 @@ import { type EngineFile, first, fullWorker } from './engine-files.js';
 import { GrowingSnapshot } from './growing-snapshot.js';
 import type {
   Answers,
+  Consequence,
+  Edit,
   EngineFacts,
   InputFile,
   Inputs,
@@ -15,6 +17,7 @@ import type {
   PlanarEvent,
   Problem,
   Progress,
+  RefusedEdit,
   RunState,
   Settings,
   Snapshot,
@@ -34,6 +37,8 @@ export interface PlanarListener extends WorkerFaults {
   snapshot(state: RunState, snapshot: Snapshot): void;
   /** A setting the engine does not take. */
   rejected(problem: Problem): void;
+  /** The map is being mended, but for these steps. */
+  refused(steps: readonly RefusedEdit[]): void;
   /** The worker died; a new one is starting with the same inputs. */
   crashed(message: string): void;
 }
@@ -59,6 +64,9 @@ export class PlanarClient {
   #run = 0;
   #growing = new GrowingSnapshot();
   #settings: Partial<Settings> = {};
+  #steps: readonly Edit[] = [];
+  /** Whether the map is that of the steps. */
+  #isMended = true;
   /** What the worker holds, and what it is being asked to hold instead. */
   #inputs: Inputs | null = null;
   #candidate: Inputs | null = null;
@@ -74,6 +82,7 @@ export class PlanarClient {
 
   /** Reads `inputs` and computes. */
   load(inputs: Inputs, settings: Partial<Settings>): void {
+    if (!sameScans(inputs, this.#inputs)) this.#steps = [];
     this.#candidate = inputs;
     this.#settings = settings;
     this.#preferFullEngine(inputs);
@@ -83,8 +92,40 @@ export class PlanarClient {
   /** Computes again with other settings. */
   configure(settings: Partial<Settings>): void {
     this.#settings = settings;
+    this.#isMended = false;
     if (this.#inputs && this.#preferFullEngine(this.#inputs)) this.#load(this.#inputs, false);
     else this.#order(this.#host.call('configure', ++this.#run, settings));
+  }
+
+  /** The steps by which the map is mended. */
+  get steps(): readonly Edit[] {
+    return this.#steps;
+  }
+
+  /** Makes the full engine compute, the only one that mends; whether it is to compute first. */
+  prepareToMend(): boolean {
+    const isNew = this.#inputs !== null && this.#preferFullEngine(this.#inputs, true);
+    if (isNew && this.#inputs) this.#load(this.#inputs, false);
+    return isNew;
+  }
+
+  /** Takes these steps, and none that were taken before. They are taken again after other settings. */
+  mend(steps: readonly Edit[]): void {
+    this.#steps = steps;
+    this.#isMended = true;
+    const mended = this.#host.call('mend', ++this.#run, steps).then(
+      (refused) => this.#listener.refused(refused),
+      (error: unknown) => {
+        this.#steps = [];
+        throw error;
+      },
+    );
+    this.#order(mended);
+  }
+
+  /** What a step would change after those that were taken. */
+  previewEdit(step: Edit): Promise<Consequence> {
+    return this.#host.call('previewEdit', [...this.#steps, step]);
   }
 
   /** Stops computing; what has been computed arrives as a snapshot. */
@@ -154,8 +195,8 @@ export class PlanarClient {
   }
 
   /** Takes the full engine from here on, where it is there or is worth waiting for; whether it was taken now. */
-  #preferFullEngine(inputs: Inputs): boolean {
-    if (this.#isFull || (!isCompiled('full') && isForFirst(inputs))) return false;
+  #preferFullEngine(inputs: Inputs, isNeeded = false): boolean {
+    if (this.#isFull || (!isNeeded && !isCompiled('full') && isForFirst(inputs))) return false;
     this.#order(this.#host.call('stop'));
     this.#firstHost = this.#host;
     this.#host = this.#createHost(fullWorker, 'full');
@@ -185,6 +226,7 @@ export class PlanarClient {
   }
 
   #load(inputs: Inputs, hold: boolean): void {
+    this.#isMended = false;
     const run = ++this.#run;
     this.#order(
       this.#host.call('load', run, inputs, this.#settings, hold).then((loaded) => {
@@ -216,7 +258,9 @@ export class PlanarClient {
         this.#host.succeeded();
         compileFullWhenIdle();
       }
-      this.#listener.snapshot(event.state, this.#growing.take(event.growth));
+      const isToMend = event.state === 'done' && !this.#isMended && this.#steps.length > 0;
+      if (isToMend) this.mend(this.#steps);
+      this.#listener.snapshot(isToMend ? 'running' : event.state, this.#growing.take(event.growth));
     }
   }
 
@@ -276,6 +320,10 @@ export class PlanarClient {
       if (this.#inputs) this.#load(this.#inputs, true);
     }
   }
+}
+
+function sameScans({ scans }: Inputs, other: Inputs | null): boolean {
+  return scans.length === other?.scans.length && scans.every((scan, index) => scan === other.scans[index]);
 }
 
 /** A few scans and no logs. */

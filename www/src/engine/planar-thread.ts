@@ -32,11 +32,14 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
     init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
     Reconstruction: new () => Reconstruction;
   };
-type LogReader = Pick<full.Reconstruction, 'add_log'>;
+type FullOnly = Pick<full.Reconstruction, 'add_log' | 'graph_loops' | 'preview_edit' | 'set_edits'>;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
-type Reconstruction = Omit<full.Reconstruction, 'add_log' | 'draw' | 'localization' | 'map_file' | 'occupancy_grid'> &
-  Partial<LogReader> & { occupancy_grid: (...given: Parameters<full.Reconstruction['occupancy_grid']>) => PlanarGrid };
+type Reconstruction = Omit<
+  full.Reconstruction,
+  keyof FullOnly | 'draw' | 'localization' | 'map_file' | 'occupancy_grid'
+> &
+  Partial<FullOnly> & { occupancy_grid: (...given: Parameters<full.Reconstruction['occupancy_grid']>) => PlanarGrid };
 
 /** The page is answered at least this often, unless one step takes longer. */
 const SLICE_MS = 15;
@@ -69,10 +72,15 @@ const api: Served<PlanarApi> = {
   load,
   configure,
   stop,
-  resume(run) {
-    currentRun = run;
-    numTold = 0;
-    computeLater(run);
+  resume,
+  mend(run, steps) {
+    resume(run); // also where the steps are of no use: the map is told as it is
+    return reconstruction?.set_edits?.(steps) ?? [];
+  },
+  previewEdit(steps) {
+    const consequence = reconstruction?.preview_edit?.(steps);
+    if (!consequence) throw nothingLoaded();
+    return consequence;
   },
   describeTable({ name, bytes }, format, scan) {
     try {
@@ -190,6 +198,12 @@ function configure(run: number, settings: Partial<Settings>): void {
   computeLater(run);
 }
 
+function resume(run: number): void {
+  currentRun = run;
+  numTold = 0;
+  computeLater(run);
+}
+
 /** Computes once the order has been answered. */
 function computeLater(run: number): void {
   isRunning = true; // a stop may arrive before the first slice
@@ -283,7 +297,9 @@ function answer(kind: keyof Answers, frame: number): Answers[keyof Answers] {
   if (kind === 'scan_to_map') return scanToMap(reconstruction, frame);
   if (kind === 'occupancy_grid') return occupancyGrid(reconstruction);
   if (kind === 'gridFiles') return gridFiles(reconstruction);
-  return reconstruction[kind]();
+  const told = reconstruction[kind]?.();
+  if (told === undefined) throw nothingLoaded();
+  return told;
 }
 
 function scanToMap(present: Reconstruction, frame: number): ScanToMap | null {

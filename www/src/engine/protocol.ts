@@ -4,7 +4,10 @@
  */
 import type {
   CleaningReport,
+  Consequence,
+  Edit,
   FrameResult as EngineFrameResult,
+  GraphLoops,
   IterationRecord,
   PlanarPose,
   Preset as EnginePreset,
@@ -12,6 +15,7 @@ import type {
   Settings as EngineSettings,
   Progress,
   ReconstructionResult,
+  RefusedEdit,
   TableFacts,
 } from './package.js';
 
@@ -145,6 +149,8 @@ export interface Answers {
   /** Of all pieces, as files of ROS's map_server. */
   gridFiles: Record<string, Uint8Array | string>;
   report_json: string;
+  /** Of a run that is done; the full engine alone tells them. */
+  graph_loops: GraphLoops;
 }
 
 /** What became of the files that were to be read. */
@@ -168,6 +174,10 @@ export interface PlanarApi {
   resume(run: number): void;
   /** `frame` matters for `correspondences`, `history` and `scan_to_map` alone. */
   ask<K extends keyof Answers>(kind: K, frame: number): Answers[K];
+  /** Takes these steps of mending, and none that were taken before; those that it refused. */
+  mend(run: number, steps: readonly Edit[]): RefusedEdit[];
+  /** What the last of these steps would change. */
+  previewEdit(steps: readonly Edit[]): Consequence;
   /** A table as it would be read by `format`, or by a guess, with one of its scans; null where the file is no table. */
   describeTable(file: InputFile, format: string | null, scan: number): TableFacts | null;
 }

@@ -29,6 +29,7 @@ import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { occupancyPicture } from '../views/occupancy.js';
+import { MendSwitch } from './mend-switch.js';
 import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
 
@@ -64,6 +65,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   /** Iterations of the selected scan. */
   private history = new Fetched<readonly IterationRecord[]>(this, []);
   private grid = new Fetched<Grid | null>(this, null);
+  private readonly mendSwitch = new MendSwitch(this);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private pictureOf = memoizeLast((grid: Grid | null, dark: boolean) => grid && occupancyPicture(grid, dark));
   private figuresOf = memoizeLast(headlineFigures);
@@ -177,6 +179,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     this.session.address = this.address;
     const { session, selected, wantsOccupancy } = this;
     const { snapshot, phase } = session;
+    this.mendSwitch.mending?.follow();
     const scan = phase === 'crashed' ? null : selected;
     this.history.want(selected, [snapshot], scan === null ? null : () => session.ask('history', scan));
     const hasPairs = this.pairsShown !== 'none';
@@ -232,11 +235,19 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}
+      .layer=${this.mendSwitch.mending?.layer ?? null}
+      ?canMend=${session.phase === 'done' || this.mendSwitch.mending !== null}
+      @mending-wanted=${this.mendSwitch.toggle}
       .description=${this.mapWords()}
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @map-painted=${() => this.onPainted()}
     ></scanstitch-map>`;
+  }
+
+  /** Beside the map. */
+  protected override renderQuestion(): TemplateResult | typeof nothing {
+    return this.mendSwitch.panel();
   }
 
   /** The dialog about the columns of a table; its code is loaded with the first one. */

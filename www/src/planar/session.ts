@@ -5,6 +5,8 @@ import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
+  Consequence,
+  Edit,
   InputFile,
   Inputs,
   ReadOutcome,
@@ -56,6 +58,8 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
       progress: (progress) => this.#onProgress(progress),
       snapshot: (state, snapshot) => this.#onSnapshot(state, snapshot),
       rejected: (problem) => this.tell([errorMessage(problem)]),
+      refused: (steps) =>
+        steps.forEach(({ index, reason }) => this.report(`Step ${index + 1} was not taken: ${reason}`)),
       crashed: (message) => this.#onCrashed(message),
       ...this.faults,
     });
@@ -234,6 +238,26 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
     if (!this.client) return Promise.reject(new Error('The page was closed.'));
     return this.client.ask(kind, frame);
+  }
+
+  /** The steps by which the map is mended. */
+  get steps(): readonly Edit[] {
+    return this.client?.steps ?? [];
+  }
+
+  /** Mends the map by these steps. */
+  mend(steps: readonly Edit[]): void {
+    this.phase = 'running';
+    this.progress = 0;
+    this.activity = 'Mending the map';
+    this.client?.mend(steps);
+    this.changed();
+  }
+
+  /** What a step would change. */
+  previewEdit(step: Edit): Promise<Consequence> {
+    if (!this.client) return Promise.reject(new Error('The page was closed.'));
+    return this.client.previewEdit(step);
   }
 
   #load(dataset: Dataset): void {

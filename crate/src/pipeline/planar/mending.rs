@@ -5,9 +5,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use serde::{Deserialize, Serialize};
-
 use super::Reconstruction;
+use super::edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use super::keyframe_graph::KeyframeGraph;
 use super::run::Run;
 use crate::error::{Error, Result};
@@ -16,109 +15,10 @@ use crate::geometry::mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 use crate::graph::loops::planar::{GraphState, LoopEvidence, Refusal};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::planar::FrameEstimate;
-use crate::pipeline::report::{PlanarPose, Stage};
+use crate::odometry::planar::belief::Finding;
+use crate::pipeline::report::Stage;
 use crate::pipeline::settings::Settings;
 use crate::registration::icp::IcpOptions;
-
-/// A step of mending. Scans are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum Edit {
-    /// Takes out the loop between the places of two scans.
-    RemoveLoop {
-        /// A scan of the one place.
-        target: usize,
-        /// A scan of the other place.
-        source: usize,
-    },
-    /// Puts a loop in between the places of two scans.
-    AddLoop {
-        /// The scan in whose frame the other one is.
-        target: usize,
-        /// The other scan.
-        source: usize,
-        /// Where it is, as far as the eye can tell: the match is searched for within 1 m and 0.3 rad.
-        T_target_source: PlanarPose,
-        /// Puts it in as it is given, without a match or a test. All poses are doubtful then.
-        #[serde(default)]
-        unchecked: bool,
-    },
-}
-
-/// A step that was not taken.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct RefusedEdit {
-    /// Its place in the list, from 0.
-    pub index: usize,
-    /// Why.
-    pub reason: String,
-}
-
-/// A loop of the graph.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct GraphLoop {
-    /// The scan in whose frame the other one was found.
-    pub target: usize,
-    /// The other scan.
-    pub source: usize,
-    /// Where it was found.
-    pub T_target_source: PlanarPose,
-    /// Standard deviation of its heading (rad).
-    pub heading_sigma: f64,
-    /// Standard deviation of its position (m).
-    pub position_sigma: f64,
-    /// Squared Mahalanobis distance (three degrees of freedom) from what the rest of the graph tells; 0 where that tells nothing.
-    pub chi_squared: f64,
-    /// Share of the returns seen from both places that agree, 0..=1.
-    pub agreement: f64,
-    /// Whether it was put in by hand.
-    pub is_added: bool,
-    /// Whether it was put in without a match.
-    pub is_unchecked: bool,
-}
-
-/// The loops of a map's graph.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct GraphLoops {
-    /// Sum of the squared Mahalanobis distances of all measured motions.
-    pub chi_squared: f64,
-    /// Number of these motions.
-    pub num_motions: usize,
-    /// The scans that are nodes.
-    pub nodes: Vec<usize>,
-    /// The loops.
-    pub loops: Vec<GraphLoop>,
-    /// Loops of the run that were taken out or no longer fit: pairs of scans.
-    pub left_out: Vec<[usize; 2]>,
-}
-
-/// What a step would change, by the graph before the scans are registered jointly.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
-pub struct Consequence {
-    /// Why the step would not be taken; null where it would.
-    pub refusal: Option<String>,
-    /// The graph's sum of squared Mahalanobis distances, before and after.
-    pub chi_squared: [f64; 2],
-    /// The scan that moves furthest.
-    pub furthest: usize,
-    /// How far it moves (m).
-    pub furthest_moves: f64,
-    /// How far the scans move in the mean (m).
-    pub mean_moves: f64,
-    /// Number of the certain pieces of the map, before and after.
-    pub num_pieces: [usize; 2],
-    /// How many scans are no longer good.
-    pub num_no_longer_good: usize,
-    /// How many scans become good.
-    pub num_becoming_good: usize,
-    /// Loops that would no longer fit: pairs of scans.
-    pub left_out: Vec<[usize; 2]>,
-}
 
 impl Reconstruction {
     /// The loops of the graph.
@@ -143,10 +43,34 @@ impl Reconstruction {
     /// # Errors
     /// Where there is no graph, or a step names a scan that does not exist; all stays as it is.
     pub fn set_edits(&mut self, edits: &[Edit]) -> Result<Vec<RefusedEdit>> {
-        let refused = Mending::of(self.run.as_mut(), &self.settings)?.apply(edits)?;
-        self.run.iter_mut().for_each(Run::end_loops_again);
+        let Applied { taken, refused } = Mending::of(self.run.as_mut(), &self.settings)?.apply(edits)?;
+        self.run.iter_mut().for_each(|run| run.end_loops_again(&taken));
         Ok(refused)
     }
+}
+
+impl Run {
+    /// Tells pieces and verdicts anew, by the graph that these steps have made. What comes next is the joint registration.
+    fn end_loops_again(&mut self, taken: &[Edit]) {
+        for (estimate, count) in self.estimates.iter_mut().zip(&self.before_mending.num_findings) {
+            estimate.findings.truncate(*count);
+        }
+        (self.joint, self.meter, self.sharpness) = (None, None, None);
+        self.end_loops();
+        if self.graph.as_ref().is_some_and(|graph| graph.closure.has_unchecked_loop()) {
+            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
+        }
+        let num_added = taken.iter().filter(|edit| matches!(edit, Edit::AddLoop { .. })).count();
+        let num_removed = taken.len() - num_added;
+        self.before_mending.note = (!taken.is_empty())
+            .then(|| format!("The map was mended by hand: loops put in {num_added}, taken out {num_removed}."));
+    }
+}
+
+/// What became of the steps of a list, without loops that were put in and taken out again.
+struct Applied {
+    taken: Vec<Edit>,
+    refused: Vec<RefusedEdit>,
 }
 
 /// What steps of mending work on: the graph of a run that is done.
@@ -180,10 +104,10 @@ impl<'a> Mending<'a> {
         };
         graph.closure.recall_scans();
         Ok(Self {
-            unedited: run.unedited.get_or_insert_with(|| graph.closure.state()).clone(),
+            unedited: run.before_mending.graph.get_or_insert_with(|| graph.closure.state()).clone(),
             graph,
             estimates: &run.estimates,
-            num_findings: &run.num_findings,
+            num_findings: &run.before_mending.num_findings,
             poses: &run.poses,
             T_laser_robot: &run.T_laser_robot,
             options: settings.icp_options(),
@@ -224,10 +148,10 @@ impl<'a> Mending<'a> {
         let present = self.graph.closure.state();
         self.apply(before)?;
         let old = self.told();
-        let refused = self.apply(edits);
+        let applied = self.apply(edits);
         let new = self.told();
         self.graph.closure.restore(&present);
-        let refusal = refused?.into_iter().find(|refused| refused.index == before.len());
+        let refusal = applied?.refused.into_iter().find(|refused| refused.index == before.len());
         let moved = |&scan: &usize| (old.poses[scan].translation.vector - new.poses[scan].translation.vector).norm();
         let placed: Vec<usize> = (0..self.poses.len()).filter(|&scan| self.is_placed(scan)).collect();
         let furthest = placed.iter().copied().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
@@ -264,8 +188,8 @@ impl<'a> Mending<'a> {
         Told { poses, chi_squared, pieces, is_good, loops: self.scans_of(&graph.closure.state()) }
     }
 
-    /// Puts the graph to what these steps make of that of the run. Returns those that were not taken.
-    fn apply(&mut self, edits: &[Edit]) -> Result<Vec<RefusedEdit>> {
+    /// Puts the graph to what these steps make of that of the run.
+    fn apply(&mut self, edits: &[Edit]) -> Result<Applied> {
         let num_scans = self.poses.len();
         for (index, edit) in edits.iter().enumerate() {
             if let Some(scan) = edit.scans().into_iter().find(|&scan| scan >= num_scans) {
@@ -274,13 +198,14 @@ impl<'a> Mending<'a> {
             }
         }
         self.graph.closure.restore(&self.unedited);
-        let mut refused = Vec::new();
+        let mut applied = Applied { taken: Vec::new(), refused: Vec::new() };
         for index in self.lasting(edits) {
-            if let Err(reason) = self.take(&edits[index]) {
-                refused.push(RefusedEdit { index, reason });
+            match self.take(&edits[index]) {
+                Ok(()) => applied.taken.push(edits[index]),
+                Err(reason) => applied.refused.push(RefusedEdit { index, reason }),
             }
         }
-        Ok(refused)
+        Ok(applied)
     }
 
     /// The steps without loops that are put in and taken out again later, which must leave nothing behind.
@@ -358,14 +283,6 @@ impl<'a> Mending<'a> {
     fn scans_of(&self, state: &GraphState) -> Vec<[usize; 2]> {
         let nodes = &self.graph.nodes;
         self.graph.closure.ends(state).into_iter().map(|ends| ends.map(|node| nodes[node])).collect()
-    }
-}
-
-impl Edit {
-    fn scans(&self) -> [usize; 2] {
-        match *self {
-            Self::RemoveLoop { target, source } | Self::AddLoop { target, source, .. } => [target, source],
-        }
     }
 }
 

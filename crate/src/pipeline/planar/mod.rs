@@ -2,6 +2,7 @@
 
 mod chosen_odometry;
 mod counterparts;
+mod edits;
 mod fan;
 mod joining;
 mod joint;
@@ -32,9 +33,9 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
-pub use mending::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
@@ -236,6 +237,7 @@ impl Reconstruction {
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
         notes.extend(self.notes_on_recordings());
+        notes.extend(self.run.iter().filter_map(|run| run.before_mending.note.clone()));
         let unconnected = self.unconnected();
         notes.extend(unconnected.clone());
         ReconstructionResult {

@@ -7,13 +7,14 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 
 use super::chosen_odometry::ChosenOdometry;
+use super::edits::BeforeMending;
 use super::joining::{BeginJoining, PieceSearch};
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
 use super::scan_to_map::ScanToMap;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
-use crate::graph::loops::planar::{GraphState, LoopTrials, Uncertainty};
+use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
 use crate::map::occupancy_grid::OccupancyGrid;
@@ -50,10 +51,7 @@ pub struct Run {
     pub chosen_odometry: ChosenOdometry,
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
-    /// How many findings each frame had before the pieces were told apart.
-    pub(super) num_findings: Vec<usize>,
-    /// The graph as it was before it was mended by hand.
-    pub(super) unedited: Option<GraphState>,
+    pub(super) before_mending: BeforeMending,
     /// The range that many returns share, taken for the sensor's limit (m).
     pub detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -69,8 +67,8 @@ pub struct Run {
     /// How pieces that nothing connects are searched for, if they are.
     begin_joining: Option<BeginJoining>,
     joining: Option<Box<dyn PieceSearch>>,
-    joint: Option<Joint>,
-    meter: Option<SharpnessMeter>,
+    pub(super) joint: Option<Joint>,
+    pub(super) meter: Option<SharpnessMeter>,
     pub sharpness: Option<Sharpness>,
     pub(super) stage: Stage,
 }
@@ -96,8 +94,7 @@ impl Run {
                 .with_motion_change(chosen_odometry.model.motion_change),
             chosen_odometry,
             pieces: vec![0; recorded.len()],
-            num_findings: Vec::new(),
-            unedited: None,
+            before_mending: BeforeMending::default(),
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
@@ -203,27 +200,15 @@ impl Run {
     }
 
     /// Places the frames by the graph and tells its certain pieces apart.
-    fn end_loops(&mut self) {
+    pub(super) fn end_loops(&mut self) {
         let Some(graph) = &self.graph else { return };
         graph.place(&graph.closure.solved_poses(), &mut self.poses);
         self.pieces = graph.pieces();
-        self.num_findings = self.estimates.iter().map(|estimate| estimate.findings.len()).collect();
+        self.before_mending.num_findings = self.estimates.iter().map(|estimate| estimate.findings.len()).collect();
         for frame in graph.in_small_pieces(&self.pieces) {
             self.estimates[frame].findings.push(Finding::SmallPiece);
         }
         self.stage = Stage::Joint;
-    }
-
-    /// The same with another graph, after the run.
-    pub(super) fn end_loops_again(&mut self) {
-        for (estimate, count) in self.estimates.iter_mut().zip(&self.num_findings) {
-            estimate.findings.truncate(*count);
-        }
-        (self.joint, self.meter, self.sharpness) = (None, None, None);
-        self.end_loops();
-        if self.graph.as_ref().is_some_and(|graph| graph.closure.has_unchecked_loop()) {
-            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
-        }
     }
 
     /// Doubts every frame of a map that may be a mirror image.

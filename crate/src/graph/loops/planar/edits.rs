@@ -1,5 +1,7 @@
 //! Loops that a person takes out or puts in, after the search: put in by the same match and the same tests as a loop that was searched for.
 
+use std::rc::Rc;
+
 use nalgebra::Matrix3;
 
 use super::acceptance::MAX_WINDOW_ALONE;
@@ -79,7 +81,9 @@ impl LoopClosure {
 
     /// Makes the scans ready to be matched again.
     pub fn recall_scans(&mut self) {
-        self.keyframes = self.links.iter().map(|link| Keyframe::new(link.scan.clone())).collect();
+        if self.keyframes.len() < self.links.len() {
+            self.keyframes = self.links.iter().map(|link| Keyframe::new(Rc::clone(&link.scan))).collect();
+        }
     }
 
     /// Sum of the squared Mahalanobis distances of all factors, less for those that are switched off, and number of these factors.
@@ -185,7 +189,7 @@ impl LoopClosure {
         let residual = factor.residual(&self.poses[factor.from], &self.poses[factor.to]);
         let own = factor.information * factor.weight(residual.dot(&(factor.information * residual)));
         let rest = between.try_inverse().map(|all| all - own);
-        let Some(without) = rest.and_then(|rest| rest.try_inverse()) else { return 0.0 };
+        let Some(without) = rest.and_then(Matrix3::try_inverse) else { return 0.0 };
         let off = residual + without * own * residual;
         let covariance = without + closed.candidate.found.covariance;
         covariance.cholesky().map_or(0.0, |cholesky| off.dot(&cholesky.solve(&off)))

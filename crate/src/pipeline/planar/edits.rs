@@ -1,0 +1,126 @@
+//! Steps by which a map is mended, and what is told of them, as plain data.
+
+use serde::{Deserialize, Serialize};
+
+use crate::graph::loops::planar::GraphState;
+use crate::pipeline::report::PlanarPose;
+
+/// A step of mending. Scans are counted from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum Edit {
+    /// Takes out the loop between the places of two scans.
+    RemoveLoop {
+        /// A scan of the one place.
+        target: usize,
+        /// A scan of the other place.
+        source: usize,
+    },
+    /// Puts a loop in between the places of two scans.
+    AddLoop {
+        /// The scan in whose frame the other one is.
+        target: usize,
+        /// The other scan.
+        source: usize,
+        /// Where it is, as far as the eye can tell: the match is searched for within 1 m and 0.3 rad.
+        T_target_source: PlanarPose,
+        /// Puts it in as it is given, without a match or a test. All poses are doubtful then.
+        #[serde(default)]
+        unchecked: bool,
+    },
+}
+
+/// A step that was not taken.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct RefusedEdit {
+    /// Its place in the list, from 0.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// A loop of the graph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct GraphLoop {
+    /// The scan in whose frame the other one was found.
+    pub target: usize,
+    /// The other scan.
+    pub source: usize,
+    /// Where it was found.
+    pub T_target_source: PlanarPose,
+    /// Standard deviation of its heading (rad).
+    pub heading_sigma: f64,
+    /// Standard deviation of its position (m).
+    pub position_sigma: f64,
+    /// Squared Mahalanobis distance (three degrees of freedom) from what the rest of the graph tells; 0 where that tells nothing.
+    pub chi_squared: f64,
+    /// Share of the returns seen from both places that agree, 0..=1.
+    pub agreement: f64,
+    /// Whether it was put in by hand.
+    pub is_added: bool,
+    /// Whether it was put in without a match.
+    pub is_unchecked: bool,
+}
+
+/// The loops of a map's graph.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct GraphLoops {
+    /// Sum of the squared Mahalanobis distances of all measured motions.
+    pub chi_squared: f64,
+    /// Number of these motions.
+    pub num_motions: usize,
+    /// The scans that are nodes.
+    pub nodes: Vec<usize>,
+    /// The loops.
+    pub loops: Vec<GraphLoop>,
+    /// Loops of the run that were taken out or no longer fit: pairs of scans.
+    pub left_out: Vec<[usize; 2]>,
+}
+
+/// What a step would change, by the graph before the scans are registered jointly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify), tsify(missing_as_null))]
+pub struct Consequence {
+    /// Why the step would not be taken; null where it would.
+    pub refusal: Option<String>,
+    /// The graph's sum of squared Mahalanobis distances, before and after.
+    pub chi_squared: [f64; 2],
+    /// The scan that moves furthest.
+    pub furthest: usize,
+    /// How far it moves (m).
+    pub furthest_moves: f64,
+    /// How far the scans move in the mean (m).
+    pub mean_moves: f64,
+    /// Number of the certain pieces of the map, before and after.
+    pub num_pieces: [usize; 2],
+    /// How many scans are no longer good.
+    pub num_no_longer_good: usize,
+    /// How many scans become good.
+    pub num_becoming_good: usize,
+    /// Loops that would no longer fit: pairs of scans.
+    pub left_out: Vec<[usize; 2]>,
+}
+
+impl Edit {
+    /// The scans that stand for its places.
+    pub(super) fn scans(&self) -> [usize; 2] {
+        match *self {
+            Self::RemoveLoop { target, source } | Self::AddLoop { target, source, .. } => [target, source],
+        }
+    }
+}
+
+/// What a run keeps to be mended.
+#[derive(Default)]
+pub struct BeforeMending {
+    /// How many findings each frame had before the pieces were told apart.
+    pub num_findings: Vec<usize>,
+    /// The graph as the run left it; `None` before it was looked at.
+    pub graph: Option<GraphState>,
+    /// What is said of a mended map.
+    pub note: Option<String>,
+}

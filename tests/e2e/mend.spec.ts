@@ -1,0 +1,111 @@
+/** A map that is mended on the page: a wrong loop from a file of steps, found and removed; what the command line makes of the steps. */
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { unzipSync } from 'fflate';
+import { BUILDING, driveLog } from '../cli/drive_log.mjs';
+import { scanstitch, writeFiles } from '../cli/support.mjs';
+import { expectNamedControls, findWeakContrast } from './access.js';
+import { expect, overflowOf, test } from './scanstitch_page.js';
+
+const NUM_SCANS = 66;
+const LOG = driveLog(BUILDING, 0, NUM_SCANS);
+/** As if two scans 9 m apart had been taken at one place. */
+const WRONG = { action: 'add_loop', target: 5, source: 55, T_target_source: { x: 0, y: 0, theta: 0 }, unchecked: true };
+
+const stepsFile = (...steps: object[]): { name: string; mimeType: string; buffer: Buffer } => ({
+  name: 'wrong.steps.json',
+  mimeType: 'application/json',
+  buffer: Buffer.from(JSON.stringify({ scanstitch_steps: 1, num_scans: NUM_SCANS, settings: {}, steps })),
+});
+
+test('a wrong loop is found and removed by three clicks, undone by a key, and replayed on the command line', async ({
+  empty: app,
+  page,
+}) => {
+  await app.drop([{ name: 'drive.log', content: LOG }]);
+  const right = (await app.stitched()).result;
+  const posesOf = ({ frames }: typeof right): unknown[] => frames.map(({ T_world_sensor }) => T_world_sensor);
+  await page.getByRole('button', { name: /^Loops/ }).click();
+  const panel = page.locator('scanstitch-mend');
+  await panel.getByLabel('File of steps').setInputFiles(stepsFile(WRONG));
+  const wrong = (await app.stitched()).result;
+  expect(wrong.frames.every(({ status }) => status === 'doubtful')).toBe(true);
+
+  // What a user does who sees the bent map.
+  await panel.getByRole('button', { name: /contradicted/ }).click();
+  await expect(panel.getByRole('list', { name: 'What it changes' })).toContainText(/scans become good/);
+  await panel.getByRole('button', { name: 'Remove this loop' }).click();
+  expect(posesOf((await app.stitched()).result)).toEqual(posesOf(right));
+  await expect(panel.getByRole('heading', { name: '2 steps taken' })).toBeVisible();
+
+  // By keys: undone, and removed again.
+  await app.stage.press('Control+z');
+  expect(posesOf((await app.stitched()).result)).toEqual(posesOf(wrong));
+  await panel.getByRole('button', { name: /contradicted/ }).press('Enter');
+  await expect(panel.getByRole('button', { name: 'Remove this loop' })).toBeEnabled();
+  await app.stage.press('Escape');
+  await expect(panel.getByRole('button', { name: 'Remove this loop' })).toBeHidden();
+  await panel.getByRole('button', { name: /contradicted/ }).press('Enter');
+  await expect(panel.getByRole('button', { name: 'Remove this loop' })).toBeEnabled();
+  await app.stage.press('Delete');
+  await app.stitched();
+  await app.stage.press('Control+z');
+  await app.stitched();
+
+  // The steps as they are now, saved, and the results of both.
+  const saving = page.waitForEvent('download');
+  await panel.getByRole('button', { name: 'Save the steps' }).click();
+  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-mend-'));
+  const steps = readFileSync(await (await saving).path());
+  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
+  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
+  expect(replayed.status, replayed.stderr).toBe(0);
+  await page.getByRole('button', { name: 'Export' }).click();
+  const exporting = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Everything/ }).click();
+  const exported = unzipSync(readFileSync(await (await exporting).path()));
+  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm']) {
+    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
+  }
+  rmSync(folder, { recursive: true });
+});
+
+test('a loop is proposed by two scans, refused with the reason, and the panel is for everybody', async ({
+  empty: app,
+  page,
+}) => {
+  await app.drop([{ name: 'drive.log', content: LOG }]);
+  await app.stitched();
+  await app.stage.press('m');
+  const panel = page.locator('scanstitch-mend');
+  await panel.getByRole('button', { name: 'Propose a loop' }).click();
+  await panel.getByLabel('First scan').fill('5');
+  await panel.getByLabel('First scan').press('Enter');
+  await panel.getByLabel('Second scan').fill('55');
+  await panel.getByLabel('Second scan').press('Enter');
+  const changes = panel.getByRole('list', { name: 'What it changes' });
+  await expect(changes).toContainText('No scan moves by a millimetre');
+  await panel.getByRole('button', { name: 'On the first' }).click();
+  await expect(changes).toContainText('Refused: The scans do not match there');
+  await expect(panel.getByRole('button', { name: 'Add this loop' })).toBeDisabled();
+
+  // The second scan is dragged, and the map stays.
+  const [x, y] = await app.placeOnMap(200, 200);
+  const before = await app.worldAt(x, y);
+  const picture = await app.picture();
+  await page.mouse.down();
+  await page.mouse.move(x + 60, y + 30, { steps: 3 });
+  await page.mouse.up();
+  expect(await app.worldAt(x, y)).toBe(before);
+  expect(await app.picture()).not.toBe(picture);
+
+  await expectNamedControls(page);
+  for (const scheme of ['Dark', 'Light']) {
+    await page.getByRole('button', { name: `${scheme} colours` }).click();
+    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await expect(panel.getByRole('button', { name: 'Back' })).toBeVisible();
+});

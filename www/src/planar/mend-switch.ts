@@ -1,0 +1,35 @@
+/** Opens and closes what a map is mended with; its code is loaded with the first use. */
+import { html, nothing, type ReactiveControllerHost, type TemplateResult } from 'lit';
+import type { Mending } from './mending.js';
+import type { PlanarSession } from './session.js';
+
+export class MendSwitch {
+  #mending: Mending | null = null;
+
+  constructor(readonly host: ReactiveControllerHost & { readonly session: PlanarSession }) {}
+
+  /** Null while the map is not mended; another session has another map. */
+  get mending(): Mending | null {
+    return this.#mending?.session === this.host.session ? this.#mending : null;
+  }
+
+  readonly toggle = (): void => {
+    const { host } = this;
+    if (this.mending) {
+      this.#mending = null;
+      host.requestUpdate();
+      return;
+    }
+    void import('./mend-panel.js').then(({ loopLayer, Mending }) => {
+      this.#mending = new Mending(host.session, () => host.requestUpdate(), loopLayer);
+      host.requestUpdate();
+    });
+  };
+
+  /** Beside the map. */
+  panel(): TemplateResult | typeof nothing {
+    return this.mending
+      ? html`<scanstitch-mend .mending=${this.mending} @closed=${this.toggle}></scanstitch-mend>`
+      : nothing;
+  }
+}

@@ -1,0 +1,211 @@
+/** Mending a map: its loops, the step that is being prepared and what it would change. Loaded when somebody asks for it. */
+import { readSteps, stepsText } from '../../../package/report/steps_file.js';
+import type { Consequence, Edit, GraphLoop, GraphLoops, PlanarPose, Snapshot } from '../engine/protocol.js';
+import { messageOf } from '../engine/message-of.js';
+import { LastRequest } from '../engine/last-request.js';
+import { download } from '../export/download.js';
+import { plural, sentence } from '../views/format.js';
+import type { MapLayer } from '../views/map-layer.js';
+import { composed, inverse } from './loop-poses.js';
+import type { PlanarSession } from './session.js';
+
+/** A step that is not taken yet: a loop to be taken out, or scans between which one is to be put in. */
+export type Draft =
+  | { kind: 'old'; loop: GraphLoop }
+  /** `pose`: where the second scan is laid in the world, once both are chosen. */
+  | { kind: 'new'; scans: readonly number[]; pose: PlanarPose | null };
+
+/** An arrow key moves a scan by this (m) ... */
+const KEY_STEP = 0.1;
+/** ... and a bracket turns it by this (rad). */
+const KEY_TURN = Math.PI / 36;
+
+export class Mending {
+  loops: GraphLoops | null = null;
+  draft: Draft | null = null;
+  /** Null while it is not known. */
+  consequence: Consequence | null = null;
+  /** Why there is nothing to mend; empty where there is. */
+  problem = '';
+  #layer: MapLayer | null = null;
+  #snapshot: Snapshot | null = null;
+  readonly #previews = new LastRequest();
+
+  constructor(
+    readonly session: PlanarSession,
+    readonly onChange: () => void,
+    readonly layerOf: (mending: Mending) => MapLayer,
+  ) {
+    // Computed anew by the full engine, the map has its loops.
+    if (session.client?.prepareToMend()) this.#snapshot = session.snapshot;
+    else this.follow();
+  }
+
+  get steps(): readonly Edit[] {
+    return this.session.steps;
+  }
+
+  get isIdle(): boolean {
+    return this.session.phase === 'done' && this.loops !== null;
+  }
+
+  /** Its layer over the map: another one after every change. */
+  get layer(): MapLayer {
+    this.#layer ??= this.layerOf(this);
+    return this.#layer;
+  }
+
+  get poses(): readonly PlanarPose[] {
+    return this.session.snapshot?.result.frames.map(({ T_world_sensor }) => T_world_sensor) ?? [];
+  }
+
+  /** Looks at the loops of a map that has just been computed. */
+  follow(): void {
+    const { session } = this;
+    if (session.phase !== 'done' || session.snapshot === this.#snapshot) return;
+    const snapshot = session.snapshot;
+    this.#snapshot = snapshot;
+    this.draft = null;
+    const settle = (loops: GraphLoops | null, problem: string): void => {
+      if (session.snapshot !== snapshot) return;
+      loops?.loops.sort((a, b) => b.chi_squared - a.chi_squared);
+      [this.loops, this.problem] = [loops, problem];
+      this.#changed();
+    };
+    session.ask('graph_loops').then(
+      (loops) => settle(loops, ''),
+      (error: unknown) => settle(null, messageOf(error)),
+    );
+  }
+
+  /** What is to be done; null: nothing. */
+  prepare(draft: Draft | null): void {
+    this.draft = draft;
+    this.consequence = null;
+    this.#changed();
+    void this.#preview();
+  }
+
+  /** Takes a scan as the next one of a loop to be put in. */
+  chooseScan(scan: number, at?: number): void {
+    if (this.draft?.kind !== 'new') return;
+    const scans = [...this.draft.scans];
+    scans[at ?? scans.length] = scan;
+    const pose = scans.length === 2 ? (this.poses[scans[1] ?? -1] ?? null) : null;
+    this.prepare({ kind: 'new', scans, pose });
+  }
+
+  /** Lays the second scan elsewhere. `isOver`: its consequence is wanted. */
+  lay(pose: PlanarPose, isOver = true): void {
+    if (this.draft?.kind !== 'new') return;
+    this.draft = { ...this.draft, pose };
+    this.consequence = null;
+    this.#changed();
+    if (isOver) void this.#preview();
+  }
+
+  /** Moves it (m) and turns it (rad). */
+  move(x: number, y: number, turn = 0, isOver = true): boolean {
+    const pose = this.draft?.kind === 'new' ? this.draft.pose : null;
+    if (pose) this.lay({ x: pose.x + x, y: pose.y + y, theta: pose.theta + turn }, isOver);
+    return pose !== null;
+  }
+
+  get keys(): Record<string, () => void> {
+    const back = this.draft && { Escape: () => this.prepare(null) };
+    if (this.draft?.kind !== 'new' || !this.draft.pose) return { ...back };
+    return {
+      ...back,
+      ArrowLeft: () => void this.move(-KEY_STEP, 0),
+      ArrowRight: () => void this.move(KEY_STEP, 0),
+      ArrowUp: () => void this.move(0, KEY_STEP),
+      ArrowDown: () => void this.move(0, -KEY_STEP),
+      '[': () => void this.move(0, 0, KEY_TURN),
+      ']': () => void this.move(0, 0, -KEY_TURN),
+    };
+  }
+
+  /** The step that is prepared. */
+  get step(): Edit | null {
+    const { draft, poses } = this;
+    if (draft?.kind === 'old') {
+      const { target, source } = draft.loop;
+      return { action: 'remove_loop', target, source };
+    }
+    const [target = -1, source = -1] = draft?.scans ?? [];
+    const T_world_target = poses[target];
+    if (!draft?.pose || !T_world_target) return null;
+    const T_target_source = composed(inverse(T_world_target), draft.pose);
+    return { action: 'add_loop', target, source, T_target_source, unchecked: false };
+  }
+
+  /** Takes the step that is prepared, unless it would be refused. */
+  take(): void {
+    const { step, consequence } = this;
+    if (step && consequence?.refusal === null) this.#mend([...this.steps, step]);
+  }
+
+  undo(): void {
+    if (!this.isIdle || this.steps.length === 0) return;
+    this.session.announce('The last step was undone.');
+    this.#mend(this.steps.slice(0, -1));
+  }
+
+  save(): void {
+    const { poses, steps, session } = this;
+    if (!session.dataset) return;
+    const text = stepsText({ num_scans: poses.length, settings: this.#changedSettings, steps: [...steps] });
+    download({ name: `${session.dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
+  }
+
+  /** Takes the steps of a file in place of those so far, with its settings. */
+  async open(file: File): Promise<void> {
+    const { session, poses } = this;
+    try {
+      const { num_scans: numScans, steps, settings } = readSteps(await file.text());
+      if (numScans !== poses.length) {
+        const scans = plural(numScans, 'scan');
+        throw new Error(`The steps are for a recording of ${scans}, and this one has ${poses.length}`);
+      }
+      this.#mend(steps);
+      const [defaults] = session.facts?.presets ?? [];
+      const isOther = JSON.stringify(settings) !== JSON.stringify(this.#changedSettings);
+      if (defaults && isOther) session.configure({ ...defaults.settings, ...settings });
+    } catch (error) {
+      session.report(`${file.name}: ${messageOf(error)}`);
+    }
+  }
+
+  /** The settings that are not those by default. */
+  get #changedSettings(): Record<string, unknown> {
+    const { settings, facts } = this.session;
+    const defaults: Readonly<Record<string, unknown>> = { ...facts?.presets[0]?.settings };
+    return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== defaults[name]));
+  }
+
+  #mend(steps: readonly Edit[]): void {
+    this.draft = null;
+    if (this.isIdle) this.session.mend(steps);
+    this.#changed();
+  }
+
+  async #preview(): Promise<void> {
+    const { step, session } = this;
+    const signal = this.#previews.begin();
+    if (!step || !this.isIdle) return;
+    try {
+      const consequence = await session.previewEdit(step);
+      if (signal.aborted) return;
+      this.consequence = consequence;
+      session.announce(consequence.refusal === null ? 'The step can be taken.' : sentence(consequence.refusal));
+      this.#changed();
+    } catch (error) {
+      if (!signal.aborted) session.report(messageOf(error));
+    }
+  }
+
+  #changed(): void {
+    this.#layer = null;
+    this.onChange();
+  }
+}
