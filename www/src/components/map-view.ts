@@ -172,9 +172,7 @@ export class ScanstitchMap extends FlatMap {
 
   protected override renderOwn(): unknown {
     const state = { pressed: this.layer !== null };
-    return this.canMend
-      ? mapButton('loops', 'Loops: look at them and mend the map', 'Loops of the map (M)', this.mend, state)
-      : nothing;
+    return this.canMend ? mapButton('loops', 'Loops of the map', 'Loops of the map (M)', this.mend, state) : nothing;
   }
 
   protected override get ownKeys(): Record<string, () => void> {

@@ -24,14 +24,15 @@ import type {
 } from './protocol.js';
 import { otherMessages } from './other-messages.js';
 import { addScans, attempt } from './reading.js';
-import { emit, isInputError, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
+import { emit, nothingLoaded, reportCrash, serve, type Served } from './serve.js';
 
 /** The full engine, or the part of it that reads scans alone and no logs. */
-export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | 'version'> &
-  Partial<Pick<typeof full, 'describe_table'>> & {
-    init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
-    Reconstruction: new () => Reconstruction;
-  };
+export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | 'version'> & {
+  init: (given: { module_or_path: WebAssembly.Module }) => Promise<unknown>;
+  Reconstruction: new () => Reconstruction;
+};
+/** What only the full engine knows of. */
+type Tables = Pick<Served<PlanarApi>, 'describeTable'>;
 type FullOnly = Pick<full.Reconstruction, 'add_log' | 'graph_loops' | 'preview_edit' | 'set_edits'>;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
@@ -64,7 +65,7 @@ let isReading = false;
 /** Frames that the page knows of this order's result. */
 let numTold = 0;
 
-const api: Served<PlanarApi> = {
+const api: Omit<Served<PlanarApi>, keyof Tables> = {
   async start(module) {
     await engine.init({ module_or_path: module });
     return engineFacts();
@@ -81,14 +82,6 @@ const api: Served<PlanarApi> = {
     const consequence = reconstruction?.preview_edit?.(steps);
     if (!consequence) throw nothingLoaded();
     return consequence;
-  },
-  describeTable({ name, bytes }, format, scan) {
-    try {
-      return engine.describe_table?.(name, new Uint8Array(bytes), format, scan) ?? null;
-    } catch (error) {
-      if (isInputError(error)) return null;
-      throw error;
-    }
   },
   ask: <K extends keyof Answers>(kind: K, frame: number) => answer(kind, frame) as Answers[K],
 };
@@ -328,7 +321,7 @@ function post(event: PlanarEvent, transfer: Transferable[] = []): void {
 }
 
 /** In a worker: reconstructs with this engine. */
-export function servePlanar(withEngine: PlanarEngine): void {
+export function servePlanar(withEngine: PlanarEngine, tables: Tables = { describeTable: () => null }): void {
   engine = withEngine;
-  serve<PlanarApi>(api);
+  serve<PlanarApi>({ ...api, ...tables });
 }

@@ -13,17 +13,11 @@ export class MendSwitch {
     return this.#mending?.session === this.host.session ? this.#mending : null;
   }
 
-  readonly toggle = (): void => {
-    const { host } = this;
-    if (this.mending) {
-      this.#mending = null;
-      host.requestUpdate();
-      return;
-    }
-    void import('./mend-panel.js').then(({ loopLayer, Mending }) => {
-      this.#mending = new Mending(host.session, () => host.requestUpdate(), loopLayer);
-      host.requestUpdate();
-    });
+  readonly toggle = async (): Promise<void> => {
+    const { host, mending } = this;
+    const { loopLayer, Mending } = await import('./mend-panel.js');
+    this.#mending = mending ? null : new Mending(host.session, () => host.requestUpdate(), loopLayer);
+    host.requestUpdate();
   };
 
   /** Beside the map. */

@@ -42,7 +42,7 @@ export class Mending {
   }
 
   get steps(): readonly Edit[] {
-    return this.session.steps;
+    return this.session.client?.steps ?? [];
   }
 
   get isIdle(): boolean {
@@ -194,8 +194,8 @@ export class Mending {
     const signal = this.#previews.begin();
     if (!step || !this.isIdle) return;
     try {
-      const consequence = await session.previewEdit(step);
-      if (signal.aborted) return;
+      const consequence = await session.client?.previewEdit(step);
+      if (signal.aborted || !consequence) return;
       this.consequence = consequence;
       session.announce(consequence.refusal === null ? 'The step can be taken.' : sentence(consequence.refusal));
       this.#changed();

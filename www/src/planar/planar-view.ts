@@ -10,15 +10,7 @@ import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, GivenScans, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { welcome, welcomeStyles } from '../components/welcome.js';
-import type {
-  FrameResult,
-  Grid,
-  IterationRecord,
-  PlanarPoint,
-  PlanarPose,
-  Settings,
-  Snapshot,
-} from '../engine/protocol.js';
+import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
@@ -28,7 +20,7 @@ import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views
 import type { ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
-import { occupancyPicture } from '../views/occupancy.js';
+import type { OccupancyPicture } from '../views/occupancy.js';
 import { MendSwitch } from './mend-switch.js';
 import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
@@ -64,10 +56,10 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private pairs = new Fetched<Float32Array | null>(this, null);
   /** Iterations of the selected scan. */
   private history = new Fetched<readonly IterationRecord[]>(this, []);
-  private grid = new Fetched<Grid | null>(this, null);
+  /** The picture of the occupancy grid, by whether the map is dark. */
+  private picture = new Fetched<((dark: boolean) => OccupancyPicture | null) | null>(this, null);
   private readonly mendSwitch = new MendSwitch(this);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
-  private pictureOf = memoizeLast((grid: Grid | null, dark: boolean) => grid && occupancyPicture(grid, dark));
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
@@ -185,7 +177,15 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const areWanted = hasPairs && scan !== null;
     this.pairs.want(hasPairs, [snapshot, selected], areWanted ? () => session.ask('correspondences', scan) : null);
     const gridOf = wantsOccupancy && this.isOver ? snapshot : null;
-    this.grid.want(wantsOccupancy, [gridOf], gridOf && (() => session.ask('occupancy_grid')));
+    this.picture.want(wantsOccupancy, [gridOf], gridOf && (() => this.pictureOf(session)));
+  }
+
+  private async pictureOf(session: PlanarSession): Promise<((dark: boolean) => OccupancyPicture | null) | null> {
+    const [grid, { occupancyPicture }] = await Promise.all([
+      session.ask('occupancy_grid'),
+      import('../views/occupancy-picture.js'),
+    ]);
+    return grid && memoizeLast((dark: boolean) => occupancyPicture(grid, dark));
   }
 
   /** Whether there is a result that no frame will be added to. */
@@ -230,7 +230,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .referenceName=${result?.comparison?.name ?? ''}
       .fitKey=${this.fitKey}
       .hasOccupancy=${this.isOver}
-      .occupancy=${this.pictureOf(this.grid.value, this.dark)}
+      .occupancy=${this.picture.value?.(this.dark) ?? null}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}

@@ -5,7 +5,6 @@ import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
-  Consequence,
   Edit,
   InputFile,
   Inputs,
@@ -240,11 +239,6 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     return this.client.ask(kind, frame);
   }
 
-  /** The steps by which the map is mended. */
-  get steps(): readonly Edit[] {
-    return this.client?.steps ?? [];
-  }
-
   /** Mends the map by these steps. */
   mend(steps: readonly Edit[]): void {
     this.phase = 'running';
@@ -252,12 +246,6 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.activity = 'Mending the map';
     this.client?.mend(steps);
     this.changed();
-  }
-
-  /** What a step would change. */
-  previewEdit(step: Edit): Promise<Consequence> {
-    if (!this.client) return Promise.reject(new Error('The page was closed.'));
-    return this.client.previewEdit(step);
   }
 
   #load(dataset: Dataset): void {
