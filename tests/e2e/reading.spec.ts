@@ -21,6 +21,8 @@ test('an open depth scale is asked for with pictures, and a wrong answer is foun
   const other = question.getByRole('button', { name: /4000 per metre/ });
   await expect(other.getByRole('img', { name: /^From above, surfaces up to 6\.6/ })).toBeVisible();
   expect(await page.evaluate(findWeakContrast)).toEqual([]);
+  const [asked, map] = [await question.boundingBox(), await spatial.map.boundingBox()];
+  expect(asked?.x, 'it lies beside the map').toBeGreaterThanOrEqual((map?.x ?? Infinity) + (map?.width ?? 0));
 
   await other.click();
   const wrong = await spatial.stitched();

@@ -1,7 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import type { Figure } from '../views/headline.js';
-import { cut, shared, small } from './theme.js';
+import { cut, heard, shared, small } from './theme.js';
 import { fire } from './fire.js';
 
 /**
@@ -95,11 +95,7 @@ export class ScanstitchHeadline extends LitElement {
         font-size: calc(14 * var(--px));
       }
       :host([compact]) .plain .meaning {
-        position: absolute;
-        width: 1px;
-        height: 1px;
-        overflow: hidden;
-        clip-path: inset(50%);
+        ${heard};
         white-space: nowrap;
       }
       .doubtful .meaning {

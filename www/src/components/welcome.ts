@@ -3,7 +3,7 @@ import { css, html, type TemplateResult } from 'lit';
 import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
 import { TOOLS } from './tools.js';
-import { wrap } from './theme.js';
+import { heard, wrap } from './theme.js';
 
 /** What a host page writes. */
 const EMBED = `<script type="module" src="scanstitch/scanstitch-app.js"></script>
@@ -166,11 +166,7 @@ export const welcomeStyles = css`
     gap: 0 16px;
   }
   :is(.medium, .narrow) .welcome li > span {
-    position: absolute;
-    width: 1px;
-    height: 1px;
-    overflow: hidden;
-    clip-path: inset(50%);
+    ${heard};
   }
   .low .welcome {
     display: none;

@@ -4,7 +4,7 @@ import '../components/panels.js';
 import type { FrameResult, IterationRecord, Snapshot } from '../engine/protocol.js';
 import { frameColumns } from '../views/frame-columns.js';
 import { frameRows } from '../views/frame-rows.js';
-import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
+import { type LongestPairs, longestPairs, type ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 
@@ -31,6 +31,7 @@ const NO_ROUNDS: readonly IterationRecord[] = [];
 export class PlanarPanels {
   private rowsOf = memoizeLast(frameRows);
   private columnsOf = memoizeLast(frameColumns);
+  readonly longestOf = memoizeLast(longestPairs);
 
   table(snapshot: Snapshot | null, colors: readonly Rgb[], selected: number | null): TemplateResult {
     const { frames, ms, errors, referenceName } = factsOf(snapshot);

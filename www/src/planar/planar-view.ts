@@ -25,7 +25,7 @@ import { baseName, formatCount, formatDuration, formatLength, plural } from '../
 import { headlineFigures } from '../views/headline.js';
 import type { BeforeMap, MapMarks, Status } from '../views/map-painter.js';
 import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views/pieces.js';
-import { longestPairs, type ShownPairs } from '../views/longest-pairs.js';
+import type { ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
 import { occupancyPicture } from '../views/occupancy.js';
@@ -71,7 +71,6 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private figuresOf = memoizeLast(headlineFigures);
   private marksOf = memoizeLast(mapMarks);
   private piecesOf = memoizeLast(certainPieces);
-  private longestOf = memoizeLast(longestPairs);
   private pieceColorsOf = memoizeLast(pieceColors);
 
   protected override newSession(): PlanarSession {
@@ -222,7 +221,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         this.until ?? frames.length,
         this.selected,
         this.hovered,
-        pairs && this.pairsShown === 'longest' ? this.longestOf(pairs).drawn : pairs,
+        pairs && this.panels && this.pairsShown === 'longest' ? this.panels.longestOf(pairs).drawn : pairs,
       )}
       .names=${this.namesOf(frames)}
       .colors=${this.colors()}
@@ -295,7 +294,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
         this.pairsShown = 'longest';
       });
     }
-    const longest = this.pairs.value && this.longestOf(this.pairs.value);
+    const longest = this.pairs.value && panels.longestOf(this.pairs.value);
     return panels.why(
       session.snapshot,
       this.colors(),

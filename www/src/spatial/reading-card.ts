@@ -139,7 +139,7 @@ export class ScanstitchReadingCard extends LitElement {
       }
       ul {
         display: grid;
-        grid-template-columns: repeat(auto-fit, minmax(105px, 1fr));
+        grid-template-columns: repeat(auto-fit, minmax(76px, 1fr));
         gap: 8px;
         padding: 0 12px;
       }
