@@ -79,7 +79,7 @@ export class ScanstitchMend extends LitElement {
         ${
           loops.length === 0
             ? 'The map has no loops.'
-            : `${plural(loops.length, 'loop')}, the least fitting first: how far each is from what the rest of the graph tells, in standard deviations.`
+            : `${plural(loops.length, 'loop')} between scans, the least fitting first: how far each is from what the rest of the graph tells, in standard deviations.`
         }
       </p>
       <ol class="loops">
@@ -87,7 +87,8 @@ export class ScanstitchMend extends LitElement {
           (loop) =>
             html`<li>
               <button @click=${() => mending.prepare({ kind: 'old', loop })}>
-                <span>${scansOf(loop)}</span><span class="number">${sigmasOf(loop)}</span>${badge(loop)}
+                <span class="number">${loop.target} – ${loop.source}</span
+                ><span class="number">${sigmasOf(loop)}</span>${badge(loop)}
               </button>
             </li>`,
         )}
@@ -241,6 +242,7 @@ export class ScanstitchMend extends LitElement {
       }
       .loops {
         display: grid;
+        grid-template-columns: minmax(0, 1fr);
         gap: 4px;
         max-height: 40cqh;
         overflow: auto;
