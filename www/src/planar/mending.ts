@@ -185,7 +185,12 @@ export class Mending {
 
   #mend(steps: readonly Edit[]): void {
     this.draft = null;
-    if (this.isIdle) this.session.mend(steps);
+    const { session } = this;
+    if (this.isIdle) {
+      [session.phase, session.progress, session.activity] = ['running', 0, 'Mending the map'];
+      session.client?.mend(steps);
+      session.changed();
+    }
     this.#changed();
   }
 

@@ -5,7 +5,6 @@ import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
   Answers,
-  Edit,
   InputFile,
   Inputs,
   ReadOutcome,
@@ -237,15 +236,6 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   ask<K extends keyof Answers>(kind: K, frame = 0): Promise<Answers[K]> {
     if (!this.client) return Promise.reject(new Error('The page was closed.'));
     return this.client.ask(kind, frame);
-  }
-
-  /** Mends the map by these steps. */
-  mend(steps: readonly Edit[]): void {
-    this.phase = 'running';
-    this.progress = 0;
-    this.activity = 'Mending the map';
-    this.client?.mend(steps);
-    this.changed();
   }
 
   #load(dataset: Dataset): void {
