@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::pose_hypothesis::LIMITS;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::geometry::rotation::rotation_and_translation;
@@ -33,6 +34,11 @@ pub(super) struct PoseEvidence {
 }
 
 impl PoseEvidence {
+    /// Whether a frame at this pose is lost.
+    pub(super) fn is_lost(&self) -> bool {
+        self.overlap < LIMITS.lost_overlap || self.agreement < LIMITS.lost_agreement
+    }
+
     /// Compares the frame's surface (`cloud`) with the view of the map and the keyframes' free space, and the view's surface
     /// with the frame's own view.
     pub(super) fn gather(

@@ -25,13 +25,6 @@ pub(super) fn near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<
     hypotheses
 }
 
-/// The same with rotations in steps of 7.5 degrees and translations by up to 0.5 m forward and back.
-pub(super) fn few_near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
-    let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
-    hypotheses.extend(grid_around(T_world_last, -4..=4, 7.5f64.to_radians(), 2, 0));
-    hypotheses
-}
-
 /// A grid of poses around a pose: rotations about the camera's vertical by multiples of `rotation_step` (rad), translations
 /// by multiples of 0.25 m, up to `num_forward` of them forward and back and up to `num_sideways` to either side.
 pub(crate) fn grid_around(

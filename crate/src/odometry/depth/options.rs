@@ -7,15 +7,15 @@ use crate::registration::free_space::DepthNoise;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 
-/// Size of the search for an initial pose.
+/// Number of points of the final registration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Effort {
-    /// Hundreds of pose hypotheses are scored for every frame.
+    /// Thousands of points are registered.
     #[default]
     Thorough,
-    /// A few dozen hypotheses are scored, hundreds only where the result is not accepted; fewer points are registered.
+    /// Fewer points are registered.
     Quick,
 }
 
@@ -39,7 +39,7 @@ pub enum ColorUse {
 pub struct DepthOptions {
     /// How the camera moves. Where it is planar, the y axis of the first camera is vertical.
     pub motion: Motion,
-    /// Size of the search for an initial pose.
+    /// Number of points of the final registration.
     pub effort: Effort,
     /// How colours contribute, where frames have them.
     pub color: ColorUse,

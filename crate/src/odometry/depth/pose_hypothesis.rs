@@ -31,7 +31,8 @@ const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 const MIN_REVISIT_NCC: f64 = 0.95;
 /// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
 /// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
-const LIMITS: Limits = Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
+pub(super) const LIMITS: Limits =
+    Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 
 /// A registration with the evidence for and against it.
 pub(super) struct PoseHypothesis {

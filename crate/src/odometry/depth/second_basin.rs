@@ -54,10 +54,11 @@ impl FrameMatcher<'_> {
             let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
             is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
-        let support = |T: &Pose3| self.evidence(view, &self.middle, T).support;
         // One that has come back to the pose itself would hide the others.
-        let elsewhere = refined.filter(is_elsewhere).map(|T| (support(&T), T));
-        let best = elsewhere.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let elsewhere = refined.filter(is_elsewhere).map(|T| (self.evidence(view, &self.middle, &T), T));
+        // The final registration moves a pose by centimetres, which does not make a lost one fit.
+        let possible = elsewhere.filter(|(evidence, _)| !evidence.is_lost());
+        let best = possible.max_by(|a, b| a.0.support.total_cmp(&b.0.support))?.1;
         let other = self.register_finely(best);
         let fits_as_well = other.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE
             && other.is_accepted(PredictionGate::Outside);

@@ -49,7 +49,7 @@ impl Chain {
 
     /// Whether a pose is as near the last one or the constant-velocity prediction as hypotheses that converge to the same pose, for each
     /// frame since.
-    fn is_near_prediction(&self, T_world_sensor: &Pose3) -> bool {
+    pub(super) fn is_near_prediction(&self, T_world_sensor: &Pose3) -> bool {
         let near = f64::from(1 + self.num_rejected) * CONVERGING_DISTANCE;
         self.last.predictions().iter().any(|T| pose_distance(T, T_world_sensor) < near)
     }
