@@ -12,7 +12,7 @@ use crate::geometry::pose_distance::pose_distance;
 /// Poses of a search of which the final registration is computed, at the most.
 const NUM_FINELY_REGISTERED: usize = 3;
 /// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
-pub(super) const CLEAR_AGREEMENT: f64 = 0.998;
+const CLEAR_AGREEMENT: f64 = 0.998;
 /// Photometric correlation (-1..=1) above which the other hypotheses are not compared by brightness.
 const CLEAR_NCC: f64 = 0.95;
 

@@ -3,7 +3,6 @@
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::near_prediction;
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::register::CLEAR_AGREEMENT;
 use super::Chain;
 use crate::geometry::Pose3;
 
@@ -29,10 +28,9 @@ impl Chain {
         best
     }
 
-    /// Whether no other pose has to be compared with this one: hardly anything contradicts it, or it goes on as in a video, and no
-    /// other pose is within reach of the camera.
+    /// Whether no other pose has to be compared with this one: it goes on as in a video, where no other pose is within reach of the
+    /// camera. Agreement alone does not tell: before bare walls a turned pose agrees as well.
     fn is_clear(&self, hypothesis: &PoseHypothesis) -> bool {
-        let goes_on = self.stays_near(1) && self.is_near_prediction(hypothesis.T_world_sensor());
-        self.is_accepted(hypothesis) && (hypothesis.agreement > CLEAR_AGREEMENT || goes_on)
+        self.is_accepted(hypothesis) && self.stays_near(1) && self.is_near_prediction(hypothesis.T_world_sensor())
     }
 }
