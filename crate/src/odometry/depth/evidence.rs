@@ -11,7 +11,7 @@ use crate::registration::prepared_surfels::SurfelCloud;
 use crate::registration::projective::{PointBatch, ProjectiveTarget};
 
 /// Distance along the normal up to which surfaces agree for an initial pose (m).
-const ROUGH_TOLERANCE: f64 = 0.1;
+pub(super) const ROUGH_TOLERANCE: f64 = 0.1;
 /// The same for a refined pose (m).
 pub(crate) const FINE_TOLERANCE: f64 = 0.03;
 /// Cosine between the normals of two surfaces above which they can agree.

@@ -15,8 +15,6 @@ use crate::geometry::Pose3;
 
 /// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
 pub(super) const MAX_STEP: f64 = 3.0;
-/// The same around a pose that does not follow another one: as far as the step and the position may be off.
-const RADIUS_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
 /// Number of best positions that are registered.
@@ -34,9 +32,9 @@ impl SearchArea {
         Self { center: T_world_last.translation.vector, radius }
     }
 
-    /// Without a pose before it.
+    /// Without a pose before it: as far as a step and the position may be off.
     pub(super) fn anywhere(hypothesis: &PoseHypothesis) -> Self {
-        Self { center: hypothesis.T_world_sensor().translation.vector, radius: RADIUS_ANYWHERE }
+        Self { center: hypothesis.T_world_sensor().translation.vector, radius: MAX_STEP + MIN_DISTANCE }
     }
 
     fn contains(&self, T: &Pose3) -> bool {
@@ -77,7 +75,7 @@ impl FrameMatcher<'_> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
-        let num_steps = (RADIUS_ANYWHERE / GRID_STEP).ceil() as i32;
+        let num_steps = (area.radius / GRID_STEP).ceil() as i32;
         let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
         let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));
