@@ -39,6 +39,7 @@ pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
+pub(crate) use self::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 pub use self::tentative_branch::{UnresolvedFrame, UnresolvedFrames};
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;

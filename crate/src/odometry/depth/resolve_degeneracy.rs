@@ -14,7 +14,7 @@ const NUM_OFFSETS: i32 = (REACH_ALL_AROUND / ROUGH_TOLERANCE) as i32;
 /// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
 const MIN_OVERLAP_RATIO: f64 = 0.6;
 /// Difference in agreement (0..=1) by which one position is told from another.
-pub(super) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
+pub(crate) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 
 impl FrameMatcher<'_> {
     /// Compares positions along the direction that the surfaces do not constrain. The registration does not see the borders of
