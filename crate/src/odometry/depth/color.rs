@@ -5,12 +5,11 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::evidence::{FINE_TOLERANCE, PoseEvidence};
-use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
-use super::hypotheses::{GRID_STEP, translated};
+use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
+use super::frame_matcher::FrameMatcher;
+use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, translated};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::GATE_TRANSLATION;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};

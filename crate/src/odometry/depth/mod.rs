@@ -33,13 +33,12 @@ mod textured_frame;
 mod unregistered_frames;
 
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
-pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, score};
+pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, score};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
 pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;
 pub use self::options::{ColorUse, DepthOptions, Effort};
 pub use self::pair_registration::{PairRegistration, Search};
-pub(crate) use self::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 pub use self::tentative_branch::{UnresolvedFrame, UnresolvedFrames};
 #[cfg(doc)]
 use crate::registration::prepared_surfels::PreparedSurfels;

@@ -2,9 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::evidence::PoseEvidence;
+use super::evidence::{LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::prediction_gate::PredictionGate;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
 use crate::registration::degeneracy::DegenerateDirection;
@@ -28,10 +27,6 @@ const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
 /// Photometric correlation (-1..=1) above which a place counts as revisited: others are not compared by brightness, and a pose
 /// without a prediction is treated as one outside the gate.
 pub(super) const SAME_PLACE_NCC: f64 = 0.95;
-/// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
-/// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
-pub(super) const LIMITS: Limits =
-    Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
 
 /// A registration with the evidence for and against it.
 pub(super) struct PoseHypothesis {

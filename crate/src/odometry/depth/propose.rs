@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::evidence::{NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::grid_search::scored_poses;
-use super::hypotheses::{GRID_STEP, best_distinct, grid_around, motion_penalty};
+use super::hypotheses::{GRID_STEP, REACH_ALL_AROUND, best_distinct, grid_around, motion_penalty};
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
 use crate::registration::prepared_surfels::SurfelCloud;
@@ -17,8 +17,6 @@ const RESCORED_RATIO: usize = 4;
 pub(super) const NUM_REFINED: [usize; 2] = [8, 3];
 /// ... and without one.
 const NUM_REFINED_ANYWHERE: [usize; 2] = [24, 5];
-/// Translations of the search all around, forward, back and to either side (m).
-pub(super) const REACH_ALL_AROUND: f64 = 1.0;
 
 /// Refined poses with their support.
 #[derive(Default)]

@@ -1,11 +1,11 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
 use super::color::{MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
-use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE, middle_options};
-use super::hypotheses::best_distinct;
+use super::evidence::MIN_AGREEMENT_DIFFERENCE;
+use super::frame_matcher::{FrameMatcher, middle_options};
+use super::hypotheses::{SAME_POSE_DISTANCE, best_distinct};
 use super::pose_hypothesis::{PoseHypothesis, SAME_PLACE_NCC};
 use super::propose::{NUM_REFINED, Proposals};
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 

@@ -1,10 +1,9 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
-use super::evidence::ROUGH_TOLERANCE;
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, ROUGH_TOLERANCE};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::translated;
+use super::hypotheses::{REACH_ALL_AROUND, translated};
 use super::pose_hypothesis::PoseHypothesis;
-use super::propose::REACH_ALL_AROUND;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 
@@ -13,8 +12,6 @@ use crate::registration::degeneracy::DegenerateDirection;
 const NUM_OFFSETS: i32 = (REACH_ALL_AROUND / ROUGH_TOLERANCE) as i32;
 /// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
 const MIN_OVERLAP_RATIO: f64 = 0.6;
-/// Difference in agreement (0..=1) by which one position is told from another.
-pub(crate) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 
 impl FrameMatcher<'_> {
     /// Compares positions along the direction that the surfaces do not constrain. The registration does not see the borders of

@@ -5,12 +5,11 @@
 use nalgebra::Vector3;
 
 use super::color::is_distinct;
-use super::evidence::{NUM_SCORED_POINTS, score};
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::hypotheses::{GRID_STEP, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::PredictionGate;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 
 /// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.

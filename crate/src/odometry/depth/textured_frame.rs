@@ -1,7 +1,7 @@
 //! The textured points of a frame, and the keyframe images they are compared with.
 
 use super::ColorUse;
-use super::frame_matcher::SAME_POSE_DISTANCE;
+use super::hypotheses::SAME_POSE_DISTANCE;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::map::keyframes::Keyframe;

@@ -1,9 +1,7 @@
 //! Bound uncertainty: the largest motion from frame to frame bounds the error of a pose.
 
-use super::super::frame_matcher::SAME_POSE_DISTANCE;
-use super::super::hypotheses::CONVERGING_DISTANCE;
+use super::super::hypotheses::{CONVERGING_DISTANCE, REACH_ALL_AROUND, SAME_POSE_DISTANCE};
 use super::super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
-use super::super::propose::REACH_ALL_AROUND;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
