@@ -7,13 +7,16 @@ use super::Chain;
 use crate::geometry::Pose3;
 
 impl Chain {
-    /// The best pose near the last one, and near that of a rejected frame since. Hypotheses around the predictions are tried where
-    /// the registrations from the predictions themselves leave the pose open.
+    /// The best pose near the last one, and near that of a rejected frame since. In a video the registrations from the predictions
+    /// suffice where one is accepted, for no other pose is within reach of the camera. Agreement alone does not tell: before bare
+    /// walls a turned pose agrees as well.
     pub(in super::super) fn search_near_prediction(&self, matcher: &FrameMatcher<'_>) -> PoseHypothesis {
         let T_world_last = &self.last.T_world_sensor;
-        let predicted = matcher.best_near(matcher.propose_near(&self.last.predictions(), T_world_last));
-        if self.is_clear(&predicted) {
-            return predicted;
+        if self.stays_near(1) {
+            let predicted = matcher.best_near(matcher.propose_near(&self.last.predictions(), T_world_last));
+            if self.is_accepted(&predicted) && self.is_near_prediction(predicted.T_world_sensor()) {
+                return predicted;
+            }
         }
         let around = near_prediction(T_world_last, &self.last.motion);
         let mut best = matcher.best_near(matcher.propose_near(&around, T_world_last));
@@ -26,11 +29,5 @@ impl Chain {
             }
         }
         best
-    }
-
-    /// Whether no other pose has to be compared with this one: it goes on as in a video, where no other pose is within reach of the
-    /// camera. Agreement alone does not tell: before bare walls a turned pose agrees as well.
-    fn is_clear(&self, hypothesis: &PoseHypothesis) -> bool {
-        self.is_accepted(hypothesis) && self.stays_near(1) && self.is_near_prediction(hypothesis.T_world_sensor())
     }
 }
