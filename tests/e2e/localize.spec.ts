@@ -144,6 +144,25 @@ test('what is wrong with a map is told with the file, and what it lacks is asked
   await expect(viewOf(page).getByText(FOUND, { exact: true })).toBeVisible();
 });
 
+/** So many scans from where the drive ends follow it: all of it is not located before a slow page has clicked Stop. */
+const NUM_PARKED = 1000;
+
+/** The drive, and the robot stands at its end for a while. */
+function longDrive(): InputFile[] {
+  const log = driveLog(BUILDING, FIRST, LAST).trimEnd();
+  const rows = driveOdometry(FIRST, LAST);
+  const [lastLine = ''] = log.split('\n').slice(-1);
+  const lines = Array.from({ length: NUM_PARKED }, (_, more) => {
+    const index = NUM_SCANS + more;
+    rows.push(rows[NUM_SCANS - 1]?.replace(/^\d+/, String(index)) ?? '');
+    return `${lastLine.replace(/\d+ robot \d+$/, `${index} robot ${index}`)}\n`;
+  });
+  return [
+    { name: 'drive.log', content: `${log}\n${lines.join('')}` },
+    { name: 'drive.odometry.txt', content: rows.join('') },
+  ];
+}
+
 /** The button that stops is clicked as soon as some scans are located: all may be before a click from outside arrives. */
 function stopOnceLocating(view: Element): void {
   const root = view.shadowRoot;
@@ -161,14 +180,14 @@ test('what is located before a stop stays, and can be looked at; then all is loc
   await app.drop(MAP);
   const view = viewOf(page);
   await view.evaluate(stopOnceLocating);
-  await dropInView(page, DRIVE);
+  await dropInView(page, longDrive());
   const again = view.getByRole('button', { name: 'Locate again' });
   await expect(again).toBeVisible();
   await view.getByRole('slider').press('Home');
   await expect(view.getByRole('heading', { name: 'Scan 1', exact: true })).toBeVisible();
   await again.click();
   await expect(view.getByRole('region', { name: 'Result' })).toContainText(
-    `of ${NUM_SCANS} scans have a certain place`,
+    `of ${NUM_SCANS + NUM_PARKED} scans have a certain place`,
   );
 });
 
