@@ -74,7 +74,7 @@ test('settings in space are kept in the address, and a link carries them to the 
   await drawNothing(page);
   await page.goto('./#spatial&map_voxel_size=0.05&color=not_used&metric=nonsense');
   await page.locator('scanstitch-spatial').getByRole('button', { name: 'Settings' }).click();
-  const effort = page.locator('scanstitch-spatial').getByLabel('Search effort', { exact: true });
+  const effort = page.locator('scanstitch-spatial').getByLabel('Effort', { exact: true });
   await effort.selectOption('quick');
   const linked = (name: string): string | null => new URLSearchParams(new URL(page.url()).hash.slice(1)).get(name);
   await expect.poll(() => linked('effort')).toBe('quick');

@@ -51,6 +51,8 @@ pub trait RigidMotion: Copy + Debug + PartialEq + Mul<Output = Self> + 'static {
     fn rotate(&self, direction: &Self::Point) -> Self::Point;
     /// Derivative of `exp(tau) * point` with respect to `tau` at `tau = 0`.
     fn point_jacobian(point: &Self::Point) -> Self::Jacobian;
+    /// Derivative of `direction . (exp(tau) * point)` with respect to `tau` at `tau = 0`.
+    fn gradient_along(point: &Self::Point, direction: &Self::Point) -> Self::Tangent;
     /// The motion with this rotation matrix, which must be orthonormal with determinant 1, and this translation.
     fn from_parts(rotation: &Self::PointMatrix, translation: &Self::Point) -> Self;
     /// The rotation R with the largest trace(R^T * covariance): Umeyama, "Least-squares estimation of transformation
@@ -152,6 +154,10 @@ impl RigidMotion for Pose2 {
         Matrix2x3::new(-point.y, 1.0, 0.0, point.x, 0.0, 1.0)
     }
 
+    fn gradient_along(point: &Vector2<f64>, direction: &Vector2<f64>) -> Vector3<f64> {
+        Vector3::new(point.perp(direction), direction.x, direction.y)
+    }
+
     fn from_parts(rotation: &Matrix2<f64>, translation: &Vector2<f64>) -> Self {
         let angle = rotation[(1, 0)].atan2(rotation[(0, 0)]);
         Isometry2::from_parts(Translation2::from(*translation), UnitComplex::new(angle))
@@ -215,6 +221,11 @@ impl RigidMotion for Pose3 {
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&-point.cross_matrix());
         jacobian.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
         jacobian
+    }
+
+    fn gradient_along(point: &Vector3<f64>, direction: &Vector3<f64>) -> Vector6<f64> {
+        let turned = point.cross(direction);
+        Vector6::new(turned.x, turned.y, turned.z, direction.x, direction.y, direction.z)
     }
 
     fn from_parts(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {

@@ -90,9 +90,10 @@ impl<M: RigidMotion, T: SurfaceTarget<Point = M::Point>> Factor<M, T> for PointT
         let mut sums = NormalEquations::zeros();
         for c in correspondences {
             let Some(normal) = target.normal(c.target) else { continue };
-            let gradient = M::point_jacobian(&c.moved).pull_back(&normal); // of n . (exp(delta) p - q)
-            sums.H += M::Matrix::outer(&gradient, &gradient) * c.weight;
-            sums.b += gradient * (c.residual * c.weight);
+            let gradient = M::gradient_along(&c.moved, &normal); // of n . (exp(delta) p - q)
+            let weighted = gradient * c.weight;
+            sums.H += M::Matrix::outer(&weighted, &gradient);
+            sums.b += weighted * c.residual;
         }
         sums
     }

@@ -5,11 +5,11 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use super::evidence::{FINE_TOLERANCE, PoseEvidence};
+use super::evidence::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::translated;
+use super::hypotheses::{GRID_STEP, SAME_POSE_DISTANCE, translated};
 use super::pose_hypothesis::PoseHypothesis;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
+use super::prediction_gate::GATE_TRANSLATION;
 use super::textured_frame::TexturedFrame;
 use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::{Pose3, RigidMotion};
@@ -20,18 +20,14 @@ use crate::registration::sandwich_variance::unit_variance;
 
 /// Photometric correlation (-1..=1) below which the light or the place differs.
 pub(super) const MIN_NCC: f64 = 0.6;
-/// Coarsest image level where surfaces constrain the frame: its error is small then.
-const FINE_LEVEL: usize = NUM_LEVELS - 2;
 /// Squared Mahalanobis distance of the photometric pose from the geometric one above which surfaces decide: five standard
 /// deviations in each of six directions.
 const MAX_SQ_MAHALANOBIS: f64 = 6.0 * 5.0 * 5.0;
-/// Positions compared along an undetermined direction, to either side: as far as a frame may have moved, so that the period
-/// of a repetitive texture, such as tiles, is seen. ...
-const NUM_OFFSETS: i32 = 32;
-/// ... and their spacing (m).
-const OFFSET_STEP: f64 = 0.05;
-/// Number of steps up to which two positions are the same.
-pub(super) const SAME_OFFSET_STEPS: i32 = 5;
+/// Positions compared along an undetermined direction, to either side, each apart from the next by what makes it another pose: as
+/// far as a frame may have moved, so that the period of a repetitive texture, such as tiles, is seen.
+const NUM_OFFSETS: i32 = (GATE_TRANSLATION / SAME_POSE_DISTANCE) as i32;
+/// Number of steps up to which registration leads from one position to the other.
+pub(super) const SAME_OFFSET_STEPS: i32 = (GRID_STEP / SAME_POSE_DISTANCE) as i32;
 /// The best position is distinct from another if its correlation is larger by this ...
 const MIN_NCC_DIFFERENCE: f64 = 0.15;
 /// ... or leaves less unexplained (1 - correlation) by this factor: images of one place seldom differ as much.
@@ -76,7 +72,8 @@ impl FrameMatcher<'_> {
             return hypothesis;
         }
         let surfaces = self.surface_information(&hypothesis);
-        let Some(result) = self.register_by_brightness(textured, &surfaces, FINE_LEVEL) else { return hypothesis };
+        // Where surfaces constrain the frame, its error is small: the coarsest images are not needed.
+        let Some(result) = self.register_by_brightness(textured, &surfaces, NUM_LEVELS - 2) else { return hypothesis };
         let difference = (result.T_world_camera * surfaces.T_world_camera.inverse()).log();
         if difference.dot(&(surfaces.information * difference)) > MAX_SQ_MAHALANOBIS {
             return hypothesis;
@@ -210,5 +207,5 @@ fn explains_far_more(ncc: f64, other_ncc: f64) -> bool {
 
 /// The pose a number of steps along a direction.
 fn offset_pose(hypothesis: &PoseHypothesis, along: &DegenerateDirection, steps: i32) -> Pose3 {
-    translated(hypothesis.T_world_sensor(), &along.direction, f64::from(steps) * OFFSET_STEP)
+    translated(hypothesis.T_world_sensor(), &along.direction, f64::from(steps) * SAME_POSE_DISTANCE)
 }

@@ -19,9 +19,6 @@ use crate::registration::robust_kernel::RobustKernel;
 use crate::registration::solver::Solver;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Distance up to which two poses are the same (m, two metres per radian).
-pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
-
 /// Points of a final registration whose errors are independent of each other: stereo matching errs alike over patches of about
 /// 20 pixels, and a few hundred of them are in view. The noise of their mean is that of one over the root of their number;
 /// smaller steps mean nothing.

@@ -13,11 +13,13 @@ const NUM_ROTATIONS: u32 = 36;
 const NUM_TRANSLATIONS: i32 = 10;
 /// ... and their spacing (m).
 const TRANSLATION_STEP: f64 = 0.4;
-/// Number of the best poses that are returned.
-const MAX_POSES: usize = 2000;
 
-/// The best poses of the grid around the view with their scores.
-pub(super) fn best_poses(view: &ProjectiveTarget, point_batch: &PointBatch, T_world_view: &Pose3) -> Vec<(f64, Pose3)> {
+/// The poses of the grid around the view with their scores.
+pub(super) fn scored_poses(
+    view: &ProjectiveTarget,
+    point_batch: &PointBatch,
+    T_world_view: &Pose3,
+) -> Vec<(f64, Pose3)> {
     let mut scored = Vec::with_capacity(NUM_ROTATIONS as usize * (2 * NUM_TRANSLATIONS as usize + 1).pow(2));
     let steps = -NUM_TRANSLATIONS..=NUM_TRANSLATIONS;
     for index in 0..NUM_ROTATIONS {
@@ -30,7 +32,5 @@ pub(super) fn best_poses(view: &ProjectiveTarget, point_batch: &PointBatch, T_wo
             scored.push((score_within(view, point_batch, &pose, TRANSLATION_STEP / 2.0), pose));
         }
     }
-    scored.select_nth_unstable_by(MAX_POSES, |a, b| b.0.total_cmp(&a.0));
-    scored.truncate(MAX_POSES);
     scored
 }

@@ -16,19 +16,16 @@ const SEARCH_EXTENT: f64 = 1.3;
 const PENALTY_PER_METRE_BEYOND_SEARCH: f64 = 0.2;
 /// Spacing of the grid of translations (m).
 pub(super) const GRID_STEP: f64 = 0.25;
+/// Translations of the search all around, forward, back and to either side (m).
+pub(super) const REACH_ALL_AROUND: f64 = 1.0;
+/// Distance up to which two poses are the same (m, two metres per radian).
+pub(super) const SAME_POSE_DISTANCE: f64 = 0.05;
 
 /// The last pose, a constant-velocity prediction, rotations about the camera's vertical by up to 30 degrees and translations
 /// by up to 0.75 m forward and back and 0.25 m to either side.
 pub(super) fn near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
     let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
     hypotheses.extend(grid_around(T_world_last, -6..=6, 5f64.to_radians(), 3, 1));
-    hypotheses
-}
-
-/// The same with rotations in steps of 7.5 degrees and translations by up to 0.5 m forward and back.
-pub(super) fn few_near_prediction(T_world_last: &Pose3, last_motion: &Pose3) -> Vec<Pose3> {
-    let mut hypotheses = vec![*T_world_last, T_world_last * last_motion];
-    hypotheses.extend(grid_around(T_world_last, -4..=4, 7.5f64.to_radians(), 2, 0));
     hypotheses
 }
 

@@ -33,7 +33,7 @@ mod textured_frame;
 mod unregistered_frames;
 
 pub use self::estimate::{PoseUpdate, SpatialEstimate};
-pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, score};
+pub(crate) use self::evidence::{ComparedSurfaces, FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, score};
 pub(crate) use self::frame_matcher::{fine_options, middle_options};
 pub(crate) use self::hypotheses::{best_distinct, grid_around};
 pub use self::odometry::DepthOdometry;

@@ -14,7 +14,7 @@ use crate::geometry::pose_distance::METRES_PER_RADIAN;
 /// The latest motions that are stored.
 const MAX_MOTIONS: usize = 64;
 /// With fewer motions it is not known how far the camera moves from frame to frame.
-const MIN_STEPS: usize = 5;
+pub(super) const MIN_STEPS: usize = 5;
 /// Largest ratio of a motion to the largest one before it.
 const FASTER: f64 = 2.0;
 /// Bandwidth of the kernel: the difference of two similar motions (m, radians counted as metres).

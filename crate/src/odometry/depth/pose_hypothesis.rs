@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::evidence::PoseEvidence;
+use super::evidence::{LIMITS, MIN_AGREEMENT_DIFFERENCE, PoseEvidence};
 use super::prediction_gate::PredictionGate;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Evidence, Limits, Status, Unconstrained};
@@ -10,15 +10,13 @@ use crate::registration::degeneracy::DegenerateDirection;
 use crate::registration::projective::ProjectiveTarget;
 use crate::registration::spatial::SpatialRegistration;
 
-/// Agreement (0..=1) above which a pose is accepted: inside the gate, with more than half of the frame on the map, ...
-const MIN_AGREEMENT_MOSTLY_MAPPED: f64 = 0.95;
-/// ... the same if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of its
-/// surfaces, not of the pose, ...
+/// Agreement (0..=1) above which a pose is accepted inside the gate, with at most half of the frame on the map: no other pose can
+/// agree distinctly better. Half as much contradiction is allowed after a gap, outside the gate or without a prediction. With more
+/// than half of the frame on the map, a pose inside the gate is accepted if it is not doubtful by [`LIMITS`], ...
+const MIN_AGREEMENT: f64 = 1.0 - MIN_AGREEMENT_DIFFERENCE;
+/// ... and above this if the frame before it alone gives the same pose as the map: what contradicts the map then is the error of
+/// its surfaces, not of the pose.
 const MIN_AGREEMENT_TRACKED_ON_MAP: f64 = 0.9;
-/// ... inside the gate, with at most half of the frame on the map, ...
-const MIN_AGREEMENT: f64 = 0.99;
-/// ... and after a gap, outside the gate or without a prediction.
-const MIN_AGREEMENT_OUTSIDE_GATE: f64 = 0.995;
 /// Overlap (0..=1, of what this camera's frames can have) above which a frame lies mostly on the map: without a prediction it
 /// has to.
 const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
@@ -26,12 +24,9 @@ const MOSTLY_MAPPED_OVERLAP: f64 = 0.5;
 const MIN_OVERLAP: f64 = 0.15;
 /// ... and outside the gate or after a gap. So much of an earlier map constrains the pose, too.
 const MIN_OVERLAP_OUTSIDE_GATE: f64 = 0.25;
-/// Photometric correlation (-1..=1) above which a place counts as revisited: a pose without a prediction is then treated as
-/// one outside the gate.
-const MIN_REVISIT_NCC: f64 = 0.95;
-/// A frame that hardly overlaps the map is lost. On recordings with up to three of four frames left out, correct registrations
-/// agree by 0.95 to 1, and those that are off by half a metre mostly by less than 0.9. A doubtful frame is not added to the map.
-const LIMITS: Limits = Limits { lost_overlap: 0.1, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
+/// Photometric correlation (-1..=1) above which a place counts as revisited: others are not compared by brightness, and a pose
+/// without a prediction is treated as one outside the gate.
+pub(super) const SAME_PLACE_NCC: f64 = 0.95;
 
 /// A registration with the evidence for and against it.
 pub(super) struct PoseHypothesis {
@@ -164,19 +159,19 @@ impl PoseHypothesis {
 
     /// Whether the evidence suffices for a pose in this relation to the prediction.
     pub(super) fn is_accepted(&self, gate: PredictionGate) -> bool {
-        let is_revisit = self.photometric_ncc.is_some_and(|ncc| ncc > MIN_REVISIT_NCC);
+        let is_revisit = self.photometric_ncc.is_some_and(|ncc| ncc > SAME_PLACE_NCC);
         let gate = if gate == PredictionGate::NoPrediction && is_revisit { PredictionGate::Outside } else { gate };
-        let (min_overlap, min_agreement, min_agreement_mostly_mapped) = match gate {
-            PredictionGate::Inside => (MIN_OVERLAP, MIN_AGREEMENT, self.limits().doubtful_agreement),
-            PredictionGate::InsideAfterGap | PredictionGate::Outside => {
-                (MIN_OVERLAP_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
-            }
-            PredictionGate::NoPrediction => {
-                (MOSTLY_MAPPED_OVERLAP, MIN_AGREEMENT_OUTSIDE_GATE, MIN_AGREEMENT_OUTSIDE_GATE)
-            }
+        let is_mostly_mapped = self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
+        let min_agreement = match gate {
+            PredictionGate::Inside if is_mostly_mapped => self.limits().doubtful_agreement,
+            PredictionGate::Inside => MIN_AGREEMENT,
+            _ => f64::midpoint(MIN_AGREEMENT, 1.0),
         };
-        let min_agreement =
-            if self.relative_overlap() > MOSTLY_MAPPED_OVERLAP { min_agreement_mostly_mapped } else { min_agreement };
+        let min_overlap = match gate {
+            PredictionGate::Inside => MIN_OVERLAP,
+            PredictionGate::InsideAfterGap | PredictionGate::Outside => MIN_OVERLAP_OUTSIDE_GATE,
+            PredictionGate::NoPrediction => MOSTLY_MAPPED_OVERLAP,
+        };
         self.relative_overlap() > min_overlap
             && self.agreement > min_agreement
             && !self.is_degenerate()
@@ -187,8 +182,7 @@ impl PoseHypothesis {
     /// The limits of the evidence. Less agreement suffices where two registrations give the same pose.
     fn limits(&self) -> Limits {
         let is_confirmed = self.is_tracked_on_map && self.relative_overlap() > MOSTLY_MAPPED_OVERLAP;
-        let doubtful_agreement = if is_confirmed { MIN_AGREEMENT_TRACKED_ON_MAP } else { MIN_AGREEMENT_MOSTLY_MAPPED };
-        Limits { doubtful_agreement, ..LIMITS }
+        if is_confirmed { Limits { doubtful_agreement: MIN_AGREEMENT_TRACKED_ON_MAP, ..LIMITS } } else { LIMITS }
     }
 
     /// Whether nothing contradicts it.

@@ -3,7 +3,7 @@
 use crate::geometry::Pose3;
 
 /// Largest translation from one frame to the next inside the gate (m).
-const GATE_TRANSLATION: f64 = 1.5;
+pub(super) const GATE_TRANSLATION: f64 = 1.5;
 /// Largest rotation from one frame to the next inside the gate (rad).
 const GATE_ROTATION: f64 = 1.15;
 /// Largest translation outside the gate for which the prediction still counts (m), with any rotation.

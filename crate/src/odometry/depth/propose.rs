@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::evidence::{NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
-use super::grid_search::best_poses;
-use super::hypotheses::{GRID_STEP, best_distinct, grid_around, motion_penalty};
+use super::grid_search::scored_poses;
+use super::hypotheses::{GRID_STEP, REACH_ALL_AROUND, best_distinct, grid_around, motion_penalty};
 use crate::geometry::Pose3;
 use crate::registration::icp::IcpOptions;
 use crate::registration::prepared_surfels::SurfelCloud;
@@ -13,16 +13,11 @@ use crate::registration::projective::ProjectiveTarget;
 
 /// One of this many hypotheses, the best, is scored again with all sparse points.
 const RESCORED_RATIO: usize = 4;
-/// Hypotheses that are registered with sparse points, and of these with more, near a prediction ...
-const NUM_REFINED: [usize; 2] = [8, 3];
+/// Hypotheses that are registered with sparse points, and of these with more and finally with all points, near a prediction ...
+pub(super) const NUM_REFINED: [usize; 2] = [8, 3];
 /// ... and without one.
 const NUM_REFINED_ANYWHERE: [usize; 2] = [24, 5];
-/// Translations of the search all around, forward, back and to either side, ...
-const NUM_STEPS_ALL_AROUND: i32 = 4;
-/// ... and how far they reach (m).
-pub(super) const REACH_ALL_AROUND: f64 = NUM_STEPS_ALL_AROUND as f64 * GRID_STEP;
-/// Poses near keyframes that are refined for a frame that may be anywhere.
-const NUM_KEYFRAME_POSES: usize = 6;
+
 /// Refined poses with their support.
 #[derive(Default)]
 pub(super) struct Proposals {
@@ -49,15 +44,13 @@ impl FrameMatcher<'_> {
 
     /// From all rotations about the vertical and translations by up to [`REACH_ALL_AROUND`] around a pose.
     pub(super) fn propose_all_around(&self, T_world_last: &Pose3) -> Proposals {
-        let mut proposals = Proposals::default();
+        let (mut proposals, num_steps) = (Proposals::default(), (REACH_ALL_AROUND / GRID_STEP) as i32);
         for quadrant in 0..4 {
             let T_quadrant = Isometry3::rotation(Vector3::y() * f64::from(quadrant) * 90f64.to_radians());
             let T_world_view = T_world_last * T_quadrant;
             let view = self.view_from(&T_world_view);
-            let scored = self.scored(
-                &view,
-                grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), NUM_STEPS_ALL_AROUND, NUM_STEPS_ALL_AROUND),
-            );
+            let around = grid_around(&T_world_view, -6..=6, 7.5f64.to_radians(), num_steps, num_steps);
+            let scored = self.scored(&view, around);
             proposals.extend(self.refine(&view, scored, NUM_REFINED, |pose| motion_penalty(T_world_last, pose)));
         }
         proposals
@@ -67,7 +60,7 @@ impl FrameMatcher<'_> {
     /// preference for near ones: for a frame without a prediction.
     pub(super) fn propose_anywhere(&self, T_world_view: &Pose3) -> Proposals {
         let view = self.view_from(T_world_view);
-        let poses = best_poses(&view, &self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), T_world_view);
+        let poses = scored_poses(&view, &self.sparse.at_most(NUM_SCORED_POINTS).point_batch(), T_world_view);
         self.refine(&view, poses, NUM_REFINED_ANYWHERE, |_| 0.0)
     }
 
@@ -81,7 +74,7 @@ impl FrameMatcher<'_> {
             }
         }
         let mut proposals = Proposals::default();
-        for guess in best_distinct(scored, NUM_KEYFRAME_POSES) {
+        for guess in best_distinct(scored, NUM_REFINED[0]) {
             proposals.extend(self.refine(&self.view_from(&guess), vec![(0.0, guess)], NUM_REFINED, |_| 0.0));
         }
         (!proposals.middle.is_empty()).then_some(proposals)

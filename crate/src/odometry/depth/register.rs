@@ -1,20 +1,16 @@
 //! The registration of a frame's proposals: the one with the best evidence is returned.
 
 use super::color::{MIN_NCC, SAME_OFFSET_STEPS, is_distinct};
-use super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE, middle_options};
-use super::hypotheses::best_distinct;
-use super::pose_hypothesis::PoseHypothesis;
-use super::propose::Proposals;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
+use super::evidence::MIN_AGREEMENT_DIFFERENCE;
+use super::frame_matcher::{FrameMatcher, middle_options};
+use super::hypotheses::{SAME_POSE_DISTANCE, best_distinct};
+use super::pose_hypothesis::{PoseHypothesis, SAME_PLACE_NCC};
+use super::propose::{NUM_REFINED, Proposals};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 
-/// Poses of a search of which the final registration is computed, at the most.
-const NUM_FINELY_REGISTERED: usize = 3;
 /// Agreement (0..=1) of a frame without noise above which other proposals are not registered.
 const CLEAR_AGREEMENT: f64 = 0.998;
-/// Photometric correlation (-1..=1) above which the other hypotheses are not compared by brightness.
-const CLEAR_NCC: f64 = 0.95;
 
 impl FrameMatcher<'_> {
     /// The registration near a guess, with degenerate directions resolved and refined by brightness.
@@ -41,7 +37,7 @@ impl FrameMatcher<'_> {
         is_compared: impl Fn(&PoseHypothesis) -> bool,
     ) -> PoseHypothesis {
         middle.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_FINELY_REGISTERED);
+        let mut poses = middle.iter().map(|(_, pose)| *pose).take(NUM_REFINED[1]);
         let mut best = self.register_at(poses.next().unwrap_or_else(Pose3::identity));
         for pose in poses {
             if best.agreement > CLEAR_AGREEMENT || !is_compared(&best) {
@@ -69,7 +65,7 @@ impl FrameMatcher<'_> {
         };
         best.photometric_ncc = self.photometric_ncc(textured, best.T_world_sensor());
         let best_ncc = best.photometric_ncc.unwrap_or(0.0);
-        if !best.is_degenerate() && best.photometric_ncc.is_none_or(|ncc| ncc > CLEAR_NCC) {
+        if !best.is_degenerate() && best.photometric_ncc.is_none_or(|ncc| ncc > SAME_PLACE_NCC) {
             return best;
         }
         if !best.is_degenerate() {

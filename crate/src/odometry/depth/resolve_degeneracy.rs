@@ -1,19 +1,17 @@
 //! Degenerate geometry: where hardly any surface constrains the position along one direction, free space may.
 
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, ROUGH_TOLERANCE};
 use super::frame_matcher::FrameMatcher;
-use super::hypotheses::translated;
+use super::hypotheses::{REACH_ALL_AROUND, translated};
 use super::pose_hypothesis::PoseHypothesis;
 use crate::geometry::Pose3;
 use crate::registration::degeneracy::DegenerateDirection;
 
-/// Positions compared along an undetermined direction, to either side, ...
-const NUM_OFFSETS: i32 = 10;
-/// ... and their spacing (m).
-const OFFSET_STEP: f64 = 0.1;
+/// Positions compared along an undetermined direction, to either side: as far as the search all around reaches, apart by the
+/// tolerance of initial poses.
+const NUM_OFFSETS: i32 = (REACH_ALL_AROUND / ROUGH_TOLERANCE) as i32;
 /// A position with less than this share of another one's overlap tells little by its agreement: less of the map is in view.
 const MIN_OVERLAP_RATIO: f64 = 0.6;
-/// Difference in agreement (0..=1) by which one position is told from another.
-pub(super) const MIN_AGREEMENT_DIFFERENCE: f64 = 0.01;
 
 impl FrameMatcher<'_> {
     /// Compares positions along the direction that the surfaces do not constrain. The registration does not see the borders of
@@ -51,7 +49,7 @@ impl FrameMatcher<'_> {
     /// Other positions of a hypothesis along a direction.
     fn positions_along(&self, hypothesis: &PoseHypothesis, along: &DegenerateDirection) -> PositionsAlong {
         let others = (-NUM_OFFSETS..=NUM_OFFSETS).filter(|steps| *steps != 0).map(|steps| {
-            let distance = f64::from(steps) * OFFSET_STEP;
+            let distance = f64::from(steps) * ROUGH_TOLERANCE;
             let pose = translated(hypothesis.T_world_sensor(), &along.direction, distance);
             OtherPosition { distance, pose, agreement: self.evidence(&hypothesis.view, &self.middle, &pose).agreement }
         });
@@ -91,7 +89,7 @@ impl PositionsAlong {
                 sum_of_squares += other.distance * other.distance;
             }
         }
-        let variance_within_step = OFFSET_STEP * OFFSET_STEP / 12.0;
+        let variance_within_step = ROUGH_TOLERANCE * ROUGH_TOLERANCE / 12.0;
         Self { best_agreement, best, sigma: (sum_of_squares / num_alike + variance_within_step).sqrt() }
     }
 }
@@ -103,7 +101,7 @@ mod tests {
     /// Beside a hypothesis that agrees by 0.99, where those agree that `fits` names by their steps.
     fn positions(fits: impl Fn(i32) -> f64) -> PositionsAlong {
         let other = |steps: i32| OtherPosition {
-            distance: f64::from(steps) * OFFSET_STEP,
+            distance: f64::from(steps) * ROUGH_TOLERANCE,
             pose: Pose3::translation(f64::from(steps), 0.0, 0.0),
             agreement: fits(steps),
         };
@@ -115,7 +113,7 @@ mod tests {
         let anywhere = positions(|_| 0.985);
         assert!((anywhere.sigma - 0.606).abs() < 1e-3, "uniform over two metres: {}", anywhere.sigma);
         let alone = positions(|_| 0.97);
-        assert!((alone.sigma - OFFSET_STEP / 12f64.sqrt()).abs() < 1e-12, "within a step: {}", alone.sigma);
+        assert!((alone.sigma - ROUGH_TOLERANCE / 12f64.sqrt()).abs() < 1e-12, "within a step: {}", alone.sigma);
         let ahead = positions(|steps| if steps == 4 { 0.999 } else { 0.9 });
         assert_eq!((ahead.best_agreement, ahead.best.translation.x), (0.999, 4.0));
         assert!((ahead.sigma - (0.08f64 + 0.01 / 12.0).sqrt()).abs() < 1e-12, "here or there: {}", ahead.sigma);

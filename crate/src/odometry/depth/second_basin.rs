@@ -5,18 +5,15 @@
 use nalgebra::Vector3;
 
 use super::color::is_distinct;
-use super::evidence::{NUM_SCORED_POINTS, score};
+use super::evidence::{MIN_AGREEMENT_DIFFERENCE, NUM_SCORED_POINTS, score};
 use super::frame_matcher::{FrameMatcher, middle_options, rough_options};
 use super::hypotheses::{GRID_STEP, grid_around};
 use super::pose_hypothesis::PoseHypothesis;
 use super::prediction_gate::PredictionGate;
-use super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use crate::geometry::Pose3;
 
 /// Largest step of a camera (m). Surfaces that repeat at a shorter distance have a second basin within it.
 pub(super) const MAX_STEP: f64 = 3.0;
-/// The same around a pose that does not follow another one: as far as the step and the position may be off.
-const RADIUS_ANYWHERE: f64 = 3.5;
 /// Distance (m) from which a position is another one: the registration from a nearer one leads to the same.
 pub(super) const MIN_DISTANCE: f64 = 0.5;
 /// Number of best positions that are registered.
@@ -34,9 +31,9 @@ impl SearchArea {
         Self { center: T_world_last.translation.vector, radius }
     }
 
-    /// Without a pose before it.
+    /// Without a pose before it: as far as a step and the position may be off.
     pub(super) fn anywhere(hypothesis: &PoseHypothesis) -> Self {
-        Self { center: hypothesis.T_world_sensor().translation.vector, radius: RADIUS_ANYWHERE }
+        Self { center: hypothesis.T_world_sensor().translation.vector, radius: MAX_STEP + MIN_DISTANCE }
     }
 
     fn contains(&self, T: &Pose3) -> bool {
@@ -54,10 +51,11 @@ impl FrameMatcher<'_> {
             let rough = self.register(view, &self.sparse, guess, &rough_options()).T_target_source;
             is_elsewhere(&rough).then(|| self.register(view, &self.middle, rough, &middle_options()).T_target_source)
         });
-        let support = |T: &Pose3| self.evidence(view, &self.middle, T).support;
         // One that has come back to the pose itself would hide the others.
-        let elsewhere = refined.filter(is_elsewhere).map(|T| (support(&T), T));
-        let best = elsewhere.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+        let elsewhere = refined.filter(is_elsewhere).map(|T| (self.evidence(view, &self.middle, &T), T));
+        // The final registration moves a pose by centimetres, which does not make a lost one fit.
+        let possible = elsewhere.filter(|(evidence, _)| !evidence.is_lost());
+        let best = possible.max_by(|a, b| a.0.support.total_cmp(&b.0.support))?.1;
         let other = self.register_finely(best);
         let fits_as_well = other.agreement > hypothesis.agreement - MIN_AGREEMENT_DIFFERENCE
             && other.is_accepted(PredictionGate::Outside);
@@ -76,7 +74,7 @@ impl FrameMatcher<'_> {
         let (T_world_sensor, view) = (hypothesis.T_world_sensor(), &hypothesis.view);
         let points = self.sparse.at_most(NUM_SCORED_POINTS).point_batch();
         let around = Pose3::from_parts(area.center.into(), T_world_sensor.rotation);
-        let num_steps = (RADIUS_ANYWHERE / GRID_STEP).ceil() as i32;
+        let num_steps = (area.radius / GRID_STEP).ceil() as i32;
         let positions = grid_around(&around, 0..=0, 0.0, num_steps, num_steps).filter(is_elsewhere);
         let mut scored: Vec<(f64, Pose3)> = positions.map(|T| (score(view, &points, &T), T)).collect();
         scored.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,6 +1,7 @@
 //! The textured points of a frame, and the keyframe images they are compared with.
 
 use super::ColorUse;
+use super::hypotheses::SAME_POSE_DISTANCE;
 use super::reference_map::ReferenceMap;
 use crate::geometry::Pose3;
 use crate::map::keyframes::Keyframe;
@@ -10,8 +11,6 @@ use crate::registration::prepared_surfels::PreparedSurfels;
 
 /// Number of keyframe images that a frame is compared with.
 const MAX_REFERENCES: usize = 3;
-/// Distance along the normal up to which a point lies on the surface that a keyframe saw (m).
-const SAME_SURFACE_DISTANCE: f64 = 0.05;
 
 /// A frame's points with texture.
 pub(super) struct TexturedFrame<'a> {
@@ -42,7 +41,8 @@ impl<'a> TexturedFrame<'a> {
             let t = T_keyframe_camera.translation.vector;
             let is_visible = |&index: &u32| {
                 let point = R * self.points[index as usize].point + t;
-                matches!(keyframe.view().classify(&point, SAME_SURFACE_DISTANCE), FreeSpaceTest::Agreeing(_))
+                // Surfaces are no farther apart than the two poses may be off.
+                matches!(keyframe.view().classify(&point, SAME_POSE_DISTANCE), FreeSpaceTest::Agreeing(_))
             };
             let visible: Vec<u32> = (0..self.points.len() as u32).filter(is_visible).collect();
             let T_world_camera = keyframe.T_world_camera;

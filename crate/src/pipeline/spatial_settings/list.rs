@@ -56,7 +56,7 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
                     "cloud_to_cloud" => "Cloud to previous cloud",
                     "course" => "Course pipeline",
                 ];
-            choice effort: "Search effort", "Surfels: thorough tries hundreds of pose hypotheses for every frame; quick tries a few dozen, and more where the result is doubtful.",
+            choice effort: "Effort", "Surfels: thorough registers about 3,000 points of a frame in the last step, quick about 1,200.",
                 ["thorough" => "Thorough", "quick" => "Quick"];
             choice color: "Colours", "Surfels: texture constrains the position along flat walls. Its weight falls where the colours do not match, so that changing light does no harm.",
                 [

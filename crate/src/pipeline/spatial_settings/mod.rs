@@ -28,7 +28,7 @@ use crate::registration::spatial::SpatialMetric;
 pub struct SpatialSettings {
     /// What a frame is registered to.
     pub method: Method,
-    /// Surfels: effort of the search for an initial guess.
+    /// Surfels: number of points of the final registration.
     pub effort: Effort,
     /// Surfels: use of the colours of depth images.
     pub color: ColorUse,

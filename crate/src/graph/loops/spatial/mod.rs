@@ -15,36 +15,24 @@ mod submap;
 use nalgebra::{Matrix6, Vector6};
 use serde::Serialize;
 
-use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes};
+use self::nodes::{MAX_SUBMAP_FRAMES, Node, Nodes, SUBMAP_HALF_LENGTH};
 use self::stored_surfaces::StoredSurfaces;
 use self::submap::{FrameSurfaces, Search, SubmapRegistration};
 use crate::geometry::pose_distance::pose_distance;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
-use crate::odometry::depth::SpatialEstimate;
+use crate::odometry::depth::{FINE_TOLERANCE, MIN_AGREEMENT_DIFFERENCE, SpatialEstimate};
 use crate::odometry::planar::information::seen_from;
 use crate::registration::prepared_surfels::PreparedSurfels;
 use crate::registration::solver::Motion;
 
-/// Path length between two detections (m, two metres per radian).
-const DETECTION_SPACING: f64 = 0.5;
-/// Difference of the two poses above which a loop is closed: translation (m) ...
-const MIN_GAP_TRANSLATION: f64 = 0.03;
-/// ... or rotation (rad).
-const MIN_GAP_ROTATION: f64 = 0.012;
-/// Smallest standard deviation of a registration to the map (rad, m), ...
-const CHAIN_SIGMA: (f64, f64) = (1.5e-3, 4e-3);
-/// ... to a submap, ...
-const SUBMAP_SIGMA: (f64, f64) = (2e-3, 6e-3);
+/// Smallest standard deviation of a registration (rad, m), ...
+const MIN_SIGMA: (f64, f64) = (2e-3, 5e-3);
 /// ... and the standard deviation without any measurement.
 const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
 /// Iterations of the pose graph, first with all loops and then with robust weights.
 const SOLVER_ITERATIONS: usize = 15;
-/// The latest loops by which a solution is validated.
-const MAX_VALIDATION_LOOPS: usize = 12;
-/// Smallest gain in agreement and overlap together (shares, 0..=1) for which a solution is kept, ...
-const MIN_IMPROVEMENT: f64 = 0.01;
-/// ... and the largest loss of either.
+/// Largest loss of agreement or overlap (shares, 0..=1) for which a solution is kept; together they have to gain.
 const MAX_DETERIORATION: f64 = 0.004;
 /// Distance below which a pose has not changed (m, two metres per radian).
 const SAME_POSE_DISTANCE: f64 = 1e-6;
@@ -129,18 +117,19 @@ impl SpatialLoops {
         let local = (is_next && is_revisit).then(|| self.register_to_recent(&surfaces, &motion)).flatten();
         let measured = estimate.registration.as_ref().filter(|_| is_next);
         let factor = if let Some(found) = local {
-            between_factor(here - 1, here, found.T_submap_camera, &found.information, SUBMAP_SIGMA)
+            between_factor(here - 1, here, found.T_submap_camera, &found.information)
         } else {
             let information =
                 measured.map(|registration| seen_from(&registration.information, &T_last)).unwrap_or_default();
-            between_factor(here - 1, here, motion, &information, CHAIN_SIGMA)
+            between_factor(here - 1, here, motion, &information)
         };
         let T_world_local = if is_revisit { T_last_local * factor.T_from_to } else { T_world_camera };
         self.unconfirmed_gap = self.unconfirmed_gap.filter(|_| is_revisit);
         self.chain.push(factor);
         self.nodes.push(number, T_world_camera, T_world_local, surfaces);
         let nodes = &self.nodes.all;
-        if nodes[here].path_length - nodes[self.last_detection].path_length > DETECTION_SPACING {
+        // Four detections in half a submap.
+        if nodes[here].path_length - nodes[self.last_detection].path_length > SUBMAP_HALF_LENGTH / 4.0 {
             self.detect(here);
         }
     }
@@ -184,7 +173,7 @@ impl SpatialLoops {
         self.last_detection = node;
         for visit in visits {
             let T_visit_world = self.nodes.all[visit].T_world_camera.inverse();
-            let has_drift = self.nodes.drift_since(visit, path_length) > MIN_GAP_TRANSLATION;
+            let has_drift = self.nodes.drift_since(visit, path_length) > FINE_TOLERANCE;
             let find = |search| {
                 let global = |node: usize| self.nodes.all[node].T_world_camera;
                 let submap = self.nodes.submap(self.nodes.around(visit), visit, global);
@@ -194,7 +183,7 @@ impl SpatialLoops {
                 continue;
             };
             self.compare_with_recent(node, &(T_visit_world.inverse() * found.T_submap_camera));
-            let found = between_factor(visit, node, found.T_submap_camera, &found.information, SUBMAP_SIGMA);
+            let found = between_factor(visit, node, found.T_submap_camera, &found.information);
             self.loops.push(BetweenFactor { is_switchable: true, ..found });
         }
     }
@@ -230,7 +219,10 @@ impl SpatialLoops {
         let poses = self.solve(present.clone());
         let (before, after) = (self.evidence(&present), self.evidence(&poses));
         let (agreement, overlap) = (after.0 - before.0, after.1 - before.1);
-        if agreement + overlap < MIN_IMPROVEMENT || agreement < -MAX_DETERIORATION || overlap < -MAX_DETERIORATION {
+        if agreement + overlap < MIN_AGREEMENT_DIFFERENCE
+            || agreement < -MAX_DETERIORATION
+            || overlap < -MAX_DETERIORATION
+        {
             return None;
         }
         let mut motions = Vec::with_capacity(self.nodes.len());
@@ -263,7 +255,7 @@ impl SpatialLoops {
     /// if all nodes had these poses.
     fn evidence(&self, poses: &[Pose3]) -> (f64, f64) {
         let (mut agreement, mut overlap, mut count) = (0.0, 0.0, 0.0);
-        for found in self.loops.iter().rev().take(MAX_VALIDATION_LOOPS) {
+        for found in self.loops.iter().rev().take(2 * MAX_SUBMAP_FRAMES) {
             let (visit, node) = (found.from, found.to);
             let Some(stored) = &self.nodes.all[node].surfaces else { continue };
             let surfaces = stored.surfaces();
@@ -280,19 +272,11 @@ impl SpatialLoops {
 
 /// Whether two poses of a frame differ by more than the error of registrations.
 fn has_gap(a: &Pose3, b: &Pose3) -> bool {
-    let difference = a.inverse() * b;
-    difference.translation_norm() > MIN_GAP_TRANSLATION || difference.rotation_angle() > MIN_GAP_ROTATION
+    pose_distance(a, b) > FINE_TOLERANCE
 }
 
-/// A factor with the information of a measurement, with a standard deviation between `min_sigma` and [`UNKNOWN_SIGMA`]
-/// (rad, m).
-fn between_factor(
-    from: usize,
-    to: usize,
-    T_from_to: Pose3,
-    information: &Matrix6<f64>,
-    min_sigma: (f64, f64),
-) -> SpatialFactor {
+/// A factor with the information of a measurement, with a standard deviation between [`MIN_SIGMA`] and [`UNKNOWN_SIGMA`].
+fn between_factor(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>) -> SpatialFactor {
     let diagonal = |(rotation, translation): (f64, f64), power: i32| {
         let of = |sigma: f64| sigma.powi(power);
         let (r, t) = (of(rotation), of(translation));
@@ -300,6 +284,6 @@ fn between_factor(
     };
     let unknown = || diagonal(UNKNOWN_SIGMA, -2);
     let covariance = (information + unknown()).try_inverse().unwrap_or_else(|| diagonal(UNKNOWN_SIGMA, 2));
-    let information = (covariance + diagonal(min_sigma, 2)).try_inverse().unwrap_or_else(unknown);
+    let information = (covariance + diagonal(MIN_SIGMA, 2)).try_inverse().unwrap_or_else(unknown);
     BetweenFactor { from, to, T_from_to, information, is_switchable: false }
 }

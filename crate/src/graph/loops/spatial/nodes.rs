@@ -9,8 +9,6 @@ use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::map::keyframes::apart_within;
 
-/// Shortest path between two visits that counts as a loop (m, two metres per radian).
-const MIN_LOOP_PATH_LENGTH: f64 = 8.0;
 /// Distance up to which two poses share a view (m, two metres per radian), ...
 const MAX_REVISIT_DISTANCE: f64 = 1.2;
 /// ... to which the drift of the path between them is added: this share of its length, ...
@@ -18,21 +16,13 @@ const DRIFT_RATE: f64 = 0.02;
 /// ... but at most this (m).
 const MAX_DRIFT: f64 = 1.5;
 /// Length of the path before and after a node that belongs to its submap (m, two metres per radian).
-const SUBMAP_HALF_LENGTH: f64 = 2.0;
+pub(super) const SUBMAP_HALF_LENGTH: f64 = 2.0;
 /// Largest number of frames in a submap of recent frames; a submap around a node has the node besides.
 pub(super) const MAX_SUBMAP_FRAMES: usize = 6;
 /// Largest number of submaps that a frame is registered to in one detection.
 const MAX_SUBMAPS: usize = 2;
-/// Memory above which the stored surfaces are thinned (bytes), ...
+/// Memory above which the stored surfaces are thinned (bytes).
 pub(super) const MAX_BYTES: usize = 64 << 20;
-/// ... until they take no more than this.
-const TARGET_BYTES: usize = MAX_BYTES / 4 * 3;
-/// Smallest path length between the frames that remain after the first thinning (m, two metres per radian), ...
-const INITIAL_SPACING: f64 = 0.1;
-/// ... the factor by which it grows while that is still too much, ...
-const SPACING_GROWTH: f64 = 1.5;
-/// ... and its limit.
-const MAX_SPACING: f64 = 1e3;
 
 /// A frame of the graph.
 pub(super) struct Node {
@@ -74,27 +64,31 @@ impl Nodes {
             self.num_packed_bytes += stored.num_packed_bytes();
         }
         if self.num_packed_bytes > MAX_BYTES {
-            self.thin(num_older);
-            while self.num_packed_bytes > TARGET_BYTES && self.spacing < MAX_SPACING {
-                self.spacing = f64::max(INITIAL_SPACING, SPACING_GROWTH * self.spacing);
-                self.thin(num_older);
+            let mut num_stored = self.thin(num_older);
+            // Seldom: until a quarter of the memory is free.
+            while self.num_packed_bytes > MAX_BYTES / 4 * 3 {
+                let mean_spacing = self.all[num_older - 1].path_length / num_stored as f64;
+                self.spacing = mean_spacing.max(1.5 * self.spacing);
+                num_stored = self.thin(num_older);
             }
         }
     }
 
-    /// Drops the surfaces of those of the first `num_older` nodes that follow another one within the spacing.
-    fn thin(&mut self, num_older: usize) {
-        let (mut last, mut num_bytes) = (f64::NEG_INFINITY, 0);
+    /// Drops the surfaces of those of the first `num_older` nodes that follow another one within the spacing. Returns how many remain.
+    fn thin(&mut self, num_older: usize) -> usize {
+        let (mut last, mut num_bytes, mut num_stored) = (f64::NEG_INFINITY, 0, 0);
         for node in &mut self.all[..num_older] {
             let Some(stored) = &node.surfaces else { continue };
-            if node.path_length - last < self.spacing {
+            if node.path_length - last <= self.spacing {
                 node.surfaces = None;
             } else {
                 last = node.path_length;
                 num_bytes += stored.num_packed_bytes();
+                num_stored += 1;
             }
         }
         self.num_packed_bytes = num_bytes;
+        num_stored
     }
 
     /// The drift (m) to expect of the path from a node to one at this path length.
@@ -105,7 +99,8 @@ impl Nodes {
     /// Nodes that may share their view with a camera at this pose after a loop, nearest first, each from another visit.
     pub(super) fn revisited(&self, before: usize, T_world_camera: &Pose3, path_length: f64) -> Vec<usize> {
         let near = self.all[..before].iter().enumerate().filter_map(|(index, node)| {
-            if path_length - node.path_length <= MIN_LOOP_PATH_LENGTH || node.surfaces.is_none() {
+            // A loop is longer than two submaps.
+            if path_length - node.path_length <= 4.0 * SUBMAP_HALF_LENGTH || node.surfaces.is_none() {
                 return None;
             }
             let max_distance = MAX_REVISIT_DISTANCE + self.drift_since(index, path_length);

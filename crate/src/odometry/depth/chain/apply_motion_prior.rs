@@ -1,10 +1,10 @@
 //! The motion prior, applied to a pose that hardly any surface constrains along one direction.
 
+use super::super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::hypotheses::translated;
 use super::super::motion_prior::PredictedMotion;
 use super::super::pose_hypothesis::PoseHypothesis;
-use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 use crate::registration::degeneracy::DegenerateDirection;
 

@@ -4,7 +4,7 @@ use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::second_basin::{MAX_STEP, MIN_DISTANCE, SearchArea};
-use super::{Chain, MAX_UNESTABLISHED_FRAMES};
+use super::Chain;
 use crate::geometry::Pose3;
 use crate::odometry::assessment::{Assessment, Status};
 
@@ -60,9 +60,8 @@ impl Chain {
             return Decision::Append(hypothesis, assessment);
         }
         // A chain of a few frames may itself be wrong: no plausible frame is added to it.
-        let is_established = self.members.len() > MAX_UNESTABLISHED_FRAMES;
         let is_plausible =
-            hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || is_established);
+            hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || self.is_established());
         if is_plausible || self.goes_on(&hypothesis) {
             return Decision::KeepTentative(hypothesis, assessment);
         }

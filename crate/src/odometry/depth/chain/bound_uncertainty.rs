@@ -1,9 +1,7 @@
 //! Bound uncertainty: the largest motion from frame to frame bounds the error of a pose.
 
-use super::super::frame_matcher::SAME_POSE_DISTANCE;
-use super::super::hypotheses::CONVERGING_DISTANCE;
+use super::super::hypotheses::{CONVERGING_DISTANCE, REACH_ALL_AROUND, SAME_POSE_DISTANCE};
 use super::super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
-use super::super::propose::REACH_ALL_AROUND;
 use super::Chain;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
@@ -49,7 +47,7 @@ impl Chain {
 
     /// Whether a pose is as near the last one or the constant-velocity prediction as hypotheses that converge to the same pose, for each
     /// frame since.
-    fn is_near_prediction(&self, T_world_sensor: &Pose3) -> bool {
+    pub(super) fn is_near_prediction(&self, T_world_sensor: &Pose3) -> bool {
         let near = f64::from(1 + self.num_rejected) * CONVERGING_DISTANCE;
         self.last.predictions().iter().any(|T| pose_distance(T, T_world_sensor) < near)
     }

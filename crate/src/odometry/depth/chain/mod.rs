@@ -16,7 +16,7 @@ mod track;
 pub(super) use self::assess::{Decision, Proposal};
 use self::track::PosedFrame;
 use super::frame_matcher::FrameMatcher;
-use super::motion_prior::MotionPrior;
+use super::motion_prior::{MIN_STEPS, MotionPrior};
 use super::pose_hypothesis::PoseHypothesis;
 use super::reference_map::ReferenceMap;
 use super::tentative_branch::TentativeBranch;
@@ -24,10 +24,6 @@ use super::{ColorUse, DepthOptions, PoseUpdate, SpatialEstimate};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Assessment;
 use crate::registration::prepared_surfels::PreparedSurfels;
-
-/// Number of frames above which a chain is established: it is kept beside a longer one, and a plausible frame may begin a
-/// tentative branch of it.
-pub(super) const MAX_UNESTABLISHED_FRAMES: usize = 5;
 
 /// Frames that are registered to each other, and their map.
 #[derive(Clone)]
@@ -128,6 +124,12 @@ impl Chain {
 
     pub(super) fn members(&self) -> &[Member] {
         &self.members
+    }
+
+    /// Whether it has enough steps to tell how the camera moves: it is kept beside a longer one, and a plausible frame may begin a
+    /// tentative branch of it.
+    pub(super) fn is_established(&self) -> bool {
+        self.members.len() > MIN_STEPS
     }
 
     pub(super) fn is_member(&self, number: u32) -> bool {

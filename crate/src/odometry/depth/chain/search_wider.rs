@@ -1,10 +1,10 @@
 //! The wider search for a frame that the evidence near the prediction contradicts: all around, farther away and near all
 //! keyframes. In a video the three are spread over frames, for the next one is nearly at the same place: no frame takes long.
 
+use super::super::evidence::MIN_AGREEMENT_DIFFERENCE;
 use super::super::frame_matcher::FrameMatcher;
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
-use super::super::resolve_degeneracy::MIN_AGREEMENT_DIFFERENCE;
 use super::Chain;
 
 /// Number of frames over which the searches are spread.

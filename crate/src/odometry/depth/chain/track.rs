@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use super::super::DepthOptions;
-use super::super::frame_matcher::{FrameMatcher, SAME_POSE_DISTANCE};
-use super::super::hypotheses::CONVERGING_DISTANCE;
+use super::super::frame_matcher::FrameMatcher;
+use super::super::hypotheses::{CONVERGING_DISTANCE, SAME_POSE_DISTANCE};
 use super::super::pose_hypothesis::PoseHypothesis;
 use super::super::prediction_gate::PredictionGate;
 use super::super::reference_map::ReferenceMap;

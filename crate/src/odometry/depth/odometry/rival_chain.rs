@@ -1,6 +1,6 @@
 //! The rival chain: frames that fit each other but not the map. A recording may begin with a frame of another place.
 
-use super::super::chain::{Chain, MAX_UNESTABLISHED_FRAMES};
+use super::super::chain::Chain;
 use super::super::estimate::{PoseUpdate, SpatialEstimate};
 use super::super::unregistered_frames::UnregisteredFrame;
 use super::{DepthOdometry, DepthOptions};
@@ -124,8 +124,7 @@ impl DepthOdometry {
 
     /// Drops the rival chain unless it is established.
     pub(super) fn drop_small_rival_chain(&mut self) {
-        let is_established = |rival: &RivalChain| rival.chain.members().len() > MAX_UNESTABLISHED_FRAMES;
-        self.rival_chain = self.rival_chain.take().filter(is_established);
+        self.rival_chain = self.rival_chain.take().filter(|rival| rival.chain.is_established());
     }
 }
 
