@@ -6,11 +6,20 @@ use crate::registration::free_space::FreeSpaceTally;
 
 /// Smallest number of points of a usable planar scan.
 pub(crate) const MIN_POINTS: usize = 10;
-/// Limits of planar scans. In each of six logs half of the good frames agree by at least 0.975, and 95 % by at least 0.896 to 0.962,
-/// depending on the log; registrations that are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of
+/// A registration is good from this share of agreeing returns on. In each of six logs half of the good frames agree by at least 0.975,
+/// and 95 % by at least 0.896 to 0.962, depending on the log; registrations that are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of
 /// 0.9, wrong pairs of one log are assessed as good.
-const PLANAR_LIMITS: Limits =
-    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
+pub(crate) const GOOD_AGREEMENT: f64 = 0.9;
+/// It may be right from this share on, where something else speaks for it.
+pub(crate) const PLAUSIBLE_AGREEMENT: f64 = 0.8;
+/// Limits of planar scans.
+const PLANAR_LIMITS: Limits = Limits {
+    min_pairs: MIN_POINTS,
+    lost_overlap: 0.25,
+    lost_agreement: 0.6,
+    doubtful_agreement: GOOD_AGREEMENT,
+    ..Limits::NONE
+};
 /// A registration whose last step is longer than this (m) or ...
 const MOVING_TRANSLATION: f64 = 0.005;
 /// ... turns further than this (rad) had not converged.

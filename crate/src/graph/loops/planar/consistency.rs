@@ -32,10 +32,6 @@ pub enum Relation {
     Contradicts,
 }
 
-/// Largest squared Mahalanobis distance of two consistent matches.
-const MAX_CONSISTENT_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED;
-/// Two matches contradict each other beyond this squared Mahalanobis distance.
-const MIN_CONTRADICTING_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 /// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
 const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
@@ -60,9 +56,9 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
     let sq_distance = off.dot(&(information * off));
     let sigma = (covariance[(1, 1)] + covariance[(2, 2)]).sqrt();
     let is_known = sigma < MAX_CYCLE_SIGMA.0 && covariance[(0, 0)].sqrt() < MAX_CYCLE_SIGMA.1;
-    if sq_distance > MIN_CONTRADICTING_DISTANCE {
+    if sq_distance > mahalanobis::ONE_IN_HUNDRED_THOUSAND {
         Relation::Contradicts
-    } else if is_known && sq_distance < MAX_CONSISTENT_DISTANCE {
+    } else if is_known && sq_distance < mahalanobis::ONE_IN_HUNDRED {
         Relation::Supports
     } else {
         Relation::Silent
