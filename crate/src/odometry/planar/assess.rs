@@ -20,15 +20,10 @@ const PLANAR_LIMITS: Limits = Limits {
     doubtful_agreement: GOOD_AGREEMENT,
     ..Limits::NONE
 };
-/// A registration whose last step is longer than this (m) or ...
-const MOVING_TRANSLATION: f64 = 0.005;
-/// ... turns further than this (rad) had not converged.
-const MOVING_ROTATION: f64 = 0.002;
 
 /// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
 pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
     let last = &registration.last;
-    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
     let weakest = &registration.observability;
     let motion =
         if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
@@ -38,7 +33,8 @@ pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) ->
         agreement: Some(seen.agreement()),
         degenerate: weakest.is_undetermined().then_some(motion),
         residual: last.inlier_rmse,
-        moving_after: is_moving.then_some(registration.history.len()),
+        // One that still moves is judged by where it is: where it slides, the walls leave a direction open.
+        moving_after: None,
     };
     Assessment::of(&evidence, &PLANAR_LIMITS)
 }
