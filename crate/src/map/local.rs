@@ -19,13 +19,16 @@ use crate::registration::target::{OrientedTarget, PointTarget, Target};
 /// A registration in the plane.
 pub(crate) type PlanarRegistration = Registration<Pose2>;
 
-/// Smallest translation from the last scan of the map for which a scan is added (m).
-const MIN_MOVE: f64 = 0.15;
-/// Smallest rotation from the last scan of the map for which a scan is added (rad).
-const MIN_TURN: f64 = 0.1;
+/// A scan shows something new when it has moved (m) or turned (rad) by so much.
+const NEWS: (f64, f64) = (0.15, 0.1);
 /// Largest distance between points of the map on one surface (m). Points are interpolated between adjacent beams, so that a
 /// source point finds the wall rather than the nearest return, however sparse the beams are.
-const SURFACE_SPACING: f64 = 0.1;
+pub(crate) const SURFACE_SPACING: f64 = 0.1;
+
+/// Whether a scan is taken so far from another one that it shows something new.
+pub(crate) fn is_new_view(motion: &Pose2) -> bool {
+    motion.translation_norm() > NEWS.0 || motion.rotation_angle() > NEWS.1
+}
 
 /// The last few scans in the world frame, to which the next scan is registered.
 pub(crate) struct LocalMap {
@@ -79,7 +82,7 @@ impl LocalMap {
     pub(crate) fn insert(&mut self, scan: Rc<PlanarScan>, T_world_sensor: Pose2) {
         if let Some(last) = self.scans.back().filter(|_| self.capacity > 1) {
             let motion = last.T_world_sensor.inverse() * T_world_sensor;
-            if motion.translation_norm() < MIN_MOVE && motion.rotation_angle() < MIN_TURN {
+            if !is_new_view(&motion) {
                 return;
             }
         }

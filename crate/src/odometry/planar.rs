@@ -13,7 +13,7 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{LocalMap, PlanarRegistration, QueryScan};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::preprocess::planar_scan::PlanarScan;
-use crate::registration::correlative::{LikelihoodGrid, SearchWindow, WindowSearch};
+use crate::registration::correlative::{LikelihoodGrid, RESOLUTION, SearchWindow, WindowSearch};
 use crate::registration::icp::IcpOptions;
 use crate::registration::planar::PlanarMetric;
 
@@ -154,8 +154,6 @@ const MAX_RIVALS: usize = 3;
 const BRIEF_ITERATIONS: usize = 8;
 /// ... and then dropped if its agreement (0..=1) is lower than that of the best by more than this.
 const MAX_RIVAL_DISAGREEMENT: f64 = 0.1;
-/// Side of the cells of a search in a wide window (m).
-const COARSE_RESOLUTION: f64 = 0.2;
 
 impl Odometry {
     /// Odometry without any scan so far; the first one will be at `T_world_first`.
@@ -326,7 +324,7 @@ impl Odometry {
         let rival = if is_expected {
             self.rival_of(best, scan, near, RIVAL_SHARE)
         } else {
-            let grid = LikelihoodGrid::with_resolution(&self.map.points(), COARSE_RESOLUTION);
+            let grid = LikelihoodGrid::with_resolution(&self.map.points(), 2.0 * RESOLUTION);
             let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
             let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
             let anywhere = grid.window(&searched, &self.T_world_last, anywhere);

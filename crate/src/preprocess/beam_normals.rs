@@ -9,6 +9,8 @@ use crate::search::order::ascending;
 
 /// Neighbours used on either side.
 const HALF_WINDOW: usize = 3;
+/// Beams that a normal is estimated from.
+pub(crate) const NUM_BEAMS: usize = 2 * HALF_WINDOW + 1;
 /// Distance of two consecutive returns below which they lie on one surface (m), if larger than [`MAX_GAP_RATIO`] of the range.
 const MIN_GAP: f64 = 0.1;
 /// Distance of two consecutive returns below which they lie on one surface, as a share of the range: with 1 degree between

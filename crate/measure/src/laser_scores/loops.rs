@@ -12,10 +12,9 @@ use crate::arguments::flag;
 const ONE_PLACE: (f64, f64) = (2.5, 0.8);
 /// ... and so many submaps lie between them.
 const MIN_BETWEEN: usize = 3;
-const OUTCOMES: [TrialOutcome; 6] = [
+const OUTCOMES: [TrialOutcome; 5] = [
     TrialOutcome::NotFound,
     TrialOutcome::Disagrees,
-    TrialOutcome::SeesLittle,
     TrialOutcome::FitsLittle,
     TrialOutcome::HasRival,
     TrialOutcome::Matched,

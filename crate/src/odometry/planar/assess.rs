@@ -6,20 +6,24 @@ use crate::registration::free_space::FreeSpaceTally;
 
 /// Smallest number of points of a usable planar scan.
 pub(crate) const MIN_POINTS: usize = 10;
-/// Limits of planar scans. In each of six logs half of the good frames agree by at least 0.975, and 95 % by at least 0.896 to 0.962,
-/// depending on the log; registrations that are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of
+/// A registration is good from this share of agreeing returns on. In each of six logs half of the good frames agree by at least 0.975,
+/// and 95 % by at least 0.896 to 0.962, depending on the log; registrations that are wrong by half a metre or more mostly agree by less than 0.8. With 0.86 in place of
 /// 0.9, wrong pairs of one log are assessed as good.
-const PLANAR_LIMITS: Limits =
-    Limits { min_pairs: MIN_POINTS, lost_overlap: 0.25, lost_agreement: 0.6, doubtful_agreement: 0.9, ..Limits::NONE };
-/// A registration whose last step is longer than this (m) or ...
-const MOVING_TRANSLATION: f64 = 0.005;
-/// ... turns further than this (rad) had not converged.
-const MOVING_ROTATION: f64 = 0.002;
+pub(crate) const GOOD_AGREEMENT: f64 = 0.9;
+/// It may be right from this share on, where something else speaks for it.
+pub(crate) const PLAUSIBLE_AGREEMENT: f64 = 0.8;
+/// Limits of planar scans.
+const PLANAR_LIMITS: Limits = Limits {
+    min_pairs: MIN_POINTS,
+    lost_overlap: 0.25,
+    lost_agreement: 0.6,
+    doubtful_agreement: GOOD_AGREEMENT,
+    ..Limits::NONE
+};
 
 /// Assesses the registration of a planar scan by its evidence and by what the sensors saw.
 pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) -> Assessment {
     let last = &registration.last;
-    let is_moving = last.translation_step > MOVING_TRANSLATION || last.rotation_step > MOVING_ROTATION;
     let weakest = &registration.observability;
     let motion =
         if weakest.weakest_direction[0].abs() > 0.7 { Unconstrained::Heading } else { Unconstrained::Position };
@@ -29,7 +33,8 @@ pub(crate) fn assess(registration: &PlanarRegistration, seen: FreeSpaceTally) ->
         agreement: Some(seen.agreement()),
         degenerate: weakest.is_undetermined().then_some(motion),
         residual: last.inlier_rmse,
-        moving_after: is_moving.then_some(registration.history.len()),
+        // One that still moves is judged by where it is: where it slides, the walls leave a direction open.
+        moving_after: None,
     };
     Assessment::of(&evidence, &PLANAR_LIMITS)
 }

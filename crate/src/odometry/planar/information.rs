@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 
+use crate::evaluation::relations::{WRONG_ROTATION_DEG, WRONG_TRANSLATION};
 use crate::geometry::mahalanobis;
 use crate::geometry::{Pose2, RigidMotion, SquareMatrix};
 use crate::map::local::PlanarRegistration;
+use crate::preprocess::beam_normals::NUM_BEAMS;
 
-/// Neighbouring beams whose residuals are not independent: each normal is estimated from the beams around its own.
-const CORRELATED_BEAMS: f64 = 7.0;
 /// Mean square sine of the angle by which normals are off, far walls and doors in recesses included: what they tell of a
 /// direction that the walls leave open.
 const NORMALS_NOISE: f64 = 0.02;
@@ -56,9 +56,10 @@ fn independent_information(registration: &PlanarRegistration, normals_noise: f64
     let noise = normals_noise * full;
     let eigen = ((normalised + normalised.transpose()) * 0.5).symmetric_eigen();
     // Three unknowns are fitted to what is independent of the residuals: a handful of beams says nothing.
-    let num_independent = registration.correspondences.len() as f64 / CORRELATED_BEAMS;
+    // Residuals of beams that share a normal are not.
+    let num_independent = registration.correspondences.len() as f64 / NUM_BEAMS as f64;
     let freedom = (1.0 - 3.0 / num_independent).max(0.0);
-    let kept = eigen.eigenvalues.map(|value| (value - noise).max(0.0) * freedom / CORRELATED_BEAMS);
+    let kept = eigen.eigenvalues.map(|value| (value - noise).max(0.0) * freedom / NUM_BEAMS as f64);
     let cleaned = eigen.eigenvectors * Matrix3::from_diagonal(&kept) * eigen.eigenvectors.transpose();
     inverse.tr_mul(&(cleaned * inverse))
 }
@@ -74,7 +75,7 @@ pub fn softened_covariance(information: &Matrix3<f64>, best: (f64, f64), worst: 
 
 /// Largest standard deviation (rad, m) of the motion between two places for which it is certain: half of what makes a pair of frames
 /// wrong, so that two standard deviations reach it.
-pub const CERTAIN_SIGMA: (f64, f64) = (0.044, 0.25);
+pub const CERTAIN_SIGMA: (f64, f64) = (WRONG_ROTATION_DEG.to_radians() / 2.0, WRONG_TRANSLATION / 2.0);
 
 /// Standard deviations of a motion's heading (rad) and of the position that it leads to (m), by its covariance.
 pub fn sigmas(motion: &Pose2, covariance: &Matrix3<f64>) -> (f64, f64) {
@@ -87,15 +88,12 @@ pub fn openness(motion: &Pose2, covariance: &Matrix3<f64>) -> f64 {
     (heading / CERTAIN_SIGMA.0).max(position / CERTAIN_SIGMA.1).powi(2)
 }
 
-/// Squared Mahalanobis distance beyond which the second of two measurements loses weight.
-const FUSION_SWITCH_WIDTH: f64 = mahalanobis::ONE_IN_TWENTY;
-
 /// The most likely motion by two measurements of it, each with its covariance. The second one may be an outlier: its weight
-/// falls as it contradicts the first (dynamic covariance scaling, as in the pose graph).
+/// falls as it contradicts the first, beyond what one in twenty right ones does (dynamic covariance scaling, as in the pose graph).
 pub fn fuse(first: (&Pose2, &Matrix3<f64>), second: (&Pose2, &Matrix3<f64>)) -> Pose2 {
     let off = (second.0 * first.0.inverse()).log();
     let sq_distance = (first.1 + second.1).try_inverse().map_or(0.0, |information| off.dot(&(information * off)));
-    let weight = mahalanobis::dynamic_covariance_scaling(sq_distance, FUSION_SWITCH_WIDTH);
+    let weight = mahalanobis::dynamic_covariance_scaling(sq_distance, mahalanobis::ONE_IN_TWENTY);
     let sum = first.1 + second.1 / weight;
     let gain = sum.try_inverse().map_or_else(Matrix3::zeros, |inverse| first.1 * inverse);
     (Pose2::exp(&(gain * off)) * first.0).renormalized()

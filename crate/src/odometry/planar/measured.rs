@@ -3,6 +3,7 @@
 
 use nalgebra::Matrix3;
 
+use super::assess::{GOOD_AGREEMENT, PLAUSIBLE_AGREEMENT};
 use super::belief::{AwayFromOdometry, ByOdometry, Finding, WhyOdometry};
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use super::information::{self, fuse, information_less_normal_noise, openness, seen_from, sigmas, softened_covariance};
@@ -15,17 +16,11 @@ use crate::map::local::QueryScan;
 use crate::odometry::assessment::Status;
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 
-/// A registration further from measured motion than this squared Mahalanobis distance contradicts it.
-const MAX_SQ_MAHALANOBIS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 /// Wheels slip now and then, mostly in turns: a good registration may differ from measured motion by this (rad, m) whatever the usual
 /// noise of the wheels, ...
 const MAX_SLIP: (f64, f64) = (0.35, 0.25);
 /// ... to whose translation this share of the measured translation is added.
 const SLIP_SHARE: f64 = 0.1;
-/// A registration that agrees with measured motion is sure from this share of agreeing returns on.
-const CONFIRMED_AGREEMENT: f64 = 0.8;
-/// Share of agreeing returns from which on no other pose is searched for.
-const SURE_AGREEMENT: f64 = 0.9;
 /// Window of a search about measured motion, in standard deviations.
 const SIGMAS: f64 = 3.5;
 
@@ -90,7 +85,7 @@ impl Odometry {
         motion: &MeasuredMotion,
     ) -> FrameEstimate {
         let Hypothesis { registration, assessment } = best;
-        let is_confirmed = assessment.status == Status::Doubtful && assessment.agreement > CONFIRMED_AGREEMENT;
+        let is_confirmed = assessment.status == Status::Doubtful && assessment.agreement > PLAUSIBLE_AGREEMENT;
         let left = self.left_open(&information, motion);
         let is_open = openness(&motion.T_before_sensor, &left) > 1.0;
         let (heading, position) = sigmas(&motion.T_before_sensor, &left);
@@ -124,7 +119,7 @@ impl Odometry {
     fn register_near(&self, scan: &QueryScan, prediction: &Pose2, motion: &MeasuredMotion) -> Hypothesis {
         let best = self.register_from(scan, *prediction);
         if best.assessment.status != Status::Lost
-            && best.assessment.agreement >= SURE_AGREEMENT
+            && best.assessment.agreement >= GOOD_AGREEMENT
             && self.is_near(&best, motion)
         {
             return best;
@@ -185,7 +180,9 @@ impl Odometry {
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let off = (motion.T_before_sensor * T_last_found.inverse()).log();
         let covariance = motion.covariance + self.link_covariance(&information_less_normal_noise(registration));
-        covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < MAX_SQ_MAHALANOBIS)
+        covariance
+            .try_inverse()
+            .is_some_and(|information| off.dot(&(information * off)) < mahalanobis::ONE_IN_TEN_THOUSAND)
     }
 
     /// Covariance of the motion from the last frame, of a registration and a measured motion together.

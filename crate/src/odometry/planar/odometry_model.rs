@@ -27,8 +27,6 @@ const REGISTERED_SCALE: f64 = 0.005;
 pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
 /// Chain and odometry are compared over up to so many steps: each may be likely, and all of them short together.
 const MAX_STEPS: usize = 5;
-/// The chain contradicts the odometry over these steps beyond this squared Mahalanobis distance.
-const CHAIN_CONTRADICTS: f64 = mahalanobis::ONE_IN_THOUSAND;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
@@ -40,8 +38,6 @@ const RESULT_CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 const USUAL: f64 = mahalanobis::ONE_IN_TEN;
 /// Fewer stretches than this do not tell what is usual.
 const MIN_STRETCHES: usize = 50;
-/// A step is an unusual one beyond this squared Mahalanobis distance.
-const UNUSUAL: f64 = mahalanobis::ONE_IN_HUNDRED;
 /// Standard deviation of a stretch's heading (rad) up to which its covariance holds: at 4.6 times as much, where a stretch is contradicted,
 /// a sine is still within a fifth of its angle.
 const LINEAR_HEADING: f64 = 0.25;
@@ -200,7 +196,7 @@ impl OdometryModel {
             covariance = chained((&step.T_before_sensor, &of_step), &covariance);
             measured = step.T_before_sensor * measured;
             let stretch = Stretch::new(frame - 1, last, measured, registered(frame - 1, last), &covariance);
-            if frame < last && stretch.sq_distance >= CHAIN_CONTRADICTS {
+            if frame < last && stretch.sq_distance >= mahalanobis::ONE_IN_THOUSAND {
                 let of_step = |frame: usize| {
                     let step = self.steps[frame].unwrap_or(*step);
                     let registered = registered(frame - 1, frame);
@@ -245,7 +241,7 @@ impl OdometryModel {
             let Some(step) = step else { continue };
             let T_before_sensor = poses[frame - 1].inverse() * poses[frame];
             let off = (step.T_before_sensor * T_before_sensor.inverse()).log();
-            if mahalanobis::squared(&off, &step.covariance) > UNUSUAL {
+            if mahalanobis::squared(&off, &step.covariance) > mahalanobis::ONE_IN_HUNDRED {
                 *step = MeasuredMotion { T_before_sensor, covariance: step.covariance + off * off.transpose() };
             }
         }

@@ -9,7 +9,9 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
+use crate::map::local::is_new_view;
 use crate::odometry::planar::ablation::Ablation;
+use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
 use crate::odometry::planar::odometry_model::OdometryModel;
 use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
@@ -19,10 +21,6 @@ use crate::search::order::ascending;
 /// From this many placed scans on a sequence is long: its loops are looked for, its keyframes are some of its scans, and each
 /// is matched with a few others.
 pub const LONG_SEQUENCE: usize = 100;
-/// A scan is a keyframe when it has moved (m) ...
-const KEYFRAME_TRANSLATION: f64 = 0.15;
-/// ... or turned (rad) by so much since the last one.
-const KEYFRAME_ROTATION: f64 = 0.1;
 /// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
 /// this (rad, m).
 const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
@@ -32,8 +30,6 @@ const OPEN_DIRECTION_SHARE: f64 = 0.3;
 const DOUBTED_SIGMA: (f64, f64) = (0.3, 0.5);
 /// ... and of the pose across a break of the chain, or of an implausible one (rad, m).
 const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
-/// Smallest agreement with which a doubted registration is still a relation.
-const MIN_PLAUSIBLE_AGREEMENT: f64 = 0.8;
 /// Openness of a link above which it divides two submaps.
 const MAX_OPENNESS: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
@@ -47,9 +43,7 @@ const NUM_MATCHED_BEFORE: usize = 3;
 const MAX_MATCHED_REVISITS: usize = 3;
 /// Keyframes this far apart (m, a radian counted as a metre) are not matched.
 const MAX_EDGE_DISTANCE: f64 = 3.0;
-/// Nor are keyframes whose returns agree with each other's free space by less than this ...
-const MIN_EDGE_AGREEMENT: f64 = 0.8;
-/// ... or by a smaller share of all their returns.
+/// Nor are keyframes of which a smaller share of all returns agrees.
 const MIN_EDGE_SHARE: f64 = 0.35;
 /// Standard deviation of a match's residuals (m): the pose graph's relations are weighted in its units.
 const MATCH_SIGMA: f64 = 0.08;
@@ -240,7 +234,7 @@ impl KeyframeGraph {
         }
         let seen = self.closure.free_space(first, second, &(of_nodes[first].inverse() * of_nodes[second]));
         let all = self.closure.num_points(first) + self.closure.num_points(second);
-        seen.agreement() > MIN_EDGE_AGREEMENT && seen.agreeing as f64 > MIN_EDGE_SHARE * all as f64
+        seen.agreement() > PLAUSIBLE_AGREEMENT && seen.agreeing as f64 > MIN_EDGE_SHARE * all as f64
     }
 }
 
@@ -266,7 +260,7 @@ impl Relations {
         let T_before_frame = poses[before].inverse() * poses[frame];
         let registered = estimate.registration.as_ref().filter(|_| {
             estimate.link == Link::Registered
-                || (estimate.link == Link::Doubted && estimate.registered.agreement > MIN_PLAUSIBLE_AGREEMENT)
+                || (estimate.link == Link::Doubted && estimate.registered.agreement > PLAUSIBLE_AGREEMENT)
         });
         if let Some(registration) = registered.filter(|_| !is_start) {
             let worst = expected(&T_before_frame, measured.is_some());
@@ -312,12 +306,10 @@ fn covariance(relations: &[PlanarFactor]) -> Option<Matrix3<f64>> {
 /// The keyframes' indices, and for each frame the number of its keyframe and its pose in that one's frame. A keyframe is the
 /// first frame of a piece and, of a long sequence, each one that has moved far enough since the last keyframe.
 fn keyframes(estimates: &[FrameEstimate], poses: &[Pose2], is_long: bool) -> (Vec<usize>, Vec<(usize, Pose2)>) {
-    let has_moved =
-        |T: Pose2| !is_long || T.translation_norm() > KEYFRAME_TRANSLATION || T.rotation_angle() > KEYFRAME_ROTATION;
     let (mut nodes, mut hangs_on) = (Vec::<usize>::new(), Vec::new());
     for (frame, estimate) in estimates.iter().enumerate() {
         let since = nodes.last().map(|&node| poses[node].inverse() * poses[frame]);
-        let is_keyframe = estimate.link == Link::Start || since.is_none_or(has_moved);
+        let is_keyframe = estimate.link == Link::Start || since.is_none_or(|motion| !is_long || is_new_view(&motion));
         if estimate.link != Link::Lost && is_keyframe {
             nodes.push(frame);
             hangs_on.push((nodes.len() - 1, Pose2::identity()));

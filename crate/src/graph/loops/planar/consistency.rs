@@ -32,10 +32,6 @@ pub enum Relation {
     Contradicts,
 }
 
-/// Largest squared Mahalanobis distance of two consistent matches.
-const MAX_CONSISTENT_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED;
-/// Two matches contradict each other beyond this squared Mahalanobis distance.
-pub const MIN_CONTRADICTING_DISTANCE: f64 = mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 /// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
 const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
@@ -56,8 +52,8 @@ pub fn compare(a: &Candidate, b: &Candidate, poses: &[Pose2], covariances: &Rela
 /// What a cycle says of its matches.
 pub fn relation(cycle: Option<&Cycle>) -> Relation {
     match cycle {
-        Some(Cycle { sq_distance, .. }) if *sq_distance > MIN_CONTRADICTING_DISTANCE => Relation::Contradicts,
-        Some(Cycle { sq_distance, is_known: true }) if *sq_distance < MAX_CONSISTENT_DISTANCE => Relation::Supports,
+        Some(Cycle { sq_distance, .. }) if *sq_distance > mahalanobis::ONE_IN_HUNDRED_THOUSAND => Relation::Contradicts,
+        Some(Cycle { sq_distance, is_known: true }) if *sq_distance < mahalanobis::ONE_IN_HUNDRED => Relation::Supports,
         _ => Relation::Silent,
     }
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use nalgebra::Matrix3;
 
 use super::acceptance::MAX_WINDOW_ALONE;
-use super::consistency::{Candidate, Cycle, MIN_CONTRADICTING_DISTANCE, Relation, consistent_set, cycle, relation};
+use super::consistency::{Candidate, Cycle, Relation, consistent_set, cycle, relation};
 use super::matching::{Pair, SourceStretch, SubmapMatch, match_stretches};
 use super::submap::{Keyframe, Submap};
 use super::{Loop, LoopClosure, TrialOutcome};
@@ -250,7 +250,11 @@ impl LoopClosure {
         let off = (candidate.found.T_target_source * self.motion(target, source).inverse()).log();
         let covariance = candidate.found.covariance + covariances.between(target, source);
         let sq_distance = mahalanobis::squared(&off, &covariance);
-        if sq_distance > MIN_CONTRADICTING_DISTANCE { Err(Refusal::ContradictsGraph(sq_distance)) } else { Ok(()) }
+        if sq_distance > mahalanobis::ONE_IN_HUNDRED_THOUSAND {
+            Err(Refusal::ContradictsGraph(sq_distance))
+        } else {
+            Ok(())
+        }
     }
 
     /// By the test that the matches of a search pass.

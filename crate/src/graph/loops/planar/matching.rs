@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector2};
 
 use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
-use crate::map::local::PlanarRegistration;
+use crate::map::local::{PlanarRegistration, SURFACE_SPACING};
 use crate::odometry::planar::MIN_RIVAL_DISTANCE;
 use crate::odometry::planar::hypothesis::NUM_SEARCHED_POINTS;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
@@ -46,8 +46,6 @@ pub struct SubmapMatch {
     pub covariance: Matrix3<f64>,
     /// Share of the returns seen by both that agree, 0..=1.
     pub agreement: f64,
-    /// Returns seen by both.
-    pub num_seen: usize,
     /// Share of the source's returns that have a partner, 0..=1.
     pub fitness: f64,
     /// How well another place of the window scores, as a share of this one; 0 where none is a rival.
@@ -73,10 +71,6 @@ pub struct SourceStretch {
 const TARGET_SPACING: f64 = 0.05;
 /// ... and the source one in each of these (m).
 const SOURCE_SPACING: f64 = 0.15;
-/// Spacing of the points that fill the target's surfaces between beams (m).
-const FILL_SPACING: f64 = 0.1;
-/// Largest window (m, rad) that needs no search: ICP converges from anywhere in it.
-const MAX_UNSEARCHED_WINDOW: SearchWindow = SearchWindow { translation: 0.3, rotation: 0.06 };
 /// Keyframes of a submap whose free space a match is tested against.
 const MAX_REFERENCE_KEYFRAMES: usize = 5;
 /// What a match is known by at best (rad, m): matches of stretches share what is wrong inside these.
@@ -89,7 +83,8 @@ pub const MAX_RIVAL: f64 = 0.9;
 impl TargetStretch {
     /// Of these keyframes, in the frame of one of them.
     pub fn new(range: Range<usize>, anchor: usize, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
-        let (points, normals) = overlaid(range.clone(), keyframes, poses, &poses[anchor], TARGET_SPACING, FILL_SPACING);
+        let (points, normals) =
+            overlaid(range.clone(), keyframes, poses, &poses[anchor], TARGET_SPACING, SURFACE_SPACING);
         Self {
             grid: LikelihoodGrid::new(&points),
             oriented: OrientedTarget::new(points, normals),
@@ -117,15 +112,10 @@ pub fn match_stretches(
 ) -> Option<SubmapMatch> {
     let stride = source.points.len().div_ceil(NUM_SEARCHED_POINTS).max(1);
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
-    let (mut start, mut rival) = (*guess, 0.0);
-    if window.translation > MAX_UNSEARCHED_WINDOW.translation || window.rotation > MAX_UNSEARCHED_WINDOW.rotation {
-        let search = target.grid.window(&searched, guess, window);
-        let best = search.best_above(MIN_SCORE).filter(|best| best.score > MIN_SCORE)?;
-        start = best.T_target_source;
-        let score = MAX_RIVAL * best.score;
-        let other = search.rival(&[start], MIN_RIVAL_DISTANCE, score, score);
-        rival = other.map_or(0.0, |other| other.score / best.score);
-    }
+    let search = target.grid.window(&searched, guess, window);
+    let best = search.best_above(MIN_SCORE).filter(|best| best.score > MIN_SCORE)?;
+    let (start, score) = (best.T_target_source, MAX_RIVAL * best.score);
+    let rival = search.rival(&[start], MIN_RIVAL_DISTANCE, score, score).map_or(0.0, |other| other.score / best.score);
     let found: PlanarRegistration = register(
         Source { points: &source.points, normals: Some(&source.normals), sigmas: None },
         &target.oriented,
@@ -140,7 +130,6 @@ pub fn match_stretches(
         T_target_source,
         covariance: softened_covariance(&motion_information(&found, &Pose2::identity()), MATCH_SIGMA, worst),
         agreement: seen.agreement(),
-        num_seen: seen.agreeing + seen.in_free_space,
         fitness: found.fitness,
         rival,
     })

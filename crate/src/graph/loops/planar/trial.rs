@@ -8,8 +8,6 @@ use crate::registration::correlative::SearchWindow;
 
 /// A match needs this share of agreeing returns, ...
 const MIN_AGREEMENT: f64 = 0.85;
-/// ... this number of returns that both submaps see ...
-const MIN_SEEN: usize = 150;
 /// ... and this share of returns with a partner.
 const MIN_FITNESS: f64 = 0.25;
 
@@ -20,8 +18,6 @@ pub enum TrialOutcome {
     NotFound,
     /// Too few of the returns that both see agree.
     Disagrees,
-    /// Both see too few returns of each other.
-    SeesLittle,
     /// Too few of the source's returns have a partner.
     FitsLittle,
     /// Another place of the window scores nearly as well.
@@ -92,8 +88,6 @@ impl TrialOutcome {
         let Some(found) = found else { return Self::NotFound };
         if found.agreement <= MIN_AGREEMENT {
             Self::Disagrees
-        } else if found.num_seen <= MIN_SEEN {
-            Self::SeesLittle
         } else if found.fitness <= MIN_FITNESS {
             Self::FitsLittle
         } else if found.rival >= MAX_RIVAL && !without.second_basin {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::FrameEstimate;
 use super::super::motion_noise::{MIN_SAMPLES, isolated};
-use super::{OdometryModel, UNUSUAL};
+use super::OdometryModel;
 use crate::geometry::{RigidMotion, mahalanobis};
 
 /// The mean of the squared Mahalanobis distance of a usual step: three directions.
@@ -27,7 +27,7 @@ impl OdometryModel {
             let covariance = measured.covariance + covariance;
             let squared = |off: &Vector3<f64>| mahalanobis::squared(off, &covariance);
             let isolated = squared(&(measured.T_before_sensor.adjoint() * isolated));
-            if isolated > UNUSUAL {
+            if isolated > mahalanobis::ONE_IN_HUNDRED {
                 count += 1;
                 sq_isolated += isolated;
                 sq_errors += squared(&(measured.T_before_sensor * registered.inverse()).log()) - MEAN_SQUARED;
