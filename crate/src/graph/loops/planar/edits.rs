@@ -146,14 +146,7 @@ impl LoopClosure {
         let pair = self.pair_at(keyframes, T)?;
         let (heading, position) = UNCHECKED_SIGMA;
         let covariance = Matrix3::from_diagonal(&[heading, position, position].map(|sigma| sigma * sigma).into());
-        let found = SubmapMatch {
-            T_target_source: pair.guess,
-            covariance,
-            agreement: 0.0,
-            num_seen: 0,
-            fitness: 0.0,
-            rival: 0.0,
-        };
+        let found = SubmapMatch { T_target_source: pair.guess, covariance, agreement: 0.0, fitness: 0.0, rival: 0.0 };
         self.enter(Candidate { target: pair.target, source: pair.source, found });
         let last = self.loops.len() - 1;
         self.loops[last].is_unchecked = true;

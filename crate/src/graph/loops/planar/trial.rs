@@ -73,9 +73,6 @@ impl TrialOutcome {
                     percent(MIN_AGREEMENT)
                 )
             }
-            Self::SeesLittle => {
-                format!("{} returns are seen from both places, not {MIN_SEEN}", found.num_seen)
-            }
             Self::FitsLittle => {
                 format!("{} of the returns have a partner, not {}", percent(found.fitness), percent(MIN_FITNESS))
             }
