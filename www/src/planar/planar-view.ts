@@ -20,7 +20,7 @@ import { certainPieces, type Piece, pieceColors, uncertainLinks } from '../views
 import type { ShownPairs } from '../views/longest-pairs.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { Rgb } from '../views/palette.js';
-import type { OccupancyPicture } from '../views/occupancy.js';
+import type { OccupancyPictures } from '../views/occupancy-picture.js';
 import { MendSwitch } from './mend-switch.js';
 import type { PlanarPanels } from './panels.js';
 import { PlanarSession } from './session.js';
@@ -56,8 +56,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
   private pairs = new Fetched<Float32Array | null>(this, null);
   /** Iterations of the selected scan. */
   private history = new Fetched<readonly IterationRecord[]>(this, []);
-  /** The picture of the occupancy grid, by whether the map is dark. */
-  private picture = new Fetched<((dark: boolean) => OccupancyPicture | null) | null>(this, null);
+  private pictures = new Fetched<OccupancyPictures | null>(this, null);
   private readonly mendSwitch = new MendSwitch(this);
   private namesOf = memoizeLast((frames: readonly FrameResult[]) => frames.map(({ name }) => name));
   private figuresOf = memoizeLast(headlineFigures);
@@ -177,15 +176,12 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const areWanted = hasPairs && scan !== null;
     this.pairs.want(hasPairs, [snapshot, selected], areWanted ? () => session.ask('correspondences', scan) : null);
     const gridOf = wantsOccupancy && this.isOver ? snapshot : null;
-    this.picture.want(wantsOccupancy, [gridOf], gridOf && (() => this.pictureOf(session)));
+    this.pictures.want(wantsOccupancy, [gridOf], gridOf && (() => this.picturesOf(session)));
   }
 
-  private async pictureOf(session: PlanarSession): Promise<((dark: boolean) => OccupancyPicture | null) | null> {
-    const [grid, { occupancyPicture }] = await Promise.all([
-      session.ask('occupancy_grid'),
-      import('../views/occupancy-picture.js'),
-    ]);
-    return grid && memoizeLast((dark: boolean) => occupancyPicture(grid, dark));
+  private async picturesOf(session: PlanarSession): Promise<OccupancyPictures> {
+    const grid = await session.ask('occupancy_grid');
+    return (await import('../views/occupancy-picture.js')).occupancyPictures(grid);
   }
 
   /** Whether there is a result that no frame will be added to. */
@@ -230,7 +226,7 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       .referenceName=${result?.comparison?.name ?? ''}
       .fitKey=${this.fitKey}
       .hasOccupancy=${this.isOver}
-      .occupancy=${this.picture.value?.(this.dark) ?? null}
+      .occupancy=${this.pictures.value?.(this.dark) ?? null}
       @occupancy-wanted=${({ detail }: CustomEvent<boolean>) => {
         this.wantsOccupancy = detail;
       }}

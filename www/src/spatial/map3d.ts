@@ -44,8 +44,9 @@ const TURN_PER_PIXEL = 0.006;
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
- * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, or one of voxels of another side (m), `map-painted` when a new set of
- * points is on the screen, and `graphics-changed` with 'lost', 'restored' or 'unavailable'.
+ * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, or one of voxels of another
+ * side (m) is wanted, `map-painted` when a new set of points is on the screen, and `graphics-changed` with 'lost',
+ * 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
 export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
@@ -150,13 +151,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: this.toggleLayers,
-      after: surfaceBar(
-        this.runSurface,
-        this.choices.surface,
-        ramp(this.dark),
-        (change) => this.chooseSurface(change),
-        (voxelSize) => fire(this, 'surface-wanted', voxelSize),
-      ),
+      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), this.chooseSurface, this.wantSurface),
     });
   }
 
@@ -208,15 +203,16 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return before !== undefined && before.mesh !== this.runSurface.mesh;
   }
 
-  private chooseSurface(change: Partial<SurfaceChoices>): void {
+  private chooseSurface = (change: Partial<SurfaceChoices>): void =>
     this.choose({ surface: { ...this.choices.surface, ...change } });
-  }
+
+  private wantSurface = (voxelSize?: number): void => fire(this, 'surface-wanted', voxelSize);
 
   /** Makes the surface, or changes between it and the points. */
   private toggleSurface(): void {
     const { mesh, numPlaced } = this.runSurface;
     if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
-    else if (numPlaced > 0) fire(this, 'surface-wanted');
+    else if (numPlaced > 0) this.wantSurface();
   }
 
   // Layers.

@@ -1,6 +1,10 @@
 /** The picture of an occupancy grid: loaded with the first one that is shown. */
 import type { Grid } from '../engine/protocol.js';
+import { memoizeLast } from './memoize-last.js';
 import type { OccupancyPicture } from './occupancy.js';
+
+/** The picture of a grid, by whether the map is dark. */
+export type OccupancyPictures = (dark: boolean) => OccupancyPicture | null;
 
 /** Grey value of each kind of cell, on a light map and on a dark one. */
 const SHADES = {
@@ -10,7 +14,11 @@ const SHADES = {
 const FREE = 254;
 const OCCUPIED = 0;
 
-export function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | null {
+export function occupancyPictures(grid: Grid): OccupancyPictures {
+  return memoizeLast((dark: boolean) => occupancyPicture(grid, dark));
+}
+
+function occupancyPicture(grid: Grid, dark: boolean): OccupancyPicture | null {
   const { width, height, resolution, grey_values } = grid;
   const [originX = 0, originY = 0] = grid.origin;
   const image = document.createElement('canvas');
