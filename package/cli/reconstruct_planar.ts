@@ -9,15 +9,7 @@ import { nextTurn } from '../run/spatial_run.js';
 import { CommandError, isScanstitchError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
-import {
-  accepted,
-  errorFigures,
-  mapFile,
-  millimetres,
-  type Options,
-  reportFile,
-  type Task,
-} from './results.js';
+import { accepted, errorFigures, mapFile, millimetres, type Options, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { note, print, progressLine, tellNotes } from './terminal.js';
 

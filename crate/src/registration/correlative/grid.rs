@@ -17,6 +17,7 @@ const MAX_CELLS: f64 = 4e6;
 /// Blocks of a row that are scored together: their sums, of 16 bits each, fill a vector of WebAssembly.
 pub(super) const LANES: usize = 8;
 /// Zeros on either side of a row of blocks, as many as are scored together.
+#[allow(clippy::cast_possible_wrap, reason = "a handful")]
 const PADDING: i32 = LANES as i32;
 /// Blocks across the largest squares.
 pub(super) const MAX_SQUARE: i32 = 8;
