@@ -144,7 +144,7 @@ export const layoutStyles = css`
     min-width: 0;
     min-height: 0;
   }
-  /* What the user is asked stands beside the map, or below it where there is little room. */
+  /* A question is beside the map, or below it where there is little room. */
   .map-area {
     position: relative;
     display: grid;

@@ -201,7 +201,7 @@ export abstract class RunView<
   protected renderActivity(): TemplateResult | typeof nothing {
     return activity(this.session, this.num_frames < this.loaded().num_frames);
   }
-  /** What the user is asked, beside the map. */
+  /** A question, beside the map. */
   protected renderQuestion(): TemplateResult | typeof nothing {
     return nothing;
   }

@@ -1,13 +1,13 @@
 //! A tentative branch: the frames since one with an uncertain pose. An error of that pose carries over to all poses after
 //! it, until a frame is registered to the map from before the branch and thereby resolves it.
 
-use super::hypotheses::SAME_POSE_DISTANCE;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::DepthOptions;
 use super::frame_matcher::FrameMatcher;
+use super::hypotheses::SAME_POSE_DISTANCE;
 use super::pose_hypothesis::{PoseHypothesis, PoseUncertainty};
 use super::prediction_gate::PredictionGate;
 use super::reference_map::ReferenceMap;

@@ -69,6 +69,8 @@ pub enum Finding {
     },
     /// Its piece of the map is too small to be sure.
     SmallPiece,
+    /// One loop that was put in by hand tells alone where its part of the map lies.
+    OneHand,
     /// A loop of the map was put in by hand, without a match of the scans.
     UncheckedLoop,
     /// Another recording has begun, and where that lies is not searched for.
@@ -149,6 +151,10 @@ impl Finding {
                     "between frames {first} and {last} the result moves by {result}, the odometry by {odometry}: they contradict each \
                      other"
                 )
+            }
+            Self::OneHand => {
+                "its part of the map was joined to the rest by one loop that was put in by hand: a second one, elsewhere, confirms it"
+                    .to_owned()
             }
             Self::UncheckedLoop => "a loop of the map was put in by hand, without a match of the scans".to_owned(),
             Self::OtherRecording => {

@@ -178,6 +178,12 @@ impl KeyframeGraph {
         known.collect()
     }
 
+    /// Frames whose place one loop that was put in by hand tells alone.
+    pub fn hang_by_one_hand(&self) -> Vec<usize> {
+        let hang = self.closure.hang_by_one_hand();
+        (0..self.hangs_on.len()).filter(|&frame| hang[self.hangs_on[frame].0]).collect()
+    }
+
     /// Frames of pieces that are too small to be sure of: of the main one all but the first frame, where a doubt came before
     /// the motion was known.
     pub fn in_small_pieces(&self, pieces: &[usize]) -> Vec<usize> {

@@ -57,8 +57,14 @@ impl Run {
         }
         (self.joint, self.meter, self.sharpness) = (None, None, None);
         self.end_loops();
-        if self.graph.as_ref().is_some_and(|graph| graph.closure.has_unchecked_loop()) {
-            self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
+        if let Some(graph) = &self.graph {
+            graph
+                .hang_by_one_hand()
+                .into_iter()
+                .for_each(|frame| self.estimates[frame].findings.push(Finding::OneHand));
+            if graph.closure.has_unchecked_loop() {
+                self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
+            }
         }
         let num_added = taken.iter().filter(|edit| matches!(edit, Edit::AddLoop { .. })).count();
         let num_removed = taken.len() - num_added;
@@ -183,7 +189,8 @@ impl<'a> Mending<'a> {
             |(estimate, &count): (&FrameEstimate, &usize)| estimate.assessment_by(&estimate.findings[..count]);
         let is_good = |assessment: Assessment| is_checked && assessment.status == Status::Good;
         let mut is_good: Vec<bool> = self.estimates.iter().zip(self.num_findings).map(by_chain).map(is_good).collect();
-        graph.in_small_pieces(&pieces).into_iter().for_each(|scan| is_good[scan] = false);
+        let doubted = graph.in_small_pieces(&pieces).into_iter().chain(graph.hang_by_one_hand());
+        doubted.for_each(|scan| is_good[scan] = false);
         let (chi_squared, _) = graph.closure.chi_squared();
         Told { poses, chi_squared, pieces, is_good, loops: self.scans_of(&graph.closure.state()) }
     }

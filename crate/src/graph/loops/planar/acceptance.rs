@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::consistency::{Candidate, Relation, compare, consistent_set};
-use super::{Loop, LoopClosure, MAX_GRAPH_STEPS};
+use super::{Loop, LoopClosure, MAX_GRAPH_STEPS, Origin};
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
@@ -52,7 +52,7 @@ impl LoopClosure {
             information: candidate.found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros),
             is_switchable: !self.without.robust_kernel,
         };
-        self.loops.push(Loop { candidate, factor, is_unchecked: false });
+        self.loops.push(Loop { candidate, factor, origin: Origin::Search });
     }
 
     /// Solves, and takes loops back as long as there are some that do not fit. Loops from `num_old` on are new: far off as

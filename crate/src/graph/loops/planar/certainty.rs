@@ -1,6 +1,7 @@
 //! How well places are known to each other, and the certain pieces of the graph that follow from it.
 
 use super::LoopClosure;
+use super::submap::Submap;
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::{openness, sigmas};
@@ -37,8 +38,13 @@ impl LoopClosure {
                 num_pieces += 1;
             }
         }
-        let of_keyframes = |(submap, piece): (&super::Submap, usize)| submap.keyframes.clone().map(move |_| piece);
-        self.submaps.iter().zip(piece_of).flat_map(of_keyframes).collect()
+        self.of_keyframes(&piece_of)
+    }
+
+    /// For each keyframe what holds for its submap.
+    pub(super) fn of_keyframes<T: Copy>(&self, of_submaps: &[T]) -> Vec<T> {
+        let of_submap = |(submap, value): (&Submap, &T)| std::iter::repeat_n(*value, submap.keyframes.len());
+        self.submaps.iter().zip(of_submaps).flat_map(of_submap).collect()
     }
 
     /// How well the keyframes in the middle of submaps are known to each other, for all that are near.
@@ -59,16 +65,21 @@ impl LoopClosure {
     }
 
     /// For each submap those that a link or a loop connects it with.
-    pub(super) fn neighbors(&self) -> Vec<Vec<usize>> {
+    fn neighbors(&self) -> Vec<Vec<usize>> {
         let mut neighbors = vec![Vec::new(); self.submaps.len()];
-        let is_linked = |later: &usize| !self.links[self.submaps[*later].keyframes.start].is_broken;
-        let chain = (1..self.submaps.len()).filter(is_linked).map(|later| (later - 1, later));
-        let loops = self.loops.iter().map(|closed| (closed.candidate.target, closed.candidate.source));
-        for (a, b) in chain.chain(loops) {
+        for [a, b] in self.connections(None) {
             neighbors[a].push(b);
             neighbors[b].push(a);
         }
         neighbors
+    }
+
+    /// The submaps that a certain link or a loop connects, without this loop.
+    pub(super) fn connections(&self, without: Option<usize>) -> impl Iterator<Item = [usize; 2]> {
+        let is_linked = |later: &usize| !self.links[self.submaps[*later].keyframes.start].is_broken;
+        let chain = (1..self.submaps.len()).filter(is_linked).map(|later| [later - 1, later]);
+        let loops = self.loops.iter().enumerate().filter(move |(index, _)| Some(*index) != without);
+        chain.chain(loops.map(|(_, closed)| [closed.candidate.target, closed.candidate.source]))
     }
 
     /// The submaps of the piece of one submap that belong to none so far.

@@ -7,8 +7,8 @@ use nalgebra::Matrix3;
 use super::acceptance::MAX_WINDOW_ALONE;
 use super::consistency::{Candidate, Cycle, Relation, consistent_set, cycle, relation};
 use super::matching::{Pair, SourceStretch, SubmapMatch, match_stretches};
-use super::submap::{Keyframe, Submap};
-use super::{Loop, LoopClosure, TrialOutcome};
+use super::submap::Keyframe;
+use super::{Loop, LoopClosure, Origin, TrialOutcome};
 use crate::geometry::connected_parts::connected_parts;
 use crate::geometry::{Pose2, RigidMotion, mahalanobis};
 use crate::graph::pose_graph::total_loss;
@@ -94,7 +94,21 @@ impl LoopClosure {
 
     /// Whether a loop was put in without a match.
     pub fn has_unchecked_loop(&self) -> bool {
-        self.loops.iter().any(|closed| closed.is_unchecked)
+        self.loops.iter().any(|closed| closed.origin == Origin::Unchecked)
+    }
+
+    /// For each keyframe, whether one loop that was put in by hand tells alone where its part lies: the smaller of the two that the loop
+    /// connects. Where places repeat, a match near a wrong guess fits as well as one near the right one; that two agree is no chance.
+    pub fn hang_by_one_hand(&self) -> Vec<bool> {
+        let mut hang = vec![false; self.submaps.len()];
+        for (index, closed) in self.loops.iter().enumerate().filter(|(_, closed)| closed.origin == Origin::Hand) {
+            let parts = connected_parts(self.submaps.len(), self.connections(Some(index)));
+            let [a, b] = [closed.candidate.target, closed.candidate.source].map(|submap| parts[submap]);
+            let size = |part: usize| parts.iter().filter(|of| **of == part).count();
+            let smaller = if size(a) < size(b) { a } else { b };
+            hang.iter_mut().zip(&parts).for_each(|(hangs, part)| *hangs |= a != b && *part == smaller);
+        }
+        self.of_keyframes(&hang)
     }
 
     /// The submaps of two keyframes, the earlier one first.
@@ -149,7 +163,7 @@ impl LoopClosure {
         let found = SubmapMatch { T_target_source: pair.guess, covariance, agreement: 0.0, fitness: 0.0, rival: 0.0 };
         self.enter(Candidate { target: pair.target, source: pair.source, found });
         let last = self.loops.len() - 1;
-        self.loops[last].is_unchecked = true;
+        self.loops[last].origin = Origin::Unchecked;
         self.loops[last].factor.is_switchable = false;
         self.solve(last);
         Ok(())
@@ -168,7 +182,7 @@ impl LoopClosure {
                 position_sigma,
                 chi_squared: between.map_or(0.0, |between| self.contradiction(closed, &between)),
                 agreement: found.agreement,
-                is_unchecked: closed.is_unchecked,
+                is_unchecked: closed.origin == Origin::Unchecked,
             }
         };
         self.loops.iter().map(evidence).collect()
@@ -222,18 +236,14 @@ impl LoopClosure {
     /// Moves the source to where it was found, with all that certain links and loops connect with it, unless they connect it with
     /// the target. Whether they do not.
     fn move_unconnected(&mut self, found: &Candidate) -> bool {
-        let links = self.neighbors().into_iter().enumerate();
-        let links = links.flat_map(|(submap, others)| others.into_iter().map(move |other| [submap, other]));
-        let parts = connected_parts(self.submaps.len(), links);
+        let parts = connected_parts(self.submaps.len(), self.connections(None));
         let (into, piece) = (parts[found.target], parts[found.source]);
         if into == piece {
             return false;
         }
-        let part_of = |(submap, part): (&Submap, &usize)| std::iter::repeat_n(*part, submap.keyframes.len());
-        let part_of: Vec<usize> = self.submaps.iter().zip(&parts).flat_map(part_of).collect();
         let poses = self.anchor_poses();
         let motion = poses[found.target] * found.found.T_target_source * poses[found.source].inverse();
-        self.move_piece(&part_of, piece, into, &motion);
+        self.move_piece(&self.of_keyframes(&parts), piece, into, &motion);
         true
     }
 
@@ -270,6 +280,7 @@ impl LoopClosure {
         let places = (candidate.target, candidate.source);
         let before: Vec<Loop> = self.loops.clone();
         self.enter(candidate);
+        self.loops[before.len()].origin = Origin::Hand;
         self.solve(before.len());
         let stays = |of: (usize, usize)| {
             self.loops.iter().any(|closed| (closed.candidate.target, closed.candidate.source) == of)

@@ -67,8 +67,18 @@ const MAX_ROUNDS: usize = 12;
 struct Loop {
     candidate: Candidate,
     factor: PlanarFactor,
-    /// Whether it was put in by hand without a match.
-    is_unchecked: bool,
+    origin: Origin,
+}
+
+/// How a loop came into the graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// The search found it.
+    Search,
+    /// It was put in by hand, and the scans match there.
+    Hand,
+    /// It was put in by hand without a match.
+    Unchecked,
 }
 
 /// The search for loops.

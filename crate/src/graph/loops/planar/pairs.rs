@@ -5,7 +5,6 @@ use nalgebra::Matrix2;
 
 use super::LoopClosure;
 use super::matching::Pair;
-use super::submap::Submap;
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::RigidMotion;
 use crate::geometry::connected_parts::connected_parts;
@@ -74,8 +73,7 @@ impl LoopClosure {
 
     /// The same for each keyframe.
     pub fn parts_of_keyframes(&self) -> Vec<usize> {
-        let of_keyframes = |(submap, part): (&Submap, usize)| submap.keyframes.clone().map(move |_| part);
-        self.submaps.iter().zip(self.parts()).flat_map(of_keyframes).collect()
+        self.of_keyframes(&self.parts())
     }
 
     /// Wide windows take long to search: those that are the likeliest for what they cost first, as many as a share of what is
