@@ -1,6 +1,7 @@
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
 import type { CleaningReport, Reconstruction, ReconstructionResult } from '../../pkg/scanstitch.js';
+import type { Note } from '../base/errors.js';
 import { printable } from '../base/printable.js';
 import type { Content } from '../files/content.js';
 import type { OpenedRecording } from '../recording_reader.js';
@@ -11,7 +12,7 @@ import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
 import { accepted, errorFigures, mapFile, millimetres, type Options, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
-import { note, print, progressLine, tellNotes } from './terminal.js';
+import { note, print, progressLine, tellDoubtful, tellNotes } from './terminal.js';
 
 /** Of more scans than this, only those that are not good have a line. */
 const MOST_ROWS = 200;
@@ -49,13 +50,11 @@ export async function reconstructPlanar(task: Task) {
     'report.json': reconstruction.report_json(),
     ...reportFile(result, reconstruction.map_points(), task),
   });
-  for (const { name, status, reason, cleaning } of result.frames) {
-    if (cleaning.non_finite > 0) {
-      const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
-      note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
-    }
-    if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
+  for (const { name, cleaning } of result.frames.filter(({ cleaning }) => cleaning.non_finite > 0)) {
+    const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
+    note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
   }
+  if (result.frames.length <= MOST_ROWS) tellDoubtful(result.frames, complain);
   if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
     note(`${odometry} gives the first guess of every scan.`);
   }
@@ -82,6 +81,7 @@ export async function addScans(
   complain: (problem: string) => void,
 ): Promise<number> {
   let added = 0;
+  const found: Note[] = [];
   for (const { source, name } of scansOf(recording)) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
@@ -89,12 +89,13 @@ export async function addScans(
       ? () => {
           const { losses, notes } = reconstruction.add_log(name, bytes, table);
           losses.forEach((text) => complain(`${name}: ${text}`));
-          notes.forEach((text) => note(`${name}: ${text}`));
+          found.push(...notes.map((text) => ({ file: name, reason: text.replace(/\.$/, '') })));
         }
       : () => reconstruction.add_scan(name, bytes);
     if (accepted(add, complain)) added += 1;
     tellNotes(source.losses ?? [], complain);
   }
+  tellNotes(found, complain);
   return added;
 }
 
