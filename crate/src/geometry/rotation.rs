@@ -9,6 +9,14 @@ const MAX_OFF_DIAGONAL: f64 = 1e-12;
 /// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
 const MAX_ITERATIONS: usize = 50;
 
+/// How far R^T R of a rotation may be off the identity: files round to three decimals.
+pub(crate) const ROTATION_TOLERANCE: f64 = 1e-2;
+
+/// Largest entry by which R^T R of a matrix is off the identity.
+pub(crate) fn rotation_defect(matrix: &Matrix3<f64>) -> f64 {
+    (matrix.transpose() * matrix - Matrix3::identity()).amax()
+}
+
 /// The matrix of a pose's rotation, and its translation (m).
 pub(crate) fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
     (T.rotation.to_rotation_matrix().into_inner(), T.translation.vector)
