@@ -53,8 +53,8 @@ impl DepthModel {
     }
 }
 
-/// Lower bound of the depth noise (m), for surfaces are never perfectly flat.
-const MIN_NOISE: f64 = 1e-3;
+/// Lower bound of the noise of a surface's points (m), for surfaces are never perfectly flat.
+pub(crate) const MIN_NOISE: f64 = 1e-3;
 /// Side of a cell (pixels).
 pub(crate) const CELL_SIZE: usize = 4;
 /// Half widths of the windows (cells beyond the centre), the largest first.
