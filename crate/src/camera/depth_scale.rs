@@ -78,13 +78,11 @@ const CANDIDATES: [Candidate; 6] = [
 const KINECT_STEP: f64 = 1.0 / (8.0 * 580.0 * KINECT_BASELINE);
 /// From the projector to the camera (m).
 const KINECT_BASELINE: f64 = 0.075;
-/// Deviation of a camera's step from its nominal one, as a logarithm: focal lengths, resampling. On seven recordings of
-/// Kinects it is 0.10.
+/// Deviation of a camera's step from its nominal one, as a logarithm: calibration, resampling, 16 : 9 at the same width. On seven
+/// recordings of Kinects it is 0.10.
 const STEP_DEVIATION: f64 = 0.12;
 /// RealSense D400: baseline (m) and focal length at 4 : 3 (shares of the width), by the datasheet: D435, D415, D455.
 const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)];
-/// Deviation of a RealSense's focal length from its nominal one, as a logarithm: calibration, and 16 : 9 at the same width.
-const REALSENSE_DEVIATION: f64 = 0.1;
 /// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
 const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
 /// Largest depth that cameras measure (m), and its deviation as a logarithm.
@@ -155,12 +153,12 @@ impl DepthScale {
     /// `width` is that of the image (pixels).
     pub fn confirmed_by(&self, width: usize) -> Option<String> {
         let ScaleBasis::DisparitySteps(c) = self.basis else { return None };
-        let (sensor, deviations) = match self.sensor {
-            DepthSensor::Kinect => ("Kinect", (c / KINECT_STEP).ln().abs() / STEP_DEVIATION),
-            DepthSensor::RealSense { .. } => ("RealSense", realsense(c, width).1 / REALSENSE_DEVIATION),
+        let (sensor, ratio) = match self.sensor {
+            DepthSensor::Kinect => ("Kinect", c / KINECT_STEP),
+            DepthSensor::RealSense { .. } => ("RealSense", realsense(c, width).1.exp()),
             DepthSensor::Unknown => return None,
         };
-        (self.alternatives.is_empty() && deviations < MAX_STEP_DEVIATIONS)
+        (self.alternatives.is_empty() && is_step_of_sensor(ratio))
             .then(|| format!("the disparity steps of a {sensor}, which fit no other scale in use"))
     }
 
@@ -188,6 +186,11 @@ impl DepthScale {
 /// The even spacing of the inverse raw values (1 / raw) that a triangulating camera leaves; none without.
 pub(crate) fn disparity_step(image: &DepthImage) -> Option<f64> {
     if image.bits <= 8 || image.bits == DepthImage::METRES { None } else { Levels::new(image).disparity_step() }
+}
+
+/// Whether a sensor's steps may be off from its nominal ones by this factor.
+pub(crate) fn is_step_of_sensor(ratio: f64) -> bool {
+    ratio.ln().abs() < MAX_STEP_DEVIATIONS * STEP_DEVIATION
 }
 
 /// Focal length (pixels) of a Kinect whose depth has steps of c z^2 (1/m).
@@ -247,7 +250,7 @@ fn kinect_likelihood(c: f64) -> f64 {
 }
 
 fn realsense_likelihood(c: f64, width: usize) -> f64 {
-    gaussian(realsense(c, width).1 / REALSENSE_DEVIATION)
+    gaussian(realsense(c, width).1 / STEP_DEVIATION)
 }
 
 /// Focal length (pixels) of the RealSense that has the step c (1/m), and how far it is from the nominal one (logarithm).

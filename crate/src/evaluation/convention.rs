@@ -136,11 +136,11 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
 }
 
 /// Largest ratio of misfits for which a less usual convention replaces the best one before it in the list.
-const MAX_MISFIT_RATIO: f64 = 0.8;
+pub(super) const MAX_MISFIT_RATIO: f64 = 0.8;
 /// The same of a left-handed one: hardly any file has it.
 const MAX_LEFT_HANDED_RATIO: f64 = 0.5;
-/// Differences of misfits (m) below this one are rounding errors.
-const MISFIT_ROUNDING: f64 = 1e-6;
+/// Misfits (m) below this one are rounding errors of files.
+pub(super) const MISFIT_ROUNDING: f64 = 1e-6;
 
 /// The poses of a reference as `T_world_sensor` with this engine's axes, and the convention found.
 ///

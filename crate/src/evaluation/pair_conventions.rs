@@ -6,8 +6,8 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-use super::convention::QuaternionOrder;
-use super::motion_ratio::FRAME_GAPS;
+use super::convention::{MAX_MISFIT_RATIO, MISFIT_ROUNDING, QuaternionOrder};
+use super::motion_ratio::{FRAME_GAPS, MAX_SAMPLES, MIN_MOTIONS};
 use super::path::{Path, relative};
 use super::umeyama::best_fit;
 use crate::geometry::pose_distance::METRES_PER_RADIAN;
@@ -15,13 +15,6 @@ use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
 
-/// Fewest motions for which a wider gap between their frames is preferred, since the noise is then smaller beside the motion.
-const MIN_MOTIONS: usize = 20;
-/// Most motions that are compared, evenly spread.
-const MAX_MOTIONS: usize = 300;
-/// Largest ratio of misfits for which a less usual convention replaces the best one before it, as for a reference of a run
-/// ([`interpret`](super::convention::interpret)).
-const MAX_MISFIT_RATIO: f64 = 0.8;
 /// Largest share of the misfit as read that other conventions may leave, and of the motion itself that they may leave
 /// unexplained. Measured on the estimates of freiburg1_xyz and of ten flights: with exchanged quaternions, a turned sensor or
 /// mirrored poses the right conventions leave 0.11 at most. None of 100 pairs as they are, KITTI's among them, is converted.
@@ -30,8 +23,6 @@ const MAX_REMAINING: f64 = 0.3;
 /// of unknown scale it is the number of motions times the logarithm of the ratio of the mean misfits. There are 54 readings with
 /// 24 directions of the axes, one of which is to be believed wrongly once in a thousand trajectories: ln(54 * 24 / 1e-3).
 const MIN_LOG_LIKELIHOOD_RATIO: f64 = 14.1;
-/// Misfits (m) below this one are rounding errors of files.
-const MISFIT_ROUNDING: f64 = 1e-6;
 
 /// Two paths in common conventions, and what was changed, in whole sentences.
 pub(super) struct Agreed {
@@ -248,7 +239,7 @@ impl Motions {
     fn of(num_poses: usize) -> Option<Self> {
         let gap = FRAME_GAPS.into_iter().rev().find(|gap| num_poses >= gap * MIN_MOTIONS).unwrap_or(1);
         let count = num_poses.checked_sub(gap).filter(|count| *count > 0)?;
-        let stride = count.div_ceil(MAX_MOTIONS);
+        let stride = count.div_ceil(MAX_SAMPLES);
         let pairs: Vec<_> = (0..count).step_by(stride).map(|index| (index, index + gap)).collect();
         Some(Self { num_independent: pairs.len().min(count.div_ceil(gap)), pairs })
     }

@@ -54,15 +54,11 @@ pub const CLOUD_SIZES: Expected =
 const MIN_ALTERNATIVE: f64 = 0.1;
 /// ... beside metres even less: what is taken for metres is taken without a word.
 const MIN_ALTERNATIVE_TO_METRES: f64 = 0.02;
-/// Sensors measure in steps of this (m) or finer, the coarsest of them by ultrasound; ...
-const COARSE_STEP: f64 = 0.02;
-/// ... coarser ones are those of grids, ...
-const COARSE_STEP_LIKELIHOOD: f64 = 0.05;
-/// ... and from here on of no measurement.
-const IMPOSSIBLE_STEP: f64 = 0.2;
-const IMPOSSIBLE_LIKELIHOOD: f64 = 1e-4;
-/// A range limit beyond the usual ones, in either direction, by this factor is as improbable as two standard deviations.
-const LIMIT_DEVIATION: f64 = 0.7;
+/// Likelihoods of steps larger than these (m): sensors measure in finer ones, the coarsest of them by ultrasound; grids have coarser ones,
+/// and the coarsest are of no measurement.
+const COARSE_STEPS: [(f64, f64); 2] = [(0.199, 1e-4), (0.02, 0.05)];
+/// Deviation of a range limit beyond the usual ones, in either direction, as a logarithm: twice as far is improbable.
+const LIMIT_DEVIATION: f64 = 0.35;
 /// Steps that numbers may be multiples of, the coarsest first: whole numbers, quarters (RPLIDAR), decimals.
 const STEPS: [f64; 9] = [100.0, 10.0, 1.0, 0.5, 0.25, 0.1, 0.05, 0.01, 0.001];
 
@@ -99,14 +95,10 @@ pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> Judged
 impl Expected {
     /// Of a median, a largest value and a step (m).
     fn likelihood(&self, [median, largest, step]: [f64; 3]) -> f64 {
-        let of_step = match step {
-            step if step >= IMPOSSIBLE_STEP => IMPOSSIBLE_LIKELIHOOD,
-            step if step > COARSE_STEP => COARSE_STEP_LIKELIHOOD,
-            _ => 1.0,
-        };
+        let of_step = COARSE_STEPS.iter().find(|(least, _)| step > *least).map_or(1.0, |(_, likelihood)| *likelihood);
         let (shortest, farthest) = self.largest;
         let beyond = (shortest / largest).ln().max((largest / farthest).ln()).max(0.0) / LIMIT_DEVIATION;
-        gaussian((median / self.median.0).ln() / self.median.1) * gaussian(2.0 * beyond) * of_step
+        gaussian((median / self.median.0).ln() / self.median.1) * gaussian(beyond) * of_step
     }
 }
 

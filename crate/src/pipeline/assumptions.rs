@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::camera::depth_scale::kinect_focal_length;
+use crate::camera::depth_scale::{is_step_of_sensor, kinect_focal_length};
 use crate::camera::{DepthImage, DepthScale, DepthSensor, Pinhole, ScaleBasis};
 use crate::evaluation::motion_ratio::{motion_ratio, motions_agree};
 use crate::evaluation::trajectory_error::TrajectoryError;
@@ -99,10 +99,6 @@ const FOCAL_LENGTHS: [(f64, &str); 7] = [
 ];
 /// Range of plausible median depths (m): rooms have 2.2 m, and a tenth or ten times that is neither a room nor a hall.
 const PLAUSIBLE_MEDIAN: (f64, f64) = (0.2, 25.0);
-/// Smallest factor by which a scale contradicts every scale that the spacing of the values allows.
-const CONTRADICTING_FACTOR: f64 = 1.5;
-/// Smallest factor by which a focal length contradicts the depth steps; those of four Kinects with known cameras are within 1.19.
-const CONTRADICTING_FOCAL_FACTOR: f64 = 1.3;
 
 /// What is assumed of the images of which this is the first.
 pub(crate) fn assumptions(
@@ -170,7 +166,7 @@ fn wrong_focal_length(settings: &SpatialSettings, scale: &DepthScale) -> Option<
         _ => return None,
     };
     let set = settings.fx;
-    (set > 0.0 && (set / told).ln().abs() > CONTRADICTING_FOCAL_FACTOR.ln()).then(|| {
+    (set > 0.0 && !is_step_of_sensor(set / told)).then(|| {
         format!(
             "fx = {set} is given, but the spacing of the raw depth values is that of a {sensor} with a focal length of about \
              {told:.0} pixels: it is right only if the depth images were scaled, or mapped into another camera's images"
@@ -184,7 +180,7 @@ pub(crate) fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Opt
     if set == 0.0 {
         return None;
     }
-    let fits = |value: &f64| (value / set).ln().abs() < CONTRADICTING_FACTOR.ln();
+    let fits = |value: &f64| is_step_of_sensor(value / set);
     let told = scale.per_metre();
     match scale.basis {
         ScaleBasis::DisparitySteps(_) if !fits(&told) && !scale.alternatives.iter().any(fits) => Some(format!(
@@ -211,8 +207,6 @@ pub(crate) fn wrong_scale(settings: &SpatialSettings, scale: &DepthScale) -> Opt
 const MIN_FACTOR: f64 = 1.05;
 /// Turns that differ by this factor are reported.
 const MIN_ANGLE_FACTOR: f64 = 1.08;
-/// A suggested scale this close to a usual one is that one.
-const USUAL_FACTOR: f64 = 1.04;
 
 /// How the frames of a run are read.
 #[derive(Debug, Clone, Copy)]
@@ -283,7 +277,7 @@ impl Assumption {
 /// The unit of length that is this one (m), about; else three digits.
 fn usual_unit(wanted: f64) -> f64 {
     let units = [METRE, CENTIMETRE, MILLIMETRE].map(|unit| unit.metres);
-    let near = units.into_iter().find(|unit| (unit / wanted).ln().abs() < USUAL_FACTOR.ln());
+    let near = units.into_iter().find(|unit| (unit / wanted).ln().abs() < MIN_FACTOR.ln());
     near.unwrap_or_else(|| format!("{wanted:.2e}").parse().unwrap_or(wanted))
 }
 
@@ -291,7 +285,7 @@ fn usual_unit(wanted: f64) -> f64 {
 fn usual_scale(wanted: f64) -> f64 {
     let off = |usual: f64| (usual / wanted).ln().abs();
     let usual =
-        SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual).filter(|usual| off(*usual) < USUAL_FACTOR.ln());
+        SCALES_16.iter().chain(&SCALES_8).map(|(usual, _)| *usual).filter(|usual| off(*usual) < MIN_FACTOR.ln());
     usual.min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or_else(|| wanted.round().max(1.0))
 }
 

@@ -73,3 +73,6 @@ pub use refine::{BevPair, BevParameter, BevRefinement, BevRefinementOptions, Bev
 pub use region::{BevPolygon, BevSegment};
 pub use scene::{BevCamera, BevIntrinsics, BevPlane, BevPose, BevPoseKind, BevScene, BevSide};
 pub use transfer::{BevLayout, BevLayoutCamera, Plane, PlaneTransfer, PosedCamera};
+
+/// What is smaller is the rounding of a computation with metres, pixels and directions in double precision, and counts as zero.
+const ROUNDING: f64 = 1e-9;

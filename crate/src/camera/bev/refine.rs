@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::ROUNDING;
 use super::scene::{BevPlane, BevPose, BevScene};
 use super::transfer::{Plane, PlaneTransfer, PosedCamera};
 use crate::error::{Error, Result};
@@ -101,12 +102,8 @@ pub struct BevRefinement {
 
 /// Largest number of Gauss-Newton steps; from marks a few pixels off, fewer than ten are needed.
 const MAX_ITERATIONS: usize = 60;
-/// Largest number of halvings of a step that does not reduce the error: by then it is below the rounding of a pose.
-const MAX_HALVINGS: i32 = 30;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;
-/// Eigenvalue of the normal matrix, scaled to a unit diagonal, below which the pairs do not determine a motion.
-const MIN_EIGENVALUE: f64 = 1e-9;
 
 /// Adjusts a camera until the projections of the pairs fall on their marks.
 ///
@@ -289,7 +286,8 @@ fn gauss_newton_step(
     let scale: DVector<f64> = H.diagonal().map(|value: f64| if value > 0.0 { 1.0 / value.sqrt() } else { 1.0 });
     let scaled = DMatrix::from_fn(size, size, |i, j| H[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.clone().symmetric_eigenvalues().min();
-    let solved = if smallest > MIN_EIGENVALUE { scaled.cholesky() } else { None };
+    // Scaled to a unit diagonal.
+    let solved = if smallest > ROUNDING { scaled.cholesky() } else { None };
     let Some(cholesky) = solved else {
         return Err(Error::whole(
             "The pairs do not tell apart what is to be refined",
@@ -352,7 +350,8 @@ fn shortened(
     step: &DVector<f64>,
     before: f64,
 ) -> Option<(f64, Vec<[f64; 2]>)> {
-    (0..MAX_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|share| {
+    let halved = |share: &f64| Some(share / 2.0).filter(|share| step.norm() * share >= STEP_EPS);
+    std::iter::successors(Some(1.0), halved).find_map(|share| {
         let moved = directions.moved(start, &(theta + step * share));
         let residuals = residuals_of(&moved, pairs)?;
         (squares(&residuals) < before).then_some((share, residuals))

@@ -13,7 +13,7 @@ use super::belief::{Belief, Estimate, Hypothesis};
 use super::field::MapField;
 use super::likelihood::{Beam, BeamModel, Fit};
 use super::location::{Location, Place, Verdict};
-use super::places::{CERTAIN, Places, log_odds, odds_of, places};
+use super::places::{CERTAIN, MAX_LOG_ODDS, Places, log_odds, odds_of, places};
 use super::search::Search;
 use super::window::{Window, beams_of};
 use crate::geometry::Pose2;
@@ -32,8 +32,6 @@ const KEYFRAMES_BETWEEN_SEARCHES: (usize, usize) = (10, 40);
 const MAX_FOLLOWED: usize = 100;
 /// The way over which scans must fit the map together before a place is certain (m).
 const CHECKED_WAY: f64 = 3.0;
-/// A place is known at most this well, as the logarithm of its odds to being elsewhere: a robot may be carried away.
-const MAX_LOG_ODDS: f64 = 9.2;
 /// The least of what a scan alone may say for it, of a scan whose place is certain: people may stand around.
 const MIN_LOG_ODDS_OF_SCAN: f64 = -2.3;
 

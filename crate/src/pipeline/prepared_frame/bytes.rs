@@ -7,7 +7,7 @@ use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces};
+use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces, num_bytes};
 use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
@@ -112,7 +112,7 @@ impl PreparedFrame {
                 let brightness = brightness_of(images).map_or(0, Brightness::num_bytes);
                 images.iter().map(|(_, prepared)| most_bytes_of(prepared)).sum::<usize>() + brightness
             }
-            Surfaces::Cloud(cloud) => cloud.len() * POINT_BYTES,
+            Surfaces::Cloud(cloud) => num_bytes(cloud),
         };
         let of_words: usize = self.notes.iter().map(|note| note.subject.len() + note.reason.len()).sum();
         of_surfaces + self.map_points.num_bytes() + 2 * of_words + HEADER_BYTES
@@ -297,8 +297,6 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
 
 /// Number of a cell, and the numbers of its piece of surface.
 const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
-/// Position, normal, colour and time of a point.
-const POINT_BYTES: usize = 31;
 /// Far more than all that is no list takes.
 const HEADER_BYTES: usize = 4096;
 

@@ -2,7 +2,7 @@
 
 use crate::camera::{DepthImage, DepthValues, NoDepth, Votes};
 use crate::error::{Error, Result};
-use crate::pipeline::spatial_settings::SpatialSettings;
+use crate::pipeline::spatial_settings::{KINECT_FOCAL_LENGTH, SpatialSettings};
 
 /// What is said of images whose values were written with the low byte first.
 const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong order (low byte first): neighbouring pixels differ \
@@ -25,7 +25,7 @@ pub(super) fn values_of(settings: &SpatialSettings, first: &DepthImage) -> Resul
         return Ok((settings.depth_values, None));
     }
     let read = if first.has_swapped_bytes() { DepthValues::SwappedBytes } else { DepthValues::Depth };
-    let focal_length = if settings.fx > 0.0 { settings.fx } else { USUAL_FOCAL_LENGTH * first.width as f64 };
+    let focal_length = if settings.fx > 0.0 { settings.fx } else { KINECT_FOCAL_LENGTH * first.width as f64 };
     let votes = Votes::of(&first.clone().read_as(read), focal_length);
     let (problem, remedy) = match (read, votes.is_inverted(), votes.no_depth()) {
         (DepthValues::SwappedBytes, true, _) => {
@@ -44,9 +44,6 @@ pub(super) fn values_of(settings: &SpatialSettings, first: &DepthImage) -> Resul
     };
     Err(Error::whole(problem, format!("{remedy}; or set depth_values, if that is wrong")))
 }
-
-/// Of most cameras, over the width of their images.
-const USUAL_FOCAL_LENGTH: f64 = 0.7;
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
 
 /// Largest speed across frames that are not good, over that anywhere else.
-const FASTER: f64 = 3.0;
+const MAX_SPEED_RATIO: f64 = 3.0;
 /// With fewer steps between good frames it is not known how fast that is.
 const MIN_STEPS: usize = 5;
 
@@ -32,7 +32,7 @@ impl Step {
     }
 
     fn is_within(&self, largest: &Self, num_steps: usize) -> bool {
-        let most = FASTER * num_steps as f64;
+        let most = MAX_SPEED_RATIO * num_steps as f64;
         self.translation <= most * largest.translation && self.rotation <= most * largest.rotation
     }
 

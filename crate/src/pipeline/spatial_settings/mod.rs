@@ -118,7 +118,7 @@ const DEPTH_MAP_VOXEL: f64 = 0.02;
 /// Voxels of depth images taken for clouds (m), unless set.
 const DEPTH_VOXEL: f64 = 0.05;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
-const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
+pub(crate) const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
 /// Sizes of depth images that only one sensor has, and its focal length (pixels): Kinect v2, Azure Kinect (narrow field of
 /// view).
 const SIZES_OF_ONE_SENSOR: [(usize, usize, f64); 3] = [(512, 424, 365.0), (640, 576, 504.0), (320, 288, 252.0)];

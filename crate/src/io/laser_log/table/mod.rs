@@ -7,8 +7,9 @@
 use std::f64::consts::PI;
 
 use super::fields::tolerate;
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
+use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, pose};
 use crate::geometry::Pose2;
+use crate::io::limits::MAX_BEAMS;
 use crate::{Error, Result};
 
 mod clock;

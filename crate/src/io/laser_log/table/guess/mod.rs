@@ -4,9 +4,10 @@
 use std::f64::consts::TAU;
 
 use super::format::{SAY_COLUMNS, UNITS};
-use super::names::{BEAMS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
+use super::names::{BEAMS, HEADINGS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use crate::io::laser_log::units::MAX_RADIANS;
 use crate::io::length_unit::JudgedUnit;
 use crate::{Error, Result};
 
