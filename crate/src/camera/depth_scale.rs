@@ -64,14 +64,14 @@ struct Candidate {
 }
 
 /// Millimetres: most cameras and data sets. 5,000: TUM RGB-D. 8,000: SUN RGB-D, which rotates the bits by three. 4,000:
-/// Matterport3D. 10,000: RealSense at 0.1 mm. 65,535 over 10 m: renderings of Replica.
+/// Matterport3D. 10,000: cameras at 0.1 mm. 65,535 over 10 m: renderings of Replica.
 const CANDIDATES: [Candidate; 6] = [
     Candidate { per_metre: 1000.0, prior: 0.6, sensors: [true, true], is_rendered: true },
     Candidate { per_metre: 6553.5, prior: 0.15, sensors: [false, false], is_rendered: true },
     Candidate { per_metre: 5000.0, prior: 0.1, sensors: [true, false], is_rendered: true },
     Candidate { per_metre: 8000.0, prior: 0.05, sensors: [true, false], is_rendered: false },
     Candidate { per_metre: 4000.0, prior: 0.05, sensors: [true, false], is_rendered: true },
-    Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [false, true], is_rendered: false },
+    Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [true, true], is_rendered: false },
 ];
 
 /// Kinect: 1 / (8 f b) with f = 580 pixels and b = 0.075 m (1/m).
@@ -93,6 +93,8 @@ const MAX_RENDERED_HOLES: f64 = 0.01;
 const MAX_STEP_DEVIATIONS: f64 = 3.0;
 /// A candidate this much less probable than the best is not named.
 const MIN_ALTERNATIVE: f64 = 0.05;
+/// Share of the recordings whose values all are multiples of something else than 1 mm or a power of ten of it: no camera above writes them.
+const UNUSUAL_MULTIPLES: f64 = 0.02;
 /// This many levels or fewer do not show how they are spaced.
 const MIN_LEVELS: usize = 20;
 /// Levels closer than this (raw steps, median) show rounding, not disparity.
@@ -205,6 +207,18 @@ fn trimmed(number: &str) -> String {
 impl Candidate {
     /// How well an image fits this way to store depth; `step` is that of its inverse raw values, if they are evenly spaced.
     fn likelihood(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
+        let of_multiples = if self.are_usual_multiples(levels.common_divisor) { 1.0 } else { UNUSUAL_MULTIPLES };
+        of_multiples * self.likelihood_of_spacing(image, levels, step)
+    }
+
+    /// Whether values that all are multiples of this one are so of 1 mm or a power of ten of it: 5,000 values a metre are made of whole
+    /// millimetres as a rule, by a factor of 5.
+    fn are_usual_multiples(&self, divisor: u16) -> bool {
+        let millimetres = 1e3 * f64::from(divisor) / self.per_metre;
+        divisor == 1 || (millimetres >= 1.0 && millimetres.log10().fract() == 0.0)
+    }
+
+    fn likelihood_of_spacing(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
         if let Some(step) = step {
             let c = step * self.per_metre;
             let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
@@ -271,6 +285,8 @@ struct Levels {
     far: f64,
     /// Share of pixels without depth.
     holes: f64,
+    /// The largest number that all values are multiples of; 1 where they are too few to tell.
+    common_divisor: u16,
 }
 
 impl Levels {
@@ -291,9 +307,11 @@ impl Levels {
         };
         let (low, high) = (percentile(0.5).unwrap_or(0), percentile(0.95).unwrap_or(0));
         let is_there = |&value: &usize| value > 0 && counts[value] > 0;
-        let values = (low..=high).filter(is_there).map(|value| (value as f64, counts[value] as f64)).collect();
+        let values: Vec<(f64, f64)> =
+            (low..=high).filter(is_there).map(|value| (value as f64, counts[value] as f64)).collect();
         let holes = 1.0 - measured as f64 / image.values.len().max(1) as f64;
-        Self { values, median: low as f64, far: high as f64, holes }
+        let common_divisor = if values.len() > MIN_LEVELS { common_divisor(&counts) } else { 1 };
+        Self { values, median: low as f64, far: high as f64, holes, common_divisor }
     }
 
     /// The even spacing of 1 / value, in 1 / raw; none where the levels are not spaced so.
@@ -320,6 +338,18 @@ impl Levels {
         }
         f64::hypot(cosines, sines) / all
     }
+}
+
+/// The largest number that all values that occur are multiples of, the largest of all aside.
+fn common_divisor(counts: &[usize]) -> u16 {
+    let divisor_of = |mut a: usize, mut b: usize| {
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let found = (1..counts.len() - 1).filter(|&value| counts[value] > 0).fold(0, divisor_of);
+    u16::try_from(found.max(1)).unwrap_or(1)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -368,6 +398,20 @@ mod tests {
                 assert!(is_alike(scale.sensor, sensor), "{c} {far}: {scale:?}");
             }
         }
+    }
+
+    #[test]
+    fn what_all_values_are_multiples_of_tells_the_scale_as_well() {
+        for (per_metre, factor) in [(5000.0, 5), (8000.0, 8), (10_000.0, 10)] {
+            let millimetres = ramp((1.0, 6.0), 1000.0, Some(KINECT_STEP), 0.1);
+            let values = millimetres.values.iter().map(|value| factor * value).collect();
+            let scale = DepthScale::estimate(&DepthImage { values, ..millimetres });
+            assert_eq!((scale.per_metre(), scale.alternatives.len()), (per_metre, 0), "{scale:?}");
+        }
+        // In whole centimetres.
+        let millimetres = ramp((0.5, 3.5), 1000.0, None, 0.0);
+        let values = millimetres.values.iter().map(|value| value / 10 * 10).collect();
+        assert_eq!(DepthScale::estimate(&DepthImage { values, ..millimetres }).per_metre(), 1000.0);
     }
 
     #[test]

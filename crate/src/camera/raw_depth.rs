@@ -79,6 +79,11 @@ impl Votes {
         }
     }
 
+    /// Whether the values are proportional to depth, or to the length of rays.
+    pub fn is_depth(&self) -> bool {
+        is_decided(self.depth, self.inverted + self.inverse)
+    }
+
     /// Whether near is bright.
     pub fn is_inverted(&self) -> bool {
         is_decided(self.inverted, self.depth + self.inverse)

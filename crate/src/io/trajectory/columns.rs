@@ -157,6 +157,9 @@ const MIN_INTERVAL: f64 = 1e-3;
 /// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
 /// six weeks.
 const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
+/// Times of milliseconds since 1970, from 2001 to 2096: by their intervals they are no smaller units, and as seconds they would lie after
+/// the year 33,000.
+const MILLISECONDS_SINCE_1970: std::ops::Range<f64> = 1e12..4e12;
 
 /// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
 fn in_seconds(stamps: &mut [f64]) -> Option<String> {
@@ -171,6 +174,8 @@ fn in_seconds(stamps: &mut [f64]) -> Option<String> {
         (1e6, "microseconds")
     } else if interval / 1e9 >= MIN_INTERVAL {
         (1e9, "nanoseconds")
+    } else if MILLISECONDS_SINCE_1970.contains(&last) {
+        (1e3, "milliseconds")
     } else {
         return None;
     };

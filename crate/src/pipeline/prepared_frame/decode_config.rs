@@ -78,7 +78,7 @@ impl DecodeConfig {
         }
         let first = read_depth(name, first)?;
         let settings = settings.for_depth();
-        let (values, of_values) = values_of(&settings, &first).map_err(|error| error.in_file(name))?;
+        let (values, of_values) = values_of(&settings, name, &first).map_err(|error| error.in_file(name))?;
         let first = first.read_as(values);
         let scale = DepthScale::estimate(&first);
         let quantisations = match settings.quantisation {

@@ -308,11 +308,15 @@ const MIN_UNSEEN: f64 = 0.25;
 
 /// The angles counted from the sector that no reading falls into, where there is one: a sweep that passes 360 degrees does not end there.
 fn from_unseen_sector(angles: &[f64], turn: f64) -> Vec<f64> {
-    let mut seen: Vec<f64> = angles.iter().map(|angle| angle.rem_euclid(turn)).filter(|angle| angle.is_finite()).collect();
+    let mut seen: Vec<f64> =
+        angles.iter().map(|angle| angle.rem_euclid(turn)).filter(|angle| angle.is_finite()).collect();
     seen.sort_by(f64::total_cmp);
     let gaps = seen.windows(2).map(|pair| (pair[1] - pair[0], pair[1]));
     let widest = gaps.filter(|(gap, _)| *gap > MIN_UNSEEN * turn).max_by(|a, b| a.0.total_cmp(&b.0));
-    widest.map_or_else(|| angles.to_vec(), |(_, first)| angles.iter().map(|angle| (angle - first).rem_euclid(turn)).collect())
+    widest.map_or_else(
+        || angles.to_vec(),
+        |(_, first)| angles.iter().map(|angle| (angle - first).rem_euclid(turn)).collect(),
+    )
 }
 
 /// A sweep has this share of the angles between the lowest and the highest at least.
