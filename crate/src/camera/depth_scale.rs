@@ -11,6 +11,7 @@
 
 use super::depth_image::DepthImage;
 use super::depth_levels::Levels;
+use crate::geometry::quantile::THREE_SIGMA;
 
 /// Depth along the optical axis in metres = raw value * `step`.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,8 +90,6 @@ const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
 const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
-/// Steps within this number of deviations of a sensor's nominal ones are its own: normal deviations beyond are 0.3 %.
-const MAX_STEP_DEVIATIONS: f64 = 3.0;
 /// A candidate this much less probable than the best is not named.
 const MIN_ALTERNATIVE: f64 = 0.05;
 /// Share of 6,553.5 values a metre among images of TUM's size, and of 5,000 among others: renderers with the second make images as
@@ -172,7 +171,7 @@ impl DepthScale {
 
 /// Whether a sensor's steps may be off from its nominal ones by this factor.
 pub(crate) fn is_step_of_sensor(ratio: f64) -> bool {
-    ratio.ln().abs() < MAX_STEP_DEVIATIONS * STEP_DEVIATION
+    ratio.ln().abs() < THREE_SIGMA * STEP_DEVIATION
 }
 
 /// Focal length (pixels) of a Kinect whose depth has steps of c z^2 (1/m).

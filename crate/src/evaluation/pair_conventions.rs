@@ -225,8 +225,9 @@ fn axes_words(axes: &Matrix3<f64>) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Rotation3};
+    use nalgebra::{Isometry3, Quaternion, Rotation3, UnitQuaternion};
 
+    use super::super::pair_motions::distance;
     use super::*;
     use crate::geometry::{Pose3, RigidMotion};
 

@@ -70,7 +70,7 @@ pub(super) fn misfit(reference: &[Motion], estimate: &[Motion], axes: &Matrix3<f
 }
 
 /// Distance of two motions (m), as `pose_distance`.
-fn distance((R_a, t_a): &Motion, (R_b, t_b): &Motion) -> f64 {
+pub(super) fn distance((R_a, t_a): &Motion, (R_b, t_b): &Motion) -> f64 {
     let cosine = (((R_a.transpose() * R_b).trace() - 1.0) / 2.0).clamp(-1.0, 1.0);
     (t_a - t_b).norm() + METRES_PER_RADIAN * cosine.acos()
 }
