@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::quantile::RANGE_END;
+use crate::geometry::quantile::{OUTLIER_SHARE, RANGE_END};
 
 /// What the values of depth images are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -103,7 +103,7 @@ impl DepthImage {
     pub fn picture(&self, colors: &[u32]) -> DepthPicture {
         let counts = self.histogram();
         let num_invalid = counts[0];
-        let cut = (self.values.len() - num_invalid) / STRAY_SHARE;
+        let cut = (OUTLIER_SHARE * (self.values.len() - num_invalid) as f64) as usize;
         let mut measured = counts.iter().enumerate().skip(1);
         let past = |sum: &mut usize, count: usize| {
             *sum += count;
@@ -128,9 +128,6 @@ impl DepthImage {
 /// of six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values per metre) and of generated flats: the right
 /// order is smoother by a factor of 3.9 and more.
 const MIN_SWAPPED_RATIO: f64 = 2.0;
-
-/// Inverse of the share of pixels at the near and at the far end that the colour range of a picture leaves out.
-const STRAY_SHARE: usize = 100;
 
 /// A depth image in colours.
 #[derive(Debug, Clone, PartialEq, Eq)]

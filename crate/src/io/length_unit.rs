@@ -50,6 +50,9 @@ pub const LASER_RANGES: Expected =
 pub const CLOUD_SIZES: Expected =
     Expected { priors: [0.976, 0.003, 0.02, 0.001], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
 
+/// No planar laser sees so far (m).
+pub const LONGEST_LASER_RANGE: f64 = 200.0;
+
 /// Another unit is open where it is at least so probable in relation to the likeliest; ...
 const MIN_ALTERNATIVE: f64 = 0.1;
 /// ... beside metres even less: what is taken for metres is taken without a word.

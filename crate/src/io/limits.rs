@@ -1,7 +1,7 @@
 //! What one file may make the readers allocate: what its header claims is not believed.
 
 /// Largest number of pixels of an image, and of cells of a map: those of a square of 8,192. No camera has more.
-pub(super) const MAX_PIXELS: u64 = 1 << 26;
+pub(crate) const MAX_PIXELS: u64 = 1 << 26;
 /// Largest number of readings of a planar scan: the finest lasers have some ten thousand.
 pub(super) const MAX_BEAMS: usize = 100_000;
 /// Number of bytes that a packed file may unpack to however small it is: a depth image of 3840 x 2160, or 1.4 million points.

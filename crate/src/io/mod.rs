@@ -22,7 +22,7 @@ pub mod depth_image;
 pub mod intrinsics;
 pub mod laser_log;
 pub mod length_unit;
-mod limits;
+pub(crate) mod limits;
 pub mod mesh;
 mod message_table;
 mod netpbm;

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::factors::Correspondence;
 use super::target::SurfaceTarget;
 use crate::geometry::jacobi::eigenpairs;
-use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, THREE_SIGMA, quantile};
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the correspondences determine the weakest direction of motion.
@@ -36,10 +36,6 @@ impl<M: RigidMotion> Observability<M> {
 
 /// Smallest cosine between a normal and a direction for which the surface constrains a motion along the direction.
 const CONSTRAINING_COSINE: f64 = 0.3;
-/// Smallest cosine between a normal and the least constrained direction for which the surface faces along it (standard deviations
-/// of the cosines' noise). The noise is the scatter of all cosines, since most surfaces do not face along that direction.
-const NOISE_SIGMAS: f64 = 3.0;
-
 /// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces
 /// that face along the direction: however many walls there are and however noisy their normals, they do not add up to a
 /// constraint along themselves.
@@ -122,7 +118,8 @@ fn both_face_along((moved, partner): &(f64, f64), min_cosine: f64) -> bool {
 fn informative_share(cosines: &[(f64, f64)]) -> f64 {
     let mut sizes: Vec<f64> = cosines.iter().map(|(moved, _)| moved.abs()).collect();
     let noise = MEDIAN_TO_SIGMA * quantile(&mut sizes, 0.5).unwrap_or(0.0);
-    let min_cosine = (NOISE_SIGMAS * noise).min(CONSTRAINING_COSINE);
+    // The noise is the scatter of all cosines, since most surfaces do not face along that direction.
+    let min_cosine = (THREE_SIGMA * noise).min(CONSTRAINING_COSINE);
     // Not by `sum`: that of no numbers is -0, and a division by it gives a negative infinity.
     let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| {
         cosines.iter().filter(counts).fold(0.0, |sum, (moved, _)| sum + moved * moved)

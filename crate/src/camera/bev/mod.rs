@@ -58,6 +58,7 @@
 
 pub mod axes;
 pub(crate) mod clip;
+mod directions;
 pub mod points;
 pub mod presets;
 pub mod refine;

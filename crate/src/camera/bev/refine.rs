@@ -6,12 +6,13 @@
 //! centimetres off the height to which its cameras refer. The sum of squared distances between projected and marked pixels in
 //! the front view is minimised by Gauss-Newton, a step being halved as long as it increases the sum.
 
-use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ROUNDING;
+use super::directions::{Directions, Motion};
 use super::scene::{BevPlane, BevPose, BevScene};
-use super::transfer::{Plane, PlaneTransfer, PosedCamera};
+use super::transfer::PlaneTransfer;
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
 
@@ -148,92 +149,6 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
         iterations,
         converged,
     })
-}
-
-/// One of the numbers that are estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Motion {
-    Pitch,
-    Height,
-    Right,
-    Ahead,
-    Ground,
-}
-
-/// What may move, and where to.
-struct Directions {
-    camera: BevRole,
-    free: Vec<Motion>,
-    /// 1 where the plane's normal points to the side of the top camera, -1 otherwise.
-    ground_side: f64,
-    up: Vector3<f64>,
-    right: Vector3<f64>,
-    ahead: Vector3<f64>,
-}
-
-impl Directions {
-    fn of(start: &PlaneTransfer, options: &BevRefinementOptions) -> Self {
-        let camera = match options.camera {
-            BevRole::Top => &start.marked,
-            BevRole::Front => &start.projected,
-        };
-        let Plane { normal, .. } = start.plane;
-        let up = normal * start.plane.height_of(camera).signum();
-        let on_plane = |axis: Vector3<f64>| axis - up * up.dot(&axis);
-        let R = camera.T_world_camera.rotation;
-        let x = on_plane(R * Vector3::x());
-        // A camera that lies on its side has its y axis along the plane.
-        let right = if x.norm() > 0.1 { x } else { on_plane(R * Vector3::y()) }.normalize();
-        let free = [
-            (Motion::Pitch, BevParameter::Pitch),
-            (Motion::Height, BevParameter::Height),
-            (Motion::Right, BevParameter::Offset),
-            (Motion::Ahead, BevParameter::Offset),
-            (Motion::Ground, BevParameter::Ground),
-        ];
-        let free = free.iter().filter(|(_, parameter)| options.parameters.contains(parameter));
-        Self {
-            camera: options.camera,
-            free: free.map(|&(motion, _)| motion).collect(),
-            ground_side: start.plane.height_of(&start.marked).signum(),
-            up,
-            right,
-            ahead: up.cross(&right),
-        }
-    }
-
-    /// Where the camera goes; `None` for what is no shift of it.
-    fn direction(&self, motion: Motion) -> Option<Vector3<f64>> {
-        match motion {
-            Motion::Pitch | Motion::Ground => None,
-            Motion::Height => Some(self.up),
-            Motion::Right => Some(self.right),
-            Motion::Ahead => Some(self.ahead),
-        }
-    }
-
-    /// The cameras with one of them moved by `theta`.
-    fn moved(&self, start: &PlaneTransfer, theta: &DVector<f64>) -> PlaneTransfer {
-        let mut shift = Vector3::zeros();
-        let mut pitch = 0.0;
-        let mut plane = start.plane;
-        for (&motion, &amount) in self.free.iter().zip(theta.iter()) {
-            match motion {
-                Motion::Pitch => pitch = amount,
-                Motion::Ground => plane.offset += self.ground_side * amount,
-                _ => shift += self.direction(motion).unwrap_or_default() * amount,
-            }
-        }
-        let moved = |camera: &PosedCamera| {
-            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), pitch);
-            let T_world_camera = Translation3::from(shift) * camera.T_world_camera * turn;
-            PosedCamera { T_world_camera, ..*camera }
-        };
-        match self.camera {
-            BevRole::Top => PlaneTransfer::new(moved(&start.marked), start.projected, plane),
-            BevRole::Front => PlaneTransfer::new(start.marked, moved(&start.projected), plane),
-        }
-    }
 }
 
 fn check(start: &PlaneTransfer, pairs: &[BevPair], directions: &Directions) -> Result<()> {

@@ -5,13 +5,11 @@ use std::f64::consts::TAU;
 use super::{Bearings, LaserLog, LaserScan};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::{RANGE_END, quantile};
-use crate::io::length_unit::{Expected, LASER_RANGES, METRE, judge_unit};
+use crate::io::length_unit::{Expected, LASER_RANGES, LONGEST_LASER_RANGE, METRE, judge_unit};
 use crate::{Error, Result};
 
 /// Ranges of a log whose format has metres: others are mistakes of who wrote it.
 const RANGES_IN_METRES: Expected = Expected { priors: [0.997, 0.001, 0.001_8, 0.000_2], ..LASER_RANGES };
-/// A stated limit beyond this is in the unit of the ranges: no planar laser sees so far (m).
-const MAX_LIMIT: f64 = 200.0;
 /// Readings cover a turn at most; steps that were rounded may add up to a little more. Angles above this are not in radians.
 pub(super) const MAX_RADIANS: f64 = 1.1 * TAU;
 /// Robots drive less from scan to scan (m; sparse logs have 1): poses that are further apart are in the unit of the ranges.
@@ -47,7 +45,8 @@ fn in_metres(scans: &mut [LaserScan]) -> Option<String> {
     let has_such_poses = step_of_robot(scans) > MAX_STEP;
     for scan in &mut *scans {
         scan.ranges.iter_mut().for_each(|range| *range = (f64::from(*range) * metres) as f32);
-        if scan.max_range > MAX_LIMIT {
+        // Beyond what lasers see, a stated limit is in the unit of the ranges.
+        if scan.max_range > LONGEST_LASER_RANGE {
             scan.max_range *= metres;
         }
         for pose in [&mut scan.reference, &mut scan.odometry].into_iter().flatten().filter(|_| has_such_poses) {

@@ -7,7 +7,7 @@ use super::cloud_reading::CloudReading;
 use super::depth_values::values_of;
 use super::files::{read_cloud, read_depth};
 use super::single_precision::refuse_rounded;
-use crate::camera::depth_scale::disparity_step;
+use crate::camera::depth_levels::disparity_step;
 use crate::camera::{DepthImage, DepthScale, DepthValues, Pinhole};
 use crate::error::{Error, Result};
 use crate::io::intrinsics::Intrinsics;
@@ -165,7 +165,7 @@ impl DepthDecodeConfig {
     ///
     /// # Errors
     /// When it is broken, all zero, or of another size or kind of values; the error names the file.
-    pub(super) fn read(&self, name: &str, bytes: &[u8]) -> Result<DepthImage> {
+    pub(crate) fn read(&self, name: &str, bytes: &[u8]) -> Result<DepthImage> {
         let (image, camera) = (read_depth(name, bytes)?, &self.camera);
         let is_of_size = (image.width, image.height) == (camera.width, camera.height);
         if is_of_size && image.bits == self.bits {

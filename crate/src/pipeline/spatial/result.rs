@@ -9,11 +9,12 @@ use crate::error::Result;
 use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Status;
-use crate::pipeline::assumptions::{Reading, ReadingSetting, confirmation, own_focal_length_of_kinect, suggestion};
+use crate::pipeline::assumptions::{ReadingSetting, own_focal_length_of_kinect};
 use crate::pipeline::prepared_frame::{DecodeConfig, merged};
 use crate::pipeline::reference::Reference;
 use crate::pipeline::report::{FrameResult, SpatialPose};
 use crate::pipeline::spatial_report::{SpatialResult, with_origin};
+use crate::pipeline::suggestion::{Reading, confirmation, suggestion};
 
 /// What is said of colours that are left out of the estimate.
 const MISALIGNED_COLORS: &str = "The colours are not registered to the depth images: the outlines of objects do not coincide. The \

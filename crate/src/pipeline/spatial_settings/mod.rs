@@ -17,6 +17,7 @@ use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::odometry::depth::ColorUse;
 use crate::odometry::depth::{DepthOptions, Effort};
 use crate::pipeline::settings::description::{check_limits, check_range};
+use crate::preprocess::depth_cloud::DEPTH_VOXEL;
 use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
@@ -115,8 +116,6 @@ impl Default for SpatialSettings {
 const DEPTH_REACH: f64 = 10.0;
 /// Depth images make a map of voxels of this side (m), unless set.
 const DEPTH_MAP_VOXEL: f64 = 0.02;
-/// Voxels of depth images taken for clouds (m), unless set.
-const DEPTH_VOXEL: f64 = 0.05;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
 pub(crate) const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
 /// Sizes of depth images that only one sensor has, and its focal length (pixels): Kinect v2, Azure Kinect (narrow field of
