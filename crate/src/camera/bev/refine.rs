@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ROUNDING;
-use super::directions::{Directions, Motion};
+use super::directions::{BevParameter, BevRefinementOptions, BevRole, Directions, Motion};
 use super::scene::{BevPlane, BevPose, BevScene};
 use super::transfer::PlaneTransfer;
 use crate::error::{Error, Result};
@@ -25,50 +25,6 @@ pub struct BevPair {
     pub top: [f64; 2],
     /// Pixel of the front view.
     pub front: [f64; 2],
-}
-
-/// One of the two cameras.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevRole {
-    /// The camera in which points are marked.
-    Top,
-    /// The camera that they are looked for in.
-    Front,
-}
-
-/// A parameter that is refined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevParameter {
-    /// The rotation about the camera's own x axis.
-    Pitch,
-    /// The height above the ground.
-    Height,
-    /// The position along the ground: two parameters.
-    Offset,
-    /// The height of the ground itself, both cameras staying where they are.
-    Ground,
-}
-
-/// Options of the refinement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct BevRefinementOptions {
-    /// The camera that is adjusted; the other one is fixed.
-    pub camera: BevRole,
-    /// The parameters that are refined.
-    pub parameters: Vec<BevParameter>,
-}
-
-impl Default for BevRefinementOptions {
-    fn default() -> Self {
-        let parameters = vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset];
-        Self { camera: BevRole::Front, parameters }
-    }
 }
 
 /// The refined scene and the evidence for it.
