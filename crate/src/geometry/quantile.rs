@@ -10,7 +10,7 @@ pub(crate) const THREE_SIGMA: f64 = 3.0;
 pub(crate) const MIN_SAMPLE: usize = 5;
 
 /// Share of numbers at either end that may be outliers, and tell nothing of the extent of the others.
-pub(crate) const OUTLIER_SHARE: f64 = 0.01;
+pub(crate) const OUTLIER_SHARE: f64 = 0.005;
 
 /// Share of the largest number that a sensor reports from which on its numbers may mean that nothing came back: a limit that jitters
 /// does so by a percent.

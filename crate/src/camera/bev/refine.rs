@@ -15,6 +15,7 @@ use super::scene::{BevPlane, BevPose, BevScene};
 use super::transfer::PlaneTransfer;
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
+use crate::geometry::jacobi::MAX_SWEEPS;
 
 /// Two pixels that show the same point of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -57,8 +58,6 @@ pub struct BevRefinement {
     pub converged: bool,
 }
 
-/// Largest number of Gauss-Newton steps; from marks a few pixels off, fewer than ten are needed.
-const MAX_ITERATIONS: usize = 60;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;
 
@@ -76,7 +75,7 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
     let mut residuals = residuals_of(&start, pairs).unwrap_or_default();
     let residuals_before = residuals.clone();
     let (mut iterations, mut converged) = (0, false);
-    while iterations < MAX_ITERATIONS && !converged {
+    while iterations < MAX_SWEEPS && !converged {
         iterations += 1;
         let moved = directions.moved(&start, &theta);
         let step = gauss_newton_step(&moved, pairs, &residuals, &directions)?;
