@@ -8,8 +8,6 @@ use crate::geometry::quantile::quantile;
 const MIN_LEVELS: usize = 20;
 /// Levels closer than this (raw steps, median) show rounding, not disparity.
 const MIN_LEVEL_GAP: f64 = 4.0;
-/// Disparity steps are equal within this share, in the median.
-const MAX_STEP_SPREAD: f64 = 0.3;
 /// The inverse values of all pixels are multiples of a camera's step: the length of the mean of their phases is 0.92 to 1 on six
 /// recordings of three cameras, 0.82 at most on the rendered ones.
 const MIN_PHASE_CONCENTRATION: f64 = 0.9;
@@ -68,13 +66,11 @@ impl Levels {
         if self.values.len() <= MIN_LEVELS || median(pairs().map(|(a, b)| b - a).collect()) < MIN_LEVEL_GAP {
             return None;
         }
-        let steps: Vec<f64> = pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect();
-        let step = median(steps.clone());
-        let spread = median(steps.iter().map(|other| (other - step).abs()).collect());
+        let step = median(pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect());
         let trials = (STEP_ERROR / STEP_TRIAL) as i32;
-        let is_lattice = (-trials..=trials)
-            .any(|trial| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION);
-        (spread < MAX_STEP_SPREAD * step && is_lattice).then_some(step)
+        (-trials..=trials)
+            .any(|trial| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION)
+            .then_some(step)
     }
 
     /// Length of the mean of the phases of 1 / value in this step: 1 where all are multiples of it but for an offset.

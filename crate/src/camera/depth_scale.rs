@@ -11,6 +11,7 @@
 
 use super::depth_image::DepthImage;
 use super::depth_levels::Levels;
+use crate::geometry::hypotheses::{alternatives, gaussian, log_normal, ranked};
 use crate::geometry::quantile::THREE_SIGMA;
 
 /// Depth along the optical axis in metres = raw value * `step`.
@@ -87,7 +88,7 @@ const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)]
 /// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
 const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
 /// Largest depth that cameras measure (m), and its deviation as a logarithm.
-const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
+pub(crate) const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
 /// A candidate this much less probable than the best is not named.
@@ -110,14 +111,12 @@ impl DepthScale {
         }
         let levels = Levels::new(image);
         let step = levels.disparity_step();
-        let mut ranked: Vec<(f64, f64)> = CANDIDATES
-            .iter()
-            .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre))
-            .collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let (best, per_metre) = ranked[0];
-        let alternatives =
-            ranked[1..].iter().filter(|(p, _)| best > 0.0 && *p > MIN_ALTERNATIVE * best).map(|(_, s)| *s).collect();
+        let ranked = ranked(
+            CANDIDATES
+                .iter()
+                .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre)),
+        );
+        let (_, per_metre) = ranked[0];
         let (basis, sensor) = match step.map(|step| step * per_metre) {
             Some(c) if kinect_likelihood(c) >= realsense_likelihood(c, image.width) => {
                 (ScaleBasis::DisparitySteps(c), DepthSensor::Kinect)
@@ -128,7 +127,7 @@ impl DepthScale {
             }
             None => (ScaleBasis::RoomSize(levels.median / per_metre), DepthSensor::Unknown),
         };
-        Self { step: 1.0 / per_metre, basis, sensor, alternatives }
+        Self { step: 1.0 / per_metre, basis, sensor, alternatives: alternatives(&ranked, MIN_ALTERNATIVE) }
     }
 
     /// Raw values per metre.
@@ -208,7 +207,7 @@ impl Candidate {
         if !self.stores_smooth_depth(image, levels.holes) {
             return 0.0;
         }
-        let room = gaussian((levels.median / self.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
+        let room = log_normal(levels.median / self.per_metre, ROOM_MEDIAN);
         let is_tum = self.per_metre == 5000.0;
         let is_unusual = if has_size_of_tum(image) { self.is_only_rendered() } else { is_tum };
         let room = if is_unusual { SCALE_OF_OTHER_IMAGES * room } else { room };
@@ -236,12 +235,8 @@ fn has_size_of_tum(image: &DepthImage) -> bool {
     [(640, 480), (320, 240)].contains(&(image.width, image.height))
 }
 
-fn gaussian(deviations: f64) -> f64 {
-    (-0.5 * deviations * deviations).exp()
-}
-
 fn kinect_likelihood(c: f64) -> f64 {
-    gaussian((c / KINECT_STEP).ln() / STEP_DEVIATION)
+    log_normal(c, (KINECT_STEP, STEP_DEVIATION))
 }
 
 fn realsense_likelihood(c: f64, width: usize) -> f64 {

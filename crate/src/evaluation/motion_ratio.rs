@@ -3,7 +3,7 @@
 //! They are medians over pairs of frames, which are robust to a trajectory that is wrong in places.
 
 use crate::geometry::Pose3;
-use crate::geometry::quantile::{error_of_median, quantile};
+use crate::geometry::quantile::{MIN_SAMPLE, error_of_median, quantile};
 
 /// Motions of the estimate divided by those of the reference; `None` where the pairs are too few or disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,8 +16,6 @@ pub(crate) struct MotionRatio {
 
 /// Differences of frame numbers of the compared pairs: consecutive frames, and longer gaps for slow cameras.
 pub(super) const FRAME_GAPS: [usize; 4] = [1, 2, 5, 20];
-/// Fewest pairs from which a ratio is computed.
-const MIN_PAIRS: usize = 6;
 /// Fewest motions of which a share is computed, or for which a wider gap between their frames is preferred: the noise is then smaller
 /// beside the motion.
 pub(super) const MIN_MOTIONS: usize = 20;
@@ -134,7 +132,7 @@ struct CommonFactor {
 impl CommonFactor {
     /// Of these logarithms; none of too few.
     fn of(mut logarithms: Vec<f64>) -> Option<Self> {
-        if logarithms.len() < MIN_PAIRS {
+        if logarithms.len() < MIN_SAMPLE {
             return None;
         }
         let logarithm = quantile(&mut logarithms, 0.5)?;

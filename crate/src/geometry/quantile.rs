@@ -6,8 +6,11 @@ pub(crate) const MEDIAN_TO_SIGMA: f64 = 1.4826;
 /// Standard deviations beyond which a number is not one of a normal distribution: of those that are, 0.3 % lie beyond.
 pub(crate) const THREE_SIGMA: f64 = 3.0;
 
+/// Fewest numbers whose median and spread tell anything: of five, one in 16 times all lie to one side of the true median.
+pub(crate) const MIN_SAMPLE: usize = 5;
+
 /// Share of numbers at either end that may be outliers, and tell nothing of the extent of the others.
-pub(crate) const OUTLIER_SHARE: f64 = 0.01;
+pub(crate) const OUTLIER_SHARE: f64 = 0.005;
 
 /// Share of the largest number that a sensor reports from which on its numbers may mean that nothing came back: a limit that jitters
 /// does so by a percent.

@@ -3,6 +3,7 @@
 //! Every unit is a hypothesis with a prior. Two things tell: the size that the numbers have in it, and the step that they are
 //! multiples of, for no sensor measures in steps of metres. The readers of clouds and of tables of ranges share the weighing.
 
+use crate::geometry::hypotheses::{alternatives, gaussian, log_normal, ranked};
 use crate::geometry::quantile::quantile;
 
 /// A unit of length.
@@ -83,16 +84,13 @@ pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> Judged
     sizes.retain(|size| size.is_finite() && *size > 0.0);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let median = quantile(&mut sizes, 0.5).unwrap_or(1.0);
-    let mut ranked: Vec<(f64, LengthUnit)> = [METRE, CENTIMETRE, MILLIMETRE, TENTH_OF_MILLIMETRE]
-        .into_iter()
-        .zip(expected.priors)
-        .map(|(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit))
-        .collect();
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (best, unit) = ranked[0];
+    let ranked =
+        ranked([METRE, CENTIMETRE, MILLIMETRE, TENTH_OF_MILLIMETRE].into_iter().zip(expected.priors).map(
+            |(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit),
+        ));
+    let (_, unit) = ranked[0];
     let least = if unit == METRE { MIN_ALTERNATIVE_TO_METRES } else { MIN_ALTERNATIVE };
-    let alternatives = ranked[1..].iter().filter(|(p, _)| *p > least * best).map(|(_, unit)| *unit).collect();
-    JudgedUnit { unit, alternatives, step, median }
+    JudgedUnit { unit, alternatives: alternatives(&ranked, least), step, median }
 }
 
 impl Expected {
@@ -101,12 +99,8 @@ impl Expected {
         let of_step = COARSE_STEPS.iter().find(|(least, _)| step > *least).map_or(1.0, |(_, likelihood)| *likelihood);
         let (shortest, farthest) = self.largest;
         let beyond = (shortest / largest).ln().max((largest / farthest).ln()).max(0.0) / LIMIT_DEVIATION;
-        gaussian((median / self.median.0).ln() / self.median.1) * gaussian(beyond) * of_step
+        log_normal(median, self.median) * gaussian(beyond) * of_step
     }
-}
-
-fn gaussian(deviations: f64) -> f64 {
-    (-0.5 * deviations * deviations).exp()
 }
 
 /// The coarsest step that all of these are multiples of, to the rounding of a file; 0 where there is none.

@@ -288,6 +288,6 @@ mod tests {
         let map = in_sensor_frame(&cloud(1.0, 1e6)).unwrap_err();
         assert!(map.problem.contains("those of a map") && map.remedy.contains("frame of the sensor"));
         let far = in_sensor_frame(&cloud(1000.0, 0.0)).unwrap_err();
-        assert!(far.problem.contains("over 1000 m away") && far.remedy.contains("scan_unit"));
+        assert!(far.problem.contains("over 200 m away") && far.remedy.contains("scan_unit"));
     }
 }

@@ -1,9 +1,53 @@
 //! What may move when a camera or the ground is adjusted, and where to.
 
 use nalgebra::{DVector, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::transfer::{Plane, PlaneTransfer, PosedCamera};
-use super::{BevParameter, BevRefinementOptions, BevRole};
+
+/// One of the two cameras.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum BevRole {
+    /// The camera in which points are marked.
+    Top,
+    /// The camera that they are looked for in.
+    Front,
+}
+
+/// A parameter that is refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum BevParameter {
+    /// The rotation about the camera's own x axis.
+    Pitch,
+    /// The height above the ground.
+    Height,
+    /// The position along the ground: two parameters.
+    Offset,
+    /// The height of the ground itself, both cameras staying where they are.
+    Ground,
+}
+
+/// Options of the refinement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub struct BevRefinementOptions {
+    /// The camera that is adjusted; the other one is fixed.
+    pub camera: BevRole,
+    /// The parameters that are refined.
+    pub parameters: Vec<BevParameter>,
+}
+
+impl Default for BevRefinementOptions {
+    fn default() -> Self {
+        let parameters = vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset];
+        Self { camera: BevRole::Front, parameters }
+    }
+}
 
 /// One of the numbers that are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

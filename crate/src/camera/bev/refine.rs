@@ -10,11 +10,12 @@ use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::ROUNDING;
-use super::directions::{Directions, Motion};
+use super::directions::{BevParameter, BevRefinementOptions, BevRole, Directions, Motion};
 use super::scene::{BevPlane, BevPose, BevScene};
 use super::transfer::PlaneTransfer;
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
+use crate::geometry::jacobi::MAX_SWEEPS;
 
 /// Two pixels that show the same point of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -25,50 +26,6 @@ pub struct BevPair {
     pub top: [f64; 2],
     /// Pixel of the front view.
     pub front: [f64; 2],
-}
-
-/// One of the two cameras.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevRole {
-    /// The camera in which points are marked.
-    Top,
-    /// The camera that they are looked for in.
-    Front,
-}
-
-/// A parameter that is refined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevParameter {
-    /// The rotation about the camera's own x axis.
-    Pitch,
-    /// The height above the ground.
-    Height,
-    /// The position along the ground: two parameters.
-    Offset,
-    /// The height of the ground itself, both cameras staying where they are.
-    Ground,
-}
-
-/// Options of the refinement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct BevRefinementOptions {
-    /// The camera that is adjusted; the other one is fixed.
-    pub camera: BevRole,
-    /// The parameters that are refined.
-    pub parameters: Vec<BevParameter>,
-}
-
-impl Default for BevRefinementOptions {
-    fn default() -> Self {
-        let parameters = vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset];
-        Self { camera: BevRole::Front, parameters }
-    }
 }
 
 /// The refined scene and the evidence for it.
@@ -101,8 +58,6 @@ pub struct BevRefinement {
     pub converged: bool,
 }
 
-/// Largest number of Gauss-Newton steps; from marks a few pixels off, fewer than ten are needed.
-const MAX_ITERATIONS: usize = 60;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;
 
@@ -120,7 +75,7 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
     let mut residuals = residuals_of(&start, pairs).unwrap_or_default();
     let residuals_before = residuals.clone();
     let (mut iterations, mut converged) = (0, false);
-    while iterations < MAX_ITERATIONS && !converged {
+    while iterations < MAX_SWEEPS && !converged {
         iterations += 1;
         let moved = directions.moved(&start, &theta);
         let step = gauss_newton_step(&moved, pairs, &residuals, &directions)?;

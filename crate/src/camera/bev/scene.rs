@@ -390,9 +390,9 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
     let Some(rotation) = nearest_rotation(&R).map(|q| q.to_rotation_matrix().into_inner()) else {
         return refuse("is not a rotation".into(), "Its upper left 3 x 3 is a rotation");
     };
-    let deviation = rotation_defect(&R);
-    if deviation > ROTATION_TOLERANCE {
-        let what = format!("is not a rotation: R^T R is off the identity by {deviation:.3}");
+    if rotation_defect(&R) > ROTATION_TOLERANCE {
+        let deviation = (rotation - R).abs().max();
+        let what = format!("is not a rotation: its entries are off by up to {deviation:.3}");
         return refuse(what, "The columns of its upper left 3 x 3 have length 1 and stand at right angles");
     }
     Ok((rotation, [rows[0][3], rows[1][3], rows[2][3]]))

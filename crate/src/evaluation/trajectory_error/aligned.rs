@@ -7,6 +7,7 @@ use crate::evaluation::motion_ratio::MAX_SAMPLES;
 use crate::evaluation::umeyama::best_fit;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
+use crate::geometry::quantile::MIN_SAMPLE;
 
 /// Distances after the rotation and translation that align all compared positions in the least-squares sense.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -20,8 +21,6 @@ pub struct AlignedError {
     pub max: f64,
 }
 
-/// Fewest frames, other than the first, at which the poses are made equal to determine whether the first is an outlier.
-const MIN_ANCHORS: usize = 5;
 /// The first pose is an outlier where the error with it made equal exceeds the largest with another one made equal by this factor. It is
 /// that of one trajectory, and not of the other, where it is farther by this factor from where the motion after it leads back to.
 const MIN_OUTLIER_RATIO: f64 = 2.0;
@@ -113,7 +112,7 @@ fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
     let Some((first, others)) = pairs.split_first() else { return false };
     let stride = others.len().div_ceil(MAX_SAMPLES).max(1);
     let anchors = others.iter().step_by(stride);
-    anchors.len() >= MIN_ANCHORS && anchored(first) > MIN_OUTLIER_RATIO * anchors.map(anchored).fold(0.0, f64::max)
+    anchors.len() >= MIN_SAMPLE && anchored(first) > MIN_OUTLIER_RATIO * anchors.map(anchored).fold(0.0, f64::max)
 }
 
 fn positions((estimate, reference): &(Pose3, Pose3)) -> (Vector3<f64>, Vector3<f64>) {

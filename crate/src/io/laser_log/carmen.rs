@@ -182,9 +182,10 @@ impl Reader {
     /// The longest gap between lines of odometry, where scans have their poses from these and nearly every one has its own.
     fn gap_of_odometry(&self) -> Option<String> {
         let num_fresh = self.since_odometry.iter().filter(|(_, since)| *since == 0).count();
-        let is_usual = are_nearly_all(num_fresh, self.since_odometry.len());
         let &(last, since) =
             self.since_odometry.iter().max_by_key(|(number, since)| (*since, std::cmp::Reverse(*number)))?;
+        // Those of the gap aside.
+        let is_usual = num_fresh > since && are_nearly_all(num_fresh + since, self.since_odometry.len());
         (is_usual && since >= MIN_STALE_SCANS).then(|| {
             format!(
                 "The log has no line of odometry (ODOM) between scans {} and {last}: for {since} scans the robot seems to stand \

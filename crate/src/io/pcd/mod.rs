@@ -276,14 +276,14 @@ mod tests {
 
     #[test]
     fn memory_follows_the_bytes_that_are_there() {
-        const NUM_POINTS: u32 = 3_000_000;
-        let packed = lzf::compress(&vec![0; 12 * NUM_POINTS as usize]);
+        let num_points = 3_000_000_u32;
+        let packed = lzf::compress(&vec![0; 12 * num_points as usize]);
         assert!(packed.len() < 600_000);
         let header = format!(
-            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {NUM_POINTS}\nHEIGHT 1\n\
-             POINTS {NUM_POINTS}\nDATA binary_compressed\n"
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {num_points}\nHEIGHT 1\n\
+             POINTS {num_points}\nDATA binary_compressed\n"
         );
-        let sizes = [packed.len() as u32, 12 * NUM_POINTS].map(u32::to_le_bytes).concat();
+        let sizes = [packed.len() as u32, 12 * num_points].map(u32::to_le_bytes).concat();
         let Err(error) = read(&[header.as_bytes(), &sizes, &packed].concat()) else { panic!("it is read") };
         assert!(error.problem.contains("claim to unpack to 36000000, and at most"), "{}", error.problem);
     }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
 pub use self::list::{spatial_descriptions, spatial_presets};
+use crate::camera::depth_scale::MAX_SENSOR_RANGE;
 use crate::camera::{DepthSensor, DepthValues, Pinhole};
 use crate::error::Result;
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
@@ -112,8 +113,6 @@ impl Default for SpatialSettings {
     }
 }
 
-/// Depth images are used as far as this (m), unless set.
-const DEPTH_REACH: f64 = 10.0;
 /// Depth images make a map of voxels of this side (m), unless set.
 const DEPTH_MAP_VOXEL: f64 = 0.02;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
@@ -140,7 +139,7 @@ impl SpatialSettings {
     #[must_use]
     pub(crate) fn for_depth(&self) -> Self {
         Self {
-            max_range: set_or(self.max_range, DEPTH_REACH),
+            max_range: set_or(self.max_range, MAX_SENSOR_RANGE.0),
             voxel_size: set_or(self.voxel_size, DEPTH_VOXEL),
             map_voxel_size: set_or(self.map_voxel_size, DEPTH_MAP_VOXEL),
             ..self.clone()
