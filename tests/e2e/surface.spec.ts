@@ -34,6 +34,7 @@ const ATTRIBUTES = [
   ['theme', 'theme', 'dark', 'dark'],
   ['controls', 'controls', 'minimal', 'minimal'],
   ['scene', 'scene', 'corridor', 'corridor'],
+  ['live', 'live', 'ws://127.0.0.1:9', 'ws://127.0.0.1:9'],
   ['offline', 'offline', true, ''],
   ['remember-settings', 'rememberSettings', true, ''],
 ] as const satisfies readonly (readonly [string, keyof ScanstitchAttributes, string | boolean, string])[];
