@@ -106,7 +106,7 @@ test('every attribute is a property, in any order, before the element is defined
   }, ATTRIBUTES);
   const [written, values] = [ATTRIBUTES.map(([, , , text]) => text), ATTRIBUTES.map(([, , value]) => value)];
   const absent = [
-    ['', 'map', '', '', 'auto', 'full', '', false, false],
+    ['', 'map', '', '', 'auto', 'full', '', '', false, false],
     [false, false],
   ];
   expect(seen).toEqual([written, written, values, ...absent, written, values, ...absent]);
