@@ -34,6 +34,9 @@ export interface Options {
   workers: number;
   /** Of the map; binary PLY without. */
   mapFormat?: MapFormat | undefined;
+  /** What else is written of planar scans: the map as MCAP, and a file that opens as the map is. */
+  mcap?: boolean | undefined;
+  workbench?: boolean | undefined;
   /** Of depth images. */
   mesh?: MeshOptions | undefined;
 }

@@ -69,6 +69,15 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
     expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
   }
   rmSync(folder, { recursive: true });
+
+  // The workbench is the same map again, with its steps.
+  await page.getByRole('button', { name: 'Export' }).click();
+  const keeping = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Workbench/ }).click();
+  await app.drop([{ name: 'workbench.zip', content: readFileSync(await (await keeping).path()) }]);
+  expect(posesOf((await app.stitched()).result)).toEqual(posesOf(wrong));
+  await page.getByRole('button', { name: /^Loops/ }).click();
+  await expect(panel.getByRole('heading', { name: '1 step taken' })).toBeVisible();
 });
 
 test('a loop is proposed by two scans, refused with the reason, and the panel is for everybody', async ({
