@@ -56,6 +56,7 @@ export async function reconstructPlanar(task: Task) {
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
     ...reportFile(result, reconstruction.map_points(), task),
+    ...(options.g2o && { 'graph.g2o': reconstruction.graph_g2o() ?? '' }),
     ...(options.mcap && { 'map.mcap': mcapOf(reconstruction) }),
     ...(options.workbench && {
       'workbench.zip': await workbenchOf(task, {
