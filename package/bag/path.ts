@@ -59,7 +59,7 @@ export async function treeOf(bag: Bag, topics: readonly TopicFacts[], withFirst:
 
 /** What is wrong with the transforms of a topic. */
 function tellFaults(tree: TransformTree, { name }: Topic, notes: Note[]) {
-  for (const [fault, count] of tree.faults) notes.push(lost(name, `${fault} (${plural(count, 'time')})`));
+  for (const [fault, count] of tree.faults) notes.push({ file: name, reason: `${fault} (${plural(count, 'time')})` });
   tree.faults.clear();
 }
 

@@ -57,13 +57,10 @@ export async function reconstructPlanar(task: Task) {
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
     ...reportFile(result, reconstruction.map_points(), task),
-    ...(options.mcap && { 'map.mcap': mcapOf(reconstruction) }),
-    ...(options.workbench && {
-      'workbench.zip': await workbenchOf(task, {
-        ...{ num_scans: result.frames.length, settings, steps: steps?.steps ?? [] },
-        ...(table !== undefined && { table }),
-      }),
-    }),
+    ...(await alsoWanted(task, reconstruction, {
+      ...{ num_scans: result.frames.length, settings, steps: steps?.steps ?? [] },
+      ...(table !== undefined && { table }),
+    })),
   });
   for (const { name, cleaning } of result.frames.filter(({ cleaning }) => cleaning.non_finite > 0)) {
     const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
@@ -142,6 +139,16 @@ async function addReference(
 async function readGiven(source: Content | undefined, named: string | undefined, complain: (problem: string) => void) {
   if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
   return source ? readSource(source, basename(source.path), complain) : null;
+}
+
+/** The files that are written where they are asked for. */
+async function alsoWanted(task: Task, reconstruction: Reconstruction, mended: Mended) {
+  const { g2o, mcap, workbench } = task.options;
+  return {
+    ...(g2o && { 'graph.g2o': reconstruction.graph_g2o() ?? '' }),
+    ...(mcap && { 'map.mcap': mcapOf(reconstruction) }),
+    ...(workbench && { 'workbench.zip': await workbenchOf(task, mended) }),
+  };
 }
 
 /** What was opened, with how it was made into a map. */

@@ -39,7 +39,7 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
   await scanstitch(['reconstruct', log, '--set', 'max_range=20', '--out', out('plain')]);
   const plain = resultsIn(out('plain'));
 
-  assert.equal((await edited(unchecked, 'wrong', '--workbench', '--mcap')).status, 0);
+  assert.equal((await edited(unchecked, 'wrong', '--workbench', '--mcap', '--g2o')).status, 0);
   const { frames } = JSON.parse(readFileSync(join(out('wrong'), 'report.json'), 'utf8'));
   const [first, last] = [frames[0].T_world_sensor, frames.at(-1).T_world_sensor];
   assert.ok(Math.hypot(first.x - last.x, first.y - last.y) < 2, 'the ends of the way are drawn together');
@@ -52,10 +52,12 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
 
   // The workbench opens as the map was, and keeps itself.
   const bench = join(out('wrong'), 'workbench.zip');
-  const again = await scanstitch(['reconstruct', bench, '--workbench', '--mcap', '--out', out('again')]);
+  const again = await scanstitch(['reconstruct', bench, '--workbench', '--mcap', '--g2o', '--out', out('again')]);
   assert.equal(again.status, 0, again.stderr);
-  const all = [...RESULTS, 'map.mcap', 'workbench.zip'];
+  const all = [...RESULTS, 'map.mcap', 'graph.g2o', 'workbench.zip'];
   assert.deepEqual(resultsIn(out('again'), all), resultsIn(out('wrong'), all));
+
+  assert.match(readFileSync(join(out('again'), 'graph.g2o'), 'utf8'), /^VERTEX_SE2 0 .*\nEDGE_SE2 0 1 /s);
 
   const refused = await edited(checked, 'refused');
   assert.equal(refused.status, 2);

@@ -1,7 +1,8 @@
 /** A robot's topics on the page: the map grows, and what a stream leaves is what a dropped recording gives. */
 import { readFileSync } from 'node:fs';
 import type { Locator, Page } from '@playwright/test';
-import { cloudWalk, laserDrive } from '../cli/live_recordings.mjs';
+import { WALK } from '../cli/depth_room.mjs';
+import { cloudWalk, depthWalk, laserDrive } from '../cli/live_recordings.mjs';
 import { listen, playRosbridge, serveFoxglove } from '../cli/live_servers.mjs';
 import { expectNamedControls, findWeakContrast } from './access.js';
 import { expect, test as base } from './scanstitch_page.js';
@@ -80,29 +81,32 @@ test('laser scans: topics are chosen, the map grows, and the end is the map of t
   expect(poses(dropped.result)).toEqual(poses(result));
 });
 
-test('clouds by the attribute: each is on the map or counted, and Stop keeps what has come', async ({
-  empty,
-  page,
-  robots,
-}) => {
-  const { topics, messages } = cloudWalk();
-  const robot = await serveFoxglove(robots, topics);
-  await page.locator('scanstitch-app').evaluate((app, url) => app.setAttribute('live', url), robot.url);
-  await robot.subscribed;
-  robot.send(messages);
-  const words = new RegExp(`${messages.length} messages kept.* ([1-9]) on the map`);
-  await expect(stream(page)).toContainText(words);
-  await expect
-    .poll(async () => {
-      const text = await stream(page).innerText();
-      return Number(/(\d+) on the map/.exec(text)?.[1]) + Number(/(\d+) left out/.exec(text)?.[1] ?? 0);
-    })
-    .toBe(messages.length);
-  await expect(live(page).locator('scanstitch-map3d')).toBeVisible();
-  await stream(page).getByRole('button', { name: 'Stop' }).click();
-  const { result } = await empty.stitched();
-  expect(result.frames).toHaveLength(messages.length);
-});
+for (const [what, { topics, messages }] of [
+  ['clouds', cloudWalk()],
+  ['depth images with their camera', depthWalk()],
+] as const) {
+  test(`${what} by the attribute: each is on the map or counted, and Stop keeps what has come`, async ({
+    empty,
+    page,
+    robots,
+  }) => {
+    const robot = await serveFoxglove(robots, topics);
+    await page.locator('scanstitch-app').evaluate((app, url) => app.setAttribute('live', url), robot.url);
+    await robot.subscribed;
+    robot.send(messages);
+    await expect(stream(page)).toContainText(new RegExp(`${messages.length} messages kept.* [1-9] on the map`));
+    await expect
+      .poll(async () => {
+        const text = await stream(page).innerText();
+        return Number(/(\d+) on the map/.exec(text)?.[1]) + Number(/(\d+) left out/.exec(text)?.[1] ?? 0);
+      })
+      .toBe(WALK.length);
+    await expect(live(page).locator('scanstitch-map3d')).toBeVisible();
+    await stream(page).getByRole('button', { name: 'Stop' }).click();
+    const { result } = await empty.stitched();
+    expect(result.frames).toHaveLength(WALK.length);
+  });
+}
 
 test('half a message, a topic whose type changes and a server that is killed: told, and nothing is lost', async ({
   empty,

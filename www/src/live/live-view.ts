@@ -47,7 +47,9 @@ export class ScanstitchLive extends LitElement {
     if (!this.hasUpdated && this.linked) {
       this.typed = new URLSearchParams(location.hash.replace(/^#/, '')).get('url') ?? this.typed;
     }
-    if (changed.has('address') && this.address !== '') {
+    if (!changed.has('address')) return;
+    if (this.address === '') this.session.stop();
+    else {
       this.typed = this.address;
       this.session.connect(this.address, true);
     }

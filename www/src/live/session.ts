@@ -51,6 +51,8 @@ export class LiveSession implements ReactiveController {
   #counts: number[] = [];
   #heardAt = 0;
   #isForbidden = false;
+  /** What is done when the stream has ended. */
+  #next: (() => void) | null = null;
 
   /** `kept`: has the recording of a stream that has ended. */
   constructor(host: ReactiveControllerHost & Element, kept: (recording: File) => void) {
@@ -83,7 +85,11 @@ export class LiveSession implements ReactiveController {
 
   /** `isAll`: asks for all topics that are read, without a question. */
   connect(typed: string, isAll = false): void {
-    if (this.isOpen) return;
+    if (this.isOpen) {
+      this.#next = () => this.connect(typed, isAll);
+      this.stop();
+      return;
+    }
     const url = socketAddress(typed);
     const problem = url instanceof URL ? keptFrom(url, location.protocol) : url;
     [this.problem, this.end, this.recording, this.mapProblem] = [problem, null, null, ''];
@@ -177,6 +183,8 @@ export class LiveSession implements ReactiveController {
     this.announcer.announce(`${this.address}: ${printable(end.reason)}.`);
     this.#host.requestUpdate();
     if (this.recording) this.#kept(this.recording);
+    this.#next?.();
+    this.#next = null;
   }
 
   #refusal(reason: string): AddressProblem {

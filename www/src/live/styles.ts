@@ -104,6 +104,14 @@ export const liveStyles = css`
     .empty section {
       padding: 20px 14px;
     }
+    form label,
+    input[name='address'] {
+      flex: 1 1 100%;
+      width: 100%;
+    }
+    .topics label {
+      flex: initial;
+    }
     td.type {
       display: none;
     }

@@ -159,6 +159,17 @@ export class Mending {
     download({ name: `${session.dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
   }
 
+  /** Saves the graph with the information of its motions, as g2o. */
+  async saveGraph(): Promise<void> {
+    const { session } = this;
+    try {
+      const blob = new Blob([await session.ask('graph_g2o')], { type: 'text/plain' });
+      download({ name: 'graph.g2o', blob });
+    } catch (error) {
+      session.report(messageOf(error));
+    }
+  }
+
   /** Takes the steps of a file in place of those so far, with its settings. */
   async open(file: File): Promise<void> {
     const { session, poses } = this;
