@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use crate::common::shared_data;
+use crate::common::{apartment_cloud, kitti_pair, pose_of, shared_data};
 use glam::{DVec3, Vec3};
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3};
-use scanstitch::io::{depth_image, ply};
 use scanstitch::odometry::cloud::{CloudOptions, PreparedCloud};
 use scanstitch::registration::align::{
     CloudMetric, RegistrationInit, RegistrationOptions, StepMethod, register_clouds,
@@ -17,35 +16,6 @@ use scanstitch_scene::random::Random;
 
 const KITTI: &str = "lidar/kitti_pair";
 const ROOMS: &str = "rgbd";
-
-fn pose_of(rows: &[f64]) -> Pose3 {
-    let rotation = Rotation3::from_matrix(&Matrix3::from_fn(|row, column| rows[4 * row + column]));
-    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
-    Isometry3::from_parts(Translation3::new(rows[3], rows[7], rows[11]), rotation)
-}
-
-fn kitti(folder: &Path, name: &str) -> PointCloud {
-    let bytes = std::fs::read(folder.join(format!("{name}.ply"))).unwrap();
-    PointCloud::from_positions(ply::read(&bytes).unwrap().positions)
-}
-
-fn kitti_truth(folder: &Path) -> Pose3 {
-    let text = std::fs::read_to_string(folder.join("T_target_source.txt")).unwrap();
-    pose_of(&text.split_whitespace().map(|token| token.parse().unwrap()).collect::<Vec<f64>>())
-}
-
-/// A frame of the rendered rooms, every pixel a point.
-fn room(folder: &Path, floor: &str, frame: usize) -> PointCloud {
-    let path = folder.join(format!("apartment_{floor}_floor/depth/{frame}.png"));
-    let image = depth_image::read(&std::fs::read(path).unwrap()).unwrap();
-    let pixels = image.values.iter().enumerate().filter(|(_, value)| **value > 0);
-    let points = pixels.map(|(index, &value)| {
-        let z = f32::from(value) * 10.0 / 255.0;
-        let (u, v) = ((index % image.width) as f32, (index / image.width) as f32);
-        Vec3::new((u - 256.0) / 256.0 * z, (v - 256.0) / 256.0 * z, z)
-    });
-    PointCloud::from_positions(points.collect())
-}
 
 fn described(cloud: &PointCloud, voxel_size: f64, viewpoint: DVec3) -> (PreparedCloud, DescribedCloud) {
     let options = CloudOptions { viewpoint, ..CloudOptions::new(voxel_size) };
@@ -74,8 +44,8 @@ fn turned(cloud: &PointCloud, seed: u64) -> (PointCloud, Pose3) {
 /// How many seeds of a street lead back to within half a metre and three degrees.
 fn num_found(folder: &Path, method: GlobalMethod, seeds: std::ops::Range<u64>) -> usize {
     const VOXEL: f64 = 0.25;
-    let (target, described_target) = described(&kitti(folder, "target"), VOXEL, DVec3::ZERO);
-    let (source, truth) = (kitti(folder, "source"), kitti_truth(folder));
+    let ([source, target], truth) = kitti_pair(folder);
+    let (target, described_target) = described(&target, VOXEL, DVec3::ZERO);
     let found = seeds.filter(|&seed| {
         let (source, T_source_turned) = turned(&source, seed);
         let sensor = T_source_turned.inverse().translation.vector;
@@ -106,12 +76,14 @@ fn between(source: &PointCloud, target: &PointCloud, voxel_size: f64) -> scansti
 #[test]
 fn rooms_without_overlap_are_rejected() {
     let Some(folder) = shared_data(ROOMS) else { return };
-    let here = room(&folder, "first", 4);
+    let here = apartment_cloud(&folder.join("apartment_first_floor"), 4);
     for frame in [11, 51, 101] {
-        let refused = between(&room(&folder, "second", frame), &here, 0.1).unwrap_err().to_string();
+        let refused = between(&apartment_cloud(&folder.join("apartment_second_floor"), frame), &here, 0.1)
+            .unwrap_err()
+            .to_string();
         assert!(refused.contains("look alike") && refused.contains("overlap more"), "{refused}");
     }
-    let neighbor = between(&room(&folder, "first", 7), &here, 0.1).unwrap(); // a turn of 30 degrees
+    let neighbor = between(&apartment_cloud(&folder.join("apartment_first_floor"), 7), &here, 0.1).unwrap(); // a turn of 30 degrees
     assert!(neighbor.consensus.num_inliers > 100);
     assert!((neighbor.consensus.T_target_source.rotation.angle().to_degrees() - 30.0).abs() < 1.5);
     assert!(neighbor.consensus.T_target_source.translation.vector.norm() < 0.1);
@@ -150,9 +122,9 @@ fn options_that_do_not_fit_are_refused_before_the_search() {
 #[test]
 fn two_clouds_alone_are_registered_without_a_guess() {
     let Some(folder) = shared_data(KITTI) else { return };
-    let (target, truth) = (kitti(&folder, "target"), kitti_truth(&folder));
+    let ([source, target], truth) = kitti_pair(&folder);
     let spin = Pose3::rotation(Vector3::new(0.0, 0.0, 2.5));
-    let points = kitti(&folder, "source").positions.into_iter().map(|p| {
+    let points = source.positions.into_iter().map(|p| {
         let p = spin.inverse() * Point3::from(p.as_dvec3().to_array());
         DVec3::new(p.x, p.y, p.z).as_vec3()
     });

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::shared_data;
+use crate::common::{pose_of, shared_data};
 use nalgebra::{Vector2, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use scanstitch::preprocess::planar_scan::PlanarScan;
@@ -247,14 +247,6 @@ fn the_best_rigid_motion_is_exact_and_never_a_reflection() {
     assert!(best_rigid_motion::<Pose3>(std::iter::once(nan)).is_none());
 }
 
-fn pose_of(rows: &[f64; 16]) -> Pose3 {
-    let matrix = nalgebra::Matrix4::from_row_slice(rows);
-    <Pose3 as RigidMotion>::from_parts(
-        &matrix.fixed_view::<3, 3>(0, 0).into_owned(),
-        &matrix.fixed_view::<3, 1>(0, 3).into_owned(),
-    )
-}
-
 #[test]
 fn clouds_in_map_coordinates_register_as_well_as_near_zero() {
     let points: Vec<glam::Vec3> =
@@ -323,7 +315,7 @@ fn car_cloud_in_space_by_point_to_plane() {
         let words = line.split([',', ' ']).filter(|word| !word.is_empty());
         words.filter_map(|word| word.parse().ok()).collect()
     };
-    let T_target_source = pose_of(&numbers(list.lines().nth(2).unwrap()).try_into().unwrap());
+    let T_target_source = pose_of(&numbers(list.lines().nth(2).unwrap()));
     let rows = |name: &str, columns: usize| -> Vec<Vec<f64>> {
         let text = fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
         text.lines().map(numbers).filter(|row| row.len() == columns).collect()

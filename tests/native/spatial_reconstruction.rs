@@ -3,8 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 
-use crate::common::shared_data;
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use crate::common::{apartment_truth, numbers, pose_of, shared_data};
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::Pose3;
 use scanstitch::io::trajectory::Trajectory;
@@ -34,26 +33,6 @@ fn numbered(folder: &Path, suffix: &str) -> Vec<PathBuf> {
 
 fn files(folder: &Path, suffix: &str) -> Vec<Vec<u8>> {
     numbered(folder, suffix).iter().map(|path| std::fs::read(path).unwrap()).collect()
-}
-
-fn numbers(path: &Path) -> Vec<f64> {
-    let text = std::fs::read_to_string(path).unwrap();
-    text.split_whitespace().map(|token| token.parse().unwrap()).collect()
-}
-
-fn pose_of_rows(rows: &[f64]) -> Pose3 {
-    let rotation = Rotation3::from_matrix(&Matrix3::from_fn(|row, column| rows[4 * row + column]));
-    Isometry3::from_parts(
-        Translation3::new(rows[3], rows[7], rows[11]),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    )
-}
-
-/// Camera to world; the file's camera looks along -z with y up.
-fn apartment_truth(folder: &Path) -> Vec<Pose3> {
-    let truth = trajectory::read(&std::fs::read(folder.join("GT_pose.npy")).unwrap()).unwrap();
-    let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    truth.poses().unwrap().iter().map(|pose| pose * turn).collect()
 }
 
 fn with_camera(intrinsics: Option<[f64; 4]>) -> SpatialSettings {
@@ -137,13 +116,13 @@ fn left_out_frames_are_bridged() {
 fn hand_held_recordings_are_within_a_centimetre() {
     let Some(folder) = shared_data("rgbd") else { return };
     let frames = folder.join("fusion_demo50/rgbd-frames");
-    let truth: Vec<Pose3> = numbered(&frames, ".pose.txt").iter().map(|path| pose_of_rows(&numbers(path))).collect();
+    let truth: Vec<Pose3> = numbered(&frames, ".pose.txt").iter().map(|path| pose_of(&numbers(path))).collect();
     let (mean, ..) = errors(&run(&files(&frames, ".depth.png"), Some(FUSION_DEMO)).poses(), &truth);
     assert!(mean < 0.012, "fusion_demo50: {mean}");
 
     let folder = folder.join("redwood5");
     let truth: Vec<Pose3> =
-        numbers(&folder.join("odometry.log")).chunks_exact(19).map(|pose| pose_of_rows(&pose[3..])).collect();
+        numbers(&folder.join("odometry.log")).chunks_exact(19).map(|pose| pose_of(&pose[3..])).collect();
     let (mean, ..) = errors(&run(&files(&folder.join("depth"), ".png"), Some(REDWOOD)).poses(), &truth);
     assert!(mean < 0.006, "redwood5: {mean}");
 }

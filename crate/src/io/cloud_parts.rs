@@ -11,8 +11,8 @@ use crate::geometry::quantile::quantile;
 /// a far one that stands for "no return": every other point would suffer for it.
 pub(super) fn origin_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
     const MAX_CENTER: f64 = 1e4;
-    const MAX_SAMPLES: usize = 1024;
-    let head: Vec<DVec3> = positions.take(MAX_SAMPLES).filter(|position| position.is_finite()).collect();
+    const MAX_LOOKED_AT: usize = 1024;
+    let head: Vec<DVec3> = positions.take(MAX_LOOKED_AT).filter(|position| position.is_finite()).collect();
     if head.is_empty() {
         return DVec3::ZERO;
     }
@@ -40,9 +40,9 @@ pub(super) fn unless_zero(rest: Vec<Vec3>) -> Option<Vec<Vec3>> {
 /// having any.
 pub(super) fn unit_normals(mut normals: Vec<Vec3>) -> Option<Vec<Vec3>> {
     // What is off by no more than the rounding of six decimals is left as it was written.
-    const ROUNDING: f32 = 1e-5;
+    const NORMAL_ROUNDING: f32 = 1e-5;
     for normal in &mut normals {
-        if !(1.0 - ROUNDING..=1.0 + ROUNDING).contains(&normal.length_squared()) {
+        if !(1.0 - NORMAL_ROUNDING..=1.0 + NORMAL_ROUNDING).contains(&normal.length_squared()) {
             *normal = normal.as_dvec3().normalize_or_zero().as_vec3();
         }
     }

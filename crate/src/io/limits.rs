@@ -35,8 +35,8 @@ impl Packing {
         let most_a_byte = match self {
             // A run of 258 bytes takes two bits (RFC 1951).
             Self::Deflate(bits) => 258 * 4 * 8 / bits,
-            // A bit stands for at least half a block of 64 pixels in four by four of its kind (ITU T.81).
-            Self::Jpeg | Self::ProgressiveJpeg => 8 * 64 * 16 * 2,
+            // A block of 64 pixels in four by four of its kind takes half a bit at the least.
+            Self::Jpeg | Self::ProgressiveJpeg => 64 * 16 * 2 * 8,
         };
         by_memory.min((num_packed as u64).saturating_mul(most_a_byte))
     }

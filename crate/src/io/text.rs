@@ -55,6 +55,7 @@ pub(super) fn quote(text: &[u8]) -> String {
 
 /// A piece of input made printable and at most 40 characters long.
 pub(super) fn shorten(text: &[u8]) -> String {
+    /// Half a line of a terminal: the message says more than that.
     const MAX_LENGTH: usize = 40;
     // A character takes 4 bytes at the most, so this holds all that is shown.
     let lossy = String::from_utf8_lossy(&text[..text.len().min(4 * MAX_LENGTH + 4)]);

@@ -66,7 +66,7 @@ const LONGEST_BEAM: f64 = 30.0;
 /// Most points of an arc; between those of a longer one the way is straight.
 const MAX_ARC_POINTS: f64 = 1e4;
 /// Most cells of a grid; for larger maps the cells are made larger.
-const MAX_CELLS: f64 = 16e6;
+const MAX_GRID_CELLS: f64 = 16e6;
 
 impl OccupancyGrid {
     /// The grid of scans at their `T_world_sensor`. The side of a cell is `resolution` (m), or more where there would be too many
@@ -84,7 +84,8 @@ impl OccupancyGrid {
             return Self { resolution, ..Self::default() };
         }
         let extent = high - low;
-        let resolution = resolution.max((extent.x * extent.y / MAX_CELLS).sqrt()).max(extent.amax() / MAX_CELLS);
+        let resolution =
+            resolution.max((extent.x * extent.y / MAX_GRID_CELLS).sqrt()).max(extent.amax() / MAX_GRID_CELLS);
         // The origin is a multiple of the resolution, so that the cells do not depend on the extent of the map.
         let origin = low.map(|value| ((value / resolution).floor() - 1.0) * resolution);
         let size = (high - origin).map(|value| (value / resolution) as usize + 2);

@@ -196,7 +196,7 @@ pub(crate) fn motions_between(poses: &[Option<Pose2>], scans: &[RecordedScan]) -
 }
 
 /// Further than this (s) from a scan, odometry says nothing of it.
-const MAX_GAP: f64 = 1.0;
+const MAX_ODOMETRY_GAP: f64 = 1.0;
 
 /// How poses of odometry were found for scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -265,7 +265,7 @@ impl<'a> TimedPoses<'a> {
         }
         let (earlier, later) = (*order.get(after.checked_sub(1)?)?, later?);
         let gap = stamps[later] - stamps[earlier];
-        if time - stamps[earlier] > MAX_GAP || stamps[later] - time > MAX_GAP || gap <= 0.0 {
+        if time - stamps[earlier] > MAX_ODOMETRY_GAP || stamps[later] - time > MAX_ODOMETRY_GAP || gap <= 0.0 {
             return None;
         }
         let motion = (poses[earlier].inverse() * poses[later]).log();

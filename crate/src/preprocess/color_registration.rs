@@ -9,9 +9,9 @@ use crate::camera::{Brightness, DepthImage};
 use crate::preprocess::depth_surfels::DepthModel;
 
 /// Smallest step of depth at the outline of an object, as a share of the larger depth.
-const MIN_STEP: f64 = 0.1;
+const MIN_OUTLINE_STEP: f64 = 0.1;
 /// Most pixels without depth between the two sides of an outline: the part that is occluded for one lens.
-const MAX_GAP: usize = 24;
+const MAX_OUTLINE_GAP: usize = 24;
 /// Largest distance from an outline at which an edge belongs to it (pixels of the finest brightness, which are two of the image).
 const SAME_EDGE: isize = 1;
 /// Smallest distance from an outline at which an edge lies beside it (pixels of the finest brightness).
@@ -19,7 +19,7 @@ const NEAREST_OTHER: isize = 5;
 /// Largest distance from an outline at which edges beside it are compared with it (pixels of the finest brightness).
 const FARTHEST_OTHER: isize = 24;
 /// Bound of the slope of the brightness (grey levels per pixel), so that single edges do not outweigh the others.
-const MAX_SLOPE: f64 = 15.0;
+const MAX_BRIGHTNESS_SLOPE: f64 = 15.0;
 /// Fewest outline pixels for a decision.
 const MIN_OUTLINES: u64 = 300;
 /// Smallest ratio of the slope on outlines to that beside them. Along the axis where it is smaller, it is 2.2 to 7 where colours are
@@ -91,7 +91,8 @@ impl std::ops::AddAssign for OutlineContrast {
 /// brightness, in its own pixels.
 fn slopes(place: usize, slope: impl Fn(usize) -> Option<f64>) -> Option<[f64; 2]> {
     let mean = |off: std::ops::RangeInclusive<isize>| {
-        let slopes = off.clone().map(|off| Some(slope((place / 2).checked_add_signed(off)?)?.abs().min(MAX_SLOPE)));
+        let slopes =
+            off.clone().map(|off| Some(slope((place / 2).checked_add_signed(off)?)?.abs().min(MAX_BRIGHTNESS_SLOPE)));
         Some(slopes.sum::<Option<f64>>()? / off.count() as f64)
     };
     let beside = mean(-FARTHEST_OTHER..=-NEAREST_OTHER)? + mean(NEAREST_OTHER..=FARTHEST_OTHER)?;
@@ -119,7 +120,8 @@ impl Outlines {
         let depth = model.depth(value)?;
         self.last = (place, value);
         let known = model.depth(known)?;
-        let is_outline = place - before <= MAX_GAP && (depth - known).abs() > MIN_STEP * depth.max(known);
+        let is_outline =
+            place - before <= MAX_OUTLINE_GAP && (depth - known).abs() > MIN_OUTLINE_STEP * depth.max(known);
         is_outline.then_some(if depth < known { place } else { before })
     }
 }

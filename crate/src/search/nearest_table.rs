@@ -10,7 +10,7 @@ use crate::geometry::algebra::single;
 /// Cells along the largest distance. Smaller cells hold as many candidates for queries that are far from all points.
 const CELLS_PER_DISTANCE: f64 = 16.0;
 /// Most cells of a table; for large extents the cells are made larger.
-const MAX_CELLS: f64 = (1 << 20) as f64;
+const MAX_TABLE_CELLS: f64 = (1 << 20) as f64;
 /// Most visits of cells while a table is built, about a tenth of a second. Beyond, no table is built.
 const MAX_VISITS: f64 = (1 << 25) as f64;
 
@@ -55,9 +55,9 @@ impl NearestTable {
         let low = points.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p));
         let high = points.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
         let extent = high - low + Vector2::repeat(2.0 * max_distance);
-        let side = (max_distance / CELLS_PER_DISTANCE).max((extent.x * extent.y / MAX_CELLS).sqrt());
+        let side = (max_distance / CELLS_PER_DISTANCE).max((extent.x * extent.y / MAX_TABLE_CELLS).sqrt());
         let visits = points.len() as f64 * (2.0 * max_distance / side + 2.0).powi(2);
-        if !(side > 0.0 && extent.amax() / side < MAX_CELLS && visits <= MAX_VISITS) {
+        if !(side > 0.0 && extent.amax() / side < MAX_TABLE_CELLS && visits <= MAX_VISITS) {
             return None;
         }
         // One more cell on every side, for rounding.

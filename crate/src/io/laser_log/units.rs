@@ -13,7 +13,7 @@ const RANGES_IN_METRES: Expected = Expected { priors: [0.997, 0.001, 0.001_8, 0.
 /// Readings cover a turn at most; steps that were rounded may add up to a little more. Angles above this are not in radians.
 pub(super) const MAX_RADIANS: f64 = 1.1 * TAU;
 /// Robots drive less from scan to scan (m; sparse logs have 1): poses that are further apart are in the unit of the ranges.
-const MAX_STEP: f64 = 2.0;
+const MAX_ROBOT_STEP: f64 = 2.0;
 
 /// Brings scans that cannot be in metres and radians into these, and says so. Who did not keep to these may not have kept to
 /// counter-clockwise angles either, where bearings fall from reading to reading.
@@ -42,7 +42,7 @@ fn in_metres(scans: &mut [LaserScan]) -> Option<String> {
         return None;
     }
     let metres = judged.unit.metres;
-    let has_such_poses = step_of_robot(scans) > MAX_STEP;
+    let has_such_poses = step_of_robot(scans) > MAX_ROBOT_STEP;
     for scan in &mut *scans {
         scan.ranges.iter_mut().for_each(|range| *range = (f64::from(*range) * metres) as f32);
         // Beyond what lasers see, a stated limit is in the unit of the ranges.

@@ -29,7 +29,7 @@ impl Beam {
 }
 
 /// Standard deviation of a return from the wall of a map, but for what the cells add (m): the laser's noise, and the errors of the map.
-const SIGMA: f64 = 0.04;
+const RETURN_SIGMA: f64 = 0.04;
 /// A length along which returns of unknown surfaces are spread (m): the median range of the logs' scans is 3 to 5 m.
 const REACH: f64 = 10.0;
 /// Share of the returns of what is not in the map: people, and what was moved.
@@ -77,7 +77,7 @@ impl BeamModel {
     /// That of a map.
     pub fn of(field: &MapField) -> Self {
         // A wall is known to be somewhere in a cell, evenly; so is the middle of its cells.
-        Self::with_sigma((SIGMA * SIGMA + 2.0 * field.resolution * field.resolution / 12.0).sqrt())
+        Self::with_sigma((RETURN_SIGMA * RETURN_SIGMA + 2.0 * field.resolution * field.resolution / 12.0).sqrt())
     }
 
     fn with_sigma(sigma: f64) -> Self {

@@ -13,7 +13,7 @@ use super::belief::{Belief, Estimate, Hypothesis};
 use super::field::MapField;
 use super::likelihood::{Beam, BeamModel, Fit, NEW};
 use super::location::{Location, Place, Verdict};
-use super::places::{CERTAIN, MAX_LOG_ODDS, Places, log_odds, odds_of, places};
+use super::places::{CERTAIN, MAX_LOG_ODDS_OF_PLACE, Places, log_odds, odds_of, places};
 use super::search::Search;
 use super::window::{Window, beams_of};
 use crate::geometry::Pose2;
@@ -181,7 +181,7 @@ impl Localizer {
         match best.filter(|best| self.odds_of_stretch(&best.estimate) > 0.0) {
             Some(&Hypothesis { estimate, log_odds, .. }) => {
                 self.place_window(&estimate);
-                State::Tracking(estimate, log_odds.min(MAX_LOG_ODDS))
+                State::Tracking(estimate, log_odds.min(MAX_LOG_ODDS_OF_PLACE))
             }
             None => State::Following(belief),
         }
@@ -193,7 +193,7 @@ impl Localizer {
         for scan in self.window.scans.iter().rev() {
             let (registered, fit) = estimate.registered(&self.field, &self.model, &scan.beams, shared);
             (estimate, shared) = (registered.moved_back(&scan.motion), scan.shared);
-            let location = self.certain(&registered, &fit, MAX_LOG_ODDS);
+            let location = self.certain(&registered, &fit, MAX_LOG_ODDS_OF_PLACE);
             match self.locations.get_mut(scan.frame) {
                 Some(known) if known.status == Status::Good => break,
                 Some(known) => *known = Location { is_known_at_once: false, ..location },
@@ -212,7 +212,7 @@ impl Localizer {
         num_new: Option<usize>,
     ) -> State {
         let (estimate, fit) = last.moved(motion).registered(&self.field, &self.model, beams, self.window.shared());
-        let odds = (odds + log_odds(num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS);
+        let odds = (odds + log_odds(num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS_OF_PLACE);
         self.locations.push(self.certain(&estimate, &fit, odds));
         if odds > -odds_of(CERTAIN) {
             return State::Tracking(estimate, odds);

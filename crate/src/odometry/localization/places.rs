@@ -14,7 +14,7 @@ pub(super) const CERTAIN: f64 = 0.999;
 /// Measured: of 431 windows of five Radish buildings and fr079 in the grid of every other scan one scored more at a wrong place than at the
 /// right one, by 4 in `score`; of 480 windows in the grids of other buildings no best place was ahead of the next by more than 49. With this
 /// share a place is certain from 69 on.
-const INDEPENDENT: f64 = 0.1;
+const INDEPENDENT_SCORE: f64 = 0.1;
 /// More pieces than this tell no more: of the errors of a long chain and of the map they all have their share.
 const MOST_PIECES: usize = 200;
 /// Mean score of a beam where the robot is elsewhere: of the best places for windows in the grids of other buildings 94 of 100 score less;
@@ -24,7 +24,7 @@ const ELSEWHERE: f64 = 1.5;
 const LATTICE_LOSS: f64 = 0.15;
 /// Largest logarithm of odds, of one in ten thousand. Places less likely than the best one, or than being elsewhere, by this factor are left
 /// out: with hundreds of them one may still be certain. And a place is known at most this well: a robot may be carried away.
-pub(super) const MAX_LOG_ODDS: f64 = 9.2;
+pub(super) const MAX_LOG_ODDS_OF_PLACE: f64 = 9.2;
 /// Beams of a search.
 const SEARCHED_BEAMS: usize = 150;
 /// About half a second.
@@ -65,14 +65,15 @@ impl Places {
 
 /// The logarithm of the odds to being elsewhere of beams that show so many pieces of walls, at a mean score.
 pub(super) fn log_odds(num_pieces: usize, mean_score: f64) -> f64 {
-    INDEPENDENT * num_pieces.min(MOST_PIECES) as f64 * (mean_score - ELSEWHERE)
+    INDEPENDENT_SCORE * num_pieces.min(MOST_PIECES) as f64 * (mean_score - ELSEWHERE)
 }
 
 /// All places of a map for the beams of a window.
 pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joined: &JoinedBeams) -> Places {
     let ends: Vec<_> = evenly(&joined.beams, SEARCHED_BEAMS).iter().map(|beam| beam.end).collect();
     // Of so many beams this mean difference is negligible.
-    let margin = MAX_LOG_ODDS / (INDEPENDENT * joined.num_pieces.clamp(1, MOST_PIECES) as f64) + LATTICE_LOSS;
+    let margin =
+        MAX_LOG_ODDS_OF_PLACE / (INDEPENDENT_SCORE * joined.num_pieces.clamp(1, MOST_PIECES) as f64) + LATTICE_LOSS;
     let wanted = Wanted { least_mean: ELSEWHERE - margin, margin: margin * ends.len() as f64 };
     let found = search.places(&ends, &wanted, &BUDGET);
     let mut places: Vec<FoundPlace> = Vec::new();
@@ -87,7 +88,7 @@ pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joine
         }
     }
     places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS;
+    let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS_OF_PLACE;
     places.retain(|place| place.log_odds > least);
     let others = log_odds(joined.num_pieces, found.others_at_most / ends.len().max(1) as f64 + LATTICE_LOSS);
     Places { all: places, is_complete: found.is_complete, others }

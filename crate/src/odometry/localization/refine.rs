@@ -22,7 +22,7 @@ pub struct Refined {
 }
 
 /// The share of the information of beams that is independent.
-const INDEPENDENT: f64 = 0.2;
+const INDEPENDENT_BEAMS: f64 = 0.2;
 /// Standard deviations in turn, as multiples of the model's: from the step of a search down.
 const WIDTHS: [f64; 6] = [3.0, 2.0, 1.5, 1.0, 1.0, 1.0];
 /// Keeps the equations solvable where walls leave a direction open: less than one beam tells.
@@ -59,7 +59,7 @@ fn equations(
     sigma: f64,
 ) -> (Matrix3<f64>, Vector3<f64>) {
     let (mut H, mut b) = (Matrix3::zeros(), Vector3::zeros());
-    let information = INDEPENDENT / (sigma * sigma);
+    let information = INDEPENDENT_BEAMS / (sigma * sigma);
     let back = pose.rotation.inverse();
     for beam in beams {
         let end = pose.act(&beam.end);

@@ -36,7 +36,7 @@ pub struct CloudReading {
 }
 
 /// Bytes of a file in which its header may say the unit.
-const HEADER_BYTES: usize = 2048;
+const HEAD_BYTES: usize = 2048;
 /// Coordinates that begin so far from their origin (units of the file) are those of a map, which are metres.
 const MAP_DISTANCE: f64 = 1e5;
 /// What is said of times of points that are not those of a sensor.
@@ -144,7 +144,7 @@ fn unit_of(
 
 /// The unit that a header of a cloud names, in a comment such as `comment unit: mm`.
 fn unit_in_header(bytes: &[u8]) -> Option<LengthUnit> {
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEADER_BYTES)]).to_ascii_lowercase();
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD_BYTES)]).to_ascii_lowercase();
     let comments = head.lines().take_while(|line| *line != "end_header" && !line.starts_with("data "));
     let units = [METRE, CENTIMETRE, MILLIMETRE, INCH, FOOT];
     let named = |line: &str| {

@@ -13,7 +13,7 @@ const MAX_COUNT: usize = 4;
 /// After so many points it is checked whether a pose can still beat the best.
 const POINTS_TO_A_CHECK: usize = 16;
 /// Rounding moves a cell by less than this share of its side.
-const ROUNDING: f64 = 1e-6;
+const CELL_ROUNDING: f64 = 1e-6;
 
 /// The source under one turn, as cells of the grid. Points that no shift of the window moves onto the grid are left out.
 pub(super) struct RotatedSource {
@@ -201,7 +201,7 @@ impl<'a> Turns<'a> {
         let mut num_uncovered = 0;
         for point in self.source {
             let (a, b) = (first * point + shift, last * point + shift);
-            let margin = Vector2::repeat(height * point.norm() + ROUNDING * self.grid.resolution);
+            let margin = Vector2::repeat(height * point.norm() + CELL_ROUNDING * self.grid.resolution);
             let (low, high) = (self.grid.cell(&(a.inf(&b) - margin)), self.grid.cell(&(a.sup(&b) + margin)));
             let block = |cell: i32| (cell.saturating_sub(self.half_cells) >> level).saturating_add(MAX_SQUARE);
             let corner = (block(low.0), block(low.1));

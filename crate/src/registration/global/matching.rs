@@ -22,7 +22,7 @@ pub struct Match {
 /// Dimensions of the tree: principal directions of the features. Measured on rooms: they hold 97 % of the variance.
 const DIRECTIONS: usize = 8;
 /// Most features from which the directions are computed.
-const MAX_SAMPLES: usize = 2000;
+const MAX_SAMPLED_FEATURES: usize = 2000;
 
 /// Features with an index of them.
 pub struct FeatureIndex {
@@ -82,7 +82,7 @@ fn sq_distance(a: &Feature, b: &Feature) -> f32 {
 
 /// The principal directions of the features with the largest variances.
 fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
-    let stride = features.len().div_ceil(MAX_SAMPLES).max(1);
+    let stride = features.len().div_ceil(MAX_SAMPLED_FEATURES).max(1);
     let samples: Vec<&Feature> = features.iter().step_by(stride).filter(|f| f.iter().all(|x| x.is_finite())).collect();
     let count = samples.len().max(1) as f64;
     let mean: [f64; FEATURE_SIZE] =

@@ -16,7 +16,7 @@ const DIRECTION_COMMENT: &[u8] = b"direction: unknown";
 /// Lines that the separators are told from.
 const LOOKED_INTO: usize = 50;
 /// Words of a scan's line that are no numbers, at most: names of frames, dates.
-const MAX_WORDS: usize = 8;
+const MAX_OTHER_WORDS: usize = 8;
 
 /// A line of numbers.
 #[derive(Debug, Clone)]
@@ -180,7 +180,7 @@ impl Separators {
         let mut row = Row { line, values: Vec::new(), words: Vec::new(), is_open };
         // "theta: 0.5 dist: 1200": beside labels, words stand for no column; many of them are no such line, but a program's text.
         let num_others = self.cells(text).filter(|word| !is_label(word) && number(word).is_none()).count();
-        let has_labels = num_others <= MAX_WORDS && self.cells(text).any(is_label);
+        let has_labels = num_others <= MAX_OTHER_WORDS && self.cells(text).any(is_label);
         for word in self.cells(text).filter(|word| !has_labels || number(word).is_some()) {
             let value = number(&self.point(word));
             if value.is_none() && !word.is_empty() && !is_no_value(word) {
@@ -191,7 +191,7 @@ impl Separators {
         let num_words = row.words.len();
         // Mostly zeros beside words are the covariances of a pose.
         let num_ranges = row.values.iter().filter(|&&value| value > 0.0).count();
-        let is_row = num_words == 0 || (num_words <= MAX_WORDS && 3 * num_ranges > row.values.len());
+        let is_row = num_words == 0 || (num_words <= MAX_OTHER_WORDS && 3 * num_ranges > row.values.len());
         (is_row && row.values.iter().any(|value| !value.is_nan())).then_some(row)
     }
 
