@@ -84,7 +84,7 @@ test('a surface is stopped in its middle and made again; it stays without its gr
     const { postMessage } = Worker.prototype;
     const held = Object.assign(window, { num_added: 0, is_held: true });
     Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
-      const is_frame = (message as { method?: string }).method === 'add' && ++held.num_added > 3;
+      const is_frame = (message as { method?: string }).method === 'put' && ++held.num_added > 3;
       if (!is_frame || !held.is_held) postMessage.call(this, message, options as StructuredSerializeOptions);
     };
   });
@@ -128,28 +128,12 @@ test('what leaves no surface, or less of it, is told, and the points stay', asyn
   await button(page).click();
   expect((await counts(spatial)).frames).toBe(`${num_good} of 3 frames`);
   await expect(spatial.map.getByText(/those with a good pose/)).toBeVisible();
-
-  // A file that is gone since the run.
-  await spatial.drop(recording(4));
-  await spatial.stitched();
-  const gone = recording(4).find(({ name }) => name === 'room/depth/3.png')?.content.length;
-  await page.evaluate((size) => {
-    const read = Blob.prototype.arrayBuffer;
-    Object.assign(window, { read });
-    Blob.prototype.arrayBuffer = function (this: Blob) {
-      const is_gone = this instanceof File && this.name.endsWith('3.png') && this.size === size;
-      return is_gone ? Promise.reject(new DOMException('gone', 'NotFoundError')) : read.call(this);
-    };
-  }, gone);
-  await button(page).click();
-  expect((await counts(spatial)).frames).toBe('3 of 4 frames');
-  for (const words of ['depth/3.png', 'could not be read']) await expect(spatial.messages).toContainText(words);
 });
 
 test('a worker that runs out of memory is told, and it is tried again', async ({ spatial, page }) => {
   // The first worker fails from its first line on: a fault that is put in once it runs may come too late.
   const fails = `addEventListener('message', ({ data }) => {
-    if (data.method === 'add') throw new RangeError('Out of memory');
+    if (data.method === 'put') throw new RangeError('Out of memory');
   });\n`;
   await page.route(
     /surface-worker/,

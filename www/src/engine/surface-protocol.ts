@@ -24,8 +24,10 @@ export interface SurfaceApi {
   start(module: WebAssembly.Module): void;
   /** `decode_config`: how the run read its depth. */
   begin(decode_config: string, voxel_size: number, max_megabytes: number): void;
-  /** `pose`: x y z qx qy qz qw (m), camera to world. */
-  add(name: string, depth: Uint8Array, colors: Uint8Array | null, pose: Float64Array): void;
+  /** The frames that are to be in it, each with its pose x y z qx qy qz qw (m), camera to world; which of them are to be put. */
+  follow(frames: Uint32Array, poses: Float64Array, isFinal: boolean): Uint32Array;
+  /** `kept`: the image that the run keeps of the frame. */
+  put(frame: number, kept: Uint8Array): void;
   mesh(): SurfaceMesh;
   file(format: MeshFormat): Uint8Array;
 }

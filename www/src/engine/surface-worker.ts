@@ -20,7 +20,9 @@ const api: Served<SurfaceApi> = {
     surface = new Surface(decode_config, { voxel_size, max_megabytes });
   },
 
-  add: (name, depth, colors, pose) => present().add(name, depth, colors, pose),
+  follow: (frames, poses, isFinal) => present().follow(frames, poses, isFinal) as Uint32Array,
+
+  put: (frame, kept) => present().put(frame, kept),
 
   mesh() {
     const here = present();

@@ -99,7 +99,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.choices = { ...this.choices, section: this.cut() };
     }
     if (changed.has('points') || changed.has('fitKey')) this.takeSurvey();
-    if (this.isOtherSurface(changed) && this.runSurface.mesh) this.chooseSurface({ shown: 'surface' });
+    if (changed.get('runSurface')?.mesh === null && this.runSurface.mesh) this.chooseSurface({ shown: 'surface' });
   }
 
   protected override updated(changed: PropertyValues<this>): void {

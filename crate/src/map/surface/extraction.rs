@@ -23,9 +23,8 @@ const EDGES: [[usize; 2]; 12] =
 /// The vertices of a block's cells.
 type CellVertices = Option<Box<[u32; VOXELS]>>;
 
-/// The surface of a field with voxels of this size (m). Deviations are those of the information times the square root of
-/// `variance_ratio`. Normals are left out.
-pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance_ratio: f32) -> TriangleMesh {
+/// The surface of a field with voxels of this size (m); `variance` is that of a weight of 1 (m^2). Normals are left out.
+pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance: f32) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     let mut has_colors = false;
     let mut vertices: Vec<CellVertices> = Vec::with_capacity(blocks.len());
@@ -35,11 +34,11 @@ pub(super) fn extract(blocks: &Blocks, voxel_size: f32, variance_ratio: f32) -> 
         for (z, y, x) in positions(SIDE) {
             let Some(vertex) = corners.vertex(x, y, z) else { continue };
             numbers.get_or_insert_with(|| Box::new([NONE; VOXELS]))[index(x, y, z)] = mesh.positions.len() as u32;
-            let corner = Vec3::from(blocks.corners[number].map(|at| at as f32 * SIDE as f32));
+            let corner = Vec3::from(blocks.get(number).corner.map(|at| at as f32 * SIDE as f32));
             // Corners of cells are the centres of voxels.
             let place = corner + Vec3::new(x as f32, y as f32, z as f32) + vertex.place + 0.5;
             mesh.positions.push(place * voxel_size);
-            mesh.deviations.push((variance_ratio / vertex.information).sqrt());
+            mesh.deviations.push((variance / vertex.weight).sqrt());
             mesh.colors.push(vertex.color.unwrap_or([128; 3]));
             has_colors |= vertex.color.is_some();
         }
@@ -62,8 +61,8 @@ struct CellVertex {
     /// From the cell's first corner (voxels).
     place: Vec3,
     color: Option<[u8; 3]>,
-    /// Mean of the corners' (1/m^2).
-    information: f32,
+    /// Mean of the corners'.
+    weight: f32,
 }
 
 const fn corner_index(x: usize, y: usize, z: usize) -> usize {
@@ -72,22 +71,18 @@ const fn corner_index(x: usize, y: usize, z: usize) -> usize {
 
 impl Corners {
     fn of(blocks: &Blocks, number: usize) -> Self {
-        let corner = blocks.corners[number];
+        let corner = blocks.get(number).corner;
         let mut all = [None; CORNERS * CORNERS * CORNERS];
         for (dz, dy, dx) in positions(2) {
             let at = [corner[0] + dx as i32, corner[1] + dy as i32, corner[2] + dz as i32];
             let Some(other) = blocks.number(at) else { continue };
-            let (voxels, seen_through) = (&blocks.voxels[other], blocks.seen_through[other]);
+            let other = blocks.get(other);
             // Of the next block along an axis only its first voxels.
             let range = |next: usize| if next == 0 { 0..SIDE } else { 0..1 };
             for z in range(dz) {
                 for y in range(dy) {
                     for x in range(dx) {
-                        let voxel = voxels[index(x, y, z)];
-                        // What was seen as often as seen through has moved, or was never there.
-                        let is_there = voxel.information() > seen_through && voxel.information() > 0.0;
-                        let place = corner_index(x + dx * SIDE, y + dy * SIDE, z + dz * SIDE);
-                        all[place] = is_there.then_some(voxel);
+                        all[corner_index(x + dx * SIDE, y + dy * SIDE, z + dz * SIDE)] = other.voxel(x, y, z);
                     }
                 }
             }
@@ -101,7 +96,7 @@ impl Corners {
         for (bits, voxel) in voxels.iter_mut().enumerate() {
             *voxel = self.0[corner_index(x + (bits & 1), y + (bits >> 1 & 1), z + (bits >> 2))]?;
         }
-        let distances = voxels.map(Voxel::distance);
+        let distances = voxels.map(|voxel| voxel.distance);
         let num_behind = distances.iter().filter(|distance| **distance < 0.0).count();
         if num_behind == 0 || num_behind == 8 {
             return None;
@@ -119,14 +114,14 @@ impl Corners {
             sum += place(from).lerp(place(to), a / (a - b));
             count += 1.0;
         }
-        let information = voxels.iter().map(|voxel| voxel.information()).sum::<f32>() / 8.0;
-        Some(CellVertex { place: sum / count, color: mean_color(&voxels), information })
+        let weight = voxels.iter().map(|voxel| voxel.weight).sum::<f32>() / 8.0;
+        Some(CellVertex { place: sum / count, color: mean_color(&voxels), weight })
     }
 }
 
 fn mean_color(voxels: &[Voxel; 8]) -> Option<[u8; 3]> {
     let (mut sum, mut count) = ([0u32; 3], 0);
-    for color in voxels.iter().filter_map(|voxel| voxel.color()) {
+    for color in voxels.iter().filter_map(|voxel| voxel.color) {
         for (sum, value) in sum.iter_mut().zip(color) {
             *sum += u32::from(value);
         }
@@ -137,7 +132,7 @@ fn mean_color(voxels: &[Voxel; 8]) -> Option<[u8; 3]> {
 
 /// Two triangles for each edge from a voxel of the block to the next that the surface crosses, between the four cells around it.
 fn add_triangles(blocks: &Blocks, number: usize, vertices: &[CellVertices], mesh: &mut TriangleMesh) {
-    let corner = blocks.corners[number];
+    let corner = blocks.get(number).corner;
     let vertex_at = |cell: [i32; 3]| -> Option<u32> {
         let block = std::array::from_fn(|axis| corner[axis] + cell[axis].div_euclid(SIDE as i32));
         let [x, y, z] = cell.map(|at| at.rem_euclid(SIDE as i32) as usize);
@@ -151,8 +146,8 @@ fn add_triangles(blocks: &Blocks, number: usize, vertices: &[CellVertices], mesh
             let mut next = [x, y, z];
             next[axis] += 1;
             let Some(there) = corners.0[corner_index(next[0], next[1], next[2])] else { continue };
-            let is_behind = here.distance() < 0.0;
-            if is_behind == (there.distance() < 0.0) {
+            let is_behind = here.distance < 0.0;
+            if is_behind == (there.distance < 0.0) {
                 continue;
             }
             let (right, up) = ((axis + 1) % 3, (axis + 2) % 3);

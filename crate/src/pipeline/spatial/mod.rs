@@ -449,6 +449,19 @@ impl SpatialReconstruction {
         }
     }
 
+    /// The depth image that is kept of a frame, by its number in the recording, for a surface
+    /// ([`SurfaceReconstruction::read_kept`]); `None` where there is none.
+    ///
+    /// [`SurfaceReconstruction::read_kept`]: crate::pipeline::surface::SurfaceReconstruction::read_kept
+    pub fn kept_image(&self, index: usize) -> Option<Vec<u8>> {
+        let frame = self.frames.iter().find(|frame| frame.label.index == index)?;
+        let MapPoints::Image(image, prepared_as) = &frame.map_points else { return None };
+        let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
+        let map_points = MapPoints::Image(image.shifted(shift), self.map_quantisation());
+        let (label, surfaces) = (frame.label.clone(), Surfaces::Surfels(Vec::new()));
+        Some(PreparedFrame { label, surfaces, map_points, notes: Vec::new(), fills_range: false }.to_bytes())
+    }
+
     /// What the map would take in voxels of other sizes (m, positive).
     pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
         let poses = self.poses_up_to(Status::Good);
