@@ -110,6 +110,45 @@ test('a surface is stopped in its middle and made again; it stays without its gr
   await expect(button(page)).toHaveAttribute('aria-pressed', 'false');
 });
 
+test('a surface that is switched on while the run goes on grows with it, and its points stay shown where they were chosen', async ({
+  spatial,
+  page,
+}) => {
+  // From the third on, frames wait until they are let go.
+  await page.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    const held = Object.assign(window, { since: 0, num_free: 2, waiting: [] as (() => void)[] });
+    Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
+      const post = (): void => postMessage.call(this, message, options as StructuredSerializeOptions);
+      const isFrame = (message as { method?: string }).method === 'place';
+      if (isFrame) held.since ||= performance.now();
+      if (!isFrame || held.num_free-- > 0) post();
+      else held.waiting.push(post);
+    };
+  });
+  const letGo = (count: number): Promise<void> =>
+    page.evaluate((count) => {
+      const held = window as unknown as { num_free: number; waiting: (() => void)[] };
+      const now = held.waiting.splice(0, count);
+      held.num_free = count - now.length;
+      for (const post of now) post();
+    }, count);
+  await spatial.drop(recording(8));
+  // The first map is sent with the next frame after this.
+  await page.waitForFunction(() => {
+    const { since } = window as unknown as { since: number };
+    return since > 0 && performance.now() - since > 400;
+  });
+  await letGo(1);
+  await button(page).click();
+  expect((await counts(spatial)).frames).toBe('3 frames');
+  await shown(page, 'Both').check();
+  await letGo(8);
+  await spatial.stitched();
+  await expect(spatial.map.getByText(/ triangles of 8 frames/)).toBeVisible();
+  await expect(shown(page, 'Both')).toBeChecked();
+});
+
 test('what leaves no surface, or less of it, is told, and the points stay', async ({ spatial, page }) => {
   // One frame alone.
   await spatial.drop(recording(1));

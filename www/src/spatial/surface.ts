@@ -76,7 +76,8 @@ export class RunSurface implements ReactiveController {
     const making = this.#making;
     if (!making) return;
     if (session !== making.session || session.snapshot === null) this.#end();
-    else if (!this.#isUpToDate(making) && !making.isBusy && performance.now() >= making.nextUpdate)
+    else if (making.isBusy || this.#isUpToDate(making)) return;
+    else if (session.phase !== 'running' || performance.now() >= making.nextUpdate)
       this.#finished = this.#update(making);
   }
 
@@ -156,7 +157,8 @@ export class RunSurface implements ReactiveController {
     const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
     await client.follow(frames, isFinal, {
       image: (frame) => session.ask('kept_image', frame),
-      progress: (done, total) => this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
+      progress: (done, total) =>
+        this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
     });
     const mesh = await client.mesh();
     if (this.#making !== making) return;

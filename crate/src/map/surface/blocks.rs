@@ -60,36 +60,29 @@ pub(super) struct Voxel {
 /// A block: sums over the images, by voxel.
 #[derive(Debug, Clone)]
 pub(super) struct Block {
-    /// Corner (blocks).
-    pub corner: [i32; 3],
     /// Weights times distances (steps).
     pub distances: [i32; VOXELS],
     pub weights: [i32; VOXELS],
     /// Where the images have colours.
     pub colors: Option<Box<[ColorSum; VOXELS]>>,
-    /// Of each part, weight of the views through it that saw nothing in it.
+    /// Of each part, weight of the views of the block that saw through it.
     pub seen_through: [i32; PARTS],
+}
+
+/// What is looked at of each block for every image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockState {
+    /// Corner (blocks).
+    pub corner: [i32; 3],
+    /// Weight of the views through all of the block that saw nothing in it.
+    pub seen_through: i32,
     /// Number of the last image that touched the block.
     pub last_touched: u32,
 }
 
 impl Block {
-    fn new(corner: [i32; 3]) -> Self {
-        let none = [0; VOXELS];
-        Self { corner, distances: none, weights: none, colors: None, seen_through: [0; PARTS], last_touched: 0 }
-    }
-
-    /// The voxel with this index, unless nothing was measured there, or views saw through it as often as it was seen: it has moved, or
-    /// was never there.
-    #[inline]
-    pub(super) fn voxel(&self, x: usize, y: usize, z: usize) -> Option<Voxel> {
-        let index = index(x, y, z);
-        let weight = self.weights[index];
-        (weight > self.seen_through[part_index(x, y, z)]).then(|| Voxel {
-            distance: self.distances[index] as f32 / (weight as f32 * STEPS),
-            weight: weight as f32,
-            color: self.colors.as_ref().and_then(|colors| colors[index].mean()),
-        })
+    fn new() -> Self {
+        Self { distances: [0; VOXELS], weights: [0; VOXELS], colors: None, seen_through: [0; PARTS] }
     }
 
     /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.
@@ -101,10 +94,10 @@ impl Block {
     }
 
     /// Adds a block of voxels half as large.
-    fn add_finer(&mut self, fine: &Self) {
-        let octant = fine.corner.map(|at| at.rem_euclid(2) as usize * PART_SIDE);
-        let [x0, y0, z0] = octant;
-        self.seen_through[part_index(x0, y0, z0)] = fine.seen_through.iter().sum::<i32>() / PARTS as i32;
+    fn add_finer(&mut self, fine: &Self, state: &BlockState) {
+        let [x0, y0, z0] = state.corner.map(|at| at.rem_euclid(2) as usize * PART_SIDE);
+        self.seen_through[part_index(x0, y0, z0)] =
+            state.seen_through + fine.seen_through.iter().sum::<i32>() / PARTS as i32;
         for (z, y, x) in positions(PART_SIDE) {
             let eight: [usize; 8] =
                 std::array::from_fn(|bits| index(2 * x + (bits & 1), 2 * y + (bits >> 1 & 1), 2 * z + (bits >> 2)));
@@ -126,9 +119,38 @@ impl Block {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blocks {
     numbers: FxHashMap<[i32; 3], u32>,
-    /// In the order in which they were added. Boxed: they grow to the whole memory, which must not be copied to a larger place.
+    /// In the order in which the blocks were added.
+    pub(super) states: Vec<BlockState>,
+    /// Boxed: they grow to the whole memory, which must not be copied to a larger place.
     #[allow(clippy::vec_box, reason = "blocks of kilobytes, which stay where they are")]
     all: Vec<Box<Block>>,
+}
+
+/// A block with its state.
+#[derive(Clone, Copy)]
+pub(super) struct KnownBlock<'a> {
+    state: &'a BlockState,
+    block: &'a Block,
+}
+
+impl KnownBlock<'_> {
+    /// Of each part, the weight that a voxel has to exceed: what was seen through as often as it was seen has moved, or was never there.
+    pub(super) fn least_weights(&self) -> [i32; PARTS] {
+        self.block.seen_through.map(|of_part| of_part + self.state.seen_through)
+    }
+
+    /// Weights times distances, and weights.
+    pub(super) fn sums(&self) -> (&[i32; VOXELS], &[i32; VOXELS]) {
+        (&self.block.distances, &self.block.weights)
+    }
+
+    /// A voxel that was measured.
+    pub(super) fn voxel(&self, index: usize) -> Voxel {
+        let weight = self.block.weights[index] as f32;
+        let distance = self.block.distances[index] as f32 / (weight * STEPS);
+        let color = self.block.colors.as_ref().and_then(|colors| colors[index].mean());
+        Voxel { distance, weight, color }
+    }
 }
 
 impl Blocks {
@@ -140,20 +162,17 @@ impl Blocks {
         self.numbers.get(&corner).map(|&number| number as usize)
     }
 
-    pub(super) fn get(&self, number: usize) -> &Block {
-        &self.all[number]
-    }
-
-    pub(super) fn get_mut(&mut self, number: usize) -> &mut Block {
-        &mut self.all[number]
+    pub(super) fn get(&self, corner: [i32; 3]) -> Option<KnownBlock<'_>> {
+        let number = self.number(corner)?;
+        Some(KnownBlock { state: &self.states[number], block: &self.all[number] })
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Block> {
         self.all.iter().map(AsRef::as_ref)
     }
 
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Block> {
-        self.all.iter_mut().map(AsMut::as_mut)
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&mut BlockState, &mut Box<Block>)> {
+        self.states.iter_mut().zip(&mut self.all)
     }
 
     /// The number of a block, which is added where there is none.
@@ -161,7 +180,8 @@ impl Blocks {
         let next = self.all.len() as u32;
         let number = *self.numbers.entry(corner).or_insert(next);
         if number == next {
-            self.all.push(Box::new(Block::new(corner)));
+            self.states.push(BlockState { corner, seen_through: 0, last_touched: 0 });
+            self.all.push(Box::new(Block::new()));
         }
         number as usize
     }
@@ -169,9 +189,9 @@ impl Blocks {
     /// The same field in voxels twice as large.
     pub(super) fn coarsened(&self) -> Self {
         let mut coarse = Self::default();
-        for fine in self.iter() {
-            let parent = coarse.insert(fine.corner.map(|at| at.div_euclid(2)));
-            coarse.get_mut(parent).add_finer(fine);
+        for (state, fine) in self.states.iter().zip(&self.all) {
+            let parent = coarse.insert(state.corner.map(|at| at.div_euclid(2)));
+            coarse.all[parent].add_finer(fine, state);
         }
         coarse
     }
@@ -220,7 +240,7 @@ mod tests {
         let mut blocks = Blocks::default();
         for (bz, by, bx) in positions(2) {
             let number = blocks.insert([bx as i32 - 2, by as i32 - 2, bz as i32]);
-            let block = blocks.get_mut(number);
+            let block = &mut blocks.all[number];
             for (z, y, x) in positions(SIDE) {
                 // The plane z = 6.5 voxels; a voxel is measured at its centre.
                 let distance = (bz * SIDE + z) as f32 + 0.5 - 6.5;
@@ -229,9 +249,9 @@ mod tests {
             }
         }
         let coarse = blocks.coarsened();
-        assert_eq!(coarse.iter().map(|block| block.corner).collect::<Vec<_>>(), [[-1, -1, 0]]);
+        assert_eq!(coarse.states.iter().map(|state| state.corner).collect::<Vec<_>>(), [[-1, -1, 0]]);
         for (z, y, x) in positions(SIDE) {
-            let voxel = coarse.get(0).voxel(x, y, z).unwrap();
+            let voxel = coarse.get([-1, -1, 0]).unwrap().voxel(index(x, y, z));
             assert!((voxel.distance - (z as f32 + 0.5 - 3.25)).abs() < 1e-3, "{}", voxel.distance);
             assert!((voxel.weight - 640.0).abs() < 1.0, "{}", voxel.weight);
         }

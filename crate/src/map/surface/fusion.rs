@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, Blocks, ColorSum, PARTS, STEPS, VOXELS};
+use super::blocks::{Block, BlockState, Blocks, ColorSum, STEPS, VOXELS};
 use super::extraction::extract;
 use super::pixels::{Optics, WEIGHT_INFORMATION};
 use super::view::{FreeSpace, Squares, View};
@@ -50,7 +50,7 @@ impl SurfaceOptions {
 }
 
 /// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
-const BLOCK_BYTES: usize = size_of::<Block>() + 48;
+const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
 const COLOR_BYTES: usize = VOXELS * size_of::<ColorSum>();
 
 /// An image in the field.
@@ -174,7 +174,7 @@ impl SurfaceFusion {
             let number = self.blocks.insert(corner);
             if number == known {
                 let weights = self.images.iter().map(|added| added.free_space.weight_through(corner, optics));
-                self.blocks.get_mut(number).seen_through = [weights.sum(); PARTS];
+                self.blocks.states[number].seen_through = weights.sum();
             }
         }
     }
@@ -184,19 +184,17 @@ impl SurfaceFusion {
         self.num_changes += 1;
         for corner in &view.touched {
             let Some(number) = self.blocks.number(*corner) else { continue };
-            self.blocks.get_mut(number).last_touched = self.num_changes;
+            self.blocks.states[number].last_touched = self.num_changes;
         }
         let free_space = view.free_space();
         let mut squares = Squares::default();
-        for block in self.blocks.iter_mut() {
-            if block.last_touched == self.num_changes {
-                view.change_block::<IS_TAKEN_OUT>(block, &mut squares);
+        for (state, block) in self.blocks.iter_mut() {
+            if state.last_touched == self.num_changes {
+                view.change_block::<IS_TAKEN_OUT>(state.corner, block, &mut squares);
                 continue;
             }
-            let through = free_space.weight_through(block.corner, optics);
-            for part in &mut block.seen_through {
-                *part += if IS_TAKEN_OUT { -through } else { through };
-            }
+            let through = free_space.weight_through(state.corner, optics);
+            state.seen_through += if IS_TAKEN_OUT { -through } else { through };
         }
         let sign = if IS_TAKEN_OUT { -1.0 } else { 1.0 };
         self.squares.sum += sign * squares.sum;

@@ -1,6 +1,6 @@
 //! What the pixels of a depth image say of the points along their rays.
 
-use glam::Vec3A;
+use glam::{Vec3A, Vec4};
 use wide::f32x4;
 
 use super::blocks::{MAX_WEIGHT, STEPS};
@@ -96,7 +96,7 @@ pub(super) struct Pixels<'a> {
     last: ([i8; 3], Vec3A),
     /// Where a pixel sees a surface, its tangent plane: of a point with the depth z at the pixel (u, v) (a, b, c, d) . (u z, v z, z, 1) is
     /// its distance from the surface (steps), positive in front.
-    pub planes: Vec<f32x4>,
+    pub planes: Vec<Vec4>,
     /// Truncation (steps) and weight, both whole numbers; 0 where there is no surface.
     pub limits: Vec<[f32; 2]>,
 }
@@ -109,7 +109,7 @@ impl<'a> Pixels<'a> {
             image,
             optics,
             last: ([0; 3], Vec3A::ZERO),
-            planes: vec![f32x4::ZERO; count],
+            planes: vec![Vec4::ZERO; count],
             limits: vec![[0.0; 2]; count],
         }
     }
@@ -173,7 +173,7 @@ impl<'a> Pixels<'a> {
         let (a, b) = (seen.normal.x * step_x, seen.normal.y * step_y);
         let c = seen.normal.z - a * cx - b * cy;
         let at = (row + 1) * self.stride() + column + 1;
-        self.planes[at] = f32x4::from([a, b, c, seen.along * seen.depth]) * steps;
+        self.planes[at] = Vec4::new(a, b, c, seen.along * seen.depth) * steps;
         self.limits[at] = [(seen.truncation * steps) as i32 as f32, seen.weight];
         // Within the pixel the plane comes nearer and goes farther.
         let reach = seen.reach + 0.5 * seen.depth * (a.abs() + b.abs()) * seen.reach / seen.truncation;

@@ -1,6 +1,6 @@
 //! A depth image at its pose: what it says of the points in space.
 
-use glam::{Mat3A, Vec3A};
+use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
 use super::blocks::{Block, ColorSum, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
@@ -140,14 +140,19 @@ impl<'a> View<'a> {
     }
 
     /// Adds the image to the voxels of a block, or takes it out.
-    pub(super) fn change_block<const IS_TAKEN_OUT: bool>(&self, block: &mut Block, squares: &mut Squares) {
+    pub(super) fn change_block<const IS_TAKEN_OUT: bool>(
+        &self,
+        corner: [i32; 3],
+        block: &mut Block,
+        squares: &mut Squares,
+    ) {
         if self.image.colors.is_some() {
             block.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]));
         }
-        let first = first_voxel(block.corner);
+        let corner = first_voxel(corner);
         for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
             let voxel = [x * PART_SIDE, y * PART_SIDE, z * PART_SIDE];
-            let first = first + Vec3A::new(x as f32, y as f32, z as f32) * PART_SIDE as f32;
+            let first = corner + Vec3A::new(x as f32, y as f32, z as f32) * PART_SIDE as f32;
             let Some(bounds) = self.camera.bounds(first, PART_SIDE) else { continue };
             let (through, [_, farthest]) = weight_through(&bounds, &self.tiles, self.optics);
             if through > 0 {
@@ -197,7 +202,7 @@ impl<'a> View<'a> {
 }
 
 /// Adds rounded numbers to four sums, or takes them off.
-#[inline]
+#[inline(always)]
 fn change<const IS_TAKEN_OUT: bool>(sums: &mut [i32; VOXELS], from: usize, values: f32x4) {
     let sums: &mut [i32] = &mut sums[from..from + PART_SIDE];
     let values = values.fast_round_int();
@@ -238,7 +243,7 @@ impl Rows {
         Self { first, along_y, along_z }
     }
 
-    #[inline]
+    #[inline(always)]
     fn measure(&self, pixels: &Pixels, along_y: f32, along_z: f32) -> Measured {
         let step = self.along_y * along_y + self.along_z * along_z;
         let [x, y, z] = self.first;
@@ -251,13 +256,21 @@ impl Rows {
         let at = (v * i32x4::splat(pixels.stride() as i32) + u).to_array();
         let [p, q, r, s] = [at[0] as usize, at[1] as usize, at[2] as usize, at[3] as usize];
         let (planes, limits) = (pixels.planes.as_slice(), pixels.limits.as_slice());
-        let [a, b, c, d] = f32x4::transpose([planes[p], planes[q], planes[r], planes[s]]);
+        let planes = Mat4::from_cols(planes[p], planes[q], planes[r], planes[s]).transpose();
+        let [a, b, c, d] = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis];
+        let (a, b, c, d) = (lanes(a), lanes(b), lanes(c), lanes(d));
         let (p, q, r, s) = (limits[p], limits[q], limits[r], limits[s]);
         let (truncations, weights) = (f32x4::from([p[0], q[0], r[0], s[0]]), f32x4::from([p[1], q[1], r[1], s[1]]));
         let distances = a * x + b * y + c * z + d;
         let is_near = distances.simd_gt(-truncations);
         Measured { pixels: at, distances: distances.fast_min(truncations), weights: weights & is_near }
     }
+}
+
+/// The same register by its other name: matrices are transposed by glam, whose code for that is quick in WebAssembly as well.
+#[inline(always)]
+fn lanes(vector: Vec4) -> f32x4 {
+    bytemuck::cast(vector)
 }
 
 /// The blocks that surfaces touch, some more than once.
