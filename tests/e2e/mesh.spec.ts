@@ -70,6 +70,15 @@ test('the surface of the apartment is drawn in the place of the points, coloured
   const { meshes, accessors } = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
   expect(accessors[meshes[0].primitives[0].indices].count).toBe(3 * triangles);
 
+  await page.getByRole('combobox', { name: 'Triangles' }).selectOption('20 000');
+  await expect(spatial.map.getByText(/; moved by up to \d+\.\d mm to have fewer/)).toBeVisible();
+  const decimated = (await counts(spatial)).triangles;
+  expect(decimated).toBeLessThanOrEqual(20_000);
+  expect((await exported(page, 'STL')).readUInt32LE(80)).toBe(decimated);
+  await page.getByRole('combobox', { name: 'Triangles' }).selectOption('all');
+  await expect(spatial.map.getByText(/ moved by /)).toBeHidden();
+  expect((await counts(spatial)).triangles).toBe(triangles);
+
   await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
   await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
   expect((await counts(spatial)).triangles).toBeLessThan(triangles / 3);

@@ -104,6 +104,29 @@ impl Surface {
         self.mesh().triangles.len()
     }
 
+    /// Replaces the triangles by fewer ones over the same vertices, as a decimation chooses them, three vertices each. Until something is
+    /// added, or the surface is `restore`d, it has these.
+    ///
+    /// # Errors
+    /// When a vertex does not exist.
+    pub fn set_triangles(&mut self, triangles: &[u32]) -> Result<(), Thrown> {
+        let mesh = self.mesh();
+        let (triangles, rest) = triangles.as_chunks::<3>();
+        let num_vertices = mesh.positions.len();
+        if !rest.is_empty() || triangles.as_flattened().iter().any(|&vertex| vertex as usize >= num_vertices) {
+            let problem = format!("These are no triangles over {num_vertices} vertices");
+            return Err(Error::whole(problem, "Give three vertices for each").into());
+        }
+        let decimated = mesh.with_triangles(triangles.to_vec());
+        self.mesh = Some(decimated);
+        Ok(())
+    }
+
+    /// Brings all triangles back.
+    pub fn restore(&mut self) {
+        self.mesh = None;
+    }
+
     /// Vertices x y z ... (m), in the world frame of the poses.
     pub fn positions(&mut self) -> Float32Array {
         Float32Array::from(triples(&self.mesh().positions).as_slice())

@@ -59,8 +59,9 @@ export class SurfaceClient {
     source.progress(wanted.length, wanted.length);
   }
 
-  mesh(): Promise<SurfaceMesh> {
-    return this.#host.call('mesh');
+  /** With at most about `maxTriangles`; null: all. */
+  mesh(maxTriangles: number | null): Promise<SurfaceMesh> {
+    return this.#host.call('mesh', maxTriangles);
   }
 
   file(format: MeshFormat): Promise<Uint8Array> {

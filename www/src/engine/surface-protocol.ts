@@ -13,6 +13,8 @@ export interface SurfaceMesh {
   deviations: Float32Array;
   /** Three vertices each. */
   triangles: Uint32Array;
+  /** By how much fewer triangles have moved it, m; 0 with all of them. */
+  moved: number;
   /** Images that it is made of. */
   num_frames: number;
   /** Side of a voxel, m: larger than was asked for where the memory was not enough. */
@@ -28,6 +30,7 @@ export interface SurfaceApi {
   follow(frames: Uint32Array, poses: Float64Array, isFinal: boolean): Uint32Array;
   /** `kept`: the image that the run keeps of the frame. */
   put(frame: number, kept: Uint8Array): void;
-  mesh(): SurfaceMesh;
+  /** With at most about `maxTriangles`; null: all. */
+  mesh(maxTriangles: number | null): SurfaceMesh;
   file(format: MeshFormat): Uint8Array;
 }

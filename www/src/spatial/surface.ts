@@ -34,6 +34,8 @@ export class RunSurface implements ReactiveController {
   activity = '';
   /** Side of a voxel (m). */
   #voxelSize = VOXEL_SIZE;
+  /** 0: all. */
+  #maxTriangles = 0;
   #making: Making | null = null;
   #finished: Promise<boolean> = Promise.resolve(false);
   #host: ReactiveControllerHost & { readonly isConnected: boolean };
@@ -45,12 +47,14 @@ export class RunSurface implements ReactiveController {
       num_frames: number,
       isMaking: boolean,
       voxelSize: number,
+      maxTriangles: number,
     ): SurfaceState => ({
       mesh,
       numPlaced,
       num_frames,
       isMaking,
       voxelSize,
+      maxTriangles,
     }),
   );
 
@@ -68,7 +72,14 @@ export class RunSurface implements ReactiveController {
     const { result } = snapshot ?? {};
     const numPlaced = result?.camera ? this.#placedOf(result).length : 0;
     const isMaking = this.#making !== null && !this.mesh;
-    return this.#stateOf(this.mesh, numPlaced, result?.frames.length ?? 0, isMaking, this.#voxelSize);
+    return this.#stateOf(
+      this.mesh,
+      numPlaced,
+      result?.frames.length ?? 0,
+      isMaking,
+      this.#voxelSize,
+      this.#maxTriangles,
+    );
   }
 
   /** To be called whenever the run may have changed: its surface grows with it. */
@@ -93,6 +104,17 @@ export class RunSurface implements ReactiveController {
       this.#finished = this.#begin(making);
     }
     return this.#finished;
+  }
+
+  /** Has the surface with so many triangles at most; 0: all. */
+  decimate(maxTriangles: number): void {
+    this.#maxTriangles = maxTriangles;
+    const making = this.#making;
+    if (!making) return;
+    making.made = null;
+    // What is being made becomes as large: by its next update.
+    if (!making.isBusy) this.#finished = this.#update(making);
+    this.#host.requestUpdate();
   }
 
   /** Ends the making; the points of the map stay. */
@@ -160,10 +182,11 @@ export class RunSurface implements ReactiveController {
       progress: (done, total) =>
         this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
     });
-    const mesh = await client.mesh();
+    const maxTriangles = this.#maxTriangles;
+    const mesh = await client.mesh(maxTriangles || null);
     if (this.#making !== making) return;
     if (isFinal && mesh.triangles.length === 0) throw new Error('No surface was seen well enough');
-    making.made = { frames, isFinal };
+    making.made = maxTriangles === this.#maxTriangles ? { frames, isFinal } : null;
     this.mesh = mesh.triangles.length > 0 ? mesh : null;
     this.#host.requestUpdate();
   }
