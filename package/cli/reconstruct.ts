@@ -28,6 +28,7 @@ const OPTIONS = {
   workbench: { type: 'boolean' },
   mesh: { type: 'string' },
   'mesh-voxel': { type: 'string' },
+  'mesh-triangles': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 
@@ -73,6 +74,8 @@ Options:
   --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
                      standard deviation of each vertex (m) as deviation
   --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
+  --mesh-triangles N
+                     fewer triangles: N at most
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -110,7 +113,7 @@ async function run(engine: Engine, args: string[]) {
   }
   const { out, reference, odometry, intrinsics, table, preset, g2o, mcap, workbench, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const mesh = readMeshOptions(values.mesh, values['mesh-voxel']);
+  const mesh = readMeshOptions(values.mesh, values['mesh-voxel'], values['mesh-triangles']);
   const also = { g2o, mcap, workbench };
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh, ...also };
   const complaints = new Complaints();

@@ -1,6 +1,7 @@
 /** The surface of a run of depth images: its files again, at the poses that the run gave them. */
 import type { SpatialReconstruction, SpatialResult, Surface } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import { decimate } from '../mesh/decimate.js';
 import { meshFile } from '../mesh/files.js';
 import { addFrames, MEMORY_MB, placedFrames, VOXEL_SIZE } from '../mesh/frames.js';
 import { type Engine, isScanstitchError } from './command.js';
@@ -15,7 +16,7 @@ export async function writeSurface(
   engine: Engine,
   reconstruction: SpatialReconstruction,
   jobs: FrameJob[],
-  { path, voxelSize }: MeshOptions,
+  { path, voxelSize, maxTriangles }: MeshOptions,
   complain: (problem: string) => void,
 ) {
   const format = formatOf(path) ?? 'ply';
@@ -39,6 +40,8 @@ export async function writeSurface(
     if (surface.voxel_size > (voxelSize ?? VOXEL_SIZE)) {
       note(`The surface has voxels of ${surface.voxel_size} m: smaller ones do not fit into ${MEMORY_MB} MB.`);
     }
+    const moved = maxTriangles === undefined ? 0 : await decimate(surface, maxTriangles);
+    if (moved > 0) note(`Fewer triangles: the surface moves by up to ${(1000 * moved).toFixed(1)} mm.`);
     await writeWhole(path, await meshFile(surface, format));
     const seconds = ((performance.now() - start) / 1000).toFixed(1);
     print(

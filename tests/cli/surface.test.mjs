@@ -45,6 +45,19 @@ test('a surface in each format holds the same triangles', async (t) => {
   assert.equal(json.accessors[indices].count, 3 * triangles);
 });
 
+test('a surface with fewer triangles: at most as many as were asked for, and by how much that moves it', async (t) => {
+  const folder = temporaryFolder(t);
+  const path = join(folder, 'room.stl');
+  const mesh = ['--mesh', path, '--mesh-voxel', '0.1', '--mesh-triangles', '500'];
+  const frame = join(APARTMENT, 'depth', '1.png');
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', frame, '--out', join(folder, 'out'), ...mesh]);
+  assert.equal(status, 0, stderr);
+  assert.match(stderr, /Fewer triangles: the surface moves by up to \d+\.\d mm/);
+  const count = Number(/Surface of 1 frames: (\d+) triangles in/.exec(stdout)?.[1]);
+  assert.ok(count > 100 && count <= 500, stdout);
+  assert.equal(readFileSync(path).readUInt32LE(80), count);
+});
+
 test('what has no surface and what is no format is said', async (t) => {
   const out = temporaryFolder(t);
   const scans = [join(SAMPLES, '0.ply'), join(SAMPLES, '1.ply')];
@@ -55,6 +68,8 @@ test('what has no surface and what is no format is said', async (t) => {
   for (const [args, told] of /** @type {const} */ ([
     [['--mesh', 'a.fbx'], /--mesh a\.fbx: the name ends in one of \.ply, \.obj, \.stl, \.glb/],
     [['--mesh', 'a.ply', '--mesh-voxel', '0'], /--mesh-voxel 0: give a number of metres from 0\.001 to 1/],
+    [['--mesh', 'a.ply', '--mesh-triangles', '1.5'], /--mesh-triangles 1\.5: give a whole number from 100 to/],
+    [['--mesh-triangles', '500'], /--mesh-triangles is how many triangles --mesh FILE has/],
     [['--mesh-voxel', '0.1'], /--mesh-voxel is the size of the voxels of --mesh FILE/],
   ])) {
     const { status, stderr } = await scanstitch(['reconstruct', ...scans, '--out', out, ...args]);

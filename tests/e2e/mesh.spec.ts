@@ -70,6 +70,15 @@ test('the surface of the apartment is drawn in the place of the points, coloured
   const { meshes, accessors } = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
   expect(accessors[meshes[0].primitives[0].indices].count).toBe(3 * triangles);
 
+  await page.getByRole('combobox', { name: 'Triangles' }).selectOption('20 000');
+  await expect(spatial.map.getByText(/; moved by up to \d+\.\d mm to have fewer/)).toBeVisible();
+  const decimated = (await counts(spatial)).triangles;
+  expect(decimated).toBeLessThanOrEqual(20_000);
+  expect((await exported(page, 'STL')).readUInt32LE(80)).toBe(decimated);
+  await page.getByRole('combobox', { name: 'Triangles' }).selectOption('all');
+  await expect(spatial.map.getByText(/ moved by /)).toBeHidden();
+  expect((await counts(spatial)).triangles).toBe(triangles);
+
   await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
   await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
   expect((await counts(spatial)).triangles).toBeLessThan(triangles / 3);
@@ -84,7 +93,7 @@ test('a surface is stopped in its middle and made again; it stays without its gr
     const { postMessage } = Worker.prototype;
     const held = Object.assign(window, { num_added: 0, is_held: true });
     Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
-      const is_frame = (message as { method?: string }).method === 'add' && ++held.num_added > 3;
+      const is_frame = (message as { method?: string }).method === 'put' && ++held.num_added > 3;
       if (!is_frame || !held.is_held) postMessage.call(this, message, options as StructuredSerializeOptions);
     };
   });
@@ -110,6 +119,45 @@ test('a surface is stopped in its middle and made again; it stays without its gr
   await expect(button(page)).toHaveAttribute('aria-pressed', 'false');
 });
 
+test('a surface that is switched on while the run goes on grows with it, and its points stay shown where they were chosen', async ({
+  spatial,
+  page,
+}) => {
+  // From the third on, frames wait until they are let go.
+  await page.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    const held = Object.assign(window, { since: 0, num_free: 2, waiting: [] as (() => void)[] });
+    Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
+      const post = (): void => postMessage.call(this, message, options as StructuredSerializeOptions);
+      const isFrame = (message as { method?: string }).method === 'place';
+      if (isFrame) held.since ||= performance.now();
+      if (!isFrame || held.num_free-- > 0) post();
+      else held.waiting.push(post);
+    };
+  });
+  const letGo = (count: number): Promise<void> =>
+    page.evaluate((count) => {
+      const held = window as unknown as { num_free: number; waiting: (() => void)[] };
+      const now = held.waiting.splice(0, count);
+      held.num_free = count - now.length;
+      for (const post of now) post();
+    }, count);
+  await spatial.drop(recording(8));
+  // The first map is sent with the next frame after this.
+  await page.waitForFunction(() => {
+    const { since } = window as unknown as { since: number };
+    return since > 0 && performance.now() - since > 400;
+  });
+  await letGo(1);
+  await button(page).click();
+  expect((await counts(spatial)).frames).toBe('3 frames');
+  await shown(page, 'Both').check();
+  await letGo(8);
+  await spatial.stitched();
+  await expect(spatial.map.getByText(/ triangles of 8 frames/)).toBeVisible();
+  await expect(shown(page, 'Both')).toBeChecked();
+});
+
 test('what leaves no surface, or less of it, is told, and the points stay', async ({ spatial, page }) => {
   // One frame alone.
   await spatial.drop(recording(1));
@@ -128,28 +176,12 @@ test('what leaves no surface, or less of it, is told, and the points stay', asyn
   await button(page).click();
   expect((await counts(spatial)).frames).toBe(`${num_good} of 3 frames`);
   await expect(spatial.map.getByText(/those with a good pose/)).toBeVisible();
-
-  // A file that is gone since the run.
-  await spatial.drop(recording(4));
-  await spatial.stitched();
-  const gone = recording(4).find(({ name }) => name === 'room/depth/3.png')?.content.length;
-  await page.evaluate((size) => {
-    const read = Blob.prototype.arrayBuffer;
-    Object.assign(window, { read });
-    Blob.prototype.arrayBuffer = function (this: Blob) {
-      const is_gone = this instanceof File && this.name.endsWith('3.png') && this.size === size;
-      return is_gone ? Promise.reject(new DOMException('gone', 'NotFoundError')) : read.call(this);
-    };
-  }, gone);
-  await button(page).click();
-  expect((await counts(spatial)).frames).toBe('3 of 4 frames');
-  for (const words of ['depth/3.png', 'could not be read']) await expect(spatial.messages).toContainText(words);
 });
 
 test('a worker that runs out of memory is told, and it is tried again', async ({ spatial, page }) => {
   // The first worker fails from its first line on: a fault that is put in once it runs may come too late.
   const fails = `addEventListener('message', ({ data }) => {
-    if (data.method === 'add') throw new RangeError('Out of memory');
+    if (data.method === 'put') throw new RangeError('Out of memory');
   });\n`;
   await page.route(
     /surface-worker/,

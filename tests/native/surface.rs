@@ -8,7 +8,7 @@ use scanstitch::io::ply;
 use scanstitch::map::surface::SurfaceOptions;
 use scanstitch::pipeline::prepared_frame::DecodeConfig;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
-use scanstitch::pipeline::surface::SurfaceReconstruction;
+use scanstitch::pipeline::surface::{SurfaceImage, SurfaceReconstruction};
 use scanstitch_scene::random::Random;
 use scanstitch_scene::space::DepthSensor;
 
@@ -51,19 +51,34 @@ fn poses(count: usize) -> Vec<Pose3> {
     (0..count).map(pose).collect()
 }
 
-fn surface(options: SurfaceOptions, noise: f64, views: &[(Pose3, bool)]) -> SurfaceReconstruction {
+fn empty_surface(
+    options: SurfaceOptions,
+    noise: f64,
+    views: &[(Pose3, bool)],
+) -> (SurfaceReconstruction, Vec<SurfaceImage>) {
     let sensor = DepthSensor::Millimetres { square_noise: noise };
     let image = |(index, (pose, has_ball)): (usize, &(Pose3, bool))| {
         pgm(&sensor.measure(&depth(pose, *has_ball), SIDE, &mut Random::new(index as u64)))
     };
     let images: Vec<Vec<u8>> = views.iter().enumerate().map(image).collect();
     let settings = SpatialSettings { field_of_view: 1.2, depth_scale: 1000.0, ..SpatialSettings::default() };
-    let mut surface =
+    let surface =
         SurfaceReconstruction::new(DecodeConfig::new(&settings, "0", &images[0]).unwrap(), options).unwrap();
-    for (image, (pose, _)) in images.iter().zip(views) {
-        surface.add("view", image, None, pose).unwrap();
-    }
+    let images = images.iter().map(|image| surface.read("view", image, None).unwrap()).collect();
+    (surface, images)
+}
+
+fn surface(options: SurfaceOptions, noise: f64, views: &[(Pose3, bool)]) -> SurfaceReconstruction {
+    let (mut surface, images) = empty_surface(options, noise, views);
+    images.iter().zip(views).for_each(|(image, (pose, _))| surface.add(image, pose));
     surface
+}
+
+/// The vertices in an order that does not depend on that of the blocks.
+fn sorted_positions(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
+    let mut positions: Vec<_> = mesh.positions.iter().map(|point| point.to_array().map(f32::to_bits)).collect();
+    positions.sort_unstable();
+    positions
 }
 
 fn views(count: usize, has_ball: bool) -> Vec<(Pose3, bool)> {
@@ -126,6 +141,45 @@ fn what_later_views_see_through_is_carved_out() {
 }
 
 #[test]
+fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() {
+    let (views, noise) = (views(10, true), 3e-4);
+    let options = SurfaceOptions { voxel_size: 0.04, ..SurfaceOptions::default() };
+    let (mut surface, images) = empty_surface(options, noise, &views);
+    let drifted = |frame: usize, share: f64| {
+        let drift = Isometry3::new(Vector3::new(0.02, 0.0, -0.01) * share, Vector3::new(0.0, 0.01, 0.0) * share);
+        (frame, drift * views[frame].0)
+    };
+    let follow = |surface: &mut SurfaceReconstruction, frames: &[(usize, Pose3)], is_final: bool| {
+        let wanted = surface.follow(frames.iter().copied(), is_final);
+        wanted.iter().for_each(|&frame| surface.put(frame, &images[frame]));
+        wanted
+    };
+    // Frame by frame; the poses of the last three change, and a frame is no longer good.
+    for count in 1..=8 {
+        let frames: Vec<_> =
+            (0..count).map(|frame| drifted(frame, if frame + 3 < count { 1.0 } else { 1.5 })).collect();
+        let wanted = follow(&mut surface, &frames, false);
+        assert!(wanted.len() <= 2 && wanted.contains(&(count - 1)), "{wanted:?}");
+    }
+    let settled: Vec<_> = (0..8).filter(|frame| *frame != 2).map(|frame| drifted(frame, 1.0)).collect();
+    assert_eq!(follow(&mut surface, &settled, true), [2, 5, 6, 7]);
+    let of = |frames: &[(usize, Pose3)]| {
+        let (mut fresh, _) = empty_surface(options, noise, &views);
+        frames.iter().for_each(|(frame, pose)| fresh.add(&images[*frame], pose));
+        fresh.mesh()
+    };
+    let (followed, fresh) = (surface.mesh(), of(&settled));
+    assert_eq!(sorted_positions(&followed), sorted_positions(&fresh), "to the last bit");
+    assert!(mean_error(&followed) > 5e-3, "the drift shows: {}", mean_error(&followed));
+    // A loop moves all of them: it begins anew. Less than half a millimetre is nothing.
+    let closed: Vec<_> = (0..10).map(|frame| drifted(frame, 0.0)).collect();
+    assert_eq!(follow(&mut surface, &closed, true).len(), 10);
+    assert_eq!(surface.mesh(), of(&closed));
+    assert!(follow(&mut surface, &(0..10).map(|frame| drifted(frame, 0.005)).collect::<Vec<_>>(), true).is_empty());
+    assert!(mean_error(&surface.mesh()) < 2e-3, "{}", mean_error(&surface.mesh()));
+}
+
+#[test]
 fn the_memory_is_bounded_by_coarser_voxels() {
     let fine = SurfaceOptions { voxel_size: 0.004, max_megabytes: 20.0, ..SurfaceOptions::default() };
     let surface = surface(fine, 0.0, &views(4, true));
@@ -139,16 +193,11 @@ fn poses_that_are_none_and_images_of_another_size_change_nothing() {
     let expected = surface(SurfaceOptions::default(), 0.0, &all).mesh();
     all.push((Isometry3::from_parts(Translation3::new(f64::NAN, 0.0, 0.0), UnitQuaternion::identity()), true));
     let mut surface = surface(SurfaceOptions::default(), 0.0, &all[..3]);
-    surface
-        .add(
-            "view",
-            &pgm(&DepthImage { width: SIDE, height: SIDE, bits: 16, values: vec![900; SIDE * SIDE] }),
-            None,
-            &all[3].0,
-        )
-        .unwrap();
+    let even = DepthImage { width: SIDE, height: SIDE, bits: 16, values: vec![900; SIDE * SIDE] };
+    let even = surface.read("view", &pgm(&even), None).unwrap();
+    surface.add(&even, &all[3].0);
     let small = pgm(&DepthImage { width: 8, height: 8, bits: 16, values: vec![1000; 64] });
-    let error = surface.add("small.pgm", &small, None, &Pose3::identity()).unwrap_err();
+    let error = surface.read("small.pgm", &small, None).unwrap_err();
     assert!(error.to_string().contains("small.pgm"), "{error}");
     assert_eq!(surface.mesh(), expected);
     for (name, options) in [

@@ -1,6 +1,7 @@
 //! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--flats N]
 //! [--write DIR]`. For each flat and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
-//! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the time a frame.
+//! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the times: the median over
+//! the frames of reading one and of adding it to the field, and of extracting the mesh.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs, and
 //! `--score FILE.ply --flats N` scores a mesh that one of them made of the last.
 
@@ -65,8 +66,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!(
-        "{:28}{:>8}{:>9}{:>10}{:>10}{:>12}{:>9}",
-        "", "mean", "95 %", "covered", "within 2", "triangles", "a frame"
+        "{:28}{:>8}{:>9}{:>10}{:>10}{:>12}{:>11}{:>11}{:>11}",
+        "", "mean", "95 %", "covered", "within 2", "triangles", "reading", "fusing", "extracting"
     );
     let camera = Pinhole::from_field_of_view(512, 512, std::f64::consts::FRAC_PI_2)?;
     for seed in 1..=num_flats {
@@ -76,7 +77,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
             let cloud = point_cloud::read(&fs::read(path)?)?;
             let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
-            report(&path.display().to_string(), &Score::of(&apartment.space, &points, &[], &truth), 0, 0.0);
+            report(&path.display().to_string(), &Score::of(&apartment.space, &points, &[], &truth), 0, [0.0; 3]);
             return Ok(());
         }
         for (name, sensor) in sensors() {
@@ -94,18 +95,33 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let decode_config = DecodeConfig::new(&settings, "0.png", &images[0])?;
             let options = SurfaceOptions { voxel_size, max_megabytes: 1500.0, ..SurfaceOptions::default() };
             let mut surface = SurfaceReconstruction::new(decode_config, options)?;
-            let start = Instant::now();
+            let (mut reading, mut fusing) = (Vec::new(), Vec::new());
             for (index, (image, pose)) in images.iter().zip(&walk).enumerate() {
-                surface.add(&index.to_string(), image, None, pose)?;
+                let start = Instant::now();
+                let image = surface.read(&index.to_string(), image, None)?;
+                reading.push(milliseconds_since(start));
+                let start = Instant::now();
+                surface.add(&image, pose);
+                fusing.push(milliseconds_since(start));
             }
-            let milliseconds = start.elapsed().as_secs_f64() * 1000.0 / walk.len() as f64;
+            let start = Instant::now();
             let mesh = surface.mesh();
+            let times = [median(reading), median(fusing), milliseconds_since(start)];
             let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
             let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth);
-            report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), milliseconds);
+            report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
         }
     }
     Ok(())
+}
+
+fn milliseconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1000.0
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn double(point: &glam::Vec3) -> Vector3<f64> {
@@ -222,9 +238,9 @@ fn cell(point: &Vector3<f64>) -> [i64; 3] {
     (point / COVERED).map(|at| at.floor() as i64).into()
 }
 
-fn report(name: &str, score: &Score, num_triangles: usize, milliseconds: f64) {
+fn report(name: &str, score: &Score, num_triangles: usize, [reading, fusing, extracting]: [f64; 3]) {
     println!(
-        "{name:28}{:>5.2} mm{:>6.2} mm{:>8.2} %{:>8.2} %{num_triangles:>12}{milliseconds:>6.1} ms",
+        "{name:28}{:>5.2} mm{:>6.2} mm{:>8.2} %{:>8.2} %{num_triangles:>12}{reading:>8.1} ms{fusing:>8.1} ms{extracting:>8.0} ms",
         score.mean * 1000.0,
         score.quantile_95 * 1000.0,
         score.covered * 100.0,

@@ -58,6 +58,14 @@ impl TriangleMesh {
         self.selected(&is_kept)
     }
 
+    /// With these triangles over its vertices, fewer of them: vertices that none uses are left out.
+    #[must_use]
+    pub fn with_triangles(&self, triangles: Vec<[u32; 3]>) -> Self {
+        let mut is_used = vec![false; self.positions.len()];
+        triangles.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
+        Self { triangles, ..self.clone() }.selected(&is_used)
+    }
+
     /// The vertices that are kept, and the triangles between them.
     fn selected(&self, is_kept: &[bool]) -> Self {
         let mut numbers = vec![u32::MAX; is_kept.len()];

@@ -111,6 +111,25 @@ impl MapImage {
         }
     }
 
+    /// With `shift` (m) added to its depths.
+    #[must_use]
+    pub(crate) fn shifted(&self, shift: f64) -> Self {
+        let units = (shift / f64::from(self.unit)).round() as i32;
+        let moved = |&depth: &u16| (i32::from(depth) + units).clamp(1, i32::from(u16::MAX)) as u16;
+        let depths = self.depths.iter().map(|depth| if *depth == 0 { 0 } else { moved(depth) }).collect();
+        Self { depths, ..self.clone() }
+    }
+
+    /// Mean depth (m); 0 without any.
+    pub(crate) fn mean_depth(&self) -> f64 {
+        let (sum, count) = self
+            .depths
+            .iter()
+            .filter(|depth| **depth > 0)
+            .fold((0.0, 0), |(sum, count), depth| (sum + f64::from(*depth), count + 1));
+        f64::from(self.unit) * sum / f64::from(count.max(1))
+    }
+
     /// Its points in the camera's frame, with `shift` (m) added to their depths: position (m), normal in 127ths and colour,
     /// black where there are no colours.
     #[inline]

@@ -54,8 +54,36 @@ impl Surface {
             Error::whole("The pose is not seven finite numbers", "Give x y z qx qy qz qw").in_file(name)
         })?;
         let color = color.as_deref().map(|bytes| ColorFile { name: "its colour image", bytes: Ok(bytes) });
+        let image = self.surface.read(name, depth, color)?;
         self.mesh = None;
-        Ok(self.surface.add(name, depth, color, &T_world_camera)?)
+        self.surface.add(&image, &T_world_camera);
+        Ok(())
+    }
+
+    /// Takes in which frames of a run are to be in the surface from now on, by their numbers, each with its pose x y z qx qy qz qw (m,
+    /// camera to world). Returns those whose images are to be `put`: new ones, those that have moved, and those that are no longer
+    /// in it. Where most have moved, all are put anew. While the run goes on, small motions wait until `is_final`.
+    ///
+    /// # Errors
+    /// When a pose is none.
+    pub fn follow(&mut self, frames: &[u32], poses: &[f64], is_final: bool) -> Result<Vec<u32>, Thrown> {
+        let poses: Option<Vec<Pose3>> = poses.chunks(7).map(pose_of).collect();
+        let poses = poses.filter(|poses| poses.len() == frames.len()).ok_or_else(|| {
+            Error::whole("The poses are not seven finite numbers a frame", "Give x y z qx qy qz qw for each frame")
+        })?;
+        let frames = frames.iter().map(|&frame| frame as usize).zip(poses);
+        Ok(self.surface.follow(frames, is_final).into_iter().map(|frame| frame as u32).collect())
+    }
+
+    /// Puts a frame in at its pose, with what `SpatialReconstruction.kept_image` returned; or out, as `follow` has said.
+    ///
+    /// # Errors
+    /// When the bytes are none of an image.
+    pub fn put(&mut self, frame: u32, kept_image: &[u8]) -> Result<(), Thrown> {
+        let image = self.surface.read_kept(kept_image)?;
+        self.mesh = None;
+        self.surface.put(frame as usize, &image);
+        Ok(())
     }
 
     /// Side of a voxel (m): larger than in the options where the memory was not enough.
@@ -74,6 +102,29 @@ impl Surface {
     #[wasm_bindgen(getter)]
     pub fn num_triangles(&mut self) -> usize {
         self.mesh().triangles.len()
+    }
+
+    /// Replaces the triangles by fewer ones over the same vertices, as a decimation chooses them, three vertices each. Until something is
+    /// added, or the surface is `restore`d, it has these.
+    ///
+    /// # Errors
+    /// When a vertex does not exist.
+    pub fn set_triangles(&mut self, triangles: &[u32]) -> Result<(), Thrown> {
+        let mesh = self.mesh();
+        let (triangles, rest) = triangles.as_chunks::<3>();
+        let num_vertices = mesh.positions.len();
+        if !rest.is_empty() || triangles.as_flattened().iter().any(|&vertex| vertex as usize >= num_vertices) {
+            let problem = format!("These are no triangles over {num_vertices} vertices");
+            return Err(Error::whole(problem, "Give three vertices for each").into());
+        }
+        let decimated = mesh.with_triangles(triangles.to_vec());
+        self.mesh = Some(decimated);
+        Ok(())
+    }
+
+    /// Brings all triangles back.
+    pub fn restore(&mut self) {
+        self.mesh = None;
     }
 
     /// Vertices x y z ... (m), in the world frame of the poses.

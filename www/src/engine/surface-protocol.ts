@@ -13,6 +13,8 @@ export interface SurfaceMesh {
   deviations: Float32Array;
   /** Three vertices each. */
   triangles: Uint32Array;
+  /** By how much fewer triangles have moved it, m; 0 with all of them. */
+  moved: number;
   /** Images that it is made of. */
   num_frames: number;
   /** Side of a voxel, m: larger than was asked for where the memory was not enough. */
@@ -24,8 +26,11 @@ export interface SurfaceApi {
   start(module: WebAssembly.Module): void;
   /** `decode_config`: how the run read its depth. */
   begin(decode_config: string, voxel_size: number, max_megabytes: number): void;
-  /** `pose`: x y z qx qy qz qw (m), camera to world. */
-  add(name: string, depth: Uint8Array, colors: Uint8Array | null, pose: Float64Array): void;
-  mesh(): SurfaceMesh;
+  /** The frames that are to be in it, each with its pose x y z qx qy qz qw (m), camera to world; which of them are to be put. */
+  follow(frames: Uint32Array, poses: Float64Array, isFinal: boolean): Uint32Array;
+  /** `kept`: the image that the run keeps of the frame. */
+  put(frame: number, kept: Uint8Array): void;
+  /** With at most about `maxTriangles`; null: all. */
+  mesh(maxTriangles: number | null): SurfaceMesh;
   file(format: MeshFormat): Uint8Array;
 }

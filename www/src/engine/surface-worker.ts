@@ -1,4 +1,5 @@
 /** The thread that makes and holds the surface of a run of depth images. */
+import { decimate } from '../../../package/mesh/decimate.js';
 import { meshFile } from '../../../package/mesh/files.js';
 import { init, Surface } from './package.js';
 import { nothingLoaded, serve, type Served } from './serve.js';
@@ -20,11 +21,16 @@ const api: Served<SurfaceApi> = {
     surface = new Surface(decode_config, { voxel_size, max_megabytes });
   },
 
-  add: (name, depth, colors, pose) => present().add(name, depth, colors, pose),
+  follow: (frames, poses, isFinal) => present().follow(frames, poses, isFinal) as Uint32Array,
 
-  mesh() {
+  put: (frame, kept) => present().put(frame, kept),
+
+  async mesh(maxTriangles) {
     const here = present();
+    here.restore();
+    const moved = maxTriangles === null ? 0 : await decimate(here, maxTriangles);
     return {
+      moved,
       positions: here.positions(),
       normals: here.normals(),
       colors: here.colors(),

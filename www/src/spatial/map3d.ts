@@ -99,7 +99,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.choices = { ...this.choices, section: this.cut() };
     }
     if (changed.has('points') || changed.has('fitKey')) this.takeSurvey();
-    if (this.isOtherSurface(changed) && this.runSurface.mesh) this.chooseSurface({ shown: 'surface' });
+    if (changed.get('runSurface')?.mesh === null && this.runSurface.mesh) this.chooseSurface({ shown: 'surface' });
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -151,7 +151,14 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: this.toggleLayers,
-      after: surfaceBar(this.runSurface, this.choices.surface, ramp(this.dark), this.chooseSurface, this.wantSurface),
+      after: surfaceBar(
+        this.runSurface,
+        this.choices.surface,
+        ramp(this.dark),
+        this.chooseSurface,
+        this.wantSurface,
+        this.wantTriangles,
+      ),
     });
   }
 
@@ -205,6 +212,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   private chooseSurface = (change: Partial<SurfaceChoices>): void =>
     this.choose({ surface: { ...this.choices.surface, ...change } });
+
+  private wantTriangles = (maxTriangles: number): void => fire(this, 'triangles-wanted', maxTriangles);
 
   private wantSurface = (voxelSize?: number): void => fire(this, 'surface-wanted', voxelSize);
 

@@ -222,6 +222,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @surface-wanted=${({ detail }: CustomEvent<number | undefined>) => this.runSurface.make(session, detail ?? undefined)}
+      @triangles-wanted=${({ detail }: CustomEvent<number>) => this.runSurface.decimate(detail)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;

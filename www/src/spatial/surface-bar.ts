@@ -19,6 +19,8 @@ export interface SurfaceState {
   isMaking: boolean;
   /** Side of the voxels that were asked for (m). */
   voxelSize: number;
+  /** Triangles at most; 0: all. */
+  maxTriangles: number;
 }
 
 export const NO_SURFACE: SurfaceState = {
@@ -27,6 +29,7 @@ export const NO_SURFACE: SurfaceState = {
   num_frames: 0,
   isMaking: false,
   voxelSize: VOXEL_SIZE,
+  maxTriangles: 0,
 };
 
 /** What is drawn of a map that has a surface. */
@@ -46,6 +49,14 @@ const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
 
 /** Sides of voxels to choose from (m). */
 const VOXEL_SIZES = [0.005, 0.01, VOXEL_SIZE, 0.05, 0.1].map((side) => [side, `${100 * side} cm`] as const);
+
+/** Numbers of triangles to choose from. */
+const TRIANGLES = [
+  [0, 'all'],
+  [500_000, '500 000'],
+  [100_000, '100 000'],
+  [20_000, '20 000'],
+] as const;
 
 const FACETS = svg`<path d="M8 1.8 14 5.4v5.2L8 14.2 2 10.6V5.4zM2 5.4 8 9l6-3.6M8 9v5.2" />`;
 
@@ -77,6 +88,7 @@ export function surfaceBar(
   ramp: readonly Rgb[],
   choose: (choices: SurfaceChoices) => void,
   makeOf: (voxelSize: number) => void,
+  decimate: (maxTriangles: number) => void,
 ): TemplateResult | typeof nothing {
   const { mesh } = state;
   if (!mesh) return nothing;
@@ -98,6 +110,7 @@ export function surfaceBar(
     ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
     ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
     <label>Voxels ${list(VOXEL_SIZES, state.voxelSize, makeOf)}</label>
+    <label>Triangles ${list(TRIANGLES, state.maxTriangles, decimate)}</label>
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
 }
@@ -121,7 +134,8 @@ export function surfaceWords({ mesh, num_frames, voxelSize }: SurfaceState): str
   const leftOut = num_frames === mesh.num_frames ? '' : ', those with a good pose';
   const voxels = `voxels of ${Number((100 * mesh.voxel_size).toPrecision(2))} cm`;
   const memory = mesh.voxel_size > 1.5 * voxelSize ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
-  return `${size} of ${of}${leftOut}; ${voxels}${memory}`;
+  const moved = mesh.moved > 0 ? `; moved by up to ${formatFixed(1000 * mesh.moved, 1)} mm to have fewer` : '';
+  return `${size} of ${of}${leftOut}; ${voxels}${memory}${moved}`;
 }
 
 export const surfaceStyles = css`

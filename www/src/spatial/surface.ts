@@ -1,8 +1,7 @@
-/** The surface of the run that is shown: made when it is asked for, and discarded when the run's poses are others. */
+/** The surface of the run that is shown: made when it is asked for, from then on it follows the run, and is discarded with it. */
 import type { ReactiveController, ReactiveControllerHost } from 'lit';
 import type { MeshFormat } from '../../../package/mesh/files.js';
 import { type PlacedFrame, placedFrames, VOXEL_SIZE } from '../../../package/mesh/frames.js';
-import { errorMessage } from '../components/session.js';
 import { messageOf } from '../engine/message-of.js';
 import { WorkerDied } from '../engine/remote.js';
 import { SurfaceClient } from '../engine/surface-client.js';
@@ -14,11 +13,18 @@ import type { SurfaceState } from './surface-bar.js';
 
 const POINTS_STAY = 'The points of the map are still there';
 
-/** What is made, or was, and of which frames. */
+/** While the run goes on, the surface is brought up to date in so large a share of the time. */
+const UPDATE_SHARE = 0.3;
+
+/** What is made, or was, of a run. */
 interface Making {
   client: SurfaceClient;
   session: SpatialSession;
-  frames: readonly PlacedFrame[];
+  isBusy: boolean;
+  /** While the run goes on, it is not brought up to date before (ms, of `performance`). */
+  nextUpdate: number;
+  /** The frames of `mesh`; null before the first. Final: of a run that had ended. */
+  made: { frames: readonly PlacedFrame[]; isFinal: boolean } | null;
 }
 
 export class RunSurface implements ReactiveController {
@@ -28,6 +34,8 @@ export class RunSurface implements ReactiveController {
   activity = '';
   /** Side of a voxel (m). */
   #voxelSize = VOXEL_SIZE;
+  /** 0: all. */
+  #maxTriangles = 0;
   #making: Making | null = null;
   #finished: Promise<boolean> = Promise.resolve(false);
   #host: ReactiveControllerHost & { readonly isConnected: boolean };
@@ -39,12 +47,14 @@ export class RunSurface implements ReactiveController {
       num_frames: number,
       isMaking: boolean,
       voxelSize: number,
+      maxTriangles: number,
     ): SurfaceState => ({
       mesh,
       numPlaced,
       num_frames,
       isMaking,
       voxelSize,
+      maxTriangles,
     }),
   );
 
@@ -58,36 +68,53 @@ export class RunSurface implements ReactiveController {
     queueMicrotask(() => this.#host.isConnected || this.#end());
   }
 
-  stateOf({ snapshot, phase }: SpatialSession): SurfaceState {
+  stateOf({ snapshot }: SpatialSession): SurfaceState {
     const { result } = snapshot ?? {};
-    const hasEnded = phase === 'done' || phase === 'stopped';
-    const numPlaced = hasEnded && result?.camera ? this.#placedOf(result).length : 0;
-    return this.#stateOf(this.mesh, numPlaced, result?.frames.length ?? 0, this.progress !== null, this.#voxelSize);
+    const numPlaced = result?.camera ? this.#placedOf(result).length : 0;
+    const isMaking = this.#making !== null && !this.mesh;
+    return this.#stateOf(
+      this.mesh,
+      numPlaced,
+      result?.frames.length ?? 0,
+      isMaking,
+      this.#voxelSize,
+      this.#maxTriangles,
+    );
   }
 
-  /** To be called whenever the run may be another one. */
+  /** To be called whenever the run may have changed: its surface grows with it. */
   follow(session: SpatialSession): void {
-    if (!this.#making) return;
-    const { snapshot, phase } = session;
-    const isSame =
-      session === this.#making.session &&
-      phase !== 'running' &&
-      snapshot !== null &&
-      areEqual(this.#placedOf(snapshot.result), this.#making.frames);
-    if (!isSame) this.#end();
+    const making = this.#making;
+    if (!making) return;
+    if (session !== making.session || session.snapshot === null) this.#end();
+    else if (making.isBusy || this.#isUpToDate(making)) return;
+    else if (session.phase !== 'running' || performance.now() >= making.nextUpdate)
+      this.#finished = this.#update(making);
   }
 
   /** Makes it, unless it is there or being made with voxels of this side (m). Whether it is there in the end; why not is told. */
-  make(session: SpatialSession, voxelSize = this.#voxelSize): Promise<boolean> {
+  async make(session: SpatialSession, voxelSize = this.#voxelSize): Promise<boolean> {
     if (voxelSize !== this.#voxelSize) this.#end();
     this.#voxelSize = voxelSize;
-    const { mesh, progress } = this;
-    if (mesh || progress !== null || !session.snapshot) return mesh ? Promise.resolve(true) : this.#finished;
-    const frames = this.#placedOf(session.snapshot.result);
-    const making = { client: new SurfaceClient(), session, frames };
-    this.#making = making;
-    this.#finished = this.#make(making);
+    if (!this.#making && session.snapshot) {
+      const { snapshot } = session;
+      const making = { client: new SurfaceClient(), session, isBusy: false, nextUpdate: 0, made: null };
+      this.#making = making;
+      session.announce(`Making the surface of ${plural(this.#placedOf(snapshot.result).length, 'frame')}.`);
+      this.#finished = this.#begin(making);
+    }
     return this.#finished;
+  }
+
+  /** Has the surface with so many triangles at most; 0: all. */
+  decimate(maxTriangles: number): void {
+    this.#maxTriangles = maxTriangles;
+    const making = this.#making;
+    if (!making) return;
+    making.made = null;
+    // What is being made becomes as large: by its next update.
+    if (!making.isBusy) this.#finished = this.#update(making);
+    this.#host.requestUpdate();
   }
 
   /** Ends the making; the points of the map stay. */
@@ -104,30 +131,69 @@ export class RunSurface implements ReactiveController {
     return this.#making.client.file(format);
   }
 
-  async #make(making: Making): Promise<boolean> {
-    const { client, session, frames } = making;
-    const start = performance.now();
-    this.#show(0, 'Starting the surface');
-    session.announce(`Making the surface of ${plural(frames.length, 'frame')}.`);
+  /** Whether it is of the run as it is: with the frames' poses, and final where the run has ended. */
+  #isUpToDate({ session, made }: Making): boolean {
+    const { snapshot, phase } = session;
+    const isSame = snapshot !== null && made !== null && areEqual(this.#placedOf(snapshot.result), made.frames);
+    return isSame && (made.isFinal || phase === 'running');
+  }
+
+  async #begin(making: Making): Promise<boolean> {
+    const { client, session } = making;
+    making.isBusy = true;
     try {
       const config = await session.ask('decode_config');
       if (config === undefined) throw new Error('No depth image has been read');
-      const mesh = await client.make(config, this.#voxelSize, frames, session.dataset?.jobs ?? [], {
-        progress: (done) => this.#making === making && this.#onProgress(done, frames.length),
-        problem: (problem) => this.#making === making && session.tell([errorMessage(problem)]),
-      });
+      await client.begin(config, this.#voxelSize);
+    } catch (error) {
+      if (this.#making === making) this.#onFailed(making, error);
+      return false;
+    }
+    return this.#update(making);
+  }
+
+  /** Until it is of the run as it is; while the run goes on, once. */
+  async #update(making: Making): Promise<boolean> {
+    making.isBusy = true;
+    const start = performance.now();
+    try {
+      do await this.#updateOnce(making);
+      while (this.#making === making && making.session.phase !== 'running' && !this.#isUpToDate(making));
       if (this.#making !== making) return false;
-      if (mesh.triangles.length === 0) throw new Error('No surface was seen well enough');
-      this.mesh = mesh;
-      const took = formatDuration(performance.now() - start);
-      session.announce(`Surface of ${formatCount(mesh.triangles.length / 3)} triangles made in ${took}.`);
+      if (making.made?.isFinal) this.#announceEnd(making, start);
       return true;
     } catch (error) {
       if (this.#making === making) this.#onFailed(making, error);
       return false;
     } finally {
+      making.isBusy = false;
+      making.nextUpdate = performance.now() + (performance.now() - start) / UPDATE_SHARE;
       if (this.#making === making) this.#show(null, '');
     }
+  }
+
+  async #updateOnce(making: Making): Promise<void> {
+    const { client, session } = making;
+    const { snapshot, phase } = session;
+    if (!snapshot) return;
+    const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
+    await client.follow(frames, isFinal, {
+      image: (frame) => session.ask('kept_image', frame),
+      progress: (done, total) =>
+        this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
+    });
+    const maxTriangles = this.#maxTriangles;
+    const mesh = await client.mesh(maxTriangles || null);
+    if (this.#making !== making) return;
+    if (isFinal && mesh.triangles.length === 0) throw new Error('No surface was seen well enough');
+    making.made = maxTriangles === this.#maxTriangles ? { frames, isFinal } : null;
+    this.mesh = mesh.triangles.length > 0 ? mesh : null;
+    this.#host.requestUpdate();
+  }
+
+  #announceEnd({ session }: Making, start: number): void {
+    const took = formatDuration(performance.now() - start);
+    session.announce(`Surface of ${formatCount((this.mesh?.triangles.length ?? 0) / 3)} triangles made in ${took}.`);
   }
 
   #onProgress(done: number, total: number): void {

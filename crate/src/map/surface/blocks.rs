@@ -1,4 +1,6 @@
 //! Voxels in blocks of 8 x 8 x 8 that are found by hashing.
+//!
+//! A voxel holds sums of whole numbers, so that what an image added can be taken out again to the last bit, in any order.
 
 #![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
 
@@ -8,122 +10,178 @@ use rustc_hash::FxHashMap;
 pub(super) const SIDE: usize = 8;
 /// Voxels of a block.
 pub(super) const VOXELS: usize = SIDE * SIDE * SIDE;
+/// Voxels along a side of a part of a block: each part is skipped or measured as a whole.
+pub(super) const PART_SIDE: usize = 4;
+/// Parts of a block.
+pub(super) const PARTS: usize = 8;
 
-/// Steps of a kept distance in a voxel's side: finer than a hundredth of any sensor's noise.
-const STEPS: f32 = 1000.0;
-/// Views of a colour after which later ones count as much as earlier ones: the mean over so many is within a level or two.
-const MAX_COLOR_VIEWS: u8 = 32;
+/// Steps of a distance in a voxel's side: rounding to them adds a standard deviation of 0.5 % of a voxel.
+pub(super) const STEPS: f32 = 64.0;
+/// Weight of the best measurement, of a deviation of a millimetre seen at a right angle; one of 64 mm has the weight 1. The product
+/// with a distance stays below 2^20 for voxels of a millimetre or more (2 voxels or three deviations, in steps), so that two
+/// thousand such views fit in 31 bits.
+pub(super) const MAX_WEIGHT: f32 = 4095.0;
+/// Views of a colour after which later ones are left out: the sums have 16 bits each.
+const MAX_COLOR_VIEWS: u64 = 255;
 
-/// A voxel: 8 bytes, since a flat takes fifty million.
+/// Sums of red, green, blue and 1 over the views of a colour, 16 bits each.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct ColorSum(u64);
+
+impl ColorSum {
+    /// Adds a view, or takes it out.
+    #[inline]
+    pub(super) fn add(&mut self, [red, green, blue]: [u8; 3], is_taken_out: bool) {
+        if self.0 >> 48 == MAX_COLOR_VIEWS {
+            return;
+        }
+        let one = 1 << 48 | u64::from(blue) << 32 | u64::from(green) << 16 | u64::from(red);
+        self.0 = if is_taken_out { self.0.wrapping_sub(one) } else { self.0 + one };
+    }
+
+    /// The mean, where there was a view.
+    pub(super) fn mean(self) -> Option<[u8; 3]> {
+        let count = self.0 >> 48;
+        (count > 0).then(|| [0, 16, 32].map(|shift| (((self.0 >> shift & 0xffff) + count / 2) / count) as u8))
+    }
+}
+
+/// What was measured at the place of a voxel.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Voxel {
-    /// Signed distance from the surface, positive in front of it (voxel sides / `STEPS`).
-    distance: i16,
-    /// The upper half of the bits of a single: three digits suffice for a weight. The sum ends at about 256 times what is added;
-    /// from there on the mean follows what was measured last, and the deviation is told too large, not too small.
-    information: u16,
-    /// Mean colour.
-    color: [u8; 3],
-    /// Number of views of the colour.
-    num_colors: u8,
+    /// Signed distance from the surface, positive in front of it (voxel sides).
+    pub distance: f32,
+    /// Sum of the weights; 0 where nothing was measured.
+    pub weight: f32,
+    /// The mean colour, where a view had one.
+    pub color: Option<[u8; 3]>,
 }
 
-impl Voxel {
-    /// Sum of the inverse variances of what was measured here (1/m^2); 0 where nothing was.
-    #[inline]
-    pub(super) fn information(self) -> f32 {
-        f32::from_bits(u32::from(self.information) << 16)
+/// A block: sums over the images, by voxel.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    /// Weights times distances (steps).
+    pub distances: [i32; VOXELS],
+    pub weights: [i32; VOXELS],
+    /// Where the images have colours.
+    pub colors: Option<Box<[ColorSum; VOXELS]>>,
+    /// Of each part, weight of the views of the block that saw through it.
+    pub seen_through: [i32; PARTS],
+}
+
+/// What is looked at of each block for every image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BlockState {
+    /// Corner (blocks).
+    pub corner: [i32; 3],
+    /// Weight of the views through all of the block that saw nothing in it.
+    pub seen_through: i32,
+    /// Number of the last image that touched the block.
+    pub last_touched: u32,
+}
+
+impl Block {
+    fn new() -> Self {
+        Self { distances: [0; VOXELS], weights: [0; VOXELS], colors: None, seen_through: [0; PARTS] }
     }
 
-    /// Signed distance (voxel sides).
-    #[inline]
-    pub(super) fn distance(self) -> f32 {
-        f32::from(self.distance) / STEPS
+    /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.
+    pub(super) fn square_sum(&self) -> (f64, u64) {
+        let measured = self.distances.iter().zip(&self.weights).filter(|&(_, &weight)| weight > 0);
+        measured.fold((0.0, 0), |(sum, count), (&distance, &weight)| {
+            (sum + f64::from(distance).powi(2) / f64::from(weight), count + 1)
+        })
     }
 
-    /// The mean colour, where a view had one.
-    pub(super) fn color(self) -> Option<[u8; 3]> {
-        (self.num_colors > 0).then_some(self.color)
-    }
-
-    /// Adds a measured distance (voxel sides, at most 32). Returns the square of its deviation from the mean before, in units
-    /// of the variance that is expected of it; `None` where it is the first.
-    #[inline]
-    pub(super) fn add(&mut self, distance: f32, information: f32) -> Option<f32> {
-        let (before, old) = (self.information(), self.distance());
-        let sum = before + information;
-        let mean = old + (distance - old) * (information / sum);
-        self.distance = round(mean * STEPS) as i16;
-        // Rounded to nearest, or a weight that grows by little would never grow.
-        self.information = ((sum.to_bits() + 0x8000) >> 16) as u16;
-        (before > 0.0).then(|| (distance - old).powi(2) * (before * information / sum))
-    }
-
-    /// Adds a view of its colour.
-    #[inline]
-    pub(super) fn add_color(&mut self, color: [u8; 3]) {
-        self.num_colors = (self.num_colors + 1).min(MAX_COLOR_VIEWS);
-        let views = i32::from(self.num_colors);
-        for (mean, value) in self.color.iter_mut().zip(color) {
-            let off = i32::from(value) - i32::from(*mean);
-            *mean = (i32::from(*mean) + (off + off.signum() * (views / 2)) / views) as u8;
-        }
-    }
-
-    /// The mean of eight voxels, of one twice as large.
-    fn merged(voxels: [Self; 8]) -> Self {
-        let mut mean = Self::default();
-        for voxel in voxels.into_iter().filter(|voxel| voxel.information > 0) {
-            mean.add(voxel.distance() / 2.0, voxel.information());
-            if let Some(color) = voxel.color() {
-                mean.add_color(color);
+    /// Adds a block of voxels half as large.
+    fn add_finer(&mut self, fine: &Self, state: &BlockState) {
+        let [x0, y0, z0] = state.corner.map(|at| at.rem_euclid(2) as usize * PART_SIDE);
+        self.seen_through[part_index(x0, y0, z0)] =
+            state.seen_through + fine.seen_through.iter().sum::<i32>() / PARTS as i32;
+        for (z, y, x) in positions(PART_SIDE) {
+            let eight: [usize; 8] =
+                std::array::from_fn(|bits| index(2 * x + (bits & 1), 2 * y + (bits >> 1 & 1), 2 * z + (bits >> 2)));
+            let at = index(x0 + x, y0 + y, z0 + z);
+            // Eight voxels that one image saw are one measurement of the larger one, and half as many of its sides from the surface.
+            let sum = |sums: &[i32; VOXELS]| eight.iter().map(|&at| i64::from(sums[at])).sum::<i64>();
+            self.weights[at] = (sum(&fine.weights) / 8) as i32;
+            self.distances[at] = (sum(&fine.distances) / 16) as i32;
+            let Some(colors) = &fine.colors else { continue };
+            let coarse = &mut self.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]))[at];
+            for color in eight.iter().filter_map(|&at| colors[at].mean()) {
+                coarse.add(color, false);
             }
         }
-        // Eight voxels that one frame saw are one measurement of the larger one.
-        mean.information = ((mean.information() / 8.0).to_bits() >> 16) as u16;
-        mean
     }
-}
-
-/// To the nearest whole number, below 2^22: where a single has no bits left for a fraction, adding rounds. Without an instruction of
-/// the processor for it, `round_ties_even` is a call of a function.
-#[inline]
-fn round(value: f32) -> f32 {
-    const SHIFT: f32 = 1.5 * (1 << 23) as f32;
-    value + SHIFT - SHIFT
 }
 
 /// The blocks that hold a surface.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Blocks {
     numbers: FxHashMap<[i32; 3], u32>,
-    /// Corner of each block (blocks), in the order in which they were added.
-    pub(super) corners: Vec<[i32; 3]>,
-    pub(super) voxels: Vec<[Voxel; VOXELS]>,
-    /// Information of views through each block that saw nothing in it (1/m^2).
-    pub(super) seen_through: Vec<f32>,
-    /// Number of the last frame that touched each block.
-    pub(super) last_frames: Vec<u32>,
+    /// In the order in which the blocks were added.
+    pub(super) states: Vec<BlockState>,
+    /// Boxed: they grow to the whole memory, which must not be copied to a larger place.
+    #[allow(clippy::vec_box, reason = "blocks of kilobytes, which stay where they are")]
+    all: Vec<Box<Block>>,
+}
+
+/// A block with its state.
+#[derive(Clone, Copy)]
+pub(super) struct KnownBlock<'a> {
+    state: &'a BlockState,
+    block: &'a Block,
+}
+
+impl KnownBlock<'_> {
+    /// Of each part, the weight that a voxel has to exceed: what was seen through as often as it was seen has moved, or was never there.
+    pub(super) fn least_weights(&self) -> [i32; PARTS] {
+        self.block.seen_through.map(|of_part| of_part + self.state.seen_through)
+    }
+
+    /// Weights times distances, and weights.
+    pub(super) fn sums(&self) -> (&[i32; VOXELS], &[i32; VOXELS]) {
+        (&self.block.distances, &self.block.weights)
+    }
+
+    /// A voxel that was measured.
+    pub(super) fn voxel(&self, index: usize) -> Voxel {
+        let weight = self.block.weights[index] as f32;
+        let distance = self.block.distances[index] as f32 / (weight * STEPS);
+        let color = self.block.colors.as_ref().and_then(|colors| colors[index].mean());
+        Voxel { distance, weight, color }
+    }
 }
 
 impl Blocks {
     pub(super) fn len(&self) -> usize {
-        self.corners.len()
+        self.all.len()
     }
 
     pub(super) fn number(&self, corner: [i32; 3]) -> Option<usize> {
         self.numbers.get(&corner).map(|&number| number as usize)
     }
 
+    pub(super) fn get(&self, corner: [i32; 3]) -> Option<KnownBlock<'_>> {
+        let number = self.number(corner)?;
+        Some(KnownBlock { state: &self.states[number], block: &self.all[number] })
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Block> {
+        self.all.iter().map(AsRef::as_ref)
+    }
+
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&mut BlockState, &mut Box<Block>)> {
+        self.states.iter_mut().zip(&mut self.all)
+    }
+
     /// The number of a block, which is added where there is none.
     pub(super) fn insert(&mut self, corner: [i32; 3]) -> usize {
-        let next = self.corners.len() as u32;
+        let next = self.all.len() as u32;
         let number = *self.numbers.entry(corner).or_insert(next);
         if number == next {
-            self.corners.push(corner);
-            self.voxels.push([Voxel::default(); VOXELS]);
-            self.seen_through.push(0.0);
-            self.last_frames.push(0);
+            self.states.push(BlockState { corner, seen_through: 0, last_touched: 0 });
+            self.all.push(Box::new(Block::new()));
         }
         number as usize
     }
@@ -131,17 +189,9 @@ impl Blocks {
     /// The same field in voxels twice as large.
     pub(super) fn coarsened(&self) -> Self {
         let mut coarse = Self::default();
-        for (number, corner) in self.corners.iter().enumerate() {
-            let parent = coarse.insert(corner.map(|at| at.div_euclid(2)));
-            coarse.seen_through[parent] = coarse.seen_through[parent].max(self.seen_through[number]);
-            let [x0, y0, z0] = corner.map(|at| at.rem_euclid(2) as usize * (SIDE / 2));
-            let fine = &self.voxels[number];
-            for (z, y, x) in positions(SIDE / 2) {
-                let eight = std::array::from_fn(|part| {
-                    fine[index(2 * x + (part & 1), 2 * y + (part >> 1 & 1), 2 * z + (part >> 2))]
-                });
-                coarse.voxels[parent][index(x0 + x, y0 + y, z0 + z)] = Voxel::merged(eight);
-            }
+        for (state, fine) in self.states.iter().zip(&self.all) {
+            let parent = coarse.insert(state.corner.map(|at| at.div_euclid(2)));
+            coarse.all[parent].add_finer(fine, state);
         }
         coarse
     }
@@ -151,6 +201,12 @@ impl Blocks {
 #[inline]
 pub(super) const fn index(x: usize, y: usize, z: usize) -> usize {
     (z * SIDE + y) * SIDE + x
+}
+
+/// Index of the part of a block that a voxel is in.
+#[inline]
+pub(super) const fn part_index(x: usize, y: usize, z: usize) -> usize {
+    (z / PART_SIDE * 2 + y / PART_SIDE) * 2 + x / PART_SIDE
 }
 
 /// z, y and x of the voxels of a cube.
@@ -163,34 +219,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_voxel_is_the_weighted_mean_of_what_was_measured() {
-        let mut voxel = Voxel::default();
-        assert_eq!(voxel.add(1.5, 100.0), None);
-        let deviation = voxel.add(-0.5, 300.0).unwrap();
-        assert!((voxel.distance() - 0.0).abs() < 2.0 / STEPS, "{}", voxel.distance());
-        assert!((deviation - 4.0 * 75.0).abs() < 2.0, "{deviation}");
-        assert!((voxel.information() / 400.0 - 1.0).abs() < 0.01);
-        for _ in 0..2000 {
-            voxel.add(2.0, 1.0);
+    fn colours_are_averaged_and_taken_out_again() {
+        let mut sum = ColorSum::default();
+        assert_eq!(sum.mean(), None);
+        for value in [100, 140, 100, 140] {
+            sum.add([value, 255, 0], false);
         }
-        assert!((512.0..=2400.0).contains(&voxel.information()), "{}", voxel.information());
-        assert!((voxel.distance() - 2.0).abs() < 0.3, "the mean follows later measurements: {}", voxel.distance());
-        for distance in [-31.9, -0.0004, 0.0004, 0.2503, 31.9] {
-            let mut voxel = Voxel::default();
-            voxel.add(distance, 1.0);
-            assert!((voxel.distance() - distance).abs() <= 0.51 / STEPS, "{distance}: {}", voxel.distance());
+        assert_eq!(sum.mean(), Some([120, 255, 0]));
+        sum.add([140, 255, 0], true);
+        sum.add([140, 255, 0], true);
+        assert_eq!(sum.mean(), Some([100, 255, 0]));
+        for _ in 0..1000 {
+            sum.add([255; 3], false);
         }
-    }
-
-    #[test]
-    fn colours_are_averaged() {
-        let mut voxel = Voxel::default();
-        assert_eq!(voxel.color(), None);
-        for value in [100, 140, 100, 140, 100, 140] {
-            voxel.add_color([value, 255, 0]);
-        }
-        let [red, green, blue] = voxel.color().unwrap();
-        assert!(red.abs_diff(120) <= 6 && green == 255 && blue == 0, "{red}");
+        assert_eq!(sum.mean().map(|[red, ..]| red > 250), Some(true), "further views do not spill over");
     }
 
     #[test]
@@ -198,17 +240,20 @@ mod tests {
         let mut blocks = Blocks::default();
         for (bz, by, bx) in positions(2) {
             let number = blocks.insert([bx as i32 - 2, by as i32 - 2, bz as i32]);
+            let block = &mut blocks.all[number];
             for (z, y, x) in positions(SIDE) {
                 // The plane z = 6.5 voxels; a voxel is measured at its centre.
-                blocks.voxels[number][index(x, y, z)].add((bz * SIDE + z) as f32 + 0.5 - 6.5, 64.0);
+                let distance = (bz * SIDE + z) as f32 + 0.5 - 6.5;
+                block.weights[index(x, y, z)] = 640;
+                block.distances[index(x, y, z)] = (640.0 * STEPS * distance) as i32;
             }
         }
         let coarse = blocks.coarsened();
-        assert_eq!(coarse.corners, [[-1, -1, 0]]);
+        assert_eq!(coarse.states.iter().map(|state| state.corner).collect::<Vec<_>>(), [[-1, -1, 0]]);
         for (z, y, x) in positions(SIDE) {
-            let voxel = coarse.voxels[0][index(x, y, z)];
-            assert!((voxel.distance() - (z as f32 + 0.5 - 3.25)).abs() < 2.0 / STEPS, "{}", voxel.distance());
-            assert!((voxel.information() / 64.0 - 1.0).abs() < 0.02, "{}", voxel.information());
+            let voxel = coarse.get([-1, -1, 0]).unwrap().voxel(index(x, y, z));
+            assert!((voxel.distance - (z as f32 + 0.5 - 3.25)).abs() < 1e-3, "{}", voxel.distance);
+            assert!((voxel.weight - 640.0).abs() < 1.0, "{}", voxel.weight);
         }
     }
 }

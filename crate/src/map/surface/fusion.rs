@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Blocks, VOXELS, Voxel};
+use super::blocks::{Block, BlockState, Blocks, ColorSum, STEPS, VOXELS};
 use super::extraction::extract;
-use super::view::View;
+use super::pixels::{Optics, WEIGHT_INFORMATION};
+use super::view::{FreeSpace, Squares, View};
 use crate::error::{Error, Result};
 use crate::geometry::{Pose3, TriangleMesh};
 use crate::preprocess::depth_surfels::DepthModel;
@@ -48,8 +49,18 @@ impl SurfaceOptions {
     }
 }
 
-/// Bytes of a block: its voxels, and about as much for finding it as a corner and a number in a hash table take.
-const BLOCK_BYTES: usize = VOXELS * size_of::<Voxel>() + 64;
+/// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
+const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
+const COLOR_BYTES: usize = VOXELS * size_of::<ColorSum>();
+
+/// An image in the field.
+#[derive(Debug, Clone)]
+struct Added {
+    T_world_camera: Pose3,
+    free_space: FreeSpace,
+    /// Side of a voxel when it was added (m).
+    voxel_size: f32,
+}
 
 /// A truncated signed distance field over depth images at their poses.
 #[derive(Debug, Clone)]
@@ -57,10 +68,12 @@ pub struct SurfaceFusion {
     options: SurfaceOptions,
     voxel_size: f32,
     blocks: Blocks,
-    num_frames: usize,
-    /// Sum of the squared deviations of the measurements from the mean before, in units of the variance expected of them.
-    deviation_sum: f64,
-    num_deviations: u64,
+    optics: Option<Optics>,
+    images: Vec<Added>,
+    has_colors: bool,
+    /// Number of changes by images.
+    num_changes: u32,
+    squares: Squares,
 }
 
 impl SurfaceFusion {
@@ -70,14 +83,20 @@ impl SurfaceFusion {
     /// When an option is out of its limits.
     pub fn new(options: SurfaceOptions) -> Result<Self> {
         options.check()?;
-        Ok(Self {
+        Ok(Self::empty(options))
+    }
+
+    fn empty(options: SurfaceOptions) -> Self {
+        Self {
             options,
             voxel_size: options.voxel_size as f32,
             blocks: Blocks::default(),
-            num_frames: 0,
-            deviation_sum: 0.0,
-            num_deviations: 0,
-        })
+            optics: None,
+            images: Vec::new(),
+            has_colors: false,
+            num_changes: 0,
+            squares: Squares::default(),
+        }
     }
 
     /// Side of a voxel (m): that of the options, or larger where the memory was not enough.
@@ -87,12 +106,16 @@ impl SurfaceFusion {
 
     /// Number of images in the field.
     pub fn num_frames(&self) -> usize {
-        self.num_frames
+        self.images.len()
     }
 
     /// Memory of the field (bytes).
     pub fn num_bytes(&self) -> usize {
-        self.blocks.len() * BLOCK_BYTES
+        self.blocks.len() * self.block_bytes()
+    }
+
+    fn block_bytes(&self) -> usize {
+        BLOCK_BYTES + if self.has_colors { COLOR_BYTES } else { 0 }
     }
 
     /// Adds a depth image; `model` is how its depth was measured.
@@ -100,60 +123,106 @@ impl SurfaceFusion {
         if !T_world_camera.to_homogeneous().iter().all(|entry| entry.is_finite()) {
             return;
         }
-        self.num_frames += 1;
-        let mut view = View::new(image, model, T_world_camera, self.voxel_size);
-        let touched = loop {
-            if let Some(touched) = self.touch(&view) {
-                break touched;
+        self.has_colors |= image.colors.is_some();
+        let max_blocks = (self.options.max_megabytes * 1e6) as usize / self.block_bytes();
+        loop {
+            let optics = self.optics(image, model);
+            let view = View::new(image, &optics, T_world_camera, self.voxel_size);
+            self.insert(&view.touched, &optics);
+            if self.blocks.len() <= max_blocks {
+                self.change::<false>(&view, &optics);
+                self.images.push(Added {
+                    T_world_camera: *T_world_camera,
+                    free_space: view.free_space(),
+                    voxel_size: self.voxel_size,
+                });
+                self.optics = Some(optics);
+                return;
             }
             self.coarsen();
-            view.voxel_size = self.voxel_size;
-            view.read_pixels();
-        };
-        for number in touched {
-            let (sum, count) = view.add_to_block(self.blocks.corners[number], &mut self.blocks.voxels[number]);
-            self.deviation_sum += f64::from(sum);
-            self.num_deviations += count;
         }
-        for (number, corner) in self.blocks.corners.iter().enumerate() {
-            if self.blocks.last_frames[number] != self.num_frames as u32 {
-                self.blocks.seen_through[number] += view.information_through(*corner);
+    }
+
+    /// Takes an image out again that was added at this pose: what is left is as if it had not been there. Returns whether it was
+    /// possible; it is not once the voxels have been doubled.
+    pub fn take_out(&mut self, image: &MapImage, model: &DepthModel, T_world_camera: &Pose3) -> bool {
+        let is_it = |added: &Added| added.T_world_camera == *T_world_camera && added.voxel_size == self.voxel_size;
+        let Some(at) = self.images.iter().position(is_it) else { return false };
+        let optics = self.optics(image, model);
+        self.change::<true>(&View::new(image, &optics, T_world_camera, self.voxel_size), &optics);
+        self.images.remove(at);
+        self.optics = Some(optics);
+        true
+    }
+
+    /// An empty field with voxels as large as these have become.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        Self { voxel_size: self.voxel_size, ..Self::empty(self.options) }
+    }
+
+    /// What all images have in common: made anew where an image differs from the one before.
+    fn optics(&mut self, image: &MapImage, model: &DepthModel) -> Optics {
+        let known = self.optics.take().filter(|optics| optics.is_of(image, model, self.voxel_size));
+        known.unwrap_or_else(|| Optics::new(image, model, self.voxel_size))
+    }
+
+    /// Adds blocks, with what the images before see of them: if they had touched a block, it would be there.
+    fn insert(&mut self, corners: &[[i32; 3]], optics: &Optics) {
+        for &corner in corners {
+            let known = self.blocks.len();
+            let number = self.blocks.insert(corner);
+            if number == known {
+                let weights = self.images.iter().map(|added| added.free_space.weight_through(corner, optics));
+                self.blocks.states[number].seen_through = weights.sum();
             }
         }
     }
 
-    /// The numbers of the blocks that an image touches, each once; `None` where they are more than the memory has room for.
-    fn touch(&mut self, view: &View) -> Option<Vec<usize>> {
-        let max_blocks = (self.options.max_megabytes * 1e6) as usize / BLOCK_BYTES;
-        let (blocks, frame) = (&mut self.blocks, self.num_frames as u32);
-        let mut touched = Vec::new();
-        view.visit_touched_blocks(|corner| {
-            let number = blocks.insert(corner);
-            if std::mem::replace(&mut blocks.last_frames[number], frame) != frame {
-                touched.push(number);
+    /// Adds an image to the blocks, or takes it out.
+    fn change<const IS_TAKEN_OUT: bool>(&mut self, view: &View, optics: &Optics) {
+        self.num_changes += 1;
+        for corner in &view.touched {
+            let Some(number) = self.blocks.number(*corner) else { continue };
+            self.blocks.states[number].last_touched = self.num_changes;
+        }
+        let free_space = view.free_space();
+        let mut squares = Squares::default();
+        for (state, block) in self.blocks.iter_mut() {
+            if state.last_touched == self.num_changes {
+                view.change_block::<IS_TAKEN_OUT>(state.corner, block, &mut squares);
+                continue;
             }
-            blocks.len() <= max_blocks
-        })
-        .then_some(touched)
+            let through = free_space.weight_through(state.corner, optics);
+            state.seen_through += if IS_TAKEN_OUT { -through } else { through };
+        }
+        let sign = if IS_TAKEN_OUT { -1.0 } else { 1.0 };
+        self.squares.sum += sign * squares.sum;
+        self.squares.count = self.squares.count.wrapping_add_signed(sign as i64 * squares.count as i64);
     }
 
     fn coarsen(&mut self) {
         self.blocks = self.blocks.coarsened();
         self.voxel_size *= 2.0;
+        self.images.iter_mut().for_each(|added| added.free_space.double_voxels());
     }
 
     /// Ratio of the variance that the measurements have to the one that the sensor's noise explains, at least 1: errors of poses and
     /// of the camera's model add to it.
     pub fn variance_ratio(&self) -> f64 {
-        if self.num_deviations == 0 {
+        let of_means = self.blocks.iter().map(Block::square_sum);
+        let (sum, count) = of_means.fold((0.0, 0), |(sum, count), of_block| (sum + of_block.0, count + of_block.1));
+        let num_further = self.squares.count.saturating_sub(count);
+        if num_further == 0 {
             return 1.0;
         }
-        (self.deviation_sum / self.num_deviations as f64).max(1.0)
+        let unit = f64::from(WEIGHT_INFORMATION * (self.voxel_size / STEPS).powi(2));
+        (unit * (self.squares.sum - sum) / num_further as f64).max(1.0)
     }
 
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
-        let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32);
+        let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION);
         let side = 10.0 * self.voxel_size;
         let given = self.options.min_island_area as f32;
         mesh = mesh.without_islands(if given > 0.0 { given } else { side * side });

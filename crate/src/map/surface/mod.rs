@@ -15,8 +15,10 @@
 //! Read `fusion` first, then `view`.
 
 mod blocks;
+mod depth_tiles;
 mod extraction;
 mod fusion;
+mod pixels;
 mod view;
 
 pub use fusion::{SurfaceFusion, SurfaceOptions};

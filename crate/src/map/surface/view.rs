@@ -1,292 +1,332 @@
 //! A depth image at its pose: what it says of the points in space.
 
-use glam::{Mat3A, Vec3A};
+use glam::{Mat3A, Mat4, Vec3A, Vec4};
+use wide::{f32x4, i32x4};
 
-use super::blocks::{SIDE, VOXELS, Voxel};
-use crate::camera::Pinhole;
+use super::blocks::{Block, ColorSum, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
+use super::depth_tiles::{DepthTiles, Rectangle};
+use super::pixels::{Optics, Pixels, Seen};
 use crate::geometry::Pose3;
-use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
 
-/// The field is truncated at so many standard deviations of the depth: one in 370 measurements lies beyond.
-const TRUNCATION_DEVIATIONS: f32 = 3.0;
-/// And at least at so many voxels: cells that the surface crosses have corners up to a diagonal, 1.73 voxels, away.
-const MIN_TRUNCATION_VOXELS: f32 = 2.0;
-/// And at most at so many voxels, where the depth is that uncertain that more would fill the room.
-const MAX_TRUNCATION_VOXELS: f32 = 16.0;
-/// Surfaces seen at a smaller cosine than this tell too little of where they are.
-const MIN_COSINE: f32 = 0.1;
-/// Neighbouring pixels of one surface differ by less than so many times their distance across: a surface seen at 6 degrees.
-const MAX_SLOPE: f32 = 10.0;
-/// Side of the tiles of an image that tell whether all rays pass a block (pixels).
-const TILE: usize = 8;
+/// Voxels get their colour from views of surfaces that are at most so many voxels away: those at the corners of cells that the surface
+/// crosses.
+const COLOR_VOXELS: f32 = 2.0;
 
-/// What a pixel says of the points along its ray, in the camera's frame.
-#[derive(Clone, Copy)]
-struct Pixel {
-    /// The surface's tangent plane, facing the camera: `normal . p + offset` is the distance of p, positive in front (m); everything is
-    /// far behind where there is none.
-    normal: [f32; 3],
-    offset: f32,
-    /// Where the field is truncated in front of the surface and behind it (m).
-    truncation: f32,
-    /// Inverse variance of the distance (1/m^2).
-    information: f32,
+/// A camera in the field: the world is in voxels, its own frame in metres.
+#[derive(Debug, Clone)]
+pub(super) struct Camera {
+    /// World to camera, with the voxel's side in it.
+    to_camera: Mat3A,
+    /// The origin of the world, in the camera's frame (m).
+    origin: Vec3A,
+    /// Focal lengths and centre, where a pixel begins at a whole number.
+    projection: [f32; 4],
+    /// Of the cube with a side of two voxels about a point, half of its extent along the camera's axes (m).
+    extent: Vec3A,
 }
 
-const NO_SURFACE: Pixel = Pixel { normal: [0.0; 3], offset: f32::NEG_INFINITY, truncation: 0.0, information: 0.0 };
+/// Where a cube of voxels lies in an image.
+struct Bounds {
+    rectangle: Rectangle,
+    /// Least and largest depth (m).
+    depths: [f32; 2],
+}
 
-/// A camera in single precision: u = fx x / z + cx, where a pixel begins at a whole number.
-#[derive(Clone, Copy)]
-struct Projection {
-    f: [f32; 2],
-    c: [f32; 2],
-    size: [f32; 2],
+impl Camera {
+    fn new(T_world_camera: &Pose3, projection: [f32; 4], voxel_size: f32) -> Self {
+        let T_camera_world = T_world_camera.inverse();
+        let R = T_camera_world.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
+        let to_camera = Mat3A::from_cols_slice(R.as_slice()) * voxel_size;
+        let t = T_camera_world.translation.vector.map(|entry| entry as f32);
+        let extent = to_camera.x_axis.abs() + to_camera.y_axis.abs() + to_camera.z_axis.abs();
+        Self { to_camera, origin: Vec3A::new(t.x, t.y, t.z), projection, extent }
+    }
+
+    /// Of the voxels from one on, `side` along each axis: their centres. None where the plane of the camera is not before all of them.
+    #[inline]
+    fn bounds(&self, first: Vec3A, side: usize) -> Option<Bounds> {
+        let half = 0.5 * (side - 1) as f32;
+        let center = self.to_camera * (first + half + 0.5) + self.origin;
+        let (low, high) = (center - half * self.extent, center + half * self.extent);
+        if low.z <= 0.0 {
+            return None;
+        }
+        let [fx, fy, cx, cy] = self.projection;
+        let (nearest, farthest) = (1.0 / low.z, 1.0 / high.z);
+        let least = |at: f32| at * if at > 0.0 { farthest } else { nearest };
+        let most = |at: f32| at * if at > 0.0 { nearest } else { farthest };
+        let rectangle = Rectangle {
+            low: [least(low.x) * fx + cx, least(low.y) * fy + cy],
+            high: [most(high.x) * fx + cx, most(high.y) * fy + cy],
+        };
+        Some(Bounds { rectangle, depths: [low.z, high.z] })
+    }
+}
+
+/// What an image says of the space that it sees through: small enough to be kept for all images.
+#[derive(Debug, Clone)]
+pub(super) struct FreeSpace {
+    camera: Camera,
+    tiles: DepthTiles,
+}
+
+impl FreeSpace {
+    /// For voxels twice as large.
+    pub(super) fn double_voxels(&mut self) {
+        self.camera.to_camera *= 2.0;
+        self.camera.extent *= 2.0;
+    }
+
+    /// Weight with which the image says that a block is empty: that of a surface there, where all that is seen in its direction lies
+    /// behind it; otherwise 0.
+    pub(super) fn weight_through(&self, corner: [i32; 3], optics: &Optics) -> i32 {
+        let Some(bounds) = self.camera.bounds(first_voxel(corner), SIDE) else { return 0 };
+        weight_through(&bounds, &self.tiles, optics).0
+    }
+}
+
+/// Whether all rays through a cube are free: the weight of that, otherwise 0; and the depths in which the field is measured there.
+#[inline]
+fn weight_through(Bounds { rectangle, depths }: &Bounds, tiles: &DepthTiles, optics: &Optics) -> (i32, [f32; 2]) {
+    let (measured, is_inside) = tiles.depths(rectangle);
+    let is_free = is_inside && depths[1] < measured[0];
+    (if is_free { optics.weight(depths[1]) as i32 } else { 0 }, measured)
+}
+
+#[inline]
+fn first_voxel([x, y, z]: [i32; 3]) -> Vec3A {
+    Vec3A::new(x as f32, y as f32, z as f32) * SIDE as f32
 }
 
 /// A depth image at its pose, as the field reads it.
 pub(super) struct View<'a> {
     image: &'a MapImage,
-    projection: Projection,
-    /// Camera to world.
-    R: Mat3A,
-    t: Vec3A,
-    pixels: Vec<Pixel>,
-    /// Of each tile the depth up to which all of its rays are free (m); 0 where a pixel has no depth.
-    free_depths: Vec<f32>,
-    model: &'a DepthModel,
-    pub(super) voxel_size: f32,
+    optics: &'a Optics,
+    pixels: Pixels<'a>,
+    camera: Camera,
+    tiles: DepthTiles,
+    /// Blocks within the truncation of a surface, some more than once.
+    pub(super) touched: Vec<[i32; 3]>,
 }
 
-impl Pixel {
-    /// Of a surface that the ray meets at this depth; none where it is seen at too flat an angle.
-    fn of(normal: Vec3A, ray: Vec3A, depth: f32, deviation: f32, truncation: f32) -> Self {
-        let along = normal.dot(ray);
-        // The normal may point either way: that of a surface which is seen points to the camera.
-        let facing = if along > 0.0 { -normal } else { normal };
-        let cosine = along.abs() * ray.length_recip();
-        if cosine < MIN_COSINE {
-            return NO_SURFACE;
-        }
-        let information = cosine / (deviation * deviation);
-        Self { normal: facing.to_array(), offset: along.abs() * depth, truncation, information }
-    }
-}
-
-impl Projection {
-    fn of(camera: &Pinhole) -> Self {
-        Self {
-            f: [camera.fx as f32, camera.fy as f32],
-            c: [camera.cx as f32 + 0.5, camera.cy as f32 + 0.5],
-            size: [camera.width as f32, camera.height as f32],
-        }
-    }
-
-    /// The pixels that points in the camera's frame lie in, x, y and z apart; -1 outside of the image.
-    #[inline]
-    fn pixels_at(&self, [x, y, z]: &[[f32; SIDE]; 3]) -> [i32; SIDE] {
-        let Self { f, c, size } = *self;
-        let width = size[0] as i32;
-        let mut indices = [-1; SIDE];
-        for lane in 0..SIDE {
-            let scale = 1.0 / z[lane];
-            let u = x[lane] * scale * f[0] + c[0];
-            let v = y[lane] * scale * f[1] + c[1];
-            let is_inside = z[lane] > 0.0 && u >= 0.0 && v >= 0.0 && u < size[0] && v < size[1];
-            let index = v as i32 * width + u as i32;
-            indices[lane] = if is_inside { index } else { -1 };
-        }
-        indices
-    }
+/// What an image adds to the sum of the squares of the distances (weighted, steps^2), and the number of those.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Squares {
+    pub sum: f64,
+    pub count: u64,
 }
 
 impl<'a> View<'a> {
-    pub(super) fn new(image: &'a MapImage, model: &'a DepthModel, T_world_camera: &Pose3, voxel_size: f32) -> Self {
-        let R = T_world_camera.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
-        let R = Mat3A::from_cols_slice(R.as_slice());
-        let t = T_world_camera.translation.vector.map(|entry| entry as f32);
-        let mut view = Self {
-            image,
-            projection: Projection::of(&image.camera),
-            R,
-            t: Vec3A::new(t.x, t.y, t.z),
-            pixels: Vec::new(),
-            free_depths: Vec::new(),
-            model,
-            voxel_size,
-        };
-        view.read_pixels();
-        view
+    pub(super) fn new(image: &'a MapImage, optics: &'a Optics, T_world_camera: &Pose3, voxel_size: f32) -> Self {
+        let mut pixels = Pixels::new(image, optics);
+        let mut touched = Touched::new(T_world_camera, voxel_size, image.camera.fx as f32);
+        let [fx, fy, cx, cy] = pixels.projection();
+        let tiles = DepthTiles::new(image.camera.width, image.camera.height, |column, row| {
+            if let Some(seen) = pixels.seen(column, row) {
+                touched.see(&seen, [column, row], optics);
+                return pixels.set(column, row, &seen);
+            }
+            // Without depth it may be the edge of something thin.
+            let free = pixels.truncation(column, row).map_or(0.0, |(depth, truncation)| depth - truncation);
+            [free, f32::NEG_INFINITY]
+        });
+        let camera = Camera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
+        Self { image, optics, pixels, camera, tiles, touched: touched.blocks }
     }
 
-    /// The pixels; anew where the size of the voxels has changed.
-    pub(super) fn read_pixels(&mut self) {
-        let rays = self.image.camera.ray_table();
-        let Pinhole { width, height, .. } = self.image.camera;
-        let num_columns = width.div_ceil(TILE);
-        let mut pixels = Vec::with_capacity(width * height);
-        let mut free = vec![f32::INFINITY; num_columns * height.div_ceil(TILE)];
-        for row in 0..height {
-            let free = &mut free[row / TILE * num_columns..][..num_columns];
-            for column in 0..width {
-                let free = &mut free[column / TILE];
-                let Some(depth) = self.depth(row * width + column) else {
-                    // It may be the edge of something thin.
-                    *free = 0.0;
-                    pixels.push(NO_SURFACE);
-                    continue;
-                };
-                let deviation = self.model.deviation(depth);
-                let truncation = self.truncation(deviation);
-                *free = free.min(depth - truncation);
-                let ray = Vec3A::new(rays.x[column] as f32, rays.y[row] as f32, 1.0);
-                let surface = self.normal(row * width + column, ray, depth);
-                pixels.push(surface.map_or(NO_SURFACE, |normal| Pixel::of(normal, ray, depth, deviation, truncation)));
+    pub(super) fn free_space(&self) -> FreeSpace {
+        FreeSpace { camera: self.camera.clone(), tiles: self.tiles.without_smallest() }
+    }
+
+    /// Adds the image to the voxels of a block, or takes it out.
+    pub(super) fn change_block<const IS_TAKEN_OUT: bool>(
+        &self,
+        corner: [i32; 3],
+        block: &mut Block,
+        squares: &mut Squares,
+    ) {
+        if self.image.colors.is_some() {
+            block.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]));
+        }
+        let corner = first_voxel(corner);
+        for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
+            let voxel = [x * PART_SIDE, y * PART_SIDE, z * PART_SIDE];
+            let first = corner + Vec3A::new(x as f32, y as f32, z as f32) * PART_SIDE as f32;
+            let Some(bounds) = self.camera.bounds(first, PART_SIDE) else { continue };
+            let (through, [_, farthest]) = weight_through(&bounds, &self.tiles, self.optics);
+            if through > 0 {
+                block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
+            } else if bounds.depths[0] < farthest {
+                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, squares);
             }
         }
-        (self.pixels, self.free_depths) = (pixels, free);
     }
 
-    /// Depth of a pixel (m).
+    /// The same for the part of it that begins with this voxel, `first` in the world.
+    fn change_part<const IS_TAKEN_OUT: bool>(
+        &self,
+        first: Vec3A,
+        [x, y, z]: [usize; 3],
+        block: &mut Block,
+        squares: &mut Squares,
+    ) {
+        let rows = Rows::new(&self.camera, &self.pixels, first);
+        let (mut sum, mut count) = (f32x4::ZERO, i32x4::ZERO);
+        for row in 0..PART_SIDE * PART_SIDE {
+            let (along_y, along_z) = (row % PART_SIDE, row / PART_SIDE);
+            let measured = rows.measure(&self.pixels, along_y as f32, along_z as f32);
+            let is_measured = measured.weights.simd_gt(f32x4::ZERO);
+            if !is_measured.any() {
+                continue;
+            }
+            let products = measured.weights * measured.distances;
+            sum += products * measured.distances;
+            count -= bytemuck::cast::<f32x4, i32x4>(is_measured);
+            let from = index(x, y + along_y, z + along_z);
+            change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
+            change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
+            if let (Some(sums), Some(colors)) = (&mut block.colors, &self.image.colors) {
+                let near = measured.distances.abs().simd_lt(f32x4::splat(COLOR_VOXELS * STEPS));
+                let mut lanes = (near & is_measured).to_bitmask();
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize;
+                    lanes &= lanes - 1;
+                    sums[from + lane].add(colors[self.pixels.number(measured.pixels[lane])], IS_TAKEN_OUT);
+                }
+            }
+        }
+        squares.sum += f64::from(sum.reduce_add());
+        squares.count += count.reduce_add() as u64;
+    }
+}
+
+/// Adds rounded numbers to four sums, or takes them off.
+#[inline(always)]
+fn change<const IS_TAKEN_OUT: bool>(sums: &mut [i32; VOXELS], from: usize, values: f32x4) {
+    let sums: &mut [i32] = &mut sums[from..from + PART_SIDE];
+    let values = values.fast_round_int();
+    let before = i32x4::from([sums[0], sums[1], sums[2], sums[3]]);
+    let after = if IS_TAKEN_OUT { before - values } else { before + values };
+    sums.copy_from_slice(&after.to_array());
+}
+
+/// The rows of four voxels of a part of a block, in the camera's frame: a point is u z, v z and z of its pixel (u, v) and its depth z.
+struct Rows {
+    /// Of the four voxels of the first row.
+    first: [f32x4; 3],
+    /// To the next row along y and z.
+    along_y: Vec3A,
+    along_z: Vec3A,
+}
+
+/// What an image says of the four voxels of a row.
+struct Measured {
+    pixels: [i32; 4],
+    /// Steps, up to the truncation in front.
+    distances: f32x4,
+    /// 0 where nothing was measured.
+    weights: f32x4,
+}
+
+impl Rows {
     #[inline]
-    fn depth(&self, pixel: usize) -> Option<f32> {
-        let depth = self.image.depths[pixel];
-        (depth > 0).then(|| f32::from(depth) * self.image.unit)
+    fn new(camera: &Camera, pixels: &Pixels, first: Vec3A) -> Self {
+        let [fx, fy, cx, cy] = pixels.projection();
+        let projected = |p: Vec3A| Vec3A::new(fx * p.x + cx * p.z, fy * p.y + cy * p.z, p.z);
+        let along_x = projected(camera.to_camera.x_axis);
+        let (along_y, along_z) = (projected(camera.to_camera.y_axis), projected(camera.to_camera.z_axis));
+        let start = projected(camera.to_camera * (first + 0.5) + camera.origin);
+        let lanes = f32x4::from([0.0, 1.0, 2.0, 3.0]);
+        let row = |start: f32, step: f32| f32x4::splat(start) + f32x4::splat(step) * lanes;
+        let first = [row(start.x, along_x.x), row(start.y, along_x.y), row(start.z, along_x.z)];
+        Self { first, along_y, along_z }
     }
 
-    /// Where the field is truncated in front of a surface with this standard deviation and behind it (m).
-    fn truncation(&self, deviation: f32) -> f32 {
-        let (low, high) = (MIN_TRUNCATION_VOXELS * self.voxel_size, MAX_TRUNCATION_VOXELS * self.voxel_size);
-        (TRUNCATION_DEVIATIONS * deviation).clamp(low, high)
+    #[inline(always)]
+    fn measure(&self, pixels: &Pixels, along_y: f32, along_z: f32) -> Measured {
+        let step = self.along_y * along_y + self.along_z * along_z;
+        let [x, y, z] = self.first;
+        let (x, y, z) = (x + f32x4::splat(step.x), y + f32x4::splat(step.y), z + f32x4::splat(step.z));
+        let away = f32x4::ONE / z;
+        let [last_column, last_row] = pixels.last();
+        // Whatever is outside of the image is on its border.
+        let u = (x * away).fast_max(f32x4::ZERO).fast_min(last_column).fast_trunc_int();
+        let v = (y * away).fast_max(f32x4::ZERO).fast_min(last_row).fast_trunc_int();
+        let at = (v * i32x4::splat(pixels.stride() as i32) + u).to_array();
+        let [p, q, r, s] = [at[0] as usize, at[1] as usize, at[2] as usize, at[3] as usize];
+        let (planes, limits) = (pixels.planes.as_slice(), pixels.limits.as_slice());
+        let planes = Mat4::from_cols(planes[p], planes[q], planes[r], planes[s]).transpose();
+        let [a, b, c, d] = [planes.x_axis, planes.y_axis, planes.z_axis, planes.w_axis];
+        let (a, b, c, d) = (lanes(a), lanes(b), lanes(c), lanes(d));
+        let (p, q, r, s) = (limits[p], limits[q], limits[r], limits[s]);
+        let (truncations, weights) = (f32x4::from([p[0], q[0], r[0], s[0]]), f32x4::from([p[1], q[1], r[1], s[1]]));
+        let distances = a * x + b * y + c * z + d;
+        let is_near = distances.simd_gt(-truncations);
+        Measured { pixels: at, distances: distances.fast_min(truncations), weights: weights & is_near }
     }
+}
 
-    /// The normal of the surface at a pixel: that of its cell, or, where that is no plane, of its neighbours.
-    fn normal(&self, pixel: usize, ray: Vec3A, depth: f32) -> Option<Vec3A> {
-        let of_cell = Vec3A::from(self.image.normals[pixel].map(f32::from));
-        if of_cell != Vec3A::ZERO {
-            return Some(of_cell * of_cell.length_recip());
+/// The same register by its other name: matrices are transposed by glam, whose code for that is quick in WebAssembly as well.
+#[inline(always)]
+fn lanes(vector: Vec4) -> f32x4 {
+    bytemuck::cast(vector)
+}
+
+/// The blocks that surfaces touch, some more than once.
+struct Touched {
+    /// Camera to world, in blocks.
+    R: Mat3A,
+    t: Vec3A,
+    block_size: f32,
+    /// From this depth on, pixels that are 1, 2, 4, ... apart jump over no block but at its corners: half a block (m).
+    depths: [f32; 16],
+    /// Of the same step along the ray before: neighbouring rays meet the same blocks.
+    last: [[i32; 3]; 16],
+    blocks: Vec<[i32; 3]>,
+}
+
+impl Touched {
+    fn new(T_world_camera: &Pose3, voxel_size: f32, fx: f32) -> Self {
+        let R = T_world_camera.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
+        let t = T_world_camera.translation.vector.map(|entry| entry as f32);
+        let block_size = voxel_size * SIDE as f32;
+        Self {
+            R: Mat3A::from_cols_slice(R.as_slice()) * block_size.recip(),
+            t: Vec3A::new(t.x, t.y, t.z) / block_size,
+            block_size,
+            depths: std::array::from_fn(|power| 0.5 * block_size * fx / (2 << power) as f32),
+            last: [[i32::MAX; 3]; 16],
+            blocks: Vec::new(),
         }
-        let camera = &self.image.camera;
-        let (column, row) = (pixel % camera.width, pixel / camera.width);
-        let step = [1.0 / camera.fx as f32, 1.0 / camera.fy as f32];
-        // The slope of the depth along a row or a column: the mean of both sides, or the one that is there.
-        let slope = |before: Option<usize>, after: Option<usize>| {
-            let change = |other: Option<usize>| other.and_then(|other| self.depth(other)).map(|other| other - depth);
-            let is_joined =
-                |change: &f32| change.abs() < MAX_SLOPE * depth * step[0] + 3.0 * self.model.deviation(depth);
-            match (change(before).filter(is_joined), change(after).filter(is_joined)) {
-                (Some(before), Some(after)) => Some((after - before) / 2.0),
-                (Some(before), None) => Some(-before),
-                (None, after) => after,
-            }
-        };
-        let along_row = slope((column > 0).then(|| pixel - 1), (column + 1 < camera.width).then_some(pixel + 1))?;
-        let below = Some(pixel + camera.width).filter(|&below| below < self.image.depths.len());
-        let along_column = slope((row > 0).then(|| pixel - camera.width), below)?;
-        let right = ray * along_row + Vec3A::X * (depth * step[0]);
-        let down = ray * along_column + Vec3A::Y * (depth * step[1]);
-        down.cross(right).try_normalize()
     }
 
-    /// Visits the blocks within the truncation of a surface, some more than once, until one is refused. Returns whether none was.
-    pub(super) fn visit_touched_blocks(&self, mut visit: impl FnMut([i32; 3]) -> bool) -> bool {
-        let block_size = self.voxel_size * SIDE as f32;
-        // Of the same step along the ray before: neighbouring rays meet the same blocks.
-        let mut last = [[i32::MAX; 3]; 16];
-        let camera = &self.image.camera;
-        let rays = camera.ray_table();
-        for row in 0..camera.height {
-            for column in 0..camera.width {
-                let index = row * camera.width + column;
-                let pixel = &self.pixels[index];
-                let Some(depth) = self.depth(index).filter(|_| pixel.information > 0.0) else { continue };
-                // Pixels that are further apart than this, in powers of two, jump over no block but at its corners.
-                let apart = (0.25 * block_size * camera.fx as f32 / depth) as usize;
-                if (column | row) & (apart.max(1).next_power_of_two() / 2).saturating_sub(1) != 0 {
-                    continue;
-                }
-                let ray = Vec3A::new(rays.x[column] as f32, rays.y[row] as f32, 1.0);
-                // The truncation along the optical axis: longer, the more slanted the surface is seen.
-                let reach = -pixel.truncation / Vec3A::from(pixel.normal).dot(ray);
-                let ray = self.R * ray;
-                // Along the ray in steps of half a block.
-                let num_steps = (4.0 * reach / block_size).ceil().max(2.0);
-                for step in 0..=num_steps as usize {
-                    let along = depth + reach * (2.0 * step as f32 / num_steps - 1.0);
-                    let point = (ray * along + self.t) / block_size;
-                    let corner = point.floor().to_array().map(|at| at as i32);
-                    if last[step % last.len()] != corner {
-                        last[step % last.len()] = corner;
-                        if !visit(corner) {
-                            return false;
-                        }
-                    }
-                }
-            }
+    /// Takes in the blocks along the ray of a pixel that lie within the truncation.
+    #[inline]
+    fn see(&mut self, seen: &Seen, [column, row]: [usize; 2], optics: &Optics) {
+        // The more often both are even, the wider apart are the pixels that are alike.
+        let power = ((column | row).trailing_zeros() as usize).min(self.depths.len() - 1);
+        if seen.depth < self.depths[power] {
+            return;
         }
-        true
-    }
-
-    /// Adds the image to the voxels of a block. Returns the sum and the number of the deviations from what was known.
-    pub(super) fn add_to_block(&self, corner: [i32; 3], voxels: &mut [Voxel; VOXELS]) -> (f32, u64) {
-        let (mut sum, mut count) = (0.0, 0);
-        // The centre of the first voxel, and the way from one to the next, in the camera's frame.
-        let first = Vec3A::from(corner.map(|at| (at as f32 * SIDE as f32 + 0.5) * self.voxel_size));
-        let to_camera = self.R.transpose();
-        let first = to_camera * (first - self.t);
-        let [along_x, along_y, along_z] =
-            [to_camera.x_axis, to_camera.y_axis, to_camera.z_axis].map(|axis| axis * self.voxel_size);
-        let a_metre = 1.0 / self.voxel_size;
-        for (row, voxels) in voxels.chunks_exact_mut(SIDE).enumerate() {
-            let start = first + along_y * (row % SIDE) as f32 + along_z * (row / SIDE) as f32;
-            let points = [0, 1, 2].map(|axis| std::array::from_fn(|x| start[axis] + along_x[axis] * x as f32));
-            let indices = self.projection.pixels_at(&points);
-            for (x, voxel) in voxels.iter_mut().enumerate() {
-                let Ok(index) = usize::try_from(indices[x]) else { continue };
-                let pixel = &self.pixels[index];
-                let [nx, ny, nz] = pixel.normal;
-                let distance = nx * points[0][x] + ny * points[1][x] + nz * points[2][x] + pixel.offset;
-                if distance <= -pixel.truncation {
-                    continue;
-                }
-                let clamped = distance.min(pixel.truncation) * a_metre;
-                if let Some(deviation) = voxel.add(clamped, pixel.information) {
-                    sum += deviation * self.voxel_size * self.voxel_size;
-                    count += 1;
-                }
-                if let Some(colors) = self.image.colors.as_ref().filter(|_| distance.abs() < 2.0 * self.voxel_size) {
-                    voxel.add_color(colors[index]);
-                }
+        let ray = self.R * Vec3A::new(optics.rays[0][column], optics.rays[1][row], 1.0);
+        // In steps of half a block.
+        let num_steps = (4.0 * seen.reach / self.block_size).ceil().max(2.0);
+        for step in 0..=num_steps as usize {
+            let along = seen.depth + seen.reach * (2.0 * step as f32 / num_steps - 1.0);
+            let at = ray * along + self.t;
+            let corner = [floor(at.x), floor(at.y), floor(at.z)];
+            if self.last[step % self.last.len()] != corner {
+                self.last[step % self.last.len()] = corner;
+                self.blocks.push(corner);
             }
         }
-        (sum, count)
     }
+}
 
-    /// Information (1/m^2) with which the image says that a block is empty: as much as of a surface there, where all that is seen in
-    /// its direction lies behind it; otherwise 0.
-    pub(super) fn information_through(&self, corner: [i32; 3]) -> f32 {
-        let block_size = self.voxel_size * SIDE as f32;
-        let radius = 0.87 * block_size; // half of the diagonal
-        let center = Vec3A::from(corner.map(|at| (at as f32 + 0.5) * block_size));
-        let center = self.R.transpose() * (center - self.t);
-        let nearest = center.z - radius;
-        if nearest <= 0.0 {
-            return 0.0;
-        }
-        let camera = &self.image.camera;
-        let tiles = |at: f32, f: f64, c: f64, count: usize| {
-            let (at, reach) = (at / center.z * f as f32 + c as f32, radius / nearest * f as f32);
-            let (low, high) = (at - reach, at + reach);
-            let is_inside = low >= 0.0 && high < count as f32;
-            is_inside.then_some(low as usize / TILE..=high as usize / TILE)
-        };
-        let columns = tiles(center.x, camera.fx, camera.cx, camera.width);
-        let (Some(columns), Some(rows)) = (columns, tiles(center.y, camera.fy, camera.cy, camera.height)) else {
-            return 0.0;
-        };
-        let num_columns = camera.width.div_ceil(TILE);
-        let mut seen = rows.flat_map(|row| columns.clone().map(move |column| row * num_columns + column));
-        let is_empty = seen.all(|tile| self.free_depths[tile] > center.z + radius);
-        if is_empty { self.model.deviation(center.z).powi(-2) } else { 0.0 }
-    }
+/// Without an instruction of the processor for it, `f32::floor` is a call of a function.
+#[inline]
+fn floor(value: f32) -> i32 {
+    let whole = value as i32;
+    whole - i32::from(value < whole as f32)
 }

@@ -5,7 +5,7 @@ use super::stitched_map::StitchedMap;
 use crate::geometry::{PointCloud, Pose3};
 use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::Status;
-use crate::pipeline::prepared_frame::MapPoints;
+use crate::pipeline::prepared_frame::{MapPoints, PreparedFrame, Surfaces};
 use crate::pipeline::spatial_report::MapSize;
 use crate::pipeline::spatial_settings::Quantisation;
 
@@ -66,6 +66,19 @@ impl SpatialReconstruction {
             Some(MapPoints::Cloud(cloud)) => work(cloud),
             None => {}
         }
+    }
+
+    /// The depth image that is kept of a frame, by its number in the recording, for a surface
+    /// ([`SurfaceReconstruction::read_kept`]); `None` where there is none.
+    ///
+    /// [`SurfaceReconstruction::read_kept`]: crate::pipeline::surface::SurfaceReconstruction::read_kept
+    pub fn kept_image(&self, index: usize) -> Option<Vec<u8>> {
+        let frame = self.frames.iter().find(|frame| frame.label.index == index)?;
+        let MapPoints::Image(image, prepared_as) = &frame.map_points else { return None };
+        let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
+        let map_points = MapPoints::Image(image.shifted(shift), self.map_quantisation());
+        let (label, surfaces) = (frame.label.clone(), Surfaces::Surfels(Vec::new()));
+        Some(PreparedFrame { label, surfaces, map_points, notes: Vec::new(), fills_range: false }.to_bytes())
     }
 
     /// What the map would take in voxels of other sizes (m, positive).

@@ -1,0 +1,102 @@
+//! Between which depths an image measures the field, by tiles of its pixels, by tiles of four of those, and so on.
+
+/// Side of the smallest tiles (pixels).
+const TILE: usize = 4;
+/// Depths of a tile in which nothing is measured, and no ray is free.
+const NOTHING: [f32; 2] = [0.0, f32::NEG_INFINITY];
+
+/// The tiles of an image: of each the least and the largest depth in which it measures the field (m). Nearer, all of its rays are free.
+#[derive(Debug, Clone)]
+pub(super) struct DepthTiles {
+    width: usize,
+    height: usize,
+    /// Side of the smallest tiles (pixels).
+    tile: usize,
+    /// From the smallest tiles on, each with tiles twice as large.
+    levels: Vec<Level>,
+}
+
+#[derive(Debug, Clone)]
+struct Level {
+    columns: usize,
+    rows: usize,
+    depths: Vec<[f32; 2]>,
+}
+
+/// A rectangle of an image (pixels), ends included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rectangle {
+    pub low: [f32; 2],
+    pub high: [f32; 2],
+}
+
+impl DepthTiles {
+    /// Of an image that is read row by row: `read(column, row)` tells the depths of a pixel.
+    pub(super) fn new(width: usize, height: usize, mut read: impl FnMut(usize, usize) -> [f32; 2]) -> Self {
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let mut depths = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * rows];
+        for row in 0..height {
+            let tiles = &mut depths[row / TILE * columns..][..columns];
+            for column in 0..width {
+                let tile = &mut tiles[column / TILE];
+                *tile = joined(*tile, read(column, row));
+            }
+        }
+        let mut levels = vec![Level { columns, rows, depths }];
+        while let Some(last) = levels.last().filter(|last| last.columns * last.rows > 1) {
+            levels.push(last.halved());
+        }
+        Self { width, height, tile: TILE, levels }
+    }
+
+    /// The same without the smallest tiles: a quarter of the memory.
+    pub(super) fn without_smallest(&self) -> Self {
+        let (skipped, tile) = if self.levels.len() > 1 { (1, 2 * self.tile) } else { (0, self.tile) };
+        Self { tile, levels: self.levels[skipped..].to_vec(), ..*self }
+    }
+
+    /// The depths between which the field is measured in a rectangle, and whether that lies wholly in the image.
+    #[inline]
+    pub(super) fn depths(&self, rectangle: &Rectangle) -> ([f32; 2], bool) {
+        let Rectangle { low: [left, top], high: [right, bottom] } = *rectangle;
+        let (width, height) = (self.width as f32, self.height as f32);
+        if !(right >= 0.0 && left < width && bottom >= 0.0 && top < height) {
+            return (NOTHING, false);
+        }
+        let is_inside = left >= 0.0 && right < width && top >= 0.0 && bottom < height;
+        let [left, top] = [left as usize / self.tile, top as usize / self.tile];
+        let [right, bottom] =
+            [(right as usize).min(self.width - 1) / self.tile, (bottom as usize).min(self.height - 1) / self.tile];
+        // At the level where it has at most two tiles along each side.
+        let extent = (right - left).max(bottom - top);
+        let level = ((usize::BITS - extent.saturating_sub(1).leading_zeros()) as usize).min(self.levels.len() - 1);
+        let Level { columns, depths, .. } = &self.levels[level];
+        let mut all = [f32::INFINITY, f32::NEG_INFINITY];
+        for row in top >> level..=bottom >> level {
+            for tile in &depths[row * columns..][left >> level..=right >> level] {
+                all = joined(all, *tile);
+            }
+        }
+        (all, is_inside)
+    }
+}
+
+impl Level {
+    fn halved(&self) -> Self {
+        let (columns, rows) = (self.columns.div_ceil(2), self.rows.div_ceil(2));
+        let mut depths = vec![[f32::INFINITY, f32::NEG_INFINITY]; columns * rows];
+        for (row, tiles) in self.depths.chunks_exact(self.columns).enumerate() {
+            for (column, tile) in tiles.iter().enumerate() {
+                let larger = &mut depths[row / 2 * columns + column / 2];
+                *larger = joined(*larger, *tile);
+            }
+        }
+        Self { columns, rows, depths }
+    }
+}
+
+#[inline]
+fn joined(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    // Comparisons, as `f32::min` is a call without an instruction for it.
+    [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
+}
