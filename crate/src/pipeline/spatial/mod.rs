@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
-use self::hypotheses::Hypotheses;
+use self::hypotheses::{Hypotheses, QuantisationHypothesis};
 use self::pose_history::PoseHistory;
 use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
@@ -19,7 +19,7 @@ use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
 use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError};
 use crate::geometry::{PointCloud, Pose3};
-use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
+use crate::graph::loops::spatial::LoopReport;
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::map::voxel::{VoxelCount, VoxelMap};
@@ -229,10 +229,7 @@ impl SpatialReconstruction {
 
     /// The places that were recognised, and what came of it.
     pub fn loop_report(&self) -> LoopReport {
-        self.hypotheses
-            .best()
-            .and_then(|hypothesis| hypothesis.loops.as_ref())
-            .map_or_else(LoopReport::default, SpatialLoops::report)
+        self.hypotheses.best().map_or_else(LoopReport::default, QuantisationHypothesis::loop_report)
     }
 
     /// How depth was quantised, as set or as found so far; `None` for clouds.
