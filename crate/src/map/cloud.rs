@@ -245,14 +245,15 @@ mod tests {
     fn a_voxel_holds_the_mean_of_its_points_and_one_side_of_a_wall() {
         let mut map = CloudMap::new(0.5);
         let points = [Vector3::new(0.1, 0.1, 0.1), Vector3::new(0.3, 0.1, 0.1), Vector3::new(-0.1, 0.1, 0.1)];
-        let source = |points, normals| Source { points, normals: Some(normals), sigmas: None };
-        let normals = [Some(Vector3::z()), Some(Vector3::z()), None];
-        map.insert((7, 1.0), &source(&points, &normals), &Pose3::identity());
-        map.insert((8, 2.0), &source(&points[..1], &[Some(-Vector3::z())]), &Pose3::identity());
-        assert_eq!(map.voxels.len(), 1);
+        let mut insert = |sighting, num_points: usize, normals: &[Option<Vector3<f64>>], x| {
+            let source = Source { points: &points[..num_points], normals: Some(normals), sigmas: None };
+            map.insert(sighting, &source, &Pose3::translation(x, 0.0, 0.0));
+            map.voxels.len()
+        };
+        insert((7, 1.0), 3, &[Some(Vector3::z()), Some(Vector3::z()), None], 0.0);
+        assert_eq!(insert((8, 2.0), 1, &[Some(-Vector3::z())], 0.0), 1);
+        assert_eq!(insert((9, 3.0), 1, &[Some(Vector3::x())], 5.0), 2);
         assert!((map.point(0) - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && map.normal(0) == Some(Vector3::z()));
-        map.insert((9, 3.0), &source(&points[..1], &[Some(Vector3::x())]), &Pose3::translation(5.0, 0.0, 0.0));
-        assert_eq!(map.voxels.len(), 2);
         let seen_by = |map: &CloudMap| [0.2, 5.2, -0.1].map(|x| map.first_seen_by(&Vector3::new(x, 0.1, 0.1)));
         assert_eq!(seen_by(&map), [Some(7), Some(9), None]);
         map.forget(2.0);
