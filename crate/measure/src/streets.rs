@@ -1,5 +1,5 @@
 //! Drives of a kilometre through rendered streets that come back to three of them: drift with and without loops, and loops that are
-//! wrong. Arguments: `--drives N` (20), a quarter of them through streets that repeat; `--step M` (1); `-v` for each drive.
+//! wrong. Arguments: `--drives N` (20), a quarter of them through streets that repeat; `--first SEED` (1); `--step M` (1).
 
 use scanstitch::geometry::RigidMotion;
 use scanstitch::odometry::assessment::Status;
@@ -66,12 +66,14 @@ pub fn main() {
     let number = |name, default: f64| argument(name).and_then(|count| count.parse().ok()).unwrap_or(default);
     let (num_drives, step) = (number("--drives", 20.0) as u64, number("--step", 1.0));
     let first = number("--first", 1.0) as u64;
-    println!("drive | without loops: rmse, end, at revisits (m) | with: rmse, end, at revisits (m) | loops | good");
+    println!(
+        "| drive | without loops: rmse, end, at revisits (m) | with loops: the same | loops | good |\n|---|---|---|---|---|"
+    );
     for seed in first..first + num_drives {
         let repeats = seed % 4 == 0;
         let [without, with] = [LoopClosing::Off, LoopClosing::On].map(|closing| run(seed, repeats, step, closing));
         println!(
-            "{seed}{} | {:.2}, {:.2}, {:.2} | {:.2}, {:.2}, {:.2} | {} | {} of {}",
+            "| {seed}{} | {:.2}, {:.2}, {:.2} | {:.2}, {:.2}, {:.2} | {} | {} of {} |",
             if repeats { ", repeating" } else { "" },
             without.rmse,
             without.end,
