@@ -20,7 +20,7 @@ fn measured() -> Vec<(usize, Pose3)> {
     drive(STEP).into_iter().enumerate().take(REVISIT + NUM_POSES).filter(|(index, _)| is_measured(*index)).collect()
 }
 
-/// Drives with an odometry that drifts by this motion on the whole way; how many loops there are after each pose, and the error (m) of the
+/// Drives with an odometry that drifts by this motion between the visits; how many loops there are after each pose, and the error (m) of the
 /// last pose relative to the one of the first visit at the same place.
 fn close_loops(drift: &Vector6<f64>) -> (Vec<usize>, f64) {
     let (space, options) = (streets(1, false), CloudOptions::new(0.3));
@@ -30,8 +30,8 @@ fn close_loops(drift: &Vector6<f64>) -> (Vec<usize>, f64) {
     let (way, step_information) = (measured(), Matrix6::identity() * 1e4);
     for (number, (index, truth)) in way.iter().enumerate() {
         let cloud = PreparedCloud::new(&lidar.scan(&space, truth, *index as u64), &options).unwrap();
-        let share = *index as f64 / (REVISIT + NUM_POSES) as f64;
-        let T_world_cloud = Pose3::exp(&(drift * share)) * truth;
+        let share = (*index as f64 - NUM_POSES as f64) / (REVISIT - NUM_POSES) as f64;
+        let T_world_cloud = Pose3::exp(&(drift * share.clamp(0.0, 1.0))) * truth;
         loops.add(number as u32, &RegisteredCloud { cloud: &cloud, T_world_cloud, number, step_information });
         poses.push(loops.correction() * T_world_cloud);
         for (frame, motion) in loops.close().into_iter().flatten() {
