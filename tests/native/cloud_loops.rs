@@ -16,7 +16,7 @@ const NUM_POSES: usize = 18;
 
 /// The poses at which the drive is measured: all of both visits, and a few between.
 fn measured() -> Vec<(usize, Pose3)> {
-    let is_measured = |index: usize| index < NUM_POSES || index >= REVISIT || index % 6 == 0;
+    let is_measured = |index: usize| !(NUM_POSES..REVISIT).contains(&index) || index.is_multiple_of(6);
     drive(STEP).into_iter().enumerate().take(REVISIT + NUM_POSES).filter(|(index, _)| is_measured(*index)).collect()
 }
 

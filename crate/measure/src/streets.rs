@@ -28,7 +28,8 @@ fn run(seed: u64, repeats: bool, step: f64, loop_closing: LoopClosing) -> Outcom
         SpatialReconstruction::new(SpatialSettings { loop_closing, ..SpatialSettings::default() }).unwrap();
     for (index, pose) in truth.iter().enumerate() {
         let cloud = lidar.scan(&space, pose, 10_000 * seed + index as u64);
-        let points: Vec<u8> = cloud.positions.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes).collect();
+        let points: Vec<u8> =
+            cloud.positions.iter().flat_map(glam::Vec3::to_array).flat_map(f32::to_le_bytes).collect();
         let header = format!(
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {0}\nHEIGHT 1\nPOINTS {0}\nDATA binary\n",
             cloud.len()

@@ -203,7 +203,7 @@ impl Target for CloudMap {
             if side * f64::from(ring - 1) > f64::from(best.sq_distance).sqrt() {
                 break;
             }
-            if 24 * i64::from(ring) * i64::from(ring) > self.blocks.len() as i64 {
+            if 24 * (ring * ring) as usize > self.blocks.len() {
                 self.blocks.iter().for_each(|block| self.search_block(block, query, &mut best));
                 break;
             }
