@@ -8,6 +8,7 @@ mod architecture;
 mod bev;
 mod campus;
 mod clean;
+mod cloud_loops;
 mod clouds;
 mod color_files;
 mod common;

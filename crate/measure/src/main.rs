@@ -25,6 +25,7 @@ mod render_and_register;
 mod render_apartment;
 mod render_laser_log;
 mod render_samples;
+mod streets;
 mod surface_scores;
 
 use std::error::Error;
@@ -49,6 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "render_apartment" => render_apartment::main()?,
         "render_laser_log" => render_laser_log::main()?,
         "render_samples" => render_samples::main()?,
+        "streets" => streets::main(),
         "surface_scores" => surface_scores::main()?,
         other => return Err(format!("no program is called {other:?}; there are those of crate/measure/src").into()),
     }

@@ -22,4 +22,5 @@ pub mod ring;
 pub mod samples;
 pub mod space;
 pub mod spinning_lidar;
+pub mod streets;
 pub mod world;

@@ -1,58 +1,133 @@
-//! The map that clouds are registered to: one point with a normal per voxel.
+//! The map that clouds are registered to: one point with a normal per voxel, with an index that grows with it.
+//!
+//! A k-d tree would have to be built anew for every cloud. Points are found by blocks of voxels in a hash table instead, as in Bai et al.,
+//! "Faster-LIO: lightweight tightly coupled lidar-inertial odometry using parallel sparse incremental voxels", RA-L 7 (2022).
 
+use glam::Vec3;
 use nalgebra::Vector3;
 
-use crate::geometry::Pose3;
-use crate::preprocess::voxel_hash::VoxelHash;
-use crate::registration::target::OrientedTarget;
+use crate::geometry::{Pose3, RigidMotion};
+use crate::preprocess::voxel_hash::{Voxel as Cell, VoxelHash};
+use crate::registration::icp::Source;
+use crate::registration::target::{CLEARANCE_FACTOR, LastSearch, SurfaceTarget, Target};
+use crate::search::Neighbor;
 
-/// Sums over the points of a voxel.
+/// Voxels along the side of a block: a surface then has about 16 points in one, as a leaf of a tree.
+const BLOCK_SIDE: i32 = 4;
+/// Relative error of squared distances in single precision, at most.
+const ROUNDING_SHARE: f64 = 1e-5;
+
+/// The points in a voxel.
 #[derive(Debug, Clone, Copy)]
 struct Voxel {
-    point: Vector3<f64>,
+    mean: Vector3<f64>,
+    normal_sum: Vector3<f64>,
+    /// The sum to unit length.
     normal: Vector3<f64>,
     count: f64,
     /// Number of the cloud that it was first seen by.
     cloud: u32,
+    /// Length of the path (m) up to the cloud that it was last seen by.
+    last_seen: f64,
+    /// Its place among the points of its block.
+    place: u32,
+}
+
+/// The points of a block of voxels.
+struct Block {
+    cell: Cell,
+    /// Means from the lowest corner of the block, where single precision is enough however far the world's origin is, and the numbers of
+    /// their voxels.
+    points: Vec<(Vec3, u32)>,
 }
 
 /// Points with normals in the world frame, at most one a cube of side `voxel_size`.
 pub struct CloudMap {
     hash: VoxelHash,
     voxels: Vec<Voxel>,
+    block_hash: VoxelHash,
+    blocks: Vec<Block>,
 }
 
 impl CloudMap {
     /// A map without points; `voxel_size` in m.
     pub(crate) fn new(voxel_size: f64) -> Self {
-        Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new() }
+        let block_hash = VoxelHash::new(f64::from(BLOCK_SIDE) * voxel_size);
+        Self { hash: VoxelHash::new(voxel_size), voxels: Vec::new(), block_hash, blocks: Vec::new() }
     }
 
-    /// Adds the points with normals (sensor frame) of the cloud of this number from `T_world_sensor`; points without a normal are left
-    /// out.
-    pub(crate) fn insert(
-        &mut self,
-        cloud: u32,
-        points: &[Vector3<f64>],
-        normals: &[Option<Vector3<f64>>],
-        T_world_sensor: &Pose3,
-    ) {
-        for (point, normal) in points.iter().zip(normals) {
+    /// Adds the points with normals (sensor frame) of the cloud of this number, after a path of this length (m), from `T_world_sensor`;
+    /// points without a normal are left out.
+    pub(crate) fn insert(&mut self, (cloud, path_length): (u32, f64), source: &Source<'_, Vector3<f64>>, T: &Pose3) {
+        for (point, normal) in source.points.iter().zip(source.normals.unwrap_or_default()) {
             let Some(normal) = normal else { continue };
-            let point = T_world_sensor.rotation * point + T_world_sensor.translation.vector;
-            let normal = T_world_sensor.rotation * normal;
-            let Some(voxel) = self.hash.voxel(&point) else { continue };
-            match self.voxels.get_mut(self.hash.insert(voxel) as usize) {
-                None => self.voxels.push(Voxel { point, normal, count: 1.0, cloud }),
-                // The two sides of a thin wall must not be averaged: the side seen first is kept.
-                Some(voxel) if voxel.normal.dot(&normal) > 0.0 => {
-                    voxel.point += point;
-                    voxel.normal += normal;
-                    voxel.count += 1.0;
-                }
-                Some(_) => {}
+            let (point, normal) = (T.act(point), T.rotate(normal));
+            let Some(cell) = self.hash.voxel(&point) else { continue };
+            let Some(number) = self.hash.number(&cell) else {
+                let voxel = Voxel {
+                    mean: point,
+                    normal_sum: normal,
+                    normal,
+                    count: 1.0,
+                    cloud,
+                    last_seen: path_length,
+                    place: 0,
+                };
+                self.push(cell, voxel);
+                continue;
+            };
+            let voxel = &mut self.voxels[number as usize];
+            voxel.last_seen = path_length;
+            // The two sides of a thin wall must not be averaged: the side seen first is kept.
+            if voxel.normal.dot(&normal) > 0.0 {
+                voxel.add(&point, &normal);
+                let (mean, place) = (voxel.mean, voxel.place as usize);
+                let block = self.block(&cell);
+                let corner = self.corner(&self.blocks[block].cell);
+                self.blocks[block].points[place].0 = single(&(mean - corner));
             }
         }
+    }
+
+    /// Adds a voxel that is not there yet.
+    fn push(&mut self, cell: Cell, voxel: Voxel) {
+        let (number, block) = (self.hash.insert(cell), self.block(&cell));
+        let corner = self.corner(&self.blocks[block].cell);
+        let points = &mut self.blocks[block].points;
+        self.voxels.push(Voxel { place: points.len() as u32, ..voxel });
+        points.push((single(&(voxel.mean - corner)), number));
+    }
+
+    /// Forgets what was last seen before the path had this length (m).
+    pub(crate) fn forget(&mut self, path_length: f64) {
+        let old = std::mem::replace(self, Self::new(self.hash.voxel_size()));
+        for voxel in old.voxels.into_iter().filter(|voxel| voxel.last_seen >= path_length) {
+            // A mean at the border of its voxel may be rounded into the next one.
+            let cell = self.hash.voxel(&voxel.mean).filter(|cell| self.hash.number(cell).is_none());
+            if let Some(cell) = cell {
+                self.push(cell, voxel);
+            }
+        }
+    }
+
+    /// All points with their unit normals (world frame).
+    pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.voxels.iter().map(|voxel| (voxel.mean, voxel.normal))
+    }
+
+    /// The index of the block of a voxel, which is made where there is none.
+    fn block(&mut self, cell: &Cell) -> usize {
+        let cell = cell.map(|x| x.div_euclid(BLOCK_SIDE));
+        let index = self.block_hash.insert(cell) as usize;
+        if index == self.blocks.len() {
+            self.blocks.push(Block { cell, points: Vec::new() });
+        }
+        index
+    }
+
+    /// The lowest corner of a block (m).
+    fn corner(&self, cell: &Cell) -> Vector3<f64> {
+        Vector3::from(cell.map(f64::from)) * self.block_hash.voxel_size()
     }
 
     /// The number of the cloud that first saw the voxel of a point (world frame), if any did.
@@ -61,36 +136,164 @@ impl CloudMap {
         Some(self.voxels[number as usize].cloud)
     }
 
-    /// All points with their unit normals (world frame), in the order in which their voxels were first met.
-    pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
-        self.voxels.iter().map(|voxel| (voxel.point / voxel.count, voxel.normal.normalize()))
+    /// Compares the points of a block with the nearest one so far.
+    fn search_block(&self, block: &Block, query: &Vector3<f64>, best: &mut Neighbor) {
+        let query = single(&(query - self.corner(&block.cell)));
+        for &(point, index) in &block.points {
+            let sq_distance = (point - query).length_squared();
+            if sq_distance < best.sq_distance || (sq_distance == best.sq_distance && index < best.index) {
+                *best = Neighbor { index, sq_distance };
+            }
+        }
     }
 
-    /// The registration target for a cloud: the points within `radius` (m) of a position in the world.
-    pub(crate) fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
-        let near = self.points().filter(|(point, _)| (point - place).norm_squared() <= radius * radius);
-        let (points, normals) = near.map(|(point, normal)| (point, Some(normal))).unzip();
-        OrientedTarget::new(points, normals)
+    /// Compares the points of all blocks that are `ring` blocks away along one axis, and at most so far along the others.
+    fn search_ring(&self, ring: i32, center: &Cell, query: &Vector3<f64>, best: &mut Neighbor) {
+        let side = self.block_hash.voxel_size();
+        // Squared distance along an axis to the blocks with this coordinate.
+        let sq_offset = |axis: usize, coordinate: i32| {
+            let low = f64::from(coordinate) * side - query[axis];
+            let outside = low.max(-low - side).max(0.0);
+            outside * outside * (1.0 - ROUNDING_SHARE)
+        };
+        let is_near = |sq_offset: f64, best: &Neighbor| sq_offset <= f64::from(best.sq_distance);
+        for z in -ring..=ring {
+            let sq_z = sq_offset(2, center[2] + z);
+            for y in -ring..=ring {
+                let sq_yz = sq_z + sq_offset(1, center[1] + y);
+                if !is_near(sq_yz, best) {
+                    continue;
+                }
+                let is_whole_row = z.abs() == ring || y.abs() == ring;
+                for x in (-ring..=ring).step_by(if is_whole_row { 1 } else { 2 * ring.max(1) as usize }) {
+                    let cell = [center[0] + x, center[1] + y, center[2] + z];
+                    if is_near(sq_yz + sq_offset(0, cell[0]), best)
+                        && let Some(index) = self.block_hash.number(&cell)
+                    {
+                        self.search_block(&self.blocks[index as usize], query, best);
+                    }
+                }
+            }
+        }
     }
 }
+
+impl Voxel {
+    fn add(&mut self, point: &Vector3<f64>, normal: &Vector3<f64>) {
+        self.count += 1.0;
+        self.mean += (point - self.mean) / self.count;
+        self.normal_sum += normal;
+        self.normal = self.normal_sum.normalize();
+    }
+}
+
+fn single(point: &Vector3<f64>) -> Vec3 {
+    Vec3::new(point.x as f32, point.y as f32, point.z as f32)
+}
+
+impl Target for CloudMap {
+    type Point = Vector3<f64>;
+
+    fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
+        let center = self.block_hash.voxel(query)?;
+        let side = self.block_hash.voxel_size();
+        let mut best = Neighbor::limit(max_distance as f32);
+        for ring in 0.. {
+            // The query is at least one block less away from these blocks.
+            if side * f64::from(ring - 1) > f64::from(best.sq_distance).sqrt() {
+                break;
+            }
+            if 24 * (ring * ring) as usize > self.blocks.len() {
+                self.blocks.iter().for_each(|block| self.search_block(block, query, &mut best));
+                break;
+            }
+            self.search_ring(ring, &center, query, &mut best);
+        }
+        (best.index != u32::MAX).then_some(best)
+    }
+
+    fn nearest_again(
+        &self,
+        query: &Vector3<f64>,
+        max_distance: f64,
+        last: &mut LastSearch<Vector3<f64>>,
+    ) -> Option<Neighbor> {
+        let nearest = |reach| self.nearest(query, reach);
+        last.again(query, max_distance, CLEARANCE_FACTOR, nearest, |index| {
+            let distance = (query - self.voxels[index as usize].mean).norm() * (1.0 + ROUNDING_SHARE);
+            self.nearest(query, distance.min(max_distance))
+        })
+    }
+
+    fn point(&self, index: u32) -> Vector3<f64> {
+        self.voxels[index as usize].mean
+    }
+
+    fn normal(&self, index: u32) -> Option<Vector3<f64>> {
+        Some(self.voxels[index as usize].normal)
+    }
+}
+
+impl SurfaceTarget for CloudMap {}
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::scalar::wave;
 
     #[test]
     fn a_voxel_holds_the_mean_of_its_points_and_one_side_of_a_wall() {
         let mut map = CloudMap::new(0.5);
         let points = [Vector3::new(0.1, 0.1, 0.1), Vector3::new(0.3, 0.1, 0.1), Vector3::new(-0.1, 0.1, 0.1)];
-        map.insert(7, &points, &[Some(Vector3::z()), Some(Vector3::z()), None], &Pose3::identity());
-        map.insert(8, &points[..1], &[Some(-Vector3::z())], &Pose3::identity());
-        assert_eq!(map.voxels.len(), 1);
-        let (point, normal) = map.points().next().unwrap();
-        assert!((point - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && normal == Vector3::z());
-        map.insert(9, &points[..1], &[Some(Vector3::x())], &Pose3::translation(5.0, 0.0, 0.0));
-        assert_eq!(map.voxels.len(), 2);
-        let seen_by = |x| map.first_seen_by(&Vector3::new(x, 0.1, 0.1));
-        assert_eq!([0.2, 5.2, -0.1].map(seen_by), [Some(7), Some(9), None]);
-        assert_eq!(map.around(&Vector3::zeros(), 1.0).points().len(), 1);
+        let mut insert = |sighting, num_points: usize, normals: &[Option<Vector3<f64>>], x| {
+            let source = Source { points: &points[..num_points], normals: Some(normals), sigmas: None };
+            map.insert(sighting, &source, &Pose3::translation(x, 0.0, 0.0));
+            map.voxels.len()
+        };
+        insert((7, 1.0), 3, &[Some(Vector3::z()), Some(Vector3::z()), None], 0.0);
+        assert_eq!(insert((8, 2.0), 1, &[Some(-Vector3::z())], 0.0), 1);
+        assert_eq!(insert((9, 3.0), 1, &[Some(Vector3::x())], 5.0), 2);
+        assert!((map.point(0) - Vector3::new(0.2, 0.1, 0.1)).norm() < 1e-12 && map.normal(0) == Some(Vector3::z()));
+        let seen_by = |map: &CloudMap| [0.2, 5.2, -0.1].map(|x| map.first_seen_by(&Vector3::new(x, 0.1, 0.1)));
+        assert_eq!(seen_by(&map), [Some(7), Some(9), None]);
+        map.forget(2.0);
+        assert_eq!(seen_by(&map), [Some(7), Some(9), None], "it was seen again");
+        map.forget(2.5);
+        assert_eq!(seen_by(&map), [None, Some(9), None]);
+        assert_eq!(map.nearest(&Vector3::new(5.0, 0.0, 0.0), 1.0).map(|found| found.index), Some(0));
+        assert_eq!(map.nearest(&Vector3::zeros(), f64::NAN), None);
+        assert_eq!(CloudMap::new(0.5).nearest(&Vector3::zeros(), 1e9), None);
+    }
+
+    #[test]
+    fn the_nearest_point_is_that_of_a_search_of_all() {
+        for far in [0.0, 5e4] {
+            let place = |i: usize, scale: f64| {
+                Vector3::new(wave(i, 1.3) + far, wave(i, 2.1), 0.3 * wave(i, 3.7))
+                    .component_mul(&Vector3::new(1.0, scale, scale))
+            };
+            let mut map = CloudMap::new(0.05);
+            let points: Vec<Vector3<f64>> = (0..4000).map(|i| place(i, 3.0)).collect();
+            // Twice, moved: means change.
+            for shift in [0.0, 0.01] {
+                let source =
+                    Source { points: &points, normals: Some(&vec![Some(Vector3::z()); points.len()]), sigmas: None };
+                map.insert((0, 0.0), &source, &Pose3::translation(shift, 0.0, 0.0));
+            }
+            for i in 0..500 {
+                let (query, max_distance) = (place(i + 10_000, 4.0), [0.02, 0.15, 0.9, 100.0][i % 4]);
+                let distance = |voxel: &Voxel| (voxel.mean - query).norm();
+                let expected = map.voxels.iter().map(distance).fold(f64::INFINITY, f64::min);
+                let found = map.nearest(&query, max_distance).map(|found| distance(&map.voxels[found.index as usize]));
+                let mut last = LastSearch::None;
+                map.nearest_again(&(query + Vector3::x() * 0.03), max_distance, &mut last);
+                let again = map
+                    .nearest_again(&query, max_distance, &mut last)
+                    .map(|found| distance(&map.voxels[found.index as usize]));
+                assert_eq!(found, again, "{query}, {max_distance}");
+                assert_eq!(found.is_some(), expected <= max_distance, "{query}, {max_distance}: {expected}");
+                assert!(found.is_none_or(|found| found - expected < 1e-6), "{query}, {max_distance}: {expected}");
+            }
+        }
     }
 }

@@ -12,13 +12,15 @@ use crate::geometry::{PointCloud, Pose3, RigidMotion};
 /// III-A.
 pub fn deskew(cloud: PointCloud, velocity: &Vector6<f64>, time: f64) -> PointCloud {
     let Some(times) = &cloud.times else { return cloud };
-    let moved = |(position, offset): (&Vec3, &f32)| {
-        let T = <Pose3 as RigidMotion>::exp(&(velocity * (times.origin + f64::from(*offset) - time)));
-        let point = T.rotation * Vector3::from(position.as_dvec3().to_array()) + T.translation.vector;
-        Vec3::new(point.x as f32, point.y as f32, point.z as f32)
-    };
-    let positions = cloud.positions.iter().zip(&times.offsets).map(moved).collect();
-    PointCloud { positions, times: None, ..cloud }
+    let motion = |offset: &f32| <Pose3 as RigidMotion>::exp(&(velocity * (times.origin + f64::from(*offset) - time)));
+    let motions: Vec<Pose3> = times.offsets.iter().map(motion).collect();
+    let double = |v: &Vec3| Vector3::from(v.as_dvec3().to_array());
+    let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
+    let moved = |(point, T): (&Vec3, &Pose3)| single(T.rotation * double(point) + T.translation.vector);
+    let turned = |(normal, T): (&Vec3, &Pose3)| single(T.rotation * double(normal));
+    let positions = cloud.positions.iter().zip(&motions).map(moved).collect();
+    let normals = cloud.normals.as_ref().map(|normals| normals.iter().zip(&motions).map(turned).collect());
+    PointCloud { positions, normals, times: None, ..cloud }
 }
 
 #[cfg(test)]
@@ -37,12 +39,19 @@ mod tests {
             Vec3::new(point.x as f32, point.y as f32, point.z as f32)
         };
         let positions: Vec<Vec3> = offsets.iter().map(seen).collect();
-        assert!(positions[0].distance(positions[10]) > 0.5);
+        let faced = |offset: &f32| {
+            let normal = <Pose3 as RigidMotion>::exp(&(-f64::from(*offset) * velocity)).rotation * Vector3::x();
+            Vec3::new(normal.x as f32, normal.y as f32, normal.z as f32)
+        };
+        let normals: Vec<Vec3> = offsets.iter().map(faced).collect();
+        assert!(positions[0].distance(positions[10]) > 0.5 && normals[0].distance(normals[10]) > 0.1);
         let times = Some(PointTimes { origin: 0.0, offsets });
-        let sweep = PointCloud { times, ..PointCloud::from_positions(positions.clone()) };
-        for (time, expected) in [(0.0, positions[0]), (0.05, positions[5]), (0.1, positions[10])] {
+        let sweep =
+            PointCloud { times, normals: Some(normals.clone()), ..PointCloud::from_positions(positions.clone()) };
+        for (time, at) in [(0.0, 0), (0.05, 5), (0.1, 10)] {
             let straight = deskew(sweep.clone(), &velocity, time);
-            assert!(straight.positions.iter().all(|point| point.distance(expected) < 1e-5), "{time}");
+            assert!(straight.positions.iter().all(|point| point.distance(positions[at]) < 1e-5), "{time}");
+            assert!(straight.normals.iter().flatten().all(|normal| normal.distance(normals[at]) < 1e-6), "{time}");
             assert_eq!(straight.times, None);
         }
         let still = PointCloud::from_positions(positions);

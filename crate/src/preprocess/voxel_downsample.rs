@@ -11,10 +11,15 @@ use crate::{Error, Result};
 #[derive(Default, Clone)]
 struct Sums {
     position: glam::DVec3,
+    count: u64,
+}
+
+/// Of what not all clouds have, apart: most voxels then take a quarter of the memory.
+#[derive(Default, Clone)]
+struct Attributes {
     normal: glam::DVec3,
     color: [u64; 3],
     time: f64,
-    count: u64,
 }
 
 /// The mean position, normal, colour and time of the points in every voxel of side `voxel_size` (m), in the order of the first point
@@ -37,44 +42,63 @@ pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner:
     }
     let mut hash = VoxelHash::new(voxel_size);
     let mut voxels: Vec<Sums> = Vec::new();
+    let mut attributes: Vec<Attributes> = Vec::new();
+    let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
+    // Points that follow one another mostly lie in one voxel.
+    let mut last = None;
     for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
         let position = position.as_dvec3();
         let voxel = hash.voxel(&Vector3::from((position - corner).to_array())).ok_or_else(|| {
             let problem = format!("voxel_size = {voxel_size} m is too small for a cloud that reaches {position} m");
             Error::whole(problem, "Give a larger voxel_size")
         })?;
-        let number = hash.insert(voxel) as usize;
+        let number = match last {
+            Some((last, number)) if last == voxel => number,
+            _ => hash.insert(voxel) as usize,
+        };
+        last = Some((voxel, number));
         if number == voxels.len() {
             voxels.push(Sums::default());
+            attributes.extend(has_attributes.then(Attributes::default));
         }
-        let sums = &mut voxels[number];
-        sums.position += position;
-        sums.count += 1;
+        voxels[number].position += position;
+        voxels[number].count += 1;
+        if has_attributes {
+            attributes[number].add(cloud, point);
+        }
+    }
+    let with_attributes = || attributes.iter().zip(&voxels).map(|(attributes, sums)| (attributes, sums.count));
+    let color = |(of, count): (&Attributes, u64)| of.color.map(|sum| ((sum + count / 2) / count) as u8);
+    let normal = |(of, _): (&Attributes, u64)| -> Vec3 { of.normal.normalize_or_zero().as_vec3() };
+    let time = |(of, count): (&Attributes, u64)| (of.time / count as f64) as f32;
+    Ok(PointCloud {
+        positions: voxels.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
+        normals: cloud.normals.as_ref().map(|_| with_attributes().map(normal).collect()),
+        colors: cloud.colors.as_ref().map(|_| with_attributes().map(color).collect()),
+        origin: cloud.origin,
+        rounded_off: None,
+        times: cloud
+            .times
+            .as_ref()
+            .map(|times| PointTimes { origin: times.origin, offsets: with_attributes().map(time).collect() }),
+    })
+}
+
+impl Attributes {
+    /// Adds those of a point.
+    fn add(&mut self, cloud: &PointCloud, point: usize) {
         if let Some(normals) = &cloud.normals {
-            sums.normal += normals[point].as_dvec3();
+            self.normal += normals[point].as_dvec3();
         }
         if let Some(times) = &cloud.times {
-            sums.time += f64::from(times.offsets[point]);
+            self.time += f64::from(times.offsets[point]);
         }
         if let Some(colors) = &cloud.colors {
-            for (sum, &channel) in sums.color.iter_mut().zip(&colors[point]) {
+            for (sum, &channel) in self.color.iter_mut().zip(&colors[point]) {
                 *sum += u64::from(channel);
             }
         }
     }
-    let color = |sums: &Sums| sums.color.map(|sum| ((sum + sums.count / 2) / sums.count) as u8);
-    let normal = |sums: &Sums| -> Vec3 { sums.normal.normalize_or_zero().as_vec3() };
-    Ok(PointCloud {
-        positions: voxels.iter().map(|sums| (sums.position / sums.count as f64).as_vec3()).collect(),
-        normals: cloud.normals.as_ref().map(|_| voxels.iter().map(normal).collect()),
-        colors: cloud.colors.as_ref().map(|_| voxels.iter().map(color).collect()),
-        origin: cloud.origin,
-        rounded_off: None,
-        times: cloud.times.as_ref().map(|times| PointTimes {
-            origin: times.origin,
-            offsets: voxels.iter().map(|sums| (sums.time / sums.count as f64) as f32).collect(),
-        }),
-    })
 }
 
 #[cfg(test)]

@@ -4,6 +4,8 @@
 //! stitched map, [`map::voxel`](crate::map::voxel), instead hashes blocks of 8 x 8 x 8 voxels by one packed key, which it computes
 //! in single precision for several points at a time.
 
+use std::hash::{Hash, Hasher};
+
 use nalgebra::Vector3;
 use rustc_hash::FxHashMap;
 
@@ -15,7 +17,20 @@ pub(crate) type Voxel = [i32; 3];
 pub(crate) struct VoxelHash {
     /// Side of a voxel (m).
     voxel_size: f64,
-    numbers: FxHashMap<Voxel, u32>,
+    numbers: FxHashMap<Key, u32>,
+}
+
+/// A voxel, hashed as two whole words: as an array of three numbers it would be hashed byte by byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Key(Voxel);
+
+impl Hash for Key {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let [x, y, z] = self.0.map(|coordinate| u64::from(coordinate as u32));
+        state.write_u64(x << 32 | y);
+        state.write_u64(z);
+    }
 }
 
 /// Bound of a voxel's coordinates along each axis.
@@ -43,14 +58,14 @@ impl VoxelHash {
     /// The number of a voxel; `None` where it has not been inserted.
     #[inline]
     pub(crate) fn number(&self, voxel: &Voxel) -> Option<u32> {
-        self.numbers.get(voxel).copied()
+        self.numbers.get(&Key(*voxel)).copied()
     }
 
     /// Inserts a voxel and returns its number: that of a new one is the [`len`](Self::len) before.
     #[inline]
     pub(crate) fn insert(&mut self, voxel: Voxel) -> u32 {
         let next = self.numbers.len() as u32;
-        *self.numbers.entry(voxel).or_insert(next)
+        *self.numbers.entry(Key(voxel)).or_insert(next)
     }
 
     /// Number of voxels.

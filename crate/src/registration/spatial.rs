@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::factors::{PlaneToPlane, PointToPlane};
 use super::icp::{IcpOptions, Registration, Source, register_with};
 use super::solver::Solver;
-use super::target::OrientedTarget;
+use super::target::SurfaceTarget;
 use crate::geometry::Pose3;
 
 /// A registration in space.
@@ -26,10 +26,10 @@ pub enum SpatialMetric {
 
 /// Registers `source` to `target` in stages from coarse to fine, each starting from the result of the one before. The history is
 /// that of all stages, the rest of the result that of the last.
-pub fn register_in_space(
+pub fn register_in_space<T: SurfaceTarget<Point = Vector3<f64>>>(
     metric: SpatialMetric,
     source: Source<'_, Vector3<f64>>,
-    target: &OrientedTarget<3>,
+    target: &T,
     init_T_target_source: Pose3,
     (first, finer): (&IcpOptions, &[IcpOptions]),
     solver: &Solver<Pose3>,

@@ -23,11 +23,6 @@ impl<const D: usize> PointTarget<D> {
         Self { tree: KdTree::build(&single), points }
     }
 
-    /// With an index that was built from the same points.
-    pub(crate) fn with_tree(points: Vec<SVector<f64, D>>, tree: KdTree<D>) -> Self {
-        Self { points, tree }
-    }
-
     /// The points (m).
     pub fn points(&self) -> &[SVector<f64, D>] {
         &self.points
@@ -59,19 +54,6 @@ impl<const D: usize> OrientedTarget<D> {
     pub fn new(points: Vec<SVector<f64, D>>, normals: Vec<Option<SVector<f64, D>>>) -> Self {
         assert_eq!(points.len(), normals.len(), "one normal a point");
         Self { points: PointTarget::new(points), normals }
-    }
-
-    /// With an index that was built from the same points.
-    ///
-    /// # Panics
-    /// When there is not one entry of `normals` for each point.
-    pub(crate) fn with_tree(
-        points: Vec<SVector<f64, D>>,
-        normals: Vec<Option<SVector<f64, D>>>,
-        tree: KdTree<D>,
-    ) -> Self {
-        assert_eq!(points.len(), normals.len(), "one normal a point");
-        Self { points: PointTarget::with_tree(points, tree), normals }
     }
 
     /// The points (m).
@@ -132,8 +114,8 @@ impl<P: Vector> LastSearch<P> {
     }
 }
 
-/// [`LastSearch::again`]'s `clearance` for a tree.
-const CLEARANCE_FACTOR: f64 = 2.0;
+/// [`LastSearch::again`]'s `clearance` for a tree or blocks of voxels.
+pub(crate) const CLEARANCE_FACTOR: f64 = 2.0;
 
 /// A registration target, for every metric.
 pub trait Target {

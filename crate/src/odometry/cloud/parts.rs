@@ -36,6 +36,14 @@ impl Parts {
         self.edges.extend(on.into_iter().filter(|_| is_good).map(|other| [other, number]));
     }
 
+    /// Connects two clouds that were found to be certain relative to each other.
+    pub fn connect(&mut self, clouds: [usize; 2]) {
+        let firsts = self.firsts();
+        if firsts[clouds[0]] != firsts[clouds[1]] {
+            self.edges.push(clouds);
+        }
+    }
+
     /// For each cloud, whether it is in the part with most good clouds; the first of these, where there are several.
     pub fn are_in_largest(&self) -> Vec<bool> {
         let firsts = self.firsts();
@@ -70,5 +78,11 @@ mod tests {
         parts.add(true, [0, 2]);
         assert!(parts.are_one());
         assert_eq!(parts.are_in_largest(), [true; 7]);
+        parts.add(false, [6]);
+        parts.add(true, [7]);
+        assert_eq!(parts.are_in_largest()[7..], [false, false]);
+        parts.connect([1, 8]);
+        parts.connect([8, 1]);
+        assert_eq!(parts.firsts(), [0; 9], "a loop leads past the doubtful one");
     }
 }

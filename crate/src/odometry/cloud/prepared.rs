@@ -18,12 +18,15 @@ use crate::registration::icp::Source;
 use crate::registration::target::OrientedTarget;
 use crate::search::KdTree;
 
-/// A downsampled cloud with normals and a k-d tree. Preparing it is most of the work and needs no other cloud.
+/// A downsampled cloud with normals. Preparing it is most of the work and needs no other cloud.
 pub struct PreparedCloud {
     /// With normals: zero for points that are not registered, not a number where a registered one has none.
     cloud: PointCloud,
-    /// The registered points.
-    target: OrientedTarget<3>,
+    /// The registered points ...
+    points: Vec<Vector3<f64>>,
+    /// ... and their unit normals.
+    normals: Vec<Option<Vector3<f64>>>,
+    target: OnceCell<OrientedTarget<3>>,
     described: OnceCell<Described>,
     view: OnceCell<SphericalView>,
 }
@@ -71,8 +74,7 @@ impl PreparedCloud {
             single[point] = normal.map_or(glam::Vec3::NAN, |n| DVec3::from(<[f64; 3]>::from(n)).as_vec3());
         }
         cloud.normals = Some(single);
-        let tree = (chosen.len() == cloud.len()).then_some(tree);
-        Self::of_chosen(cloud, &chosen, normals, tree)
+        Self::of_chosen(cloud, &chosen, normals)
     }
 
     /// From a cloud that was prepared before, as [`cloud`](Self::cloud) gives it, possibly in another worker.
@@ -84,22 +86,12 @@ impl PreparedCloud {
             normal.is_finite().then(|| Vector3::from(normal.as_dvec3().to_array()).normalize())
         };
         let normals = chosen.iter().map(known).collect();
-        Self::of_chosen(cloud, &chosen, normals, None)
+        Self::of_chosen(cloud, &chosen, normals)
     }
 
-    /// With an index of the chosen points, where there is one.
-    fn of_chosen(
-        cloud: PointCloud,
-        chosen: &[usize],
-        normals: Vec<Option<Vector3<f64>>>,
-        tree: Option<KdTree<3>>,
-    ) -> Self {
+    fn of_chosen(cloud: PointCloud, chosen: &[usize], normals: Vec<Option<Vector3<f64>>>) -> Self {
         let points = chosen.iter().map(|&point| double(&cloud.positions[point])).collect();
-        let target = match tree {
-            Some(tree) => OrientedTarget::with_tree(points, normals, tree),
-            None => OrientedTarget::new(points, normals),
-        };
-        Self { target, cloud, described: OnceCell::new(), view: OnceCell::new() }
+        Self { cloud, points, normals, target: OnceCell::new(), described: OnceCell::new(), view: OnceCell::new() }
     }
 
     /// The downsampled points with normals (NaN where there is none, zero where the point is not registered), and with the colours of
@@ -108,14 +100,24 @@ impl PreparedCloud {
         &self.cloud
     }
 
+    /// The same cloud, where nothing else is needed any more.
+    pub fn into_cloud(self) -> PointCloud {
+        self.cloud
+    }
+
     /// The points as the source of a registration.
     pub fn source(&self) -> Source<'_, Vector3<f64>> {
-        Source { points: self.target.points(), normals: Some(self.target.normals()), sigmas: None }
+        Source { points: &self.points, normals: Some(&self.normals), sigmas: None }
     }
 
     /// The points as the target of a registration.
     pub fn target(&self) -> &OrientedTarget<3> {
-        &self.target
+        self.target.get_or_init(|| OrientedTarget::new(self.points.clone(), self.normals.clone()))
+    }
+
+    /// Number of registered points that have a normal.
+    pub(super) fn num_oriented(&self) -> usize {
+        self.normals.iter().flatten().count()
     }
 
     /// What a global registration compares, in voxels of this side (m), the same in each call.
@@ -129,9 +131,9 @@ impl PreparedCloud {
     }
 
     /// At most `most` of its points, in equal steps by index; of these, the points that have a normal.
-    pub(super) fn at_most(&self, most: usize) -> Sample {
-        let stride = self.target.points().len().div_ceil(most).max(1);
-        let every = self.target.points().iter().zip(self.target.normals()).step_by(stride);
+    pub(crate) fn at_most(&self, most: usize) -> Sample {
+        let stride = self.points.len().div_ceil(most).max(1);
+        let every = self.points.iter().zip(&self.normals).step_by(stride);
         let (points, normals) = every.filter(|(_, normal)| normal.is_some()).map(|(p, n)| (*p, *n)).unzip();
         Sample { points, normals }
     }
@@ -157,10 +159,10 @@ pub(super) struct Described {
 impl Described {
     fn new(prepared: &PreparedCloud, options: &CloudOptions, voxel_size: f64) -> Self {
         let around = feature_neighborhood(voxel_size);
-        let is_whole = prepared.target.points().len() == prepared.cloud.len();
+        let is_whole = prepared.points.len() == prepared.cloud.len();
         let coarse = (voxel_size > options.voxel_size).then(|| voxel_downsample(&prepared.cloud, voxel_size).ok());
         let Some(coarse) = coarse.flatten().or_else(|| (!is_whole).then(|| prepared.cloud.clone())) else {
-            let (normals, tree) = (prepared.target.normals(), prepared.target.tree());
+            let (normals, tree) = (&prepared.normals, prepared.target().tree());
             let cloud = DescribedCloud::new(&prepared.cloud.positions, normals, tree, around);
             return Self { cloud, tree: None };
         };
@@ -171,14 +173,14 @@ impl Described {
 
     /// The index of the described points of this cloud.
     pub(super) fn tree<'a>(&'a self, prepared: &'a PreparedCloud) -> &'a KdTree<3> {
-        self.tree.as_ref().unwrap_or_else(|| prepared.target.tree())
+        self.tree.as_ref().unwrap_or_else(|| prepared.target().tree())
     }
 }
 
 /// Points with their normals.
-pub(super) struct Sample {
-    pub(super) points: Vec<Vector3<f64>>,
-    pub(super) normals: Vec<Option<Vector3<f64>>>,
+pub(crate) struct Sample {
+    pub(crate) points: Vec<Vector3<f64>>,
+    pub(crate) normals: Vec<Option<Vector3<f64>>>,
 }
 
 impl Sample {

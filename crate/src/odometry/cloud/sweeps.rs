@@ -10,7 +10,7 @@ use nalgebra::Vector6;
 use super::options::CloudOptions;
 use super::prepared::PreparedCloud;
 use super::skew_test::SkewTest;
-use super::{CloudEstimate, CloudOdometry, Found};
+use super::{CloudEstimate, CloudOdometry, Found, RegisteredCloud};
 use crate::error::Result;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
@@ -56,7 +56,10 @@ pub struct SweepOdometry {
 
 /// A sweep as it was measured.
 struct Sweep {
+    /// With normals, once they are estimated.
     cloud: PointCloud,
+    /// The velocity by which it was straightened when its normals were estimated.
+    velocity_of_normals: Vector6<f64>,
     /// From the time stamp to the middle of the sweep (s).
     middle: f64,
     /// Duration (s).
@@ -68,20 +71,30 @@ struct Sweep {
 }
 
 impl Sweep {
-    fn new(cloud: PointCloud, stamp: Option<f64>) -> Self {
+    fn new(mut cloud: PointCloud, stamp: Option<f64>) -> Self {
+        cloud.normals.take_if(|_| cloud.times.is_some());
         let span = cloud.times.as_ref().map_or(0.0, crate::geometry::PointTimes::span);
         let middle = cloud.times.as_ref().map_or(0.0, |times| times.origin + 0.5 * span);
         let mut ranges: Vec<f64> = cloud.positions.iter().map(|point| f64::from(point.length())).collect();
         let range = quantile(&mut ranges, 0.5).unwrap_or(0.0);
-        Self { cloud, middle, span, time: stamp.map(|stamp| stamp + middle), range }
+        let velocity_of_normals = Vector6::zeros();
+        Self { cloud, velocity_of_normals, middle, span, time: stamp.map(|stamp| stamp + middle), range }
     }
 
-    /// As it would be seen at once from where the sensor was in the middle.
-    fn straight(&self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
-        match self.cloud.times {
-            Some(_) => PreparedCloud::with_normals(deskew(self.cloud.clone(), velocity, self.middle), options),
-            None => PreparedCloud::from_cloud(self.cloud.clone()),
+    /// As it would be seen at once from where the sensor was in the middle. Normals are estimated anew where the velocity differs much
+    /// from that of the last time, and turned otherwise.
+    fn straight(&mut self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
+        let Some(times) = self.cloud.times.clone() else { return PreparedCloud::from_cloud(self.cloud.clone()) };
+        let is_near = self.bend(&(velocity - self.velocity_of_normals)) < super::MOVING_STEP * options.voxel_size;
+        let straight = deskew(self.cloud.clone(), velocity, self.middle);
+        if self.cloud.normals.is_some() && is_near {
+            return PreparedCloud::from_cloud(straight);
         }
+        let prepared = PreparedCloud::with_normals(straight, options);
+        let back = PointCloud { times: Some(times), ..prepared.cloud().clone() };
+        self.cloud.normals = deskew(back, &-velocity, self.middle).normals;
+        self.velocity_of_normals = *velocity;
+        prepared
     }
 
     /// How far this velocity moves a point at the median range from the beginning of the sweep to its end (m).
@@ -139,14 +152,29 @@ impl SweepOdometry {
         self.clouds.are_in_largest_part()
     }
 
+    /// The sweep that was registered last, as it is seen from its middle, in a world of its own; `None` before the first one is straightened.
+    pub(crate) fn last_registered(&self) -> Option<RegisteredCloud<'_>> {
+        self.clouds.last_registered().filter(|_| self.first.is_none())
+    }
+
+    /// A motion of that world as one of the world of the poses.
+    pub(crate) fn of_poses(&self, motion: &Pose3) -> Pose3 {
+        self.T_world_stamp_of_first.inverse() * motion * self.T_world_stamp_of_first
+    }
+
+    /// As [`CloudOdometry::connect`].
+    pub(crate) fn connect(&mut self, clouds: [usize; 2]) {
+        self.clouds.connect(clouds);
+    }
+
     /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
     pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
-        let (sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
+        let (mut sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
         self.num_sweeps += 1;
         if self.clouds.last.is_none() {
             return self.begin(number, sweep);
         }
-        let (velocity, frame, found) = match self.find(&sweep) {
+        let (velocity, frame, found) = match self.find(&mut sweep) {
             Ok(found) => found,
             Err(lost) => return self.lost(number, &sweep, *lost),
         };
@@ -155,7 +183,7 @@ impl SweepOdometry {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
             velocities.push((first_number, velocity));
         }
-        self.test_skew(&sweep, &velocity, &frame, &found);
+        self.test_skew(&mut sweep, &velocity, &frame, &found);
         let mut estimate = self.clouds.accept(frame, found);
         if let Some(as_it_is) = self.last_as_it_is.take_if(|_| self.skew_test.verdict.is_some())
             && self.is_refuted()
@@ -170,7 +198,10 @@ impl SweepOdometry {
     }
 
     /// Registers a sweep and straightens it by what that finds, until both agree.
-    fn find(&mut self, sweep: &Sweep) -> std::result::Result<(Vector6<f64>, PreparedCloud, Found), Box<CloudEstimate>> {
+    fn find(
+        &mut self,
+        sweep: &mut Sweep,
+    ) -> std::result::Result<(Vector6<f64>, PreparedCloud, Found), Box<CloudEstimate>> {
         let interval = self.interval(sweep);
         let mut velocity = self.velocity.filter(|_| !self.is_refuted()).unwrap_or_default();
         let mut frame = sweep.straight(&velocity, &self.options);
@@ -188,7 +219,7 @@ impl SweepOdometry {
             }
             num_passes += 1;
             velocity = next;
-            if let Some((_, first)) = &self.first {
+            if let Some((_, first)) = &mut self.first {
                 self.clouds.begin(first.straight(&velocity, &self.options));
             }
             self.clouds.last_motion = motion;
@@ -199,7 +230,7 @@ impl SweepOdometry {
     }
 
     /// Compares this sweep and the last one as they are and straightened, where that makes a difference and is not decided.
-    fn test_skew(&mut self, sweep: &Sweep, velocity: &Vector6<f64>, frame: &PreparedCloud, found: &Found) {
+    fn test_skew(&mut self, sweep: &mut Sweep, velocity: &Vector6<f64>, frame: &PreparedCloud, found: &Found) {
         if self.skew_test.verdict.is_some() || sweep.bend(velocity) < self.options.voxel_size {
             self.last_as_it_is = None;
             return;
@@ -218,7 +249,7 @@ impl SweepOdometry {
         by_stamps.filter(|interval| *interval > 0.0).unwrap_or(if sweep.span > 0.0 { sweep.span } else { 1.0 })
     }
 
-    fn begin(&mut self, number: usize, sweep: Sweep) -> SweepEstimate {
+    fn begin(&mut self, number: usize, mut sweep: Sweep) -> SweepEstimate {
         let estimate = self.clouds.begin(sweep.straight(&Vector6::zeros(), &self.options));
         if estimate.assessment.status != Status::Lost {
             self.last_time = sweep.time;

@@ -78,13 +78,15 @@ impl CloudReading {
     }
 
     /// A cloud as it is read: in metres, behind the shift, single precision; its times in seconds from the frame's time stamp.
-    pub(super) fn read(&self, cloud: &PointCloud, stamp: Option<f64>) -> PointCloud {
+    pub(super) fn read(&self, cloud: PointCloud, stamp: Option<f64>) -> PointCloud {
         let origin = DVec3::from(self.origin);
         let position = |index: usize| (self.unit * cloud.absolute_point(index) - origin).as_vec3();
+        let is_read_already = self.unit == METRE.metres && origin == DVec3::ZERO && !cloud.needs_doubles();
+        let positions = (!is_read_already).then(|| (0..cloud.len()).map(position).collect());
         PointCloud {
-            positions: (0..cloud.len()).map(position).collect(),
-            normals: cloud.normals.clone(),
-            colors: cloud.colors.clone(),
+            positions: positions.unwrap_or(cloud.positions),
+            normals: cloud.normals,
+            colors: cloud.colors,
             times: self.clock.zip(cloud.times.as_ref()).map(|(clock, times)| clock.seconds(times, stamp)),
             ..PointCloud::default()
         }

@@ -187,7 +187,7 @@ impl PreparedFrame {
             let taken = if settings.method == Method::Course { vec![true; image.values.len()] } else { usable };
             let cloud = depth_cloud(&image, &taken, camera, &model, None);
             let options = CloudOptions { clear_normals: false, max_points: usize::MAX, ..settings.cloud_options() };
-            Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.cloud().clone())
+            Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.into_cloud())
         };
         Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
     }
@@ -202,9 +202,9 @@ impl PreparedFrame {
             let problem = "This is a cloud, and the first frame is a depth image";
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
-        let whole = reading.read(&read_cloud(&label.name, bytes)?, label.time);
+        let whole = reading.read(read_cloud(&label.name, bytes)?, label.time);
         let limits = if reading.is_sensor_at_origin { settings.min_range..=settings.max_range } else { 0.0..=f64::MAX };
-        let cloud = in_range(&whole, *limits.start() as f32, *limits.end() as f32);
+        let cloud = in_range(whole, *limits.start() as f32, *limits.end() as f32);
         let in_file = |error: Error| error.in_file(&label.name);
         if cloud.is_empty() {
             let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
@@ -215,7 +215,7 @@ impl PreparedFrame {
             // Its normals are those of the straightened sweep, which registration makes of it.
             PreparedCloud::downsampled(&cloud, &options).map_err(in_file)?
         } else {
-            PreparedCloud::new(&cloud, &options).map_err(in_file)?.cloud().clone()
+            PreparedCloud::new(&cloud, &options).map_err(in_file)?.into_cloud()
         };
         let map_points = if settings.map_voxel_size < settings.voxel_size {
             voxel_downsample(&cloud, settings.map_voxel_size).map_err(in_file)?
@@ -249,8 +249,11 @@ pub(crate) fn map_image(
 }
 
 /// The points that are finite and from `min_range` to `max_range` (m) away from the sensor.
-fn in_range(cloud: &PointCloud, min_range: f32, max_range: f32) -> PointCloud {
+fn in_range(cloud: PointCloud, min_range: f32, max_range: f32) -> PointCloud {
     let keep = |position: &glam::Vec3| position.is_finite() && (min_range..=max_range).contains(&position.length());
+    if cloud.positions.iter().all(keep) {
+        return cloud;
+    }
     let kept: Vec<usize> = (0..cloud.len()).filter(|&point| keep(&cloud.positions[point])).collect();
     cloud.selected(&kept)
 }

@@ -2,7 +2,8 @@
 
 use crate::error::Result;
 use crate::geometry::Pose3;
-use crate::graph::loops::spatial::SpatialLoops;
+use crate::graph::loops::clouds::CloudLoops;
+use crate::graph::loops::spatial::{FrameMotions, LoopReport, SpatialLoops};
 use crate::odometry::assessment::Status;
 use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud, SweepEstimate, SweepOdometry};
 use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate, UnresolvedFrames};
@@ -71,6 +72,7 @@ impl Hypotheses {
     pub(super) fn finish(&mut self) {
         for hypothesis in &mut self.0 {
             hypothesis.loops.iter_mut().for_each(SpatialLoops::finish);
+            hypothesis.cloud_loops.iter_mut().for_each(CloudLoops::finish);
             hypothesis.close_loops();
         }
     }
@@ -130,7 +132,8 @@ pub(super) struct QuantisationHypothesis {
     pub quantisation: Quantisation,
     odometry: Odometry,
     pub estimates: Vec<SpatialEstimate>,
-    pub loops: Option<SpatialLoops>,
+    loops: Option<SpatialLoops>,
+    cloud_loops: Option<CloudLoops>,
     /// Velocities of the sensor during sweeps, by the number of the frame, that have been found since they were last taken.
     velocities: Vec<(usize, Vector6<f64>)>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
@@ -143,6 +146,16 @@ enum Odometry {
     Depth(Box<DepthOdometry>),
     Cloud(Box<CloudOdometry>),
     Sweep(Box<SweepOdometry>),
+}
+
+impl Odometry {
+    /// A motion of the odometry's world as one of the world of the poses.
+    fn of_poses(&self, motion: &Pose3) -> Pose3 {
+        match self {
+            Self::Depth(_) | Self::Cloud(_) => *motion,
+            Self::Sweep(odometry) => odometry.of_poses(motion),
+        }
+    }
 }
 
 impl QuantisationHypothesis {
@@ -158,11 +171,13 @@ impl QuantisationHypothesis {
             }
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(config.cloud_options())?)),
         };
+        let is_closing = |method| settings.method == method && settings.loop_closing == LoopClosing::On;
         Ok(Self {
             quantisation,
             odometry,
             estimates: Vec::new(),
-            loops: (settings.loop_closing == LoopClosing::On).then(|| SpatialLoops::new(settings.motion)),
+            loops: is_closing(Method::SurfelMap).then(|| SpatialLoops::new(settings.motion)),
+            cloud_loops: is_closing(Method::CloudMap).then(|| CloudLoops::new(config.cloud_options())),
             velocities: Vec::new(),
             misfit: 0.0,
             num_registered: 0,
@@ -202,6 +217,7 @@ impl QuantisationHypothesis {
             // Preparation, which knows the method, makes no other pairs.
             _ => return,
         };
+        self.add_to_cloud_loops(&mut estimate);
         if let Some(registration) = &mut estimate.registration {
             // The bulk of a result, and nobody asks for it.
             registration.correspondences = Vec::new();
@@ -209,9 +225,24 @@ impl QuantisationHypothesis {
         self.estimates.push(estimate);
     }
 
+    /// Adds the cloud that was registered last to those among which loops are closed, and corrects its pose by these.
+    fn add_to_cloud_loops(&mut self, estimate: &mut SpatialEstimate) {
+        let Some(loops) = &mut self.cloud_loops else { return };
+        let registered = match &self.odometry {
+            Odometry::Depth(_) => None,
+            Odometry::Cloud(odometry) => odometry.last_registered(),
+            Odometry::Sweep(odometry) => odometry.last_registered(),
+        };
+        if let Some(registered) = registered.filter(|_| estimate.is_in_map) {
+            loops.add(self.estimates.len() as u32, &registered);
+        }
+        estimate.T_world_sensor = self.odometry.of_poses(&loops.correction()) * estimate.T_world_sensor;
+    }
+
     /// Moves all frames, and what they have shown, to where open loops want them.
     fn close_loops(&mut self) {
-        let Some(motions) = self.loops.as_mut().and_then(SpatialLoops::close) else { return };
+        let of_depth = self.loops.as_mut().and_then(SpatialLoops::close);
+        let Some(motions) = of_depth.or_else(|| self.close_cloud_loops()) else { return };
         let motion_of = |frame: u32| {
             let place = motions.partition_point(|(first, _)| *first <= frame);
             place.checked_sub(1).map_or_else(Pose3::identity, |place| motions[place].1)
@@ -222,6 +253,25 @@ impl QuantisationHypothesis {
         if let Odometry::Depth(odometry) = &mut self.odometry {
             odometry.apply_corrections(motion_of);
         }
+    }
+
+    fn close_cloud_loops(&mut self) -> Option<FrameMotions> {
+        let loops = self.cloud_loops.as_mut()?;
+        let motions = loops.close()?;
+        for clouds in loops.connections() {
+            match &mut self.odometry {
+                Odometry::Depth(_) => {}
+                Odometry::Cloud(odometry) => odometry.connect(clouds),
+                Odometry::Sweep(odometry) => odometry.connect(clouds),
+            }
+        }
+        Some(motions.into_iter().map(|(frame, motion)| (frame, self.odometry.of_poses(&motion))).collect())
+    }
+
+    /// The loops that have been closed.
+    pub(super) fn loop_report(&self) -> LoopReport {
+        let of_clouds = self.cloud_loops.as_ref().map(CloudLoops::report);
+        self.loops.as_ref().map(SpatialLoops::report).or(of_clouds).unwrap_or_default()
     }
 
     /// Tries one of the frames again that were not found; whether there may be more.

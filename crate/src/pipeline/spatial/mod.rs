@@ -13,14 +13,14 @@ use std::collections::VecDeque;
 
 use glam::DVec3;
 
-use self::hypotheses::Hypotheses;
+use self::hypotheses::{Hypotheses, QuantisationHypothesis};
 use self::pose_history::PoseHistory;
 use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, Pose3};
-use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
+use crate::graph::loops::spatial::LoopReport;
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
 use crate::odometry::assessment::{Assessment, Status};
@@ -214,10 +214,7 @@ impl SpatialReconstruction {
 
     /// The places that were recognised, and what came of it.
     pub fn loop_report(&self) -> LoopReport {
-        self.hypotheses
-            .best()
-            .and_then(|hypothesis| hypothesis.loops.as_ref())
-            .map_or_else(LoopReport::default, SpatialLoops::report)
+        self.hypotheses.best().map_or_else(LoopReport::default, QuantisationHypothesis::loop_report)
     }
 
     /// How depth was quantised, as set or as found so far; `None` for clouds.

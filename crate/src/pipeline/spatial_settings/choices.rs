@@ -49,7 +49,7 @@ impl Quantisation {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum LoopClosing {
-    /// The accumulated drift is distributed over the loop; depth images with surfels only.
+    /// The accumulated drift is distributed over the loop: of depth images with surfels, and of clouds that are registered to their map.
     On,
     /// Loops are not closed.
     Off,

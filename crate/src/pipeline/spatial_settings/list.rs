@@ -64,7 +64,7 @@ pub(super) fn table() -> Vec<Setting<SpatialSettings>> {
                     "where_open" => "Where the geometry is degenerate",
                     "not_used" => "For the map only",
                 ];
-            choice loop_closing: "Loop closing", "Surfels: where the path returns to a known place, the accumulated drift is distributed over the loop.",
+            choice loop_closing: "Loop closing", "Where the path returns to a known place, the accumulated drift is distributed over the loop (surfels, and clouds registered to their map).",
                 ["on" => "On", "off" => "Off"];
             choice motion: "Motion", "Selects the degrees of freedom. On a floor: height and tilt stay as in the first frame.",
                 ["free" => "Free", "planar" => "On a floor"];

@@ -62,7 +62,7 @@ impl Neighbor {
 
     /// The limit that admits every point up to `max_distance` (m), and none where that is negative or NaN.
     /// Points whose squared distance overflows (beyond 1.8e19 m) are never found.
-    fn limit(max_distance: f32) -> Self {
+    pub(crate) fn limit(max_distance: f32) -> Self {
         let sq_distance = if max_distance >= 0.0 { (max_distance * max_distance).min(f32::MAX) } else { -1.0 };
         Self { index: u32::MAX, sq_distance }
     }

@@ -31,7 +31,7 @@ const MIN_SIGMA: (f64, f64) = (2e-3, 5e-3);
 /// ... and the standard deviation without any measurement.
 const UNKNOWN_SIGMA: (f64, f64) = (0.3, 0.5);
 /// Iterations of the pose graph, first with all loops and then with robust weights.
-const SOLVER_ITERATIONS: usize = 15;
+pub(super) const SOLVER_ITERATIONS: usize = 15;
 /// Largest loss of agreement or overlap (shares, 0..=1) for which a solution is kept; together they have to gain.
 const MAX_DETERIORATION: f64 = 0.004;
 /// Distance below which a pose has not changed (m, two metres per radian).
@@ -82,7 +82,7 @@ pub struct SpatialLoops {
 }
 
 /// Corrections of all frames: the number of the first frame, and the motion (of the world) from there on.
-pub(crate) type FrameMotions = Vec<(u32, Pose3)>;
+pub type FrameMotions = Vec<(u32, Pose3)>;
 
 impl SpatialLoops {
     /// Without frames, of a sensor with these degrees of freedom.
@@ -276,7 +276,7 @@ fn has_gap(a: &Pose3, b: &Pose3) -> bool {
 }
 
 /// A factor with the information of a measurement, with a standard deviation between [`MIN_SIGMA`] and [`UNKNOWN_SIGMA`].
-fn between_factor(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>) -> SpatialFactor {
+pub(super) fn between_factor(from: usize, to: usize, T_from_to: Pose3, information: &Matrix6<f64>) -> SpatialFactor {
     let diagonal = |(rotation, translation): (f64, f64), power: i32| {
         let of = |sigma: f64| sigma.powi(power);
         let (r, t) = (of(rotation), of(translation));
