@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockState, Blocks, ColorSum, STEPS, VOXELS};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, STEPS};
 use super::extraction::extract;
 use super::pixels::{Optics, WEIGHT_INFORMATION};
 use super::view::{FreeSpace, Squares, View};
@@ -51,7 +51,7 @@ impl SurfaceOptions {
 
 /// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
 const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
-const COLOR_BYTES: usize = VOXELS * size_of::<ColorSum>();
+const COLOR_BYTES: usize = size_of::<BlockColors>();
 
 /// An image in the field.
 #[derive(Debug, Clone)]
@@ -188,13 +188,20 @@ impl SurfaceFusion {
         }
         let free_space = view.free_space();
         let mut squares = Squares::default();
-        for (state, block) in self.blocks.iter_mut() {
-            if state.last_touched == self.num_changes {
-                view.change_block::<IS_TAKEN_OUT>(state.corner, block, &mut squares);
+        if view.has_colors() {
+            self.blocks.add_colors();
+        }
+        for number in 0..self.blocks.len() {
+            let state = &mut self.blocks.states[number];
+            if state.last_touched != self.num_changes {
+                let through = free_space.weight_through(state.corner, optics);
+                state.seen_through += if IS_TAKEN_OUT { -through } else { through };
                 continue;
             }
-            let through = free_space.weight_through(state.corner, optics);
-            state.seen_through += if IS_TAKEN_OUT { -through } else { through };
+            let corner = state.corner;
+            if let Some((block, colors)) = self.blocks.get_mut(number) {
+                view.change_block::<IS_TAKEN_OUT>(corner, block, colors, &mut squares);
+            }
         }
         let sign = if IS_TAKEN_OUT { -1.0 } else { 1.0 };
         self.squares.sum += sign * squares.sum;

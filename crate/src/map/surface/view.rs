@@ -3,7 +3,7 @@
 use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
-use super::blocks::{Block, ColorSum, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
+use super::blocks::{Block, BlockColors, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
 use super::depth_tiles::{DepthTiles, Rectangle};
 use super::pixels::{Optics, Pixels, Seen};
 use crate::geometry::Pose3;
@@ -135,6 +135,10 @@ impl<'a> View<'a> {
         Self { image, optics, pixels, camera, tiles, touched: touched.blocks }
     }
 
+    pub(super) fn has_colors(&self) -> bool {
+        self.image.colors.is_some()
+    }
+
     pub(super) fn free_space(&self) -> FreeSpace {
         FreeSpace { camera: self.camera.clone(), tiles: self.tiles.without_smallest() }
     }
@@ -144,11 +148,9 @@ impl<'a> View<'a> {
         &self,
         corner: [i32; 3],
         block: &mut Block,
+        mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) {
-        if self.image.colors.is_some() {
-            block.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]));
-        }
         let corner = first_voxel(corner);
         for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
             let voxel = [x * PART_SIDE, y * PART_SIDE, z * PART_SIDE];
@@ -158,7 +160,7 @@ impl<'a> View<'a> {
             if through > 0 {
                 block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
             } else if bounds.depths[0] < farthest {
-                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, squares);
+                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, colors.as_deref_mut(), squares);
             }
         }
     }
@@ -169,6 +171,7 @@ impl<'a> View<'a> {
         first: Vec3A,
         [x, y, z]: [usize; 3],
         block: &mut Block,
+        mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) {
         let rows = Rows::new(&self.camera, &self.pixels, first);
@@ -186,7 +189,7 @@ impl<'a> View<'a> {
             let from = index(x, y + along_y, z + along_z);
             change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
             change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
-            if let (Some(sums), Some(colors)) = (&mut block.colors, &self.image.colors) {
+            if let (Some(sums), Some(colors)) = (&mut colors, &self.image.colors) {
                 let near = measured.distances.abs().simd_lt(f32x4::splat(COLOR_VOXELS * STEPS));
                 let mut lanes = (near & is_measured).to_bitmask();
                 while lanes != 0 {
