@@ -87,7 +87,7 @@ impl Block {
     }
 
     /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.
-    pub(super) fn square_sum(&self) -> (f64, u64) {
+    pub(super) fn square_sum(&self) -> (f64, i64) {
         let measured = self.distances.iter().zip(&self.weights).filter(|&(_, &weight)| weight > 0);
         measured.fold((0.0, 0), |(sum, count), (&distance, &weight)| {
             (sum + f64::from(distance).powi(2) / f64::from(weight), count + 1)

@@ -203,9 +203,9 @@ impl SurfaceFusion {
                 view.change_block::<IS_TAKEN_OUT>(corner, block, colors, &mut squares);
             }
         }
-        let sign = if IS_TAKEN_OUT { -1.0 } else { 1.0 };
-        self.squares.sum += sign * squares.sum;
-        self.squares.count = self.squares.count.wrapping_add_signed(sign as i64 * squares.count as i64);
+        let sign = if IS_TAKEN_OUT { -1 } else { 1 };
+        self.squares.sum += f64::from(sign) * squares.sum;
+        self.squares.count += i64::from(sign) * squares.count;
     }
 
     fn coarsen(&mut self) {
@@ -219,8 +219,8 @@ impl SurfaceFusion {
     pub fn variance_ratio(&self) -> f64 {
         let of_means = self.blocks.iter().map(Block::square_sum);
         let (sum, count) = of_means.fold((0.0, 0), |(sum, count), of_block| (sum + of_block.0, count + of_block.1));
-        let num_further = self.squares.count.saturating_sub(count);
-        if num_further == 0 {
+        let num_further = self.squares.count - count;
+        if num_further <= 0 {
             return 1.0;
         }
         let unit = f64::from(WEIGHT_INFORMATION * (self.voxel_size / STEPS).powi(2));

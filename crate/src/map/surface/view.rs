@@ -1,5 +1,11 @@
 //! A depth image at its pose: what it says of the points in space.
 
+#![allow(
+    clippy::inline_always,
+    reason = "the innermost loop of the fusion, which a build for tests else leaves as calls"
+)]
+#![allow(clippy::cast_possible_wrap, reason = "images have less than 2^31 pixels")]
+
 use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
@@ -15,7 +21,7 @@ const COLOR_VOXELS: f32 = 2.0;
 
 /// A camera in the field: the world is in voxels, its own frame in metres.
 #[derive(Debug, Clone)]
-pub(super) struct Camera {
+pub(super) struct PosedCamera {
     /// World to camera, with the voxel's side in it.
     to_camera: Mat3A,
     /// The origin of the world, in the camera's frame (m).
@@ -33,7 +39,7 @@ struct Bounds {
     depths: [f32; 2],
 }
 
-impl Camera {
+impl PosedCamera {
     fn new(T_world_camera: &Pose3, projection: [f32; 4], voxel_size: f32) -> Self {
         let T_camera_world = T_world_camera.inverse();
         let R = T_camera_world.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
@@ -67,7 +73,7 @@ impl Camera {
 /// What an image says of the space that it sees through: small enough to be kept for all images.
 #[derive(Debug, Clone)]
 pub(super) struct FreeSpace {
-    camera: Camera,
+    camera: PosedCamera,
     tiles: DepthTiles,
 }
 
@@ -104,7 +110,7 @@ pub(super) struct View<'a> {
     image: &'a MapImage,
     optics: &'a Optics,
     pixels: Pixels<'a>,
-    camera: Camera,
+    camera: PosedCamera,
     tiles: DepthTiles,
     /// Blocks within the truncation of a surface, some more than once.
     pub(super) touched: Vec<[i32; 3]>,
@@ -114,7 +120,7 @@ pub(super) struct View<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Squares {
     pub sum: f64,
-    pub count: u64,
+    pub count: i64,
 }
 
 impl<'a> View<'a> {
@@ -131,7 +137,7 @@ impl<'a> View<'a> {
             let free = pixels.truncation(column, row).map_or(0.0, |(depth, truncation)| depth - truncation);
             [free, f32::NEG_INFINITY]
         });
-        let camera = Camera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
+        let camera = PosedCamera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
         Self { image, optics, pixels, camera, tiles, touched: touched.blocks }
     }
 
@@ -200,7 +206,7 @@ impl<'a> View<'a> {
             }
         }
         squares.sum += f64::from(sum.reduce_add());
-        squares.count += count.reduce_add() as u64;
+        squares.count += i64::from(count.reduce_add());
     }
 }
 
@@ -234,7 +240,7 @@ struct Measured {
 
 impl Rows {
     #[inline]
-    fn new(camera: &Camera, pixels: &Pixels, first: Vec3A) -> Self {
+    fn new(camera: &PosedCamera, pixels: &Pixels, first: Vec3A) -> Self {
         let [fx, fy, cx, cy] = pixels.projection();
         let projected = |p: Vec3A| Vec3A::new(fx * p.x + cx * p.z, fy * p.y + cy * p.z, p.z);
         let along_x = projected(camera.to_camera.x_axis);
@@ -278,7 +284,7 @@ fn lanes(vector: Vec4) -> f32x4 {
 
 /// The blocks that surfaces touch, some more than once.
 struct Touched {
-    /// Camera to world, in blocks.
+    /// PosedCamera to world, in blocks.
     R: Mat3A,
     t: Vec3A,
     block_size: f32,
