@@ -9,6 +9,7 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
+use crate::io::pose_graph::{Edge as MotionEdge, PoseGraph};
 use crate::map::local::is_new_view;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
@@ -176,6 +177,22 @@ impl KeyframeGraph {
             OdometryFactor { from, to, T_from_to, information: information * weight }
         });
         known.collect()
+    }
+
+    /// The keyframes where the graph has them, by their frames, and the motions between them with the information that is left to each where
+    /// the others contradict it.
+    pub fn pose_graph(&self) -> PoseGraph<Pose2> {
+        let poses = self.closure.solved_poses();
+        let edge = |factor: PlanarFactor| {
+            let weight = factor.weight(factor.squared_distance(&poses));
+            let BetweenFactor { from, to, T_from_to, information, .. } = factor;
+            // From a perturbation on the left to one on the right.
+            let adjoint = T_from_to.adjoint();
+            MotionEdge { from, to, T_from_to, information: adjoint.transpose() * information * adjoint * weight }
+        };
+        let edges = self.closure.factors().into_iter().map(edge).collect();
+        let ids = self.nodes.iter().map(|&node| node as u64).collect();
+        PoseGraph { ids, num_given: poses.len(), poses, fixed: Vec::new(), edges }
     }
 
     /// Frames whose place one loop that was put in by hand tells alone.
