@@ -26,9 +26,8 @@ pub struct SurfaceImage {
 #[derive(Debug, Clone)]
 struct Placed {
     T_world_camera: Pose3,
-    /// Pixels of its image: one that was thinned out since cannot be taken out.
+    /// Pixels of its image and their mean depth (m): one that was thinned out, or read in another way, since cannot be taken out.
     num_pixels: usize,
-    /// Mean depth (m).
     depth: f64,
 }
 
@@ -109,7 +108,7 @@ impl SurfaceReconstruction {
     pub fn put(&mut self, frame: usize, image: &SurfaceImage) {
         let SurfaceImage { image, model } = image;
         if let Some(placed) = self.placed.remove(&frame) {
-            let is_same = placed.num_pixels == image.depths.len();
+            let is_same = (placed.num_pixels, placed.depth) == (image.depths.len(), image.mean_depth());
             if !(is_same && self.fusion.take_out(image, model, &placed.T_world_camera)) {
                 // The next call of `follow` asks for all others again.
                 self.start_over();

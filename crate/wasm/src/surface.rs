@@ -7,6 +7,7 @@ use wasm_bindgen::prelude::*;
 use crate::thrown::Thrown;
 
 use crate::from_object;
+use crate::memory::grow_ahead;
 use scanstitch::error::Error;
 use scanstitch::geometry::{Pose3, TriangleMesh};
 use scanstitch::io::mesh::{self, MeshFormat};
@@ -54,6 +55,7 @@ impl Surface {
             Error::whole("The pose is not seven finite numbers", "Give x y z qx qy qz qw").in_file(name)
         })?;
         let color = color.as_deref().map(|bytes| ColorFile { name: "its colour image", bytes: Ok(bytes) });
+        grow_ahead();
         let image = self.surface.read(name, depth, color)?;
         self.mesh = None;
         self.surface.add(&image, &T_world_camera);
@@ -80,6 +82,7 @@ impl Surface {
     /// # Errors
     /// When the bytes are none of an image.
     pub fn put(&mut self, frame: u32, kept_image: &[u8]) -> Result<(), Thrown> {
+        grow_ahead();
         let image = self.surface.read_kept(kept_image)?;
         self.mesh = None;
         self.surface.put(frame as usize, &image);

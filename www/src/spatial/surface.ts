@@ -5,6 +5,7 @@ import { type PlacedFrame, placedFrames, VOXEL_SIZE } from '../../../package/mes
 import { messageOf } from '../engine/message-of.js';
 import { WorkerDied } from '../engine/remote.js';
 import { SurfaceClient } from '../engine/surface-client.js';
+import type { SpatialResult } from '../engine/spatial-protocol.js';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { formatCount, formatDuration, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
@@ -20,6 +21,8 @@ const UPDATE_SHARE = 0.3;
 interface Making {
   client: SurfaceClient;
   session: SpatialSession;
+  /** How its depths were read; undefined before the first. */
+  quantisation?: SpatialResult['quantisation'];
   isBusy: boolean;
   /** While the run goes on, it is not brought up to date before (ms, of `performance`). */
   nextUpdate: number;
@@ -98,10 +101,10 @@ export class RunSurface implements ReactiveController {
     this.#voxelSize = voxelSize;
     if (!this.#making && session.snapshot) {
       const { snapshot } = session;
-      const making = { client: new SurfaceClient(), session, isBusy: false, nextUpdate: 0, made: null };
+      const making: Making = { client: new SurfaceClient(), session, isBusy: false, nextUpdate: 0, made: null };
       this.#making = making;
       session.announce(`Making the surface of ${plural(this.#placedOf(snapshot.result).length, 'frame')}.`);
-      this.#finished = this.#begin(making);
+      this.#finished = this.#update(making);
     }
     return this.#finished;
   }
@@ -138,20 +141,6 @@ export class RunSurface implements ReactiveController {
     return isSame && (made.isFinal || phase === 'running');
   }
 
-  async #begin(making: Making): Promise<boolean> {
-    const { client, session } = making;
-    making.isBusy = true;
-    try {
-      const config = await session.ask('decode_config');
-      if (config === undefined) throw new Error('No depth image has been read');
-      await client.begin(config, this.#voxelSize);
-    } catch (error) {
-      if (this.#making === making) this.#onFailed(making, error);
-      return false;
-    }
-    return this.#update(making);
-  }
-
   /** Until it is of the run as it is; while the run goes on, once. */
   async #update(making: Making): Promise<boolean> {
     making.isBusy = true;
@@ -176,6 +165,14 @@ export class RunSurface implements ReactiveController {
     const { client, session } = making;
     const { snapshot, phase } = session;
     if (!snapshot) return;
+    const { quantisation } = snapshot.result;
+    if (making.quantisation !== quantisation) {
+      // All depths are read in another way than before.
+      const config = await session.ask('decode_config');
+      if (config === undefined) throw new Error('No depth image has been read');
+      await client.begin(config, this.#voxelSize);
+      making.quantisation = quantisation;
+    }
     const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
     await client.follow(frames, isFinal, {
       image: (frame) => session.ask('kept_image', frame),

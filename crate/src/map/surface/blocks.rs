@@ -63,11 +63,12 @@ pub(super) struct Block {
     /// Weights times distances (steps).
     pub distances: [i32; VOXELS],
     pub weights: [i32; VOXELS],
-    /// Where the images have colours.
-    pub colors: Option<Box<[ColorSum; VOXELS]>>,
     /// Of each part, weight of the views of the block that saw through it.
     pub seen_through: [i32; PARTS],
 }
+
+/// The colours of a block.
+pub(super) type BlockColors = [ColorSum; VOXELS];
 
 /// What is looked at of each block for every image.
 #[derive(Debug, Clone, Copy)]
@@ -82,19 +83,19 @@ pub(super) struct BlockState {
 
 impl Block {
     fn new() -> Self {
-        Self { distances: [0; VOXELS], weights: [0; VOXELS], colors: None, seen_through: [0; PARTS] }
+        Self { distances: [0; VOXELS], weights: [0; VOXELS], seen_through: [0; PARTS] }
     }
 
     /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.
-    pub(super) fn square_sum(&self) -> (f64, u64) {
+    pub(super) fn square_sum(&self) -> (f64, i64) {
         let measured = self.distances.iter().zip(&self.weights).filter(|&(_, &weight)| weight > 0);
         measured.fold((0.0, 0), |(sum, count), (&distance, &weight)| {
             (sum + f64::from(distance).powi(2) / f64::from(weight), count + 1)
         })
     }
 
-    /// Adds a block of voxels half as large.
-    fn add_finer(&mut self, fine: &Self, state: &BlockState) {
+    /// Adds a block of voxels half as large, and the colours of that to those of this one.
+    fn add_finer(&mut self, fine: &Self, state: &BlockState, mut colors: Option<(&mut BlockColors, &BlockColors)>) {
         let [x0, y0, z0] = state.corner.map(|at| at.rem_euclid(2) as usize * PART_SIDE);
         self.seen_through[part_index(x0, y0, z0)] =
             state.seen_through + fine.seen_through.iter().sum::<i32>() / PARTS as i32;
@@ -106,12 +107,47 @@ impl Block {
             let sum = |sums: &[i32; VOXELS]| eight.iter().map(|&at| i64::from(sums[at])).sum::<i64>();
             self.weights[at] = (sum(&fine.weights) / 8) as i32;
             self.distances[at] = (sum(&fine.distances) / 16) as i32;
-            let Some(colors) = &fine.colors else { continue };
-            let coarse = &mut self.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]))[at];
-            for color in eight.iter().filter_map(|&at| colors[at].mean()) {
-                coarse.add(color, false);
+            let Some((coarse, fine)) = &mut colors else { continue };
+            for color in eight.iter().filter_map(|&at| fine[at].mean()) {
+                coarse[at].add(color, false);
             }
         }
+    }
+}
+
+/// Large things in slabs of a megabyte or two: they grow to the whole memory, where one vector would be copied to a larger place, and
+/// an allocation each would take as long as measuring.
+#[derive(Debug, Clone)]
+struct Slabs<T>(Vec<Vec<T>>);
+
+impl<T> Slabs<T> {
+    const LENGTH: usize = 256;
+
+    fn len(&self) -> usize {
+        self.0.last().map_or(0, |last| (self.0.len() - 1) * Self::LENGTH + last.len())
+    }
+
+    fn push(&mut self, value: T) {
+        if self.0.last().is_none_or(|last| last.len() == Self::LENGTH) {
+            self.0.push(Vec::with_capacity(Self::LENGTH));
+        }
+        if let Some(last) = self.0.last_mut() {
+            last.push(value);
+        }
+    }
+
+    fn get(&self, number: usize) -> Option<&T> {
+        self.0.get(number / Self::LENGTH)?.get(number % Self::LENGTH)
+    }
+
+    fn get_mut(&mut self, number: usize) -> Option<&mut T> {
+        self.0.get_mut(number / Self::LENGTH)?.get_mut(number % Self::LENGTH)
+    }
+}
+
+impl<T> Default for Slabs<T> {
+    fn default() -> Self {
+        Self(Vec::new())
     }
 }
 
@@ -121,9 +157,9 @@ pub(super) struct Blocks {
     numbers: FxHashMap<[i32; 3], u32>,
     /// In the order in which the blocks were added.
     pub(super) states: Vec<BlockState>,
-    /// Boxed: they grow to the whole memory, which must not be copied to a larger place.
-    #[allow(clippy::vec_box, reason = "blocks of kilobytes, which stay where they are")]
-    all: Vec<Box<Block>>,
+    all: Slabs<Block>,
+    /// Of each block, where an image has had colours; of none before.
+    colors: Slabs<BlockColors>,
 }
 
 /// A block with its state.
@@ -131,6 +167,7 @@ pub(super) struct Blocks {
 pub(super) struct KnownBlock<'a> {
     state: &'a BlockState,
     block: &'a Block,
+    colors: Option<&'a BlockColors>,
 }
 
 impl KnownBlock<'_> {
@@ -148,14 +185,21 @@ impl KnownBlock<'_> {
     pub(super) fn voxel(&self, index: usize) -> Voxel {
         let weight = self.block.weights[index] as f32;
         let distance = self.block.distances[index] as f32 / (weight * STEPS);
-        let color = self.block.colors.as_ref().and_then(|colors| colors[index].mean());
+        let color = self.colors.and_then(|colors| colors[index].mean());
         Voxel { distance, weight, color }
     }
 }
 
 impl Blocks {
     pub(super) fn len(&self) -> usize {
-        self.all.len()
+        self.states.len()
+    }
+
+    /// From now on images have colours.
+    pub(super) fn add_colors(&mut self) {
+        while self.colors.len() < self.len() {
+            self.colors.push([ColorSum::default(); VOXELS]);
+        }
     }
 
     pub(super) fn number(&self, corner: [i32; 3]) -> Option<usize> {
@@ -164,24 +208,25 @@ impl Blocks {
 
     pub(super) fn get(&self, corner: [i32; 3]) -> Option<KnownBlock<'_>> {
         let number = self.number(corner)?;
-        Some(KnownBlock { state: &self.states[number], block: &self.all[number] })
+        Some(KnownBlock { state: &self.states[number], block: self.all.get(number)?, colors: self.colors.get(number) })
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Block> {
-        self.all.iter().map(AsRef::as_ref)
+        self.all.0.iter().flatten()
     }
 
-    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&mut BlockState, &mut Box<Block>)> {
-        self.states.iter_mut().zip(&mut self.all)
+    /// A block with its colours, where there are any.
+    pub(super) fn get_mut(&mut self, number: usize) -> Option<(&mut Block, Option<&mut BlockColors>)> {
+        Some((self.all.get_mut(number)?, self.colors.get_mut(number)))
     }
 
     /// The number of a block, which is added where there is none.
     pub(super) fn insert(&mut self, corner: [i32; 3]) -> usize {
-        let next = self.all.len() as u32;
+        let next = self.len() as u32;
         let number = *self.numbers.entry(corner).or_insert(next);
         if number == next {
             self.states.push(BlockState { corner, seen_through: 0, last_touched: 0 });
-            self.all.push(Box::new(Block::new()));
+            self.all.push(Block::new());
         }
         number as usize
     }
@@ -189,9 +234,14 @@ impl Blocks {
     /// The same field in voxels twice as large.
     pub(super) fn coarsened(&self) -> Self {
         let mut coarse = Self::default();
-        for (state, fine) in self.states.iter().zip(&self.all) {
+        for (number, (state, fine)) in self.states.iter().zip(self.iter()).enumerate() {
             let parent = coarse.insert(state.corner.map(|at| at.div_euclid(2)));
-            coarse.all[parent].add_finer(fine, state);
+            let fine_colors = self.colors.get(number);
+            if fine_colors.is_some() {
+                coarse.add_colors();
+            }
+            let Some((block, colors)) = coarse.get_mut(parent) else { continue };
+            block.add_finer(fine, state, colors.zip(fine_colors));
         }
         coarse
     }
@@ -240,7 +290,7 @@ mod tests {
         let mut blocks = Blocks::default();
         for (bz, by, bx) in positions(2) {
             let number = blocks.insert([bx as i32 - 2, by as i32 - 2, bz as i32]);
-            let block = &mut blocks.all[number];
+            let (block, _) = blocks.get_mut(number).unwrap();
             for (z, y, x) in positions(SIDE) {
                 // The plane z = 6.5 voxels; a voxel is measured at its centre.
                 let distance = (bz * SIDE + z) as f32 + 0.5 - 6.5;

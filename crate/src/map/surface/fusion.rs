@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockState, Blocks, ColorSum, STEPS, VOXELS};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, STEPS};
 use super::extraction::extract;
 use super::pixels::{Optics, WEIGHT_INFORMATION};
 use super::view::{FreeSpace, Squares, View};
@@ -51,7 +51,7 @@ impl SurfaceOptions {
 
 /// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
 const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
-const COLOR_BYTES: usize = VOXELS * size_of::<ColorSum>();
+const COLOR_BYTES: usize = size_of::<BlockColors>();
 
 /// An image in the field.
 #[derive(Debug, Clone)]
@@ -188,17 +188,24 @@ impl SurfaceFusion {
         }
         let free_space = view.free_space();
         let mut squares = Squares::default();
-        for (state, block) in self.blocks.iter_mut() {
-            if state.last_touched == self.num_changes {
-                view.change_block::<IS_TAKEN_OUT>(state.corner, block, &mut squares);
+        if view.has_colors() {
+            self.blocks.add_colors();
+        }
+        for number in 0..self.blocks.len() {
+            let state = &mut self.blocks.states[number];
+            if state.last_touched != self.num_changes {
+                let through = free_space.weight_through(state.corner, optics);
+                state.seen_through += if IS_TAKEN_OUT { -through } else { through };
                 continue;
             }
-            let through = free_space.weight_through(state.corner, optics);
-            state.seen_through += if IS_TAKEN_OUT { -through } else { through };
+            let corner = state.corner;
+            if let Some((block, colors)) = self.blocks.get_mut(number) {
+                view.change_block::<IS_TAKEN_OUT>(corner, block, colors, &mut squares);
+            }
         }
-        let sign = if IS_TAKEN_OUT { -1.0 } else { 1.0 };
-        self.squares.sum += sign * squares.sum;
-        self.squares.count = self.squares.count.wrapping_add_signed(sign as i64 * squares.count as i64);
+        let sign = if IS_TAKEN_OUT { -1 } else { 1 };
+        self.squares.sum += f64::from(sign) * squares.sum;
+        self.squares.count += i64::from(sign) * squares.count;
     }
 
     fn coarsen(&mut self) {
@@ -212,8 +219,8 @@ impl SurfaceFusion {
     pub fn variance_ratio(&self) -> f64 {
         let of_means = self.blocks.iter().map(Block::square_sum);
         let (sum, count) = of_means.fold((0.0, 0), |(sum, count), of_block| (sum + of_block.0, count + of_block.1));
-        let num_further = self.squares.count.saturating_sub(count);
-        if num_further == 0 {
+        let num_further = self.squares.count - count;
+        if num_further <= 0 {
             return 1.0;
         }
         let unit = f64::from(WEIGHT_INFORMATION * (self.voxel_size / STEPS).powi(2));

@@ -1,9 +1,15 @@
 //! A depth image at its pose: what it says of the points in space.
 
+#![allow(
+    clippy::inline_always,
+    reason = "the innermost loop of the fusion, which a build for tests else leaves as calls"
+)]
+#![allow(clippy::cast_possible_wrap, reason = "images have less than 2^31 pixels")]
+
 use glam::{Mat3A, Mat4, Vec3A, Vec4};
 use wide::{f32x4, i32x4};
 
-use super::blocks::{Block, ColorSum, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
+use super::blocks::{Block, BlockColors, PART_SIDE, SIDE, STEPS, VOXELS, index, positions};
 use super::depth_tiles::{DepthTiles, Rectangle};
 use super::pixels::{Optics, Pixels, Seen};
 use crate::geometry::Pose3;
@@ -15,7 +21,7 @@ const COLOR_VOXELS: f32 = 2.0;
 
 /// A camera in the field: the world is in voxels, its own frame in metres.
 #[derive(Debug, Clone)]
-pub(super) struct Camera {
+pub(super) struct PosedCamera {
     /// World to camera, with the voxel's side in it.
     to_camera: Mat3A,
     /// The origin of the world, in the camera's frame (m).
@@ -33,7 +39,7 @@ struct Bounds {
     depths: [f32; 2],
 }
 
-impl Camera {
+impl PosedCamera {
     fn new(T_world_camera: &Pose3, projection: [f32; 4], voxel_size: f32) -> Self {
         let T_camera_world = T_world_camera.inverse();
         let R = T_camera_world.rotation.to_rotation_matrix().into_inner().map(|entry| entry as f32);
@@ -67,7 +73,7 @@ impl Camera {
 /// What an image says of the space that it sees through: small enough to be kept for all images.
 #[derive(Debug, Clone)]
 pub(super) struct FreeSpace {
-    camera: Camera,
+    camera: PosedCamera,
     tiles: DepthTiles,
 }
 
@@ -104,7 +110,7 @@ pub(super) struct View<'a> {
     image: &'a MapImage,
     optics: &'a Optics,
     pixels: Pixels<'a>,
-    camera: Camera,
+    camera: PosedCamera,
     tiles: DepthTiles,
     /// Blocks within the truncation of a surface, some more than once.
     pub(super) touched: Vec<[i32; 3]>,
@@ -114,7 +120,7 @@ pub(super) struct View<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Squares {
     pub sum: f64,
-    pub count: u64,
+    pub count: i64,
 }
 
 impl<'a> View<'a> {
@@ -131,8 +137,12 @@ impl<'a> View<'a> {
             let free = pixels.truncation(column, row).map_or(0.0, |(depth, truncation)| depth - truncation);
             [free, f32::NEG_INFINITY]
         });
-        let camera = Camera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
+        let camera = PosedCamera::new(T_world_camera, [fx, fy, cx - 1.0, cy - 1.0], voxel_size);
         Self { image, optics, pixels, camera, tiles, touched: touched.blocks }
+    }
+
+    pub(super) fn has_colors(&self) -> bool {
+        self.image.colors.is_some()
     }
 
     pub(super) fn free_space(&self) -> FreeSpace {
@@ -144,11 +154,9 @@ impl<'a> View<'a> {
         &self,
         corner: [i32; 3],
         block: &mut Block,
+        mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) {
-        if self.image.colors.is_some() {
-            block.colors.get_or_insert_with(|| Box::new([ColorSum::default(); VOXELS]));
-        }
         let corner = first_voxel(corner);
         for (part, (z, y, x)) in positions(SIDE / PART_SIDE).enumerate() {
             let voxel = [x * PART_SIDE, y * PART_SIDE, z * PART_SIDE];
@@ -158,7 +166,7 @@ impl<'a> View<'a> {
             if through > 0 {
                 block.seen_through[part] += if IS_TAKEN_OUT { -through } else { through };
             } else if bounds.depths[0] < farthest {
-                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, squares);
+                self.change_part::<IS_TAKEN_OUT>(first, voxel, block, colors.as_deref_mut(), squares);
             }
         }
     }
@@ -169,6 +177,7 @@ impl<'a> View<'a> {
         first: Vec3A,
         [x, y, z]: [usize; 3],
         block: &mut Block,
+        mut colors: Option<&mut BlockColors>,
         squares: &mut Squares,
     ) {
         let rows = Rows::new(&self.camera, &self.pixels, first);
@@ -186,7 +195,7 @@ impl<'a> View<'a> {
             let from = index(x, y + along_y, z + along_z);
             change::<IS_TAKEN_OUT>(&mut block.distances, from, products);
             change::<IS_TAKEN_OUT>(&mut block.weights, from, measured.weights);
-            if let (Some(sums), Some(colors)) = (&mut block.colors, &self.image.colors) {
+            if let (Some(sums), Some(colors)) = (&mut colors, &self.image.colors) {
                 let near = measured.distances.abs().simd_lt(f32x4::splat(COLOR_VOXELS * STEPS));
                 let mut lanes = (near & is_measured).to_bitmask();
                 while lanes != 0 {
@@ -197,7 +206,7 @@ impl<'a> View<'a> {
             }
         }
         squares.sum += f64::from(sum.reduce_add());
-        squares.count += count.reduce_add() as u64;
+        squares.count += i64::from(count.reduce_add());
     }
 }
 
@@ -231,7 +240,7 @@ struct Measured {
 
 impl Rows {
     #[inline]
-    fn new(camera: &Camera, pixels: &Pixels, first: Vec3A) -> Self {
+    fn new(camera: &PosedCamera, pixels: &Pixels, first: Vec3A) -> Self {
         let [fx, fy, cx, cy] = pixels.projection();
         let projected = |p: Vec3A| Vec3A::new(fx * p.x + cx * p.z, fy * p.y + cy * p.z, p.z);
         let along_x = projected(camera.to_camera.x_axis);
@@ -275,7 +284,7 @@ fn lanes(vector: Vec4) -> f32x4 {
 
 /// The blocks that surfaces touch, some more than once.
 struct Touched {
-    /// Camera to world, in blocks.
+    /// PosedCamera to world, in blocks.
     R: Mat3A,
     t: Vec3A,
     block_size: f32,
