@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::MeasuredMotion;
 use super::information::chained;
+use super::{MeasuredMotion, UNKNOWN_SIGMA};
 use crate::geometry::mahalanobis;
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{Pose2, RigidMotion};
 
 /// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
@@ -25,23 +25,21 @@ pub struct MotionNoise {
 const TRANSLATION: (f64, f64, f64) = (0.004, 0.05, 0.05);
 /// ... and of a heading after a step (rad), a turn by a radian (rad) and a metre (rad).
 const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
-/// Before anything is known of the wheels, they are trusted half as much.
+/// Before anything is known of the wheels, they are trusted half as much; twice as much is not believed of any.
 const UNKNOWN: f64 = 2.0;
-/// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
-const SCALES: (f64, f64) = (0.5, 8.0);
 /// Fewer counterparts than this do not tell the noise.
 pub const MIN_SAMPLES: usize = 8;
-/// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
-const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
-/// 90 % quantiles of the same: wheels that slip now and then have long tails.
+/// The size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal): the median ...
+const UNIT_MEDIANS: (f64, f64) = (1.177, 1.0 / MEDIAN_TO_SIGMA);
+/// ... and the 90 % quantile: wheels that slip now and then have long tails.
 const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
 
-/// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
-const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
+/// A wrong step may be any motion within the window of a search: its density a square metre and radian.
+const WRONG_DENSITY: f64 = 1.0 / (8.0 * UNKNOWN_SIGMA.0 * UNKNOWN_SIGMA.1 * UNKNOWN_SIGMA.1);
 /// Share of the steps that are wrong, before anything is known.
-const EXPECTED_WRONG: f64 = 0.05;
+pub const EXPECTED_WRONG: f64 = 0.05;
 /// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
-const TAIL: f64 = 0.1;
+pub const TAIL: f64 = 0.1;
 
 /// A measured motion of one or more steps, and the registration of the same motion.
 #[derive(Debug, Clone)]
@@ -99,7 +97,7 @@ impl MotionNoise {
         let scale = |values: &mut [f64], median: f64, tail: f64| {
             let mut of = |share| quantile(values, share).unwrap_or(0.0);
             let scale = (of(0.5) / median).max(if share > 0.5 { of(share) / tail } else { 0.0 });
-            scale.clamp(SCALES.0, SCALES.1)
+            scale.max(1.0 / UNKNOWN)
         };
         Self {
             translation_scale: scale(&mut translations, UNIT_MEDIANS.0, UNIT_TAILS.0),
@@ -122,7 +120,7 @@ impl MotionNoise {
     }
 
     /// Whether a counterpart is likelier by this noise than as a wrong step.
-    fn explains(&self, counterpart: &Counterpart) -> bool {
+    pub fn explains(&self, counterpart: &Counterpart) -> bool {
         let odds = EXPECTED_WRONG / (1.0 - EXPECTED_WRONG);
         self.log_likelihood_ratio(&counterpart.steps, &counterpart.registered) > odds.ln()
     }
@@ -146,8 +144,8 @@ impl MotionNoise {
     }
 }
 
-/// Fewer changes than this do not tell their tail: beyond a 90 % quantile lie five of them.
-const MIN_CHANGES: usize = 50;
+/// Of fewer numbers less than five lie in the tail, which does not tell it.
+pub const MIN_FOR_TAIL: usize = (5.0 / TAIL) as usize;
 
 /// How much a robot's motion changes: variances of the heading (rad^2) and the position (m^2) in the frame at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,7 +162,7 @@ impl MotionChange {
             quantile(&mut sizes, 1.0 - TAIL).map_or(0.0, |size| size / UNIT_TAILS.1)
         };
         let variances = Vector3::from_fn(|axis, _| sigma(axis).powi(2));
-        (offs.len() >= MIN_CHANGES).then_some(Self { variances })
+        (offs.len() >= MIN_FOR_TAIL).then_some(Self { variances })
     }
 
     /// Whether a motion may change by so much, in the frame at its end.

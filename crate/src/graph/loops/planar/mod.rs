@@ -32,6 +32,7 @@ pub use certainty::Uncertainty;
 use consistency::Candidate;
 pub use edits::{GraphState, LoopEvidence, Refusal};
 use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
+pub use pairs::WINDOW_SIGMAS;
 use submap::{Keyframe, Submap};
 pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
 use uncertainty::RelativeCovariances;
@@ -59,8 +60,6 @@ const MAX_GRAPH_STEPS: usize = 20;
 /// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: at most about two milliseconds. With
 /// half of it the search ended before the loops of the infinite corridor played backwards were closed.
 const SEARCH_BUDGET: f64 = 120.0;
-/// Rounds at the most.
-const MAX_ROUNDS: usize = 12;
 
 /// A loop of the graph.
 #[derive(Clone)]
@@ -187,7 +186,7 @@ impl LoopClosure {
             return;
         }
         let has_news = self.round == 0 || self.accept();
-        if !has_news || self.round == MAX_ROUNDS {
+        if !has_news {
             self.is_done = true;
             return;
         }
