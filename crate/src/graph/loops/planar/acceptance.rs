@@ -4,7 +4,6 @@ use nalgebra::Matrix3;
 
 use super::consistency::{Candidate, Relation, compare, consistent_set};
 use super::{Loop, LoopClosure, MAX_GRAPH_STEPS, Origin};
-use crate::geometry::mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 use crate::graph::pose_graph::{BetweenFactor, optimize_poses};
 use crate::registration::correlative::SearchWindow;
 
@@ -12,6 +11,8 @@ use crate::registration::correlative::SearchWindow;
 pub(super) const MAX_WINDOW_ALONE: SearchWindow = SearchWindow { translation: 1.0, rotation: 0.3 };
 /// Widest search window (m, rad) in which one supporting match is enough; beyond, two are needed.
 const MAX_WINDOW_IN_PAIRS: SearchWindow = SearchWindow { translation: 4.0, rotation: 0.8 };
+/// A loop whose robust weight in the solved graph is not above this is taken back.
+const MIN_FITTING_WEIGHT: f64 = 0.25;
 
 impl LoopClosure {
     /// Takes the matches that agree into the graph, solves it, and takes back what does not fit. Whether anything changed.
@@ -68,7 +69,8 @@ impl LoopClosure {
             optimize_poses(&mut self.poses, &factors, MAX_GRAPH_STEPS);
             let poses = &self.poses;
             let before = self.loops.len();
-            self.loops.retain(|closed| closed.factor.squared_distance(poses) < ONE_IN_HUNDRED_THOUSAND);
+            self.loops
+                .retain(|closed| closed.factor.weight(closed.factor.squared_distance(poses)) > MIN_FITTING_WEIGHT);
             if self.loops.len() == before {
                 return;
             }

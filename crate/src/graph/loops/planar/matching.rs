@@ -70,7 +70,7 @@ pub struct SourceStretch {
 /// The target keeps one return in each cell of this side (m) ...
 const TARGET_SPACING: f64 = 0.05;
 /// ... and the source one in each of these (m).
-pub const SOURCE_SPACING: f64 = 0.15;
+const SOURCE_SPACING: f64 = 0.15;
 /// Keyframes of a submap whose free space a match is tested against.
 const MAX_REFERENCE_KEYFRAMES: usize = 5;
 /// What a match is known by at best (rad, m): matches of stretches share what is wrong inside these.

@@ -6,7 +6,6 @@ use std::rc::Rc;
 use nalgebra::Vector2;
 use rustc_hash::FxHashSet;
 
-use super::matching::SOURCE_SPACING;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::free_space::beams::RangeProfile;
@@ -43,12 +42,14 @@ const MAX_RANGE: f64 = 15.0;
 const MIN_SHARED: f64 = 0.3;
 /// Share of a submap's returns that lie within its radius.
 const RADIUS_SHARE: f64 = 0.8;
+/// Side of the cells that keep one return for the radius (m).
+const RADIUS_CELL: f64 = 0.3;
 
 impl Submap {
     /// Of these keyframes; `poses` are those of all.
     pub fn new(range: Range<usize>, keyframes: &[Keyframe], poses: &[Pose2]) -> Self {
         let anchor = usize::midpoint(range.start, range.end - 1);
-        let points = overlaid(range.clone(), keyframes, poses, &poses[anchor], SOURCE_SPACING, 0.0).0;
+        let points = overlaid(range.clone(), keyframes, poses, &poses[anchor], RADIUS_CELL, 0.0).0;
         let mut distances: Vec<f64> = points.iter().map(Vector2::norm).collect();
         distances.sort_by(f64::total_cmp);
         let radius = distances.get((RADIUS_SHARE * distances.len() as f64) as usize).copied().unwrap_or(0.0);
