@@ -131,7 +131,7 @@ pub struct Odometry {
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
 /// Standard deviation (rad, m) of a motion in directions that nothing determines: the half widths of the usual search.
-pub const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
+const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// Two poses that differ by more are two places (m, rad).
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
 /// Number of consecutive registered frames from which the motion is known.

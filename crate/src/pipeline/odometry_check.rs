@@ -4,26 +4,32 @@
 //! of scans that do not agree without any motion tell which reading of the odometry is right: as it is, or with another
 //! unit or another clock. Odometry that only another reading makes agree is not used, and the reading is named.
 
-use super::planar::NUM_COMPARED;
 use super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, planar_poses};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
 use crate::io::trajectory::Trajectory;
-use crate::odometry::planar::assess::MIN_OVERLAP;
-use crate::registration::free_space::beams::range_tolerance;
 
+/// About this many pairs of scans are compared, and always fewer than twice as many.
+const MAX_PAIRS: usize = 60;
 /// Fewer pairs that tell anything decide nothing.
-pub(super) const MIN_PAIRS: usize = 5;
+const MIN_PAIRS: usize = 5;
 /// Largest number of scans between the two of a pair: the motion is then small enough for both to see the same.
 const MAX_APART: usize = 64;
 /// A pair of scans is informative about motion where its agreement without any motion is below this.
 const MAX_STILL: f64 = 0.6;
+/// Where too few pairs have moved: smallest change of the agreement by the odometry for which a pair is used.
+const MIN_DIFFERENCE: f64 = 0.25;
 /// Returns of a scan that are moved into the other.
 const MAX_RETURNS: usize = 60;
 /// Bearings to a full turn: what a scan saw there is its nearest return.
 const NUM_BEARINGS: usize = 360;
-/// Another reading has to make this much more agree than the odometry as it is, and where too few pairs have moved, the odometry that much
-/// more or less than no motion; ...
+/// Of the returns, at least this share has to lie in the other's view.
+const MIN_IN_VIEW: f64 = 0.2;
+/// A return agrees with a range that differs by at most this (m) ...
+const RANGE_TOLERANCE: f64 = 0.1;
+/// ... and by this share of it in addition.
+const RANGE_SHARE: f64 = 0.03;
+/// Another reading has to make this much more agree than the odometry as it is, ...
 const MIN_GAIN: f64 = 0.2;
 /// ... and this much in all.
 const MIN_AGREEMENT: f64 = 0.5;
@@ -45,8 +51,10 @@ const POSITION_UNITS: [(f64, &str); 8] = [
 ];
 /// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
-/// ... and the step between two of them: a robot's turn lasts longer. One step is the delay of a message, not another clock.
+/// ... and the step between two of them: a robot's turn lasts longer.
 const CLOCK_STEP: f64 = 0.25;
+/// Offsets below this (s) are the delay of a message, not another clock.
+const MIN_CLOCK_OFFSET: f64 = 0.5;
 
 /// What to do about scans that are the mirror image of what odometry tells.
 const MIRROR_REMEDY: &str = "If the laser turns clockwise or hangs upside down, set laser_direction=mirrored; if the odometry counts \
@@ -194,7 +202,7 @@ impl Evidence {
     /// Pairs all over the log, of scans that are as close in it as they may be and still look different.
     fn new(scans: &[RecordedScan], poses: &[Option<Pose2>], limit: f64) -> Self {
         let known: Vec<usize> = (0..scans.len()).filter(|&scan| poses[scan].is_some()).collect();
-        let stride = (known.len() / NUM_COMPARED).max(1);
+        let stride = (known.len() / MAX_PAIRS).max(1);
         let pair = |first: usize, tells: &dyn Fn(&ScanPair, f64) -> bool| {
             let ranges = profile(&scans[first], limit);
             let apart = std::iter::successors(Some(1), |apart| Some(2 * apart)).take_while(|&apart| apart <= MAX_APART);
@@ -214,7 +222,7 @@ impl Evidence {
         }
         // Hardly anything moved, unless it is the odometry.
         let differs =
-            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > MIN_GAIN;
+            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > MIN_DIFFERENCE;
         Self { pairs: pairs(&differs) }
     }
 
@@ -328,7 +336,7 @@ impl Evidence {
         let agreement = |offset: f64| self.agreement(scans, |scan| timed.at(scans[scan].time? - offset));
         let tried = (-steps..=steps).map(|step| f64::from(step) * CLOCK_STEP).map(|offset| (agreement(offset), offset));
         let (agreement, offset) = tried.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().total_cmp(&a.1.abs())))?;
-        (offset.abs() > CLOCK_STEP).then(|| Reading {
+        (offset.abs() >= MIN_CLOCK_OFFSET).then(|| Reading {
             agreement,
             problem: format!("Its clock is {} s {}", offset.abs(), if offset > 0.0 { "behind" } else { "ahead" }),
             remedy: format!("Add {offset} s to its times"),
@@ -366,10 +374,10 @@ impl ScanPair {
             let off = nearby.into_iter().map(f64::abs).filter(|off| off.is_finite()).fold(f64::NAN, f64::min);
             if off.is_finite() {
                 in_view += 1;
-                agreed += usize::from(off < range_tolerance(range));
+                agreed += usize::from(off < RANGE_TOLERANCE + RANGE_SHARE * range);
             }
         }
-        let is_seen = f64::from(in_view) >= MIN_OVERLAP * self.returns.len() as f64 && in_view > 0;
+        let is_seen = f64::from(in_view) >= MIN_IN_VIEW * self.returns.len() as f64 && in_view > 0;
         if is_seen { agreed as f64 / f64::from(in_view) } else { 0.0 }
     }
 }

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::MeasuredMotion;
 use super::information::chained;
-use super::{MeasuredMotion, UNKNOWN_SIGMA};
 use crate::geometry::mahalanobis;
-use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
+use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 
 /// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
@@ -25,17 +25,19 @@ pub struct MotionNoise {
 const TRANSLATION: (f64, f64, f64) = (0.004, 0.05, 0.05);
 /// ... and of a heading after a step (rad), a turn by a radian (rad) and a metre (rad).
 const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
-/// Before anything is known of the wheels, they are trusted half as much; twice as much is not believed of any.
+/// Before anything is known of the wheels, they are trusted half as much.
 const UNKNOWN: f64 = 2.0;
+/// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
+const SCALES: (f64, f64) = (0.5, 8.0);
 /// Fewer counterparts than this do not tell the noise.
 pub const MIN_SAMPLES: usize = 8;
-/// The size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal): the median ...
-const UNIT_MEDIANS: (f64, f64) = (1.177, 1.0 / MEDIAN_TO_SIGMA);
-/// ... and the 90 % quantile: wheels that slip now and then have long tails.
+/// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
+const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
+/// 90 % quantiles of the same: wheels that slip now and then have long tails.
 const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
 
-/// A wrong step may be any motion within the window of a search: its density a square metre and radian.
-const WRONG_DENSITY: f64 = 1.0 / (8.0 * UNKNOWN_SIGMA.0 * UNKNOWN_SIGMA.1 * UNKNOWN_SIGMA.1);
+/// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
+const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
 /// Share of the steps that are wrong, before anything is known.
 pub const EXPECTED_WRONG: f64 = 0.05;
 /// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
@@ -97,7 +99,7 @@ impl MotionNoise {
         let scale = |values: &mut [f64], median: f64, tail: f64| {
             let mut of = |share| quantile(values, share).unwrap_or(0.0);
             let scale = (of(0.5) / median).max(if share > 0.5 { of(share) / tail } else { 0.0 });
-            scale.max(1.0 / UNKNOWN)
+            scale.clamp(SCALES.0, SCALES.1)
         };
         Self {
             translation_scale: scale(&mut translations, UNIT_MEDIANS.0, UNIT_TAILS.0),
@@ -120,7 +122,7 @@ impl MotionNoise {
     }
 
     /// Whether a counterpart is likelier by this noise than as a wrong step.
-    pub fn explains(&self, counterpart: &Counterpart) -> bool {
+    fn explains(&self, counterpart: &Counterpart) -> bool {
         let odds = EXPECTED_WRONG / (1.0 - EXPECTED_WRONG);
         self.log_likelihood_ratio(&counterpart.steps, &counterpart.registered) > odds.ln()
     }

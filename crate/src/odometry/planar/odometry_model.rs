@@ -10,10 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::belief::Finding;
 use super::information::{chained, seen_from, sigmas, softened_covariance};
 use super::motion_noise::{Counterpart, MIN_FOR_TAIL, MotionChange, MotionNoise, TAIL};
-use super::{
-    FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, UNKNOWN_SIGMA, continues,
-    may_follow,
-};
+use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
 use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
@@ -29,6 +26,8 @@ const MAX_STEPS: usize = 5;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
+/// What a registration leaves open of a direction that nothing constrains (rad, m).
+pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
 /// Chain or result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
 /// the result does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
 const CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
@@ -278,7 +277,7 @@ impl OdometryModel {
 /// Covariance of a frame's registered motion from the frame before.
 fn chain_covariance(frame: usize, estimates: &[FrameEstimate]) -> Matrix3<f64> {
     let information = seen_from(&estimates[frame].information, &estimates[frame - 1].T_world_sensor);
-    softened_covariance(&information, REGISTRATION_SIGMA, UNKNOWN_SIGMA)
+    softened_covariance(&information, REGISTRATION_SIGMA, UNREGISTERED)
 }
 
 impl Stretch {

@@ -7,20 +7,18 @@ use crate::io::laser_log::OdometryOrigin;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::assess::{GOOD_AGREEMENT, MIN_POINTS};
 use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
-use crate::odometry::planar::information::CERTAIN_SIGMA;
-use crate::odometry::planar::motion_noise::{Counterpart, EXPECTED_WRONG, MIN_SAMPLES, MotionNoise};
+use crate::odometry::planar::motion_noise::{Counterpart, EXPECTED_WRONG, MIN_SAMPLES};
 use crate::odometry::planar::{PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
-use crate::pipeline::odometry_check::MIN_PAIRS;
 use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
 
-/// So many pairs of scans all over the way are compared at most.
-pub const NUM_COMPARED: usize = 48;
+/// So many stretches of the way are compared.
+const COMPARED: usize = 48;
 /// A stretch is as many steps as it takes to go this far (m) ...
 const STRETCH: f64 = 0.5;
 /// ... or to turn this much (rad).
 const STRETCH_TURN: f64 = 0.25;
 /// Motions near the border of the search, where a registration is pulled to its inside, are not compared where there are others: this share of
-/// its half width is left. With all of it, the wheels' noise of fr079 with `wheels_stop` comes out so large that 12 % of its pairs are wrong.
+/// its half width is left (`docs/measurements/laser.md`, numbers merged).
 const INSIDE: f64 = 0.8;
 
 /// Stretches spread over the way, each with what a registration from scans alone makes of it, where that is sure.
@@ -35,7 +33,7 @@ pub(super) fn counterparts(motions: &[Option<Pose2>], scans: &RecordedScans) -> 
     };
     let inside: Vec<_> = all.iter().filter(is_inside).cloned().collect();
     let stretches = if 4 * inside.len() > all.len() { inside } else { all };
-    let stride = stretches.len().div_ceil(NUM_COMPARED).max(1);
+    let stride = stretches.len().div_ceil(COMPARED).max(1);
     let stretches = stretches.into_iter().step_by(stride);
     stretches.filter_map(|(from, steps)| counterpart(from, steps, scans, &options)).collect()
 }
@@ -76,17 +74,25 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
     stretches
 }
 
-/// Whether scans fit each other where measured motions put them, by the noise of unknown wheels, all over the way but for wrong steps.
+/// Scans fit measured stretches when a registration moves them by less than this (m) and this share of their way,
+const FITTING: (f64, f64) = (0.1, 0.1);
+/// ... by less than this turn (rad), and as many returns agree as in a good registration.
+const FITTING_TURN: f64 = 0.1;
+
+/// Whether scans fit each other where measured motions put them, all over the way.
 #[inline(never)]
 pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bool {
     let options = scans.settings.odometry_options();
     let stretches = stretches(motions);
-    let stride = stretches.len().div_ceil(NUM_COMPARED).max(1);
+    let stride = stretches.len().div_ceil(COMPARED).max(1);
     let fits = |(from, steps): &(usize, Vec<Pose2>)| {
-        let (target, source) = (scans.cleaned(*from), scans.cleaned(from + steps.len()));
-        let found = register_pair(&target, &source, sum(steps), &options).0;
-        let counterpart = Counterpart { steps: steps.clone(), registered: known(&found) };
-        found.assessment.agreement > GOOD_AGREEMENT && MotionNoise::default().explains(&counterpart)
+        let measured = sum(steps);
+        let Hypothesis { registration, assessment } =
+            register_pair(&scans.cleaned(*from), &scans.cleaned(from + steps.len()), measured, &options).0;
+        let off = measured.inverse() * registration.T_target_source;
+        assessment.agreement > GOOD_AGREEMENT
+            && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
+            && off.rotation_angle() < FITTING_TURN
     };
     let compared: Vec<bool> = stretches.iter().step_by(stride).map(fits).collect();
     let num_fitting = compared.iter().filter(|&&fits| fits).count();
@@ -97,6 +103,10 @@ pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bo
 const MIN_REVISIT_PATH: f64 = 15.0;
 /// Largest distance between the poses of two visits (m, rad).
 const MAX_REVISIT_DISTANCE: (f64, f64) = (1.0, 0.35);
+/// Fewer revisits do not decide whose the poses are.
+const MIN_REVISITS: usize = 4;
+/// Largest deviation of a registration from corrected poses at a revisit (m, rad).
+const CORRECTED: (f64, f64) = (0.25, 0.07);
 
 /// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
 /// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do. Of a path that
@@ -111,7 +121,7 @@ pub(super) fn log_holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) 
         return (true, Some(note.to_owned()));
     }
     let (num_fitting, num_tried) = fitting_revisits(&poses, scans);
-    let is_told = num_tried >= MIN_PAIRS;
+    let is_told = num_tried >= MIN_REVISITS;
     if !is_told && !are_all(OdometryOrigin::RepeatsWheels) {
         let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
         let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
@@ -135,7 +145,7 @@ pub(super) fn log_holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) 
 fn fitting_revisits(poses: &[Pose2], scans: &RecordedScans) -> (usize, usize) {
     let options = scans.settings.odometry_options();
     let revisits = revisits(poses);
-    let stride = revisits.len().div_ceil(NUM_COMPARED / 2).max(1);
+    let stride = revisits.len().div_ceil(COMPARED / 2).max(1);
     let (mut num_fitting, mut num_tried) = (0, 0);
     for (earlier, later) in revisits.into_iter().step_by(stride) {
         let (target, source) = (scans.cleaned(earlier), scans.cleaned(later));
@@ -148,8 +158,8 @@ fn fitting_revisits(poses: &[Pose2], scans: &RecordedScans) -> (usize, usize) {
         num_tried += 1;
         num_fitting += usize::from(
             assessment.status != Status::Lost
-                && off.translation_norm() < CERTAIN_SIGMA.1
-                && off.rotation_angle() < CERTAIN_SIGMA.0,
+                && off.translation_norm() < CORRECTED.0
+                && off.rotation_angle() < CORRECTED.1,
         );
     }
     (num_fitting, num_tried)

@@ -5,17 +5,19 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use super::counterparts::NUM_COMPARED;
 use super::pairs::{known, register_alone};
 use crate::io::laser_log::{Bearings, LaserLog, LaserScan};
 use crate::odometry::planar::assess::MIN_POINTS;
-use crate::odometry::planar::motion_noise::{EXPECTED_WRONG, MotionNoise};
+use crate::odometry::planar::motion_noise::MotionNoise;
 use crate::pipeline::recorded_scan::RecordedScan;
 use crate::pipeline::settings::Settings;
-use crate::registration::free_space::beams::range_tolerance;
 
+/// Pairs of scans that are compared.
+const NUM_PAIRS: usize = 24;
 /// Of the readings of a pair, this share differs by more than noise: one of the two scans was taken from elsewhere.
 const MIN_DIFFERING: f64 = 0.5;
+/// Ranges differ beyond this (m) and this share of the range.
+const SAME_RANGE: (f32, f32) = (0.15, 0.03);
 /// Largest number of scans between the two of a pair.
 const MAX_APART: usize = 16;
 /// The fans of lasers (degrees): what they are sold with.
@@ -30,6 +32,8 @@ const MIN_GAIN: f64 = 0.05;
 const MIN_MOTION_GAIN: f64 = 0.5;
 /// ... where pairs of scans that differ by less fit as well, ...
 const SAME_FIT: f64 = 0.01;
+/// Share of the motions by these poses that is wrong, whatever the fan.
+const WRONG_SHARE: f64 = 0.1;
 /// ... and more of them in so many pairs that chance does it once in this many logs.
 const CHANCE: f64 = 1e-4;
 
@@ -102,7 +106,7 @@ impl Fit {
         let measured = pose(first).zip(pose(second)).map(|(first, second)| first.inverse() * second);
         let motion = measured.map_or(0.0, |measured| {
             let ratio = MotionNoise::default().log_likelihood_ratio(&[measured], &known(&found)).exp();
-            (EXPECTED_WRONG + (1.0 - EXPECTED_WRONG) * ratio).ln()
+            (WRONG_SHARE + (1.0 - WRONG_SHARE) * ratio).ln()
         });
         Self { agreement: seen.agreeing as f64 / count as f64, motion }
     }
@@ -145,7 +149,7 @@ fn scaled(bearings: &Bearings, factor: f64) -> Bearings {
 
 /// Pairs of scans all over the log, as close in it as they may be and still look different.
 fn pairs(scans: &[LaserScan]) -> Vec<(usize, usize)> {
-    let stride = (scans.len() / (NUM_COMPARED / 2)).max(1);
+    let stride = (scans.len() / NUM_PAIRS).max(1);
     let pair = |first: usize| {
         let apart = std::iter::successors(Some(1), |apart| Some(2 * apart)).take_while(|&apart| apart <= MAX_APART);
         let later = apart.map(|apart| first + apart).take_while(|&second| second < scans.len());
@@ -157,7 +161,7 @@ fn pairs(scans: &[LaserScan]) -> Vec<(usize, usize)> {
 /// Whether two scans have readings that differ, beam by beam.
 fn differ(first: &LaserScan, second: &LaserScan) -> bool {
     let both = first.ranges.iter().zip(&second.ranges).filter(|(a, b)| a.is_finite() && b.is_finite());
-    let differs = both.map(|(a, b)| f64::from((a - b).abs()) > range_tolerance(f64::from(a.min(*b))));
+    let differs = both.map(|(a, b)| (a - b).abs() > SAME_RANGE.0 + SAME_RANGE.1 * a.min(*b));
     let (all, differing) =
         differs.fold((0, 0), |(all, differing), differs| (all + 1, differing + usize::from(differs)));
     differing as f64 > MIN_DIFFERING * f64::from(all)

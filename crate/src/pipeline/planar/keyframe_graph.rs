@@ -9,14 +9,13 @@ use crate::geometry::{Pose2, RigidMotion};
 use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
+use crate::io::pose_graph::{Edge as MotionEdge, PoseGraph};
 use crate::map::local::is_new_view;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
 use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel};
-use crate::odometry::planar::{
-    FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, UNKNOWN_SIGMA,
-};
+use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 
@@ -28,6 +27,10 @@ pub const LONG_SEQUENCE: usize = 100;
 const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
 /// That share.
 const OPEN_DIRECTION_SHARE: f64 = 0.3;
+/// Without odometry: standard deviation of a doubted registration (rad, m) ...
+const DOUBTED_SIGMA: (f64, f64) = (0.3, 0.5);
+/// ... and of the pose across a break of the chain, or of an implausible one (rad, m).
+const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
 /// Openness of a link above which it divides two submaps.
 const MAX_OPENNESS: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
@@ -171,6 +174,22 @@ impl KeyframeGraph {
         known.collect()
     }
 
+    /// The keyframes where the graph has them, by their frames, and the motions between them with the information that is left to each where
+    /// the others contradict it.
+    pub fn pose_graph(&self) -> PoseGraph<Pose2> {
+        let poses = self.closure.solved_poses();
+        let edge = |factor: PlanarFactor| {
+            let weight = factor.weight(factor.squared_distance(&poses));
+            let BetweenFactor { from, to, T_from_to, information, .. } = factor;
+            // From a perturbation on the left to one on the right.
+            let adjoint = T_from_to.adjoint();
+            MotionEdge { from, to, T_from_to, information: adjoint.transpose() * information * adjoint * weight }
+        };
+        let edges = self.closure.factors().into_iter().map(edge).collect();
+        let ids = self.nodes.iter().map(|&node| node as u64).collect();
+        PoseGraph { ids, num_given: poses.len(), poses, fixed: Vec::new(), edges }
+    }
+
     /// Frames whose place one loop that was put in by hand tells alone.
     pub fn hang_by_one_hand(&self) -> Vec<usize> {
         let hang = self.closure.hang_by_one_hand();
@@ -273,7 +292,8 @@ impl Relations {
             all.push(relation(*T_before_sensor, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
-            all.push(relation(T_before_frame, &diagonal(UNKNOWN_SIGMA), true));
+            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED_SIGMA } else { UNKNOWN_SIGMA };
+            all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
         let left = covariance(&all).filter(|_| is_tied && !(is_start && measured.is_none()));

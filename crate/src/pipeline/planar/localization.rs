@@ -14,9 +14,8 @@ use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::localization::{Localizer, Location, MapField, Place, Verdict};
 use crate::odometry::planar::information::{seen_from, softened_covariance};
-use crate::odometry::planar::{
-    FrameEstimate, Link, MeasuredMotion, Odometry, PlanarOptions, REGISTRATION_SIGMA, UNKNOWN_SIGMA,
-};
+use crate::odometry::planar::odometry_model::UNREGISTERED;
+use crate::odometry::planar::{FrameEstimate, Link, MeasuredMotion, Odometry, PlanarOptions, REGISTRATION_SIGMA};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::RecordedScans;
 use crate::pipeline::report::PlanarPose;
@@ -250,7 +249,7 @@ fn motion(
             let of_wheels = of_wheels.and_then(|motion| motion.covariance.try_inverse()).unwrap_or_else(Matrix3::zeros);
             Some(MeasuredMotion {
                 T_before_sensor: (T_world_before.inverse() * estimate.T_world_sensor).renormalized(),
-                covariance: softened_covariance(&(registered + of_wheels), REGISTRATION_SIGMA, UNKNOWN_SIGMA),
+                covariance: softened_covariance(&(registered + of_wheels), REGISTRATION_SIGMA, UNREGISTERED),
             })
         }
         Link::Carried => measured.copied(),

@@ -33,7 +33,6 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
-pub(super) use counterparts::NUM_COMPARED;
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};

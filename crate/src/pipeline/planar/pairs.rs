@@ -9,7 +9,8 @@ use crate::map::local::{LocalMap, QueryScan};
 use crate::odometry::planar::assess::assess;
 use crate::odometry::planar::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, thinned};
 use crate::odometry::planar::information::{information_less_normal_noise, softened_covariance};
-use crate::odometry::planar::{PlanarOptions, REGISTRATION_SIGMA, UNKNOWN_SIGMA};
+use crate::odometry::planar::odometry_model::UNREGISTERED;
+use crate::odometry::planar::{PlanarOptions, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::correlative::LikelihoodGrid;
 use crate::registration::free_space::FreeSpaceTally;
@@ -17,7 +18,7 @@ use crate::registration::free_space::FreeSpaceTally;
 /// A registered motion with its covariance.
 pub(super) fn known(Hypothesis { registration, .. }: &Hypothesis) -> (Pose2, Matrix3<f64>) {
     let information = information_less_normal_noise(registration);
-    (registration.T_target_source, softened_covariance(&information, REGISTRATION_SIGMA, UNKNOWN_SIGMA))
+    (registration.T_target_source, softened_covariance(&information, REGISTRATION_SIGMA, UNREGISTERED))
 }
 
 /// A scan registered to another one from the best pose around no motion.

@@ -36,11 +36,6 @@ const MIN_TOLERANCE: f64 = 0.15;
 /// Tolerance for a difference of ranges, as a share of the range: a small error in heading moves far walls.
 const RELATIVE_TOLERANCE: f64 = 0.03;
 
-/// Ranges of one surface from two places may differ by this (m).
-pub(crate) fn range_tolerance(range: f64) -> f64 {
-    larger(MIN_TOLERANCE, RELATIVE_TOLERANCE * range)
-}
-
 impl RangeProfile {
     /// Sorts the returns (m, sensor frame) by bearing.
     pub fn new(points: &[Vector2<f64>]) -> Self {
@@ -77,7 +72,7 @@ impl RangeProfile {
         if high.bearing - low.bearing > self.max_gap {
             return FreeSpaceTest::Unknown;
         }
-        let tolerance = range_tolerance(range);
+        let tolerance = larger(MIN_TOLERANCE, RELATIVE_TOLERANCE * range);
         let (near, far) = if high.range < low.range { (high.range, low.range) } else { (low.range, high.range) };
         if range < near - tolerance {
             FreeSpaceTest::InFreeSpace

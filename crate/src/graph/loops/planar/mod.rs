@@ -60,6 +60,8 @@ const MAX_GRAPH_STEPS: usize = 20;
 /// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: at most about two milliseconds. With
 /// half of it the search ended before the loops of the infinite corridor played backwards were closed.
 const SEARCH_BUDGET: f64 = 120.0;
+/// Rounds at the most.
+const MAX_ROUNDS: usize = 12;
 
 /// A loop of the graph.
 #[derive(Clone)]
@@ -186,7 +188,7 @@ impl LoopClosure {
             return;
         }
         let has_news = self.round == 0 || self.accept();
-        if !has_news {
+        if !has_news || self.round == MAX_ROUNDS {
             self.is_done = true;
             return;
         }
