@@ -72,7 +72,7 @@ export interface ScanstitchAttributes {
   /** The name of a preset. */
   preset: string;
   /** What is shown first. */
-  view: 'map' | 'localize' | 'icp' | 'bev' | 'evaluate' | 'strategies';
+  view: 'map' | 'localize' | 'icp' | 'bev' | 'evaluate' | 'strategies' | 'live';
   /** Colours; `auto`: those of the system. */
   theme: 'auto' | 'light' | 'dark';
   /** What stands around the map: nothing; its buttons, the slider and the figures in a line; or header and panels as well. */
@@ -81,6 +81,8 @@ export interface ScanstitchAttributes {
   map: string;
   /** With the view `icp` and without `src`: a scene of its gallery, such as `corridor`. */
   scene: string;
+  /** The address of a robot's bridge, such as `ws://localhost:8765`: it is connected to at once, and its topics are mapped as they come. */
+  live: string;
   /** Whether the page is kept for use without a network; or the address of the service worker that does so. */
   offline: boolean | string;
   /** Whether changed settings are kept in the address of the page. The attribute is `remember-settings`. */

@@ -235,7 +235,9 @@ async function withArchives(given: Content[], notes: Note[]) {
     try {
       const archive = await openAnyArchive(path, open ? await open() : bytesInMemory(await read()));
       append(notes, archive.notes);
-      append(files, filesInArchive(archive));
+      const inside = filesInArchive(archive);
+      const { openWorkbench } = await import('./report/workbench.js');
+      append(files, (await openWorkbench(inside)) ?? inside);
     } catch (error) {
       notes.push(notUsed(path, error));
     }

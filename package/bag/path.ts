@@ -52,8 +52,15 @@ export async function treeOf(bag: Bag, topics: readonly TopicFacts[], withFirst:
     if (!isStatic && !withFirst) continue;
     const poses = await (isStatic ? posesOf(bag, other, notes) : posesOf(bag, other, [], MAX_TF_MESSAGES));
     for (const pose of poses) tree.add(pose, isStatic);
+    tellFaults(tree, other, notes);
   }
   return tree;
+}
+
+/** What is wrong with the transforms of a topic. */
+function tellFaults(tree: TransformTree, { name }: Topic, notes: Note[]) {
+  for (const [fault, count] of tree.faults) notes.push({ file: name, reason: `${fault} (${plural(count, 'time')})` });
+  tree.faults.clear();
 }
 
 function readWithChunk(bag: Bag, topic: Topic, index: number) {
@@ -100,6 +107,7 @@ async function posesOf(
 
 function fromTree(tree: TransformTree, poses: PoseMessage[], topic: Topic, sensor: string, notes: Note[]): Sample[] {
   for (const pose of poses) tree.add(pose, false);
+  tellFaults(tree, topic, notes);
   tree.sort();
   const path = tree.path(sensor);
   if (path) {

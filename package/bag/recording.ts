@@ -26,7 +26,7 @@ import { packedEnding, packedFile } from './packed_images.js';
 import { pathText, treeOf } from './path.js';
 import type { Role } from './roles.js';
 import { plural, stampedMessages, timeText } from './stamps.js';
-import type { Choice, TopicFacts } from './topics.js';
+import { type Choice, cloudRank, type TopicFacts } from './topics.js';
 
 /** A file that is made of messages when it is read. */
 export interface BagContent {
@@ -82,6 +82,21 @@ class Maker {
     this.#recording = { ...empty(), root: bag.path, notes: [...bag.notes] };
   }
 
+  /** Other sensors of the same kind, of which a map could be made as well. */
+  #tellOfOthers(used: TopicFacts, role: 'clouds' | 'scans') {
+    const rank = role === 'clouds' ? cloudRank(used) : 1;
+    const others = this.#topics.filter((facts) => {
+      const isAlike = facts !== used && facts.uses.includes(role) && facts.topic.count > 0;
+      return isAlike && facts.frame !== used.frame && (role === 'scans' || cloudRank(facts) === rank);
+    });
+    if (others.length === 0) return;
+    const names = others.map(({ topic, frame }) => `${topic.name} (frame ${frame || 'without a name'})`).join(', ');
+    this.#note(
+      used.topic.name,
+      `one sensor is used at a time, this one; not used: ${names}. Choose it as ${role} to map it instead`,
+    );
+  }
+
   /** What a bag lacks that has nothing but pictures. */
   tellOfPictures() {
     const pictures = this.#topics.find(({ topic, uses }) => uses.includes('color') && topic.count > 0);
@@ -125,7 +140,9 @@ class Maker {
     if (camera) await this.#takeCamera(camera, depth);
   }
 
-  async takeClouds({ topic }: TopicFacts) {
+  async takeClouds(clouds: TopicFacts) {
+    const { topic } = clouds;
+    this.#tellOfOthers(clouds, 'clouds');
     this.#total = topic.count;
     const decode = topic.type.endsWith('/CustomMsg') ? decodeLivoxCloud : decodeCloud;
     const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decode(bytes)));
@@ -135,7 +152,9 @@ class Maker {
   }
 
   /** One log of all scans. */
-  async takeScans({ topic, frame }: TopicFacts) {
+  async takeScans(scans: TopicFacts) {
+    const { topic, frame } = scans;
+    this.#tellOfOthers(scans, 'scans');
     this.#total = topic.count;
     const tree = await treeOf(this.#bag, this.#topics, true, []);
     const isUpsideDown = (tree.uprightness(frame) ?? 1) < -UPRIGHT;

@@ -49,7 +49,9 @@ export async function stampedMessages(
   for (const [reason, count] of faults) {
     notes.push(lost(topic.name, `${plural(count, 'message')} of ${topic.count} left out: ${reason}`));
   }
-  if (isSet && numUnset > 0) {
+  if (!isSet && found.length > 0) {
+    notes.push({ file: topic.name, reason: 'the times in its headers are not set: the times of recording are used' });
+  } else if (numUnset > 0) {
     notes.push(lost(topic.name, `${plural(numUnset, 'message')} left out: the time in the header is not set`));
   }
   return { messages, notes };

@@ -14,6 +14,7 @@ import {
 import type { Bag, Topic } from './open.js';
 import { useOfPacked } from './packed_images.js';
 import { type Role, ROLES } from './roles.js';
+import { whyUnread } from './unread_types.js';
 
 export interface TopicFacts {
   topic: Topic;
@@ -49,7 +50,7 @@ async function describeTopic(bag: Bag, topic: Topic): Promise<TopicFacts> {
     const problem = `serialised as ${topic.format}, and only cdr and ros1 are read; record it with the default middleware`;
     return { ...facts, problem: topic.format === '' ? 'how it is serialised is unknown' : problem };
   }
-  if (kind === undefined) return { ...facts, problem: 'messages of this type are not used' };
+  if (kind === undefined) return { ...facts, problem: whyUnread(topic.type) };
   if (topic.count === 0) return { ...facts, problem: 'no messages' };
   try {
     return { ...facts, ...factsOf(kind, await bag.readHead(topic, 0, HEAD_BYTES)) };
@@ -174,7 +175,8 @@ function cameraOf(topics: readonly TopicFacts[], depth: TopicFacts) {
   });
 }
 
-function cloudRank({ topic: { name } }: TopicFacts) {
+/** How likely clouds are those of a sensor. */
+export function cloudRank({ topic: { name } }: TopicFacts) {
   if (/(^|[/_])(map|octomap|costmap|global|obstacles?|ground|voxels?|plane)/i.test(name)) return 1;
   return /depth|camera/i.test(name) ? 2 : 3;
 }

@@ -68,18 +68,27 @@ function secondsOf({ sec, nsec }: Stamp) {
 
 /** Which frame is carried by which, as the messages told. */
 export class TransformTree {
+  /** What cannot be right, with how often it was told. */
+  faults: Map<string, number> = new Map();
   #edges: Map<string, Edge> = new Map();
 
   add({ stamp, frame, child, pose }: PoseMessage, isStatic: boolean) {
     const good = usable(pose);
     const [parent, name] = [bare(frame), bare(child)];
+    if (!good) this.#fault(`the transform from ${parent} to ${name} is not finite, or has no unit quaternion`);
     if (!good || name === parent) return;
     const edge = this.#edges.get(name);
     if (!edge) this.#edges.set(name, { child: name, parent, isStatic, samples: [{ stamp, pose: good }] });
     else if (edge.parent === parent && isStatic === edge.isStatic) {
       if (isStatic) edge.samples = [{ stamp, pose: good }];
       else edge.samples.push({ stamp, pose: good });
+    } else if (edge.parent !== parent) {
+      this.#fault(`${name} is said to lie in ${edge.parent} and in ${parent}: the first is used`);
     }
+  }
+
+  #fault(fault: string) {
+    this.faults.set(fault, (this.faults.get(fault) ?? 0) + 1);
   }
 
   /** To be called when all are added. */

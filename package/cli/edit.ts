@@ -14,6 +14,9 @@ const OPTIONS = {
   table: { type: 'string' },
   set: { type: 'string', multiple: true },
   'map-format': { type: 'string' },
+  g2o: { type: 'boolean' },
+  mcap: { type: 'boolean' },
+  workbench: { type: 'boolean' },
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 
@@ -39,7 +42,7 @@ is given, without any test; all poses are doubtful then. A loop that is put in a
 
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
-  --reference FILE, --odometry FILE, --table FORMAT, --map-format NAME
+  --reference FILE, --odometry FILE, --table FORMAT, --map-format NAME, --g2o, --mcap, --workbench
                      as in scanstitch reconstruct
   --set NAME=VALUE   one setting in place of that of the file; may be repeated
 
@@ -58,8 +61,9 @@ async function run(engine: Engine, args: string[]) {
     throw new CommandError('Name a recording and a file of steps. See: scanstitch edit --help');
   }
   const steps = { name: basename(path), ...read(path) };
-  const { out, reference, odometry, table, set = [] } = values;
-  const given = { out, reference, odometry, table, set, mapFormat: readMapFormat(values['map-format']) };
+  const { out, reference, odometry, table, g2o, mcap, workbench, set = [] } = values;
+  const mapFormat = readMapFormat(values['map-format']);
+  const given = { out, reference, odometry, table, set, mapFormat, g2o, mcap, workbench };
   const options = { ...given, steps, intrinsics: undefined, preset: undefined, workers: 0 };
   const complaints = new Complaints();
   const { complain, problems } = complaints;

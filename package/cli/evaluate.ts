@@ -51,6 +51,7 @@ const CHOICES = {
 const REMEDIES: Remedies = {
   interpolate: '--interpolate compares the poses at the same times.',
   conventions_as_read: '--conventions as_read compares the files as they are.',
+  fit_scale: '--align sim3 fits the scale.',
 };
 
 const OPTIONS = {

@@ -1,26 +1,8 @@
 /** The map of a stream as it grows: the newest frame is registered, those that come meanwhile are left out and counted. */
 import type { SpatialReconstruction } from '../../pkg/scanstitch.js';
-import { encapsulateRos1 } from '../bag/cdr.js';
-import { cloudFile } from '../bag/clouds.js';
-import { depthFile, usesOf } from '../bag/images.js';
-import {
-  decodeCamera,
-  decodeCloud,
-  decodeImage,
-  decodeImageShape,
-  decodeLivoxCloud,
-  decodeStamp,
-  TYPES,
-} from '../bag/messages.js';
-import { typeOf } from '../bag/open.js';
-import { pinholeOf } from '../bag/recording.js';
-import { lookUp } from '../base/look_up.js';
-import { hintOf } from '../files/names.js';
+import { cameraFileOf, frameOf, kindOf, mapSourceOf, type Message, messageOf } from '../live/frames.js';
 import type { Offered } from '../live/source.js';
-import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import type { Engine } from './command.js';
-
-type Frame = { topic: Offered; bytes: Uint8Array };
 
 export class LiveMap {
   numPlaced = 0;
@@ -29,8 +11,8 @@ export class LiveMap {
   #reconstruction: SpatialReconstruction | null = null;
   /** What the map is made of. */
   #source: Offered | null = null;
-  #camera: Frame | null = null;
-  #waiting: Frame | null = null;
+  #camera: Message | null = null;
+  #waiting: Message | null = null;
   #turn: ReturnType<typeof setImmediate> | undefined;
 
   constructor(engine: Engine) {
@@ -38,13 +20,12 @@ export class LiveMap {
   }
 
   take(topic: Offered, data: Uint8Array) {
-    const kind = lookUp(TYPES, typeOf(topic.type));
-    const bytes = topic.encoding === 'ros1' ? encapsulateRos1(data) : data;
-    if (kind === 'camera') this.#camera ??= { topic, bytes };
-    if (this.#source === null && isSource(kind, topic, bytes)) this.#source = topic;
+    const message = messageOf(topic, data);
+    if (kindOf(topic) === 'camera') this.#camera ??= message;
+    if (this.#source === null && isInSpace(message)) this.#source = topic;
     if (topic !== this.#source) return;
     if (this.#waiting) this.numDropped += 1;
-    this.#waiting = { topic, bytes };
+    this.#waiting = message;
     this.#turn ??= setImmediate(() => this.#place());
   }
 
@@ -69,11 +50,11 @@ export class LiveMap {
     }
   }
 
-  #register({ topic, bytes }: Frame) {
-    const { sec, nsec } = decodeStamp(bytes);
-    const isImage = typeOf(topic.type) === 'sensor_msgs/msg/Image';
-    const file = isImage ? depthFile(decodeImage(bytes)) : cloudFile(decodeOf(topic)(bytes));
-    const [name, index, time] = [topic.name, this.numPlaced + this.numDropped, sec + nsec / 1e9];
+  #register(message: Message) {
+    const { topic } = message;
+    const isImage = kindOf(topic) === 'image';
+    const { time, file } = frameOf(message);
+    const [name, index] = [topic.name, this.numPlaced + this.numDropped];
     const reconstruction = (this.#reconstruction ??= this.#begun(topic, isImage));
     const config = reconstruction.begin(name, file);
     const prepared = isImage
@@ -86,22 +67,15 @@ export class LiveMap {
   #begun(topic: Offered, isImage: boolean) {
     const { SpatialReconstruction } = this.#engine;
     if (!isImage) return new SpatialReconstruction();
-    const camera = this.#camera && pinholeOf(decodeCamera(this.#camera.bytes), this.#camera.topic.name, topic.name);
+    const camera = this.#camera && cameraFileOf(this.#camera, topic);
     if (!camera) throw new RangeError('the camera is not known yet');
-    const text = new TextEncoder().encode(JSON.stringify(camera));
-    const { camera: read } = cameraFor('camera.json', text, camera);
     const reconstruction = new SpatialReconstruction();
-    reconstruction.set_intrinsics('camera.json', engineCamera(read));
+    reconstruction.set_intrinsics('camera.json', camera);
     return reconstruction;
   }
 }
 
-function decodeOf({ type }: Offered) {
-  return lookUp(TYPES, typeOf(type)) === 'livox cloud' ? decodeLivoxCloud : decodeCloud;
-}
-
-/** Whether a map can be made of these messages: clouds, or images that are depth by their names and encoding. */
-function isSource(kind: string | undefined, { name }: Offered, bytes: Uint8Array) {
-  if (kind === 'cloud' || kind === 'livox cloud') return true;
-  return kind === 'image' && hintOf(name) === 'depth' && usesOf(decodeImageShape(bytes).encoding).includes('depth');
+function isInSpace(message: Message) {
+  const source = mapSourceOf(message);
+  return source === 'depth' || source === 'clouds';
 }

@@ -23,6 +23,9 @@ const OPTIONS = {
   set: { type: 'string', multiple: true },
   workers: { type: 'string' },
   'map-format': { type: 'string' },
+  g2o: { type: 'boolean' },
+  mcap: { type: 'boolean' },
+  workbench: { type: 'boolean' },
   mesh: { type: 'string' },
   'mesh-voxel': { type: 'string' },
   out: { type: 'string', default: 'scanstitch-out' },
@@ -62,6 +65,11 @@ Options:
   --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
                      none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
+  --g2o              of planar scans: graph.g2o as well, the keyframes and the motions between them with their
+                     information matrices, for GTSAM, g2o and scanstitch optimize
+  --mcap             of planar scans: map.mcap as well, for Foxglove and rviz: grid, scans, poses and path
+  --workbench        of planar scans: workbench.zip as well, with the scans, the settings and the steps of the map,
+                     which opens again as it is
   --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
                      standard deviation of each vertex (m) as deviation
   --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
@@ -100,10 +108,11 @@ async function run(engine: Engine, args: string[]) {
       'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
     );
   }
-  const { out, reference, odometry, intrinsics, table, preset, set = [] } = values;
+  const { out, reference, odometry, intrinsics, table, preset, g2o, mcap, workbench, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
   const mesh = readMeshOptions(values.mesh, values['mesh-voxel']);
-  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh };
+  const also = { g2o, mcap, workbench };
+  const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh, ...also };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
   const { recording, close } = await openInputs(positionals, complain, {
@@ -163,7 +172,7 @@ export function withoutNamed({ notes, files, ...recording }: OpenedRecording, co
 /** Options that say nothing to recordings of this kind. */
 function complainOfOptions(
   { kind }: Recording,
-  { intrinsics, odometry, mesh }: Options,
+  { intrinsics, odometry, mesh, g2o, mcap, workbench }: Options,
   complain: (problem: string) => void,
 ) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
@@ -172,6 +181,9 @@ function complainOfOptions(
   }
   if (mesh !== undefined && kind === 'planar_scans') {
     complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
+  }
+  for (const [name, isGiven] of Object.entries({ g2o, mcap, workbench })) {
+    if (isGiven && kind !== 'planar_scans') complain(`--${name}: not used, for it is written of planar scans alone.`);
   }
   if (odometry !== undefined && kind !== 'planar_scans') {
     complain(`--odometry ${odometry}: not used, for it is read for planar scans alone.`);

@@ -1,35 +1,44 @@
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
+import { zipSync } from 'fflate';
 import type { CleaningReport, Reconstruction, ReconstructionResult } from '../../pkg/scanstitch.js';
+import type { Note } from '../base/errors.js';
 import { printable } from '../base/printable.js';
 import type { Content } from '../files/content.js';
+import type { Mended } from '../files/recording.js';
 import type { OpenedRecording } from '../recording_reader.js';
 import { gridFiles } from '../report/grid_files.js';
+import { mapMcap } from '../report/map_mcap.js';
+import { workbenchFiles } from '../report/workbench.js';
 import { nextTurn } from '../run/spatial_run.js';
 import { CommandError, isScanstitchError, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
 import { accepted, errorFigures, mapFile, millimetres, type Options, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
-import { note, print, progressLine, tellNotes } from './terminal.js';
+import { note, print, progressLine, tellDoubtful, tellNotes } from './terminal.js';
 
+/** Archives of the same files have the same bytes. */
+const FIRST_DAY = '1980-01-02';
 /** Of more scans than this, only those that are not good have a line. */
 const MOST_ROWS = 200;
 
 export async function reconstructPlanar(task: Task) {
   const { engine, recording, options, complain } = task;
   const assigned = readSettings(planarCatalogue(engine), options.preset, options.set);
-  const settings = { ...options.steps?.settings, ...assigned };
+  const steps = options.steps ?? (recording.mended && { ...recording.mended, name: recording.root || 'The workbench' });
+  const settings = { ...steps?.settings, ...assigned };
+  const table = options.table ?? recording.mended?.table;
   const reconstruction = new engine.Reconstruction(settings);
-  const added = await addScans(reconstruction, recording, options.table, complain);
+  const added = await addScans(reconstruction, recording, table, complain);
   if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
   const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
   await addReference(reconstruction, recording, options.reference, complain);
 
   const { milliseconds, total, isStopped } = await untilInterrupt(async (signal) => {
     const run = await runToTheEnd(reconstruction, signal);
-    if (!options.steps || run.isStopped) return run;
-    mend(reconstruction, options.steps, complain);
+    if (!steps || run.isStopped) return run;
+    mend(reconstruction, steps, complain);
     const again = await runToTheEnd(reconstruction, signal);
     return { ...run, total: run.total + again.total, isStopped: again.isStopped };
   });
@@ -48,14 +57,16 @@ export async function reconstructPlanar(task: Task) {
     ...gridFiles(reconstruction),
     'report.json': reconstruction.report_json(),
     ...reportFile(result, reconstruction.map_points(), task),
+    ...(await alsoWanted(task, reconstruction, {
+      ...{ num_scans: result.frames.length, settings, steps: steps?.steps ?? [] },
+      ...(table !== undefined && { table }),
+    })),
   });
-  for (const { name, status, reason, cleaning } of result.frames) {
-    if (cleaning.non_finite > 0) {
-      const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
-      note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
-    }
-    if (status === 'doubtful' && result.frames.length <= MOST_ROWS) note(`${name} is doubtful: ${reason}.`);
+  for (const { name, cleaning } of result.frames.filter(({ cleaning }) => cleaning.non_finite > 0)) {
+    const some = `${cleaning.non_finite} of its ${cleaning.num_read} points`;
+    note(`${name}: ${some} have coordinates that are not finite and were dropped.`);
   }
+  if (result.frames.length <= MOST_ROWS) tellDoubtful(result.frames, complain);
   if (odometry !== null && result.odometry_refusal === null && result.settings.odometry !== 'none') {
     note(`${odometry} gives the first guess of every scan.`);
   }
@@ -82,6 +93,7 @@ export async function addScans(
   complain: (problem: string) => void,
 ): Promise<number> {
   let added = 0;
+  const found: Note[] = [];
   for (const { source, name } of scansOf(recording)) {
     const bytes = await readSource(source, name, complain);
     if (!bytes) continue;
@@ -89,12 +101,13 @@ export async function addScans(
       ? () => {
           const { losses, notes } = reconstruction.add_log(name, bytes, table);
           losses.forEach((text) => complain(`${name}: ${text}`));
-          notes.forEach((text) => note(`${name}: ${text}`));
+          found.push(...notes.map((text) => ({ file: name, reason: text.replace(/\.$/, '') })));
         }
       : () => reconstruction.add_scan(name, bytes);
     if (accepted(add, complain)) added += 1;
     tellNotes(source.losses ?? [], complain);
   }
+  tellNotes(found, complain);
   return added;
 }
 
@@ -126,6 +139,47 @@ async function addReference(
 async function readGiven(source: Content | undefined, named: string | undefined, complain: (problem: string) => void) {
   if (named !== undefined) return readInput({ name: basename(named), path: named }, complain);
   return source ? readSource(source, basename(source.path), complain) : null;
+}
+
+/** The files that are written where they are asked for. */
+async function alsoWanted(task: Task, reconstruction: Reconstruction, mended: Mended) {
+  const { g2o, mcap, workbench } = task.options;
+  return {
+    ...(g2o && { 'graph.g2o': reconstruction.graph_g2o() ?? '' }),
+    ...(mcap && { 'map.mcap': mcapOf(reconstruction) }),
+    ...(workbench && { 'workbench.zip': await workbenchOf(task, mended) }),
+  };
+}
+
+/** What was opened, with how it was made into a map. */
+async function workbenchOf({ recording, options, complain }: Task, mended: Mended) {
+  const { files, scans, logs, reference, odometry, read } = recording;
+  const file = async (path: string, bytes: Promise<Uint8Array | null>) => ({
+    path,
+    bytes: (await bytes) ?? new Uint8Array(),
+  });
+  const beside = async (named: string | undefined, found: string | null | undefined) => {
+    const path = named === undefined ? found : basename(named);
+    return path ? file(path, readGiven(files.get(path), named, complain)) : null;
+  };
+  const made = workbenchFiles({
+    ...mended,
+    scans: await Promise.all(
+      scans.map(async (path) => ({ ...(await file(path, read(path))), isLog: logs.includes(path) })),
+    ),
+    reference: await beside(options.reference, reference[0]),
+    odometry: await beside(options.odometry, odometry),
+  });
+  return zipSync(made, { mtime: FIRST_DAY });
+}
+
+function mcapOf(reconstruction: Reconstruction) {
+  const grid = reconstruction.occupancy_grid();
+  const { width, height, resolution, origin } = grid;
+  const cells = { width, height, resolution, origin, grey_values: grid.grey_values() };
+  grid.free();
+  const [points, sizes] = [reconstruction.map_points(), reconstruction.map_sizes(0)];
+  return mapMcap({ trajectory: reconstruction.trajectory_tum(), points, sizes, grid: cells });
 }
 
 /** Takes the steps; the run is to be brought to its end again then. */

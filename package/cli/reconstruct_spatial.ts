@@ -16,7 +16,7 @@ import { accepted, mapFile, type Options, reportFile, type Task } from './result
 import { runFrames } from './run_frames.js';
 import { readSettings, spatialCatalogue } from './settings.js';
 import { assumptionNotes, frameTable, headline, type Timing } from './spatial_summary.js';
-import { note, print } from './terminal.js';
+import { note, print, tellDoubtful } from './terminal.js';
 import { frameFiles } from './trajectories.js';
 
 type NamedBytes = { name: string; bytes: Uint8Array };
@@ -41,8 +41,8 @@ export async function reconstructSpatial(task: Task) {
   const result = reconstruction.result(true);
   for (const { name, status, reason } of result.frames) {
     if (status === 'lost') complain(`${name}: This frame could not be placed: ${reason}.`);
-    if (status === 'doubtful') note(`${name} is doubtful: ${reason}.`);
   }
+  tellDoubtful(result.frames, complain);
   if (result.frames.every(({ status }) => status === 'lost')) {
     throw new CommandError('No frame could be placed, so nothing was written.');
   }

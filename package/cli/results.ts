@@ -34,6 +34,10 @@ export interface Options {
   workers: number;
   /** Of the map; binary PLY without. */
   mapFormat?: MapFormat | undefined;
+  /** What else is written of planar scans: the graph, the map as MCAP, and a file that opens as the map is. */
+  g2o?: boolean | undefined;
+  mcap?: boolean | undefined;
+  workbench?: boolean | undefined;
   /** Of depth images. */
   mesh?: MeshOptions | undefined;
 }

@@ -42,6 +42,18 @@ export function tellNotes(notes: readonly Note[], complain: (problem: string) =>
   }
 }
 
+/** Which frames are doubtful, and why. */
+export function tellDoubtful(
+  frames: readonly { name: string; status: string; reason: string }[],
+  complain: (problem: string) => void,
+) {
+  const doubtful = frames.filter(({ status }) => status === 'doubtful');
+  tellNotes(
+    doubtful.map(({ name, reason }) => ({ file: name, reason: `doubtful: ${reason}` })),
+    complain,
+  );
+}
+
 /** What is left out: told, and counted for the exit code. */
 export class Complaints {
   /** In the order in which they were made. */

@@ -1,4 +1,5 @@
 /** What a recording is made of, as the page, the command line and users of the package see it. */
+import type { Edit } from '../../pkg/scanstitch.js';
 import type { Note } from '../base/errors.js';
 import type { Size } from './heads.js';
 
@@ -11,6 +12,21 @@ export interface DepthFrame {
   color: string | null;
   /** Seconds, where the recording has times. */
   time: number | null;
+}
+
+/** How a map of planar scans was made and mended. */
+export interface StepsFile {
+  /** Number of scans of the recording, without those that could not be read. */
+  num_scans: number;
+  /** Settings of the reconstruction. */
+  settings: Record<string, unknown>;
+  steps: Edit[];
+}
+
+/** Of a workbench. */
+export interface Mended extends StepsFile {
+  /** What the columns of tables of ranges are. */
+  table?: string;
 }
 
 export interface Recording {
@@ -35,6 +51,8 @@ export interface Recording {
   odometry: string | null;
   /** A file that describes the depth camera. */
   intrinsics: string | null;
+  /** What a workbench keeps of its map. */
+  mended?: Mended;
   /** What was not used or is worth knowing. */
   notes: Note[];
 }

@@ -55,7 +55,8 @@ export async function convertFiles<T extends Content>(
     if (FOREIGN.test(path) && !isBagName(path)) return convert(file, notes, alike);
     const isOfDepth = [baseOf(path), baseOf(folderOf(path))].some((name) => hintOf(name) === 'depth');
     if (DEPTH_TABLES.test(path) && isOfDepth) return depthTable(file);
-    return mayBeScans.has(file) ? scanText(file, notes) : file;
+    if (!mayBeScans.has(file)) return file;
+    return (/\.json$/i.test(path) ? await jsonClouds(file) : null) ?? scanText(file, notes);
   };
   const converted: T[] = [];
   for (const file of files) {
@@ -226,6 +227,23 @@ async function textFile(file: Content, notes: Note[]): Promise<Content[]> {
     madeOf(file, async () => (await make())[at]?.ply ?? new Uint8Array(), {
       isCloud: true,
       ...(clouds.length > 1 ? { path: `${stem}_${at + 1}${ending}`, size: cloud.ply.length } : {}),
+    }),
+  );
+}
+
+/** The clouds of a document in JSON; null where it is none. */
+async function jsonClouds(file: Content): Promise<Content[] | null> {
+  const { cloudsOfJson, isCloudJson } = await import('./json_clouds.js');
+  const head = await file.readHead(HEAD_BYTES).catch(() => new Uint8Array());
+  if (!isCloudJson(new TextDecoder().decode(head))) return null;
+  const make = async () => cloudsOfJson(new TextDecoder().decode(await file.read()));
+  const sizes = (await make()).map(({ length }) => length);
+  const stem = file.path.replace(/\.\w+$/, '');
+  return sizes.map((size, at) =>
+    madeOf(file, async () => (await make())[at] ?? new Uint8Array(), {
+      path: `${stem}${sizes.length > 1 ? `_${at + 1}` : ''}.ply`,
+      size,
+      isCloud: true,
     }),
   );
 }

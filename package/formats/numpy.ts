@@ -70,7 +70,7 @@ function made(path: string, size: number, read: () => Promise<Uint8Array>): Cont
   return { path, size, read, readHead: async (length) => (await read()).slice(0, length) };
 }
 
-/** What lies in an archive of arrays: scans with their angles and poses as one table; else each array by itself. */
+/** What lies in an archive of arrays: scans with their angles and poses as one table; else clouds, where all of several are some; else each array by itself. */
 export async function npzContents(file: Content): Promise<Content[]> {
   const [{ openArchive }, { bytesInMemory }] = await Promise.all([
     import('../archive/archive.js'),
@@ -79,6 +79,7 @@ export async function npzContents(file: Content): Promise<Content[]> {
   const archive = await openArchive(file.path, bytesInMemory(await file.read()));
   const variables: Variables = new Map();
   const contents: Content[] = [];
+  const clouds: Content[] = [];
   const stem = file.path.replace(/\.npz$/i, '');
   for (const { path, size } of archive.files) {
     const header = npyHeader(await archive.readHead(path, HEAD_BYTES));
@@ -87,9 +88,14 @@ export async function npzContents(file: Content): Promise<Content[]> {
     const parts =
       header && partsOf(member.path, header, size, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
     if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) append(contents, partsOfFile(member, parts));
-    else if (header) variables.set(name, readNpy(path, await member.read()));
-    else variables.set(name, { kind: 'other', dims: [], what: 'no plain numbers' });
+    else if (header) {
+      variables.set(name, readNpy(path, await member.read()));
+      // Of several, each may be a cloud.
+      const asCloud = partsOf(member.path, header, size, 2, new Uint8Array()).filter(({ isCloud }) => isCloud);
+      append(clouds, partsOfFile(member, asCloud));
+    } else variables.set(name, { kind: 'other', dims: [], what: 'no plain numbers' });
   }
+  if (contents.length === 0 && clouds.length > 1 && clouds.length === variables.size) return clouds;
   const table = contents.length === 0 ? tableOf(variables) : null;
   if (table) return [made(`${stem}.txt`, table.length, async () => table)];
   if (contents.length > 0) return contents;

@@ -16,7 +16,7 @@ const MIN_ROWS = 20;
 /** x y z, an intensity, three colours. */
 const MAX_COLUMNS = 7;
 /** Columns that a laser's program writes beside x y z. */
-const LASER_COLUMNS = /^(intensity|reflectivity|laser_id|ring|azimuth|tag)$/;
+const LASER_COLUMNS = /^(intensity|intensities|reflectivity|quality|rssi|laser_id|ring|azimuth|tag)$/;
 
 /** loss: what is missing of it */
 type TextCloud = { ply: Uint8Array; count: number; notes: string[]; loss: string | null };
@@ -164,12 +164,13 @@ function unitOf(lines: readonly string[]) {
   return unit?.toLowerCase() ?? null;
 }
 
-/** The columns called x, y and z (or x and y alone). */
+/** The columns called x, y and z (or x and y, beside what lasers measure). */
 function namedColumns(names: readonly string[]): number[] | null {
   const columns = ['x', 'y', 'z'].map((name) => names.indexOf(name));
   if (columns.every((column) => column >= 0)) return columns;
   const [x = -1, y = -1] = columns;
-  return x >= 0 && y >= 0 && names.length === 2 ? [x, y] : null;
+  const others = names.filter((_, at) => at !== x && at !== y);
+  return x >= 0 && y >= 0 && others.every((name) => LASER_COLUMNS.test(name)) ? [x, y] : null;
 }
 
 /** The columns of x, y and z by the names above them, or behind one that counts the points; null without. */

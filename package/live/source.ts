@@ -1,21 +1,14 @@
 /** What servers of robots' topics have in common, whichever protocol they speak. */
+import type { WrittenTopic } from '../bag/mcap_writer.js';
 
-/** A topic that a server offers. */
-export interface Offered {
-  name: string;
-  /** Of its messages, as ROS spells it. */
-  type: string;
-  /** How these are serialised: cdr, ros1 or something that is not read. */
-  encoding: string;
-  /** The definition of the type. */
-  schema: { encoding: string; data: Uint8Array };
-}
+/** A topic that a server offers; its encoding is cdr, ros1 or something that is not read. */
+export type Offered = WrittenTopic;
 
 /** Told what comes from a server. */
 export interface Listener {
   offered: (topic: Offered) => void;
   /** A topic is no longer there; it may come again with another type. */
-  gone: (topic: Offered) => void;
+  gone: (topic: Offered) => unknown;
   /** @param time when the server took it, ns */
   message: (topic: Offered, time: bigint, data: Uint8Array) => void;
   /** What was not understood, a sentence without its full stop. */

@@ -1,9 +1,7 @@
 /** A robot's topics as they come: chosen, kept as MCAP, and counted. */
-import { TYPES } from '../bag/messages.js';
-import { typeOf } from '../bag/open.js';
-import { lookUp } from '../base/look_up.js';
+import { McapWriter } from '../bag/mcap_writer.js';
 import { foxgloveSource, SUBPROTOCOLS } from './foxglove.js';
-import { McapWriter } from './mcap_writer.js';
+import { kindOf } from './frames.js';
 import { rosbridgeSource } from './rosbridge.js';
 import type { Offered, OpenSocket, Socket, Source } from './source.js';
 
@@ -45,9 +43,13 @@ export class LiveStream {
   #timer: ReturnType<typeof setInterval> | undefined;
   #end: (end: End) => void = () => {};
   #isStopped = false;
+  #names: ReadonlySet<string> | null;
+  /** The topics that the server has now. */
+  #present: Set<Offered> = new Set();
 
   constructor(options: StreamOptions) {
     this.#options = options;
+    this.#names = options.names;
     this.ended = new Promise((resolve) => {
       this.#end = (end) => {
         clearInterval(this.#timer);
@@ -65,6 +67,12 @@ export class LiveStream {
   stop() {
     this.#isStopped = true;
     this.#socket?.close();
+  }
+
+  /** Asks for these topics as well, now and when they are offered. */
+  choose(names: ReadonlySet<string>) {
+    this.#names = names;
+    for (const topic of this.#present) if (!this.received.has(topic)) this.#subscribe(topic);
   }
 
   /** A Foxglove server takes one of its own protocols; rosbridge takes none, and some sockets call that an error. */
@@ -103,17 +111,16 @@ export class LiveStream {
         const before = this.offered.find(({ name, type }) => name === topic.name && type !== topic.type);
         if (before) this.#problem(`${topic.name} was ${before.type} and is ${topic.type}: kept as two topics`);
         this.offered.push(topic);
-        if (!this.#isWanted(topic)) return;
-        this.received.set(topic, { topic, count: 0 });
-        this.#source?.subscribe(topic);
+        this.#present.add(topic);
+        this.#subscribe(topic);
       },
-      gone: () => {},
+      gone: (topic: Offered) => this.#present.delete(topic),
       message: (topic: Offered, time: bigint, data: Uint8Array) => {
         const received = this.received.get(topic);
         if (!received) return;
         received.count += 1;
         // A recording of an earlier stream is not written over until there is one of this.
-        this.#mcap ??= new McapWriter(this.#options.write);
+        this.#mcap ??= new McapWriter(this.#options.write, topic.encoding === 'ros1' ? 'ros1' : 'ros2');
         this.#mcap.message(topic, time, data);
         this.#options.onMessage?.(topic, data);
       },
@@ -121,10 +128,11 @@ export class LiveStream {
     };
   }
 
-  #isWanted({ name, type, encoding }: Offered) {
-    const { names } = this.#options;
-    const isRead = lookUp(TYPES, typeOf(type)) !== undefined && (encoding === 'cdr' || encoding === 'ros1');
-    return isRead && (names === null || names.has(name));
+  /** Asks for a topic, where it is wanted and its messages are read. */
+  #subscribe(topic: Offered) {
+    if (kindOf(topic) === undefined || this.#names?.has(topic.name) === false) return;
+    this.received.set(topic, { topic, count: 0 });
+    this.#source?.subscribe(topic);
   }
 
   #problem(problem: string) {

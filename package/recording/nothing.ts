@@ -39,7 +39,7 @@ export async function nothing(notes: Note[], files: ListedFile[], read: Read): P
     ),
     ...unused(
       [...numbers],
-      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points x y or x y z, give two files or more',
+      'numbers without a scan, as of a trajectory; trajectories are compared by scanstitch evaluate, on the page under Evaluate; of points, name the columns in the first line (x,y or x,y,z), and give two files or more',
     ),
     ...unused(
       others.filter(

@@ -6,6 +6,7 @@
 import { inverted } from '../base/matrices.js';
 import { compareNaturally } from '../base/natural_order.js';
 import { readDocument } from './documents.js';
+import { posesOfLines, turned } from './pose_lines.js';
 
 /** matrix: 16 numbers, row by row */
 type NamedMatrix = { name: string; matrix: number[] };
@@ -33,7 +34,7 @@ export function posesOfDocument(bytes: Uint8Array): { text: string; count: numbe
     const ordered = isNamed ? matrices.toSorted((a, b) => compareNaturally(a.name, b.name)) : matrices;
     return { text: lines(ordered.map(({ matrix }) => matrix)), count: matrices.length };
   }
-  const rows = quaternionRows(tree);
+  const rows = quaternionRows(tree) ?? objectRows(tree);
   return rows && { text: lines(rows), count: rows.length };
 }
 
@@ -46,6 +47,8 @@ export function trajectoryBytes(path: string, bytes: Uint8Array) {
   const found = isPoseDocument(path) ? posesOfDocument(bytes) : null;
   if (found) return new TextEncoder().encode(found.text);
   if (/\.traj$/i.test(path)) return ofArKit(bytes) ?? bytes;
+  const lines = /(^|\/)images\.txt$|\.g2o$/i.test(path) ? posesOfLines(new TextDecoder().decode(bytes)) : null;
+  if (lines !== null) return new TextEncoder().encode(lines);
   return /\.(csv|txt)$/i.test(path) ? inSeconds(bytes) : bytes;
 }
 
@@ -68,15 +71,8 @@ function ofArKit(bytes: Uint8Array) {
     const half = angle > 0 ? Math.sin(angle / 2) / angle : 0.5;
     // Of the inverse rotation.
     const [w, x, y, z] = [Math.cos(angle / 2), -a * half, -b * half, -c * half];
-    const [tx = 0, ty = 0, tz = 0] = translation;
-    // v + 2 w (u x v) + 2 u x (u x v)
-    const [px, py, pz] = [y * tz - z * ty, z * tx - x * tz, x * ty - y * tx];
-    const turned = [
-      tx + 2 * (w * px + y * pz - z * py),
-      ty + 2 * (w * py + z * px - x * pz),
-      tz + 2 * (w * pz + x * py - y * px),
-    ];
-    return `${[time, ...turned.map((value) => -value), x, y, z, w].join(' ')}\n`;
+    const position = turned([w, x, y, z], translation).map((value) => -value);
+    return `${[time, ...position, x, y, z, w].join(' ')}\n`;
   });
   return new TextEncoder().encode(lines.join(''));
 }
@@ -152,6 +148,37 @@ function quaternionRows(tree: unknown): number[][] | null {
     if (rows) return rows;
   }
   return null;
+}
+
+const POSITION = /^(position|translation|pos|location|t)$/i;
+const ORIENTATION = /^(orientation|rotation|quaternion|quat|rot|q)$/i;
+const TIME = /^(timestamp|time|stamp|t)$/i;
+
+/**
+ * A list of objects with a position `{x, y, z}` and an orientation `{x, y, z, w}` each, as in ROS's messages and in engines for games.
+ * @returns x y z qw qx qy qz, or t x y z qx qy qz qw where all have a time
+ */
+function objectRows(tree: object): number[][] | null {
+  const rows: { time: number | null; position: number[]; orientation: number[] }[] = [];
+  const visit = (value: unknown, time: number | null) => {
+    if (typeof value !== 'object' || value === null) return;
+    const entries = Object.entries(value);
+    const numbers = (name: RegExp, axes: string) => {
+      const inner = entries.find(([key]) => name.test(key))?.[1] as Record<string, unknown> | null | undefined;
+      const found = typeof inner === 'object' && inner !== null ? [...axes].map((axis) => inner[axis]) : [];
+      return found.length > 0 && found.every((number) => typeof number === 'number') ? found : null;
+    };
+    const own = entries.find(([key, number]) => TIME.test(key) && typeof number === 'number')?.[1] ?? time;
+    const [position, orientation] = [numbers(POSITION, 'xyz'), numbers(ORIENTATION, 'xyzw')];
+    if (position && orientation) rows.push({ time: own, position, orientation });
+    else entries.forEach(([, inner]) => visit(inner, own));
+  };
+  visit(tree, null);
+  if (rows.length < MIN_POSES) return null;
+  const areTimed = rows.every(({ time }) => time !== null);
+  return rows.map(({ time, position, orientation: [x = 0, y = 0, z = 0, w = 1] }) =>
+    areTimed ? [time ?? 0, ...position, x, y, z, w] : [...position, w, x, y, z],
+  );
 }
 
 function isSeven(row: unknown) {

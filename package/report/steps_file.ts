@@ -1,16 +1,11 @@
 /** The file that keeps the steps by which a map was mended: what the page saves and the command line replays. */
 import type { Edit } from '../../pkg/scanstitch.js';
+import type { StepsFile } from '../files/recording.js';
 
 /** Raised when an older reader could not replay what a newer writer keeps. */
 const VERSION = 1;
 
-export interface StepsFile {
-  /** Number of scans of the recording, without those that could not be read. */
-  num_scans: number;
-  /** Settings of the reconstruction. */
-  settings: Record<string, unknown>;
-  steps: Edit[];
-}
+export type { StepsFile };
 
 /** The text of the file. */
 export function stepsText({ num_scans, settings, steps }: StepsFile) {

@@ -63,6 +63,8 @@ const MAX_DEATHS = 2;
  * added, `run` goes on.
  */
 export class SpatialRun<J extends Job> {
+  /** Whether more frames are expected: `run` then waits for them, and leaves what is to be done after the last one. */
+  isOpen = false;
   #registrar: Registrar<J>;
   #preparers: Preparer<J>[];
   #tell: (event: RunEvent) => void;
@@ -96,6 +98,11 @@ export class SpatialRun<J extends Job> {
   add(jobs: readonly J[]) {
     for (const job of jobs) this.#frames.add(job);
     this.#session?.changed();
+  }
+
+  /** Whether `run` is at work, and takes in what is added. */
+  get isWorking() {
+    return this.#session !== null;
   }
 
   /** Frames that were added. */
@@ -215,13 +222,13 @@ export class SpatialRun<J extends Job> {
         session.changed();
       });
     };
-    const isDone = () => !hasMore && numOrdered === 0 && this.#frames.next() === null;
+    const isDone = () => !this.isOpen && !hasMore && numOrdered === 0 && this.#frames.next() === null;
     while (!session.isOver && failures.length === 0 && !isDone()) {
       const frame = this.#frames.next();
       if (frame && frame.state !== 'prepared' && numOrdered === 0 && session.hasEndedPreparing) {
         throw new Error('No worker can be started.');
       }
-      if (frame ? frame.state === 'prepared' && numOrdered < ahead : hasMore && numOrdered === 0) {
+      if (frame ? frame.state === 'prepared' && numOrdered < ahead : !this.isOpen && hasMore && numOrdered === 0) {
         order(frame);
         await nextTurn();
       } else {

@@ -131,7 +131,7 @@ export function cameraInfo(stamp, width, height, [fx, fy, cx, cy], region = [0, 
 
 /**
  * @param {{ stamp: Stamp, width: number, height?: number, fields: [name: string, offset: number, datatype: number, count?: number][],
- *   pointStep: number, rowStep?: number, data: Uint8Array, bigEndian?: boolean }} cloud
+ *   pointStep: number, rowStep?: number, data: Uint8Array, bigEndian?: boolean, frame?: string }} cloud
  */
 export function pointCloud({
   stamp,
@@ -142,20 +142,17 @@ export function pointCloud({
   rowStep = width * pointStep,
   data,
   bigEndian = false,
+  frame = 'lidar',
 }) {
-  const writer = new CdrWriter(true, data.length + 1024)
-    .header(stamp, 'lidar')
-    .u32(height)
-    .u32(width)
-    .u32(fields.length);
+  const writer = new CdrWriter(true, data.length + 1024).header(stamp, frame).u32(height).u32(width).u32(fields.length);
   for (const [name, offset, datatype, count = 1] of fields) writer.string(name).u32(offset).u8(datatype).u32(count);
   return writer.u8(Number(bigEndian)).u32(pointStep).u32(rowStep).bytes(data).u8(1).done();
 }
 
 /** @param {Stamp} stamp @param {number} angleMin @param {number} increment @param {[number, number]} limits @param {number[]} ranges */
-export function laserScan(stamp, angleMin, increment, [rangeMin, rangeMax], ranges) {
+export function laserScan(stamp, angleMin, increment, [rangeMin, rangeMax], ranges, frame = 'laser') {
   const writer = new CdrWriter()
-    .header(stamp, 'laser')
+    .header(stamp, frame)
     .f32(angleMin)
     .f32(angleMin + increment * ranges.length)
     .f32(increment);

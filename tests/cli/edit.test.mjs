@@ -18,9 +18,11 @@ function fileOf(...steps) {
   return JSON.stringify({ scanstitch_steps: 1, num_scans: NUM_SCANS, settings: { max_range: 20 }, steps });
 }
 
+const RESULTS = ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm'];
+
 /** @param {string} folder */
-function resultsIn(folder) {
-  return ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm'].map((name) => readFileSync(join(folder, name)));
+function resultsIn(folder, names = RESULTS) {
+  return names.map((name) => readFileSync(join(folder, name)));
 }
 
 test('a loop that is put in unchecked makes all doubtful, is refused with checks, and taken out leaves nothing', async (t) => {
@@ -32,12 +34,12 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
     'undone.json': fileOf({ ...WRONG, unchecked: true }, TAKEN_OUT),
   });
   const out = (/** @type {string} */ name) => join(folder, name);
-  const edited = (/** @type {string} */ steps, /** @type {string} */ name) =>
-    scanstitch(['edit', log, steps, '--out', out(name)]);
+  const edited = (/** @type {string} */ steps, /** @type {string} */ name, /** @type {string[]} */ ...also) =>
+    scanstitch(['edit', log, steps, '--out', out(name), ...also]);
   await scanstitch(['reconstruct', log, '--set', 'max_range=20', '--out', out('plain')]);
   const plain = resultsIn(out('plain'));
 
-  assert.equal((await edited(unchecked, 'wrong')).status, 0);
+  assert.equal((await edited(unchecked, 'wrong', '--workbench', '--mcap', '--g2o')).status, 0);
   const { frames } = JSON.parse(readFileSync(join(out('wrong'), 'report.json'), 'utf8'));
   const [first, last] = [frames[0].T_world_sensor, frames.at(-1).T_world_sensor];
   assert.ok(Math.hypot(first.x - last.x, first.y - last.y) < 2, 'the ends of the way are drawn together');
@@ -47,6 +49,15 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
       ['doubtful', 'a loop of the map was put in by hand, without a match of the scans'],
     );
   }
+
+  // The workbench opens as the map was, and keeps itself.
+  const bench = join(out('wrong'), 'workbench.zip');
+  const again = await scanstitch(['reconstruct', bench, '--workbench', '--mcap', '--g2o', '--out', out('again')]);
+  assert.equal(again.status, 0, again.stderr);
+  const all = [...RESULTS, 'map.mcap', 'graph.g2o', 'workbench.zip'];
+  assert.deepEqual(resultsIn(out('again'), all), resultsIn(out('wrong'), all));
+
+  assert.match(readFileSync(join(out('again'), 'graph.g2o'), 'utf8'), /^VERTEX_SE2 0 .*\nEDGE_SE2 0 1 /s);
 
   const refused = await edited(checked, 'refused');
   assert.equal(refused.status, 2);

@@ -89,6 +89,10 @@ test('one estimate that cannot be used does not spoil the others', async (t) => 
     'broken.tum': good.replace(/^(\S+ \S+) \S+/m, '$1 nan'),
     'elsewhere.tum': good.replace(/^17/gm, '18'),
     'milliseconds.tum': good.replace(/^(\S+)/gm, (stamp) => String(Number(stamp) * 1000)),
+    'elapsed.tum': good.replace(/^(\S+)/gm, (stamp) => String((Number(stamp) - 1.7e9) * 1000)),
+    'in_mm.tum': good.replace(/^(\S+) (\S+) (\S+) (\S+)/gm, (_, stamp, ...position) =>
+      [stamp, ...position.slice(0, 3).map((value) => 1000 * Number(value))].join(' '),
+    ),
     'one_pose.tum': good.split('\n')[0] ?? '',
     'long_quaternions.tum': good.replace(/ (\S+) (\S+) (\S+) (\S+)$/gm, ' $1 $2 $3 $4').replace(/(\S+)$/m, '3'),
   };
@@ -108,7 +112,11 @@ test('one estimate that cannot be used does not spoil the others', async (t) => 
     stderr,
     /^elsewhere\.tum: No time .* the reference spans 1700000000\..* the estimate 1800000000\..*offset of -100000000\.000 s/m,
   );
-  assert.match(stderr, /^milliseconds\.tum: .*look like milliseconds/m);
+  assert.match(stderr, /^elapsed\.tum: .*look like milliseconds/m);
+  assert.match(stderr, /^note: milliseconds\.tum: The times were read as milliseconds/m);
+  assert.match(stdout, /milliseconds\.tum +90\/90 +\d\S*e-/);
+  assert.match(stderr, /^note: in_mm\.tum: The estimate moves 1000\S* times as far .* is in millimetres/m);
+  assert.match(stderr, /^note: in_mm\.tum: --align sim3 fits the scale\.$/m);
   assert.match(stderr, /^one_pose\.tum: 1 pairs of positions do not fix the alignment/m);
   assert.match(
     stderr,

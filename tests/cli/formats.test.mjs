@@ -10,6 +10,7 @@ import { convertFiles } from '../../npm/formats/convert.js';
 import { cameraFromVelodyne, posesOf, velodynePoses } from '../../npm/formats/kitti.js';
 import { lasCloud, lasHeader } from '../../npm/formats/las.js';
 import { readMat } from '../../npm/formats/mat.js';
+import { cloudsOfJson, isCloudJson } from '../../npm/formats/json_clouds.js';
 import { isLaserTable, looksLikePoints, pointColumns, textClouds } from '../../npm/formats/text_cloud.js';
 import { fileInMemory } from '../../npm/files/content.js';
 import { adviceFor } from '../../npm/recording/other_formats.js';
@@ -311,6 +312,23 @@ test('points as text: columns behind x y z, counts, headers, the grid of PTX', (
   assert.equal(lossOf('1\n1 2 3\n1\n4 5 6\n'), null);
   assert.equal(lossOf(`${grid}1 2 3 0.5\n`), 'cut off: 1 of 2 points are there');
   assert.equal(lossOf(`${grid}1 2 3 0.5\n0 0 0 0.5\n`), null);
+});
+
+test('clouds in JSON, as lists and as objects; flat ones are planar scans', () => {
+  const at = (/** @type {number} */ i, height = 0.1) => [i, 2 * i, height * i];
+  const list = Array.from({ length: 40 }, (_, i) => at(i));
+  const objects = { clouds: [{ points: list.map(([x, y, z]) => ({ x, y, z, i: 3 })) }, { points: list.slice(0, 30) }] };
+  for (const text of [JSON.stringify({ timestamp: 1.5, points: list }), JSON.stringify(objects)]) {
+    assert.ok(isCloudJson(text.slice(0, 2000)), text.slice(0, 60));
+  }
+  const clouds = cloudsOfJson(JSON.stringify(objects)).map((ply) => pointsOf(ply, 3));
+  assert.deepEqual(
+    clouds.map(({ length }) => length),
+    [40, 30],
+  );
+  assert.deepEqual(clouds[0]?.[10], [10, 20, 1]);
+  assert.ok(!isCloudJson(JSON.stringify({ points: list.map((_, i) => at(i, 0)) })));
+  assert.ok(!isCloudJson(JSON.stringify({ ranges: list.map(([x]) => x) })));
 });
 
 test('every format that is not read has the line that helps', () => {

@@ -82,6 +82,13 @@ const READ = {
   'polar coordinates in a unit that a comment names, with words for no return': () => ({
     'polar.csv': `# units: mm\ntheta_deg,r\n${lines(HALF, (ranges) => ranges.map((range, beam) => `${beam - 90},${beam === 7 ? 'None' : f(1000 * Number(range), 0)}`).join('\n'))}`,
   }),
+  'points with decimal commas beside an intensity, a file a scan': () =>
+    Object.fromEntries(
+      scans(HALF).map((ranges, scan) => {
+        const rows = pointsOf(ranges, HALF).map(([x, y]) => `${f(x, 4)};${f(y, 4)};47`.replaceAll('.', ','));
+        return [`s${scan}.csv`, `x;y;intensity\n${rows.join('\n')}\n`];
+      }),
+    ),
   "F1TENTH's ranges behind a time": () => ({
     'scan.csv': lines(F1TENTH, (ranges, scan) => [STAMPS(scan), ...ranges].join(',')),
   }),
@@ -267,6 +274,9 @@ const OPEN = {
   }),
   'angle, distance, quality': () => ({
     'lidar.csv': `angle,distance,quality\n${lines(FROM_ZERO, (ranges) => ranges.map((range, beam) => `${beam}.0,${f(1000 * Number(range), 0)},15`).join('\n'))}`,
+  }),
+  'half a turn whose angles go on from 359 to 0': () => ({
+    'lidar.csv': `start,angle,distance,quality\n${lines(HALF, (ranges) => ranges.map((range, beam) => `${Number(beam === 0)},${(beam + 270) % 360},${f(1000 * Number(range), 0)},15`).join('\n'))}`,
   }),
   'two columns without names': () => ({
     'lidar.csv': lines(FROM_ZERO, (ranges) =>

@@ -10,11 +10,11 @@ const { FoxgloveServer } = createRequire(import.meta.url)('@foxglove/ws-protocol
 
 /** @typedef {import('./bag_writer.mjs').TopicToWrite} TopicToWrite @typedef {import('./bag_writer.mjs').MessageToWrite} MessageToWrite */
 /** @typedef {import('ws').WebSocket} Connection */
-/** @typedef {{ url: string, close: () => Promise<void> }} Server */
+/** What is done when a test is over. @typedef {{ after: (close: () => void) => void }} Closing */
 
 /**
  * A server of WebSockets; it is closed when the test is over.
- * @param {import('node:test').TestContext} t
+ * @param {Closing} t
  * @param {import('ws').ServerOptions} options
  * @param {(connection: Connection) => void} onConnection
  */
@@ -34,11 +34,10 @@ export async function listen(t, options, onConnection) {
 }
 
 /**
- * Plays messages by Foxglove's protocol once all topics are subscribed to; `then` has the connection when all is sent.
- * @param {import('node:test').TestContext} t @param {TopicToWrite[]} topics @param {MessageToWrite[]} messages
- * @param {(connection: Connection, server: InstanceType<typeof FoxgloveServer>) => void} [then]
+ * A bridge of Foxglove: `subscribed` has the connection once so many topics are subscribed to, by default all.
+ * @param {Closing} t @param {TopicToWrite[]} topics
  */
-export function playFoxglove(t, topics, messages, then = (connection) => connection.close(1000)) {
+export async function serveFoxglove(t, topics, numWanted = topics.length) {
   const server = new FoxgloveServer({ name: 'a robot' });
   const channels = topics.map(({ name, type, format = 'cdr' }) => {
     const id = server.addChannel({ topic: name, schemaName: type, encoding: format, schema: '# fields' });
@@ -47,18 +46,37 @@ export function playFoxglove(t, topics, messages, then = (connection) => connect
   const ids = new Map(channels);
   /** @type {Connection | null} */
   let client = null;
-  let missing = topics.length;
-  server.on('subscribe', () => {
-    missing -= 1;
-    if (missing !== 0 || !client) return;
-    for (const { topic, time, data } of messages) server.sendMessage(ids.get(topic) ?? 0, time, new Uint8Array(data));
-    then(client, server);
+  let missing = numWanted;
+  /** @type {Promise<Connection>} */
+  const subscribed = new Promise((resolve) => {
+    server.on('subscribe', () => {
+      missing -= 1;
+      if (missing === 0 && client) resolve(client);
+    });
   });
   const handleProtocols = (/** @type {Set<string>} */ offered) => server.handleProtocols(offered);
-  return listen(t, { handleProtocols }, (connection) => {
+  const url = await listen(t, { handleProtocols }, (connection) => {
     client = connection;
     server.handleConnection(/** @type {never} */ (connection), 'client');
   });
+  const send = (/** @type {MessageToWrite[]} */ messages) => {
+    for (const { topic, time, data } of messages) server.sendMessage(ids.get(topic) ?? 0, time, new Uint8Array(data));
+  };
+  return { url, server, subscribed, send };
+}
+
+/**
+ * Plays messages by Foxglove's protocol once all topics are subscribed to; `then` has the connection when all is sent.
+ * @param {Closing} t @param {TopicToWrite[]} topics @param {MessageToWrite[]} messages
+ * @param {(connection: Connection, server: InstanceType<typeof FoxgloveServer>) => void} [then]
+ */
+export async function playFoxglove(t, topics, messages, then = (connection) => connection.close(1000)) {
+  const { url, server, subscribed, send } = await serveFoxglove(t, topics);
+  void subscribed.then((connection) => {
+    send(messages);
+    then(connection, server);
+  });
+  return url;
 }
 
 /** CBOR of what rosbridge sends. @param {unknown} value @returns {Buffer} */
@@ -78,7 +96,7 @@ function cbor(value) {
 
 /**
  * Plays messages by rosbridge's protocol.
- * @param {import('node:test').TestContext} t @param {TopicToWrite[]} topics @param {MessageToWrite[]} messages
+ * @param {Closing} t @param {TopicToWrite[]} topics @param {MessageToWrite[]} messages
  */
 export function playRosbridge(t, topics, messages) {
   return listen(t, { handleProtocols: () => false }, (connection) => {

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { zipSync } from 'fflate';
 import { convertFiles } from '../../npm/formats/convert.js';
 import { polarTable } from '../../npm/formats/polar.js';
 import { fileInMemory } from '../../npm/files/content.js';
@@ -45,6 +46,32 @@ test('an archive of ranges, angles and times is a table of scans', async () => {
   assert.deepEqual(
     [numbers.length, numbers[0], numbers[1]?.toFixed(6), numbers[36]?.toFixed(6)],
     [37, 0, '2.000000', '2.350000'],
+  );
+});
+
+test('an archive of nothing but lists of points is a cloud each', async () => {
+  const points = (/** @type {number} */ count) =>
+    npy(
+      [count, 3],
+      Array.from({ length: 3 * count }, (_, i) => i % 7),
+    );
+  const zipped = (/** @type {Record<string, Uint8Array>} */ arrays) => converted({ 'clouds.npz': zipSync(arrays) });
+  const { files, notes } = await zipped({ 'a.npy': points(40), 'b.npy': points(50) });
+  assert.deepEqual(
+    [notes, files.map(({ path, isCloud }) => [path, isCloud])],
+    [
+      [],
+      [
+        ['clouds_a.npy', true],
+        ['clouds_b.npy', true],
+      ],
+    ],
+  );
+  assert.match(textOf((await files[1]?.read()) ?? new Uint8Array()), /^ply\n[^]*element vertex 50\n/);
+  const other = await zipped({ 'ranges.npy': npy([2, 40], Array(80).fill(2)), 'points.npy': points(40) });
+  assert.deepEqual(
+    other.files.map(({ path }) => path),
+    ['clouds.txt'],
   );
 });
 

@@ -29,6 +29,7 @@ const LAYERS = {
     ['datasets', 'export', 'views'],
     ['components'],
     ['planar', 'spatial', 'lab', 'bev', 'evaluate', 'strategies', 'localize'],
+    ['live'],
     ['app'],
     ['scanstitch-app'],
   ],

@@ -72,6 +72,39 @@ test('a matrix a frame, in lists, by name and in either order', () => {
   }
 });
 
+test('objects with a position and an orientation each, and lines of COLMAP and of a pose graph', () => {
+  const pose = (/** @type {number} */ x) => ({
+    position: { x, y: 2, z: 3 },
+    orientation: { x: 0, y: 0.6, z: 0, w: 0.8 },
+  });
+  const ofObjects = (/** @type {unknown} */ tree) => posesOfDocument(encode(JSON.stringify(tree)))?.text;
+  assert.equal(ofObjects([pose(1), pose(2)]), '1 2 3 0.8 0 0.6 0\n2 2 3 0.8 0 0.6 0\n');
+  const stamped = [7, 8].map((time) => ({ timestamp: time, pose: { pose: pose(time) } }));
+  assert.equal(ofObjects({ poses: stamped }), '7 7 2 3 0 0.6 0 0.8\n8 8 2 3 0 0.6 0 0.8\n');
+
+  const read = (/** @type {string} */ name, /** @type {string} */ text) =>
+    new TextDecoder().decode(trajectoryBytes(name, encode(text)));
+  // A quarter turn about z: the world's x is the camera's y, so a camera at (-2, 1, 0) has the world's origin at (1, 2, 0).
+  const half = Math.SQRT1_2;
+  const images = `# two lines an image\n2 ${half} 0 0 ${half} 1 2 0 1 b/10.png\n3 4 -1 5 6 7\n1 1 0 0 0 -4 0 0 1 b/9.png\n\n`;
+  const poses = read('sparse/images.txt', images)
+    .trim()
+    .split('\n')
+    .map((line) => line.split(' ').map((word) => Math.round(1e6 * Number(word)) / 1e6));
+  const round = Math.round(1e6 * half) / 1e6;
+  assert.deepEqual(
+    poses.map((row) => row.map((value) => value + 0)),
+    [
+      [9, 4, 0, 0, 0, 0, 0, 1],
+      [10, -2, 1, 0, 0, 0, -round, round],
+    ],
+  );
+  const graph = 'VERTEX_SE2 4 1 2 0.5\nVERTEX_SE2 5 2 2 0.5\nEDGE_SE2 4 5 1 0 0 1 0 0 1 0 1\n';
+  assert.equal(read('a.g2o', graph), '4 1 2 0.5\n5 2 2 0.5\n');
+  assert.equal(read('a.g2o', 'VERTEX_SE3:QUAT 0 1 2 3 0 0 0 1\n'), '0 1 2 3 0 0 0 1\n');
+  assert.equal(read('images.txt', TEXT), TEXT, 'what is neither stays');
+});
+
 test('beside the frames they are the true path, and a camera may be in the same file', async () => {
   const images = many([1, 2, 10], (i) => `depth/${i}.png`, DEPTH16);
   for (const [name, text] of Object.entries(DOCUMENTS)) {

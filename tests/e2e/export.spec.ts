@@ -1,6 +1,7 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import type { Download } from '@playwright/test';
 import { unzipSync } from 'fflate';
+import { openOne } from '../cli/bag_files.mjs';
 import { expect, type ScanstitchPage, test } from './scanstitch_page.js';
 
 async function exported(app: ScanstitchPage, item: RegExp): Promise<{ name: string; bytes: Buffer }> {
@@ -55,6 +56,15 @@ test('each result alone, and everything in one zip; the page reads its own map a
   expect(picture.name).toBe('map.png');
   expect([...picture.bytes.subarray(0, 4)]).toEqual(PNG_SIGNATURE);
   expect(picture.bytes.length).toBeGreaterThan(10_000);
+
+  const mcap = await exported(app, /^MCAP/);
+  const { bag } = await openOne(mcap.name, new Uint8Array(mcap.bytes));
+  expect(bag.topics.map(({ name: topic, count }) => [topic, count])).toEqual([
+    ['/map', 1],
+    ['/path', 1],
+    ['/scan_points', 10],
+    ['/tf', 10],
+  ]);
 
   const { name, bytes } = await exported(app, /^Everything/);
   expect(name).toBe('scanstitch.zip');

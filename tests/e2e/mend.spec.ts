@@ -59,7 +59,7 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
   const folder = mkdtempSync(join(tmpdir(), 'scanstitch-mend-'));
   const steps = readFileSync(await (await saving).path());
   const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
-  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
+  const replayed = await scanstitch(['edit', log, file, '--g2o', '--out', folder]);
   expect(replayed.status, replayed.stderr).toBe(0);
   await page.getByRole('button', { name: 'Export' }).click();
   const exporting = page.waitForEvent('download');
@@ -68,7 +68,19 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
   for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm']) {
     expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
   }
+  const saved = page.waitForEvent('download');
+  await panel.getByRole('button', { name: 'Save the graph' }).click();
+  expect(readFileSync(await (await saved).path()).equals(readFileSync(join(folder, 'graph.g2o')))).toBe(true);
   rmSync(folder, { recursive: true });
+
+  // The workbench is the same map again, with its steps.
+  await page.getByRole('button', { name: 'Export' }).click();
+  const keeping = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Workbench/ }).click();
+  await app.drop([{ name: 'workbench.zip', content: readFileSync(await (await keeping).path()) }]);
+  expect(posesOf((await app.stitched()).result)).toEqual(posesOf(wrong));
+  await page.getByRole('button', { name: /^Loops/ }).click();
+  await expect(panel.getByRole('heading', { name: '1 step taken' })).toBeVisible();
 });
 
 test('a loop is proposed by two scans, refused with the reason, and the panel is for everybody', async ({

@@ -34,6 +34,7 @@ const ATTRIBUTES = [
   ['theme', 'theme', 'dark', 'dark'],
   ['controls', 'controls', 'minimal', 'minimal'],
   ['scene', 'scene', 'corridor', 'corridor'],
+  ['live', 'live', 'ws://127.0.0.1:9', 'ws://127.0.0.1:9'],
   ['offline', 'offline', true, ''],
   ['remember-settings', 'rememberSettings', true, ''],
 ] as const satisfies readonly (readonly [string, keyof ScanstitchAttributes, string | boolean, string])[];
@@ -105,7 +106,7 @@ test('every attribute is a property, in any order, before the element is defined
   }, ATTRIBUTES);
   const [written, values] = [ATTRIBUTES.map(([, , , text]) => text), ATTRIBUTES.map(([, , value]) => value)];
   const absent = [
-    ['', 'map', '', '', 'auto', 'full', '', false, false],
+    ['', 'map', '', '', 'auto', 'full', '', '', false, false],
     [false, false],
   ];
   expect(seen).toEqual([written, written, values, ...absent, written, values, ...absent]);

@@ -7,7 +7,9 @@ use nalgebra::Vector2;
 
 use crate::common::shared_data;
 use scanstitch::geometry::{Pose2, RigidMotion};
+use scanstitch::graph::optimize::optimize;
 use scanstitch::io::laser_log::{self, LaserLog};
+use scanstitch::io::pose_graph::{self, AnyPoseGraph};
 use scanstitch::io::trajectory;
 use scanstitch::odometry::assessment::Status;
 use scanstitch::pipeline::planar::{Edit, Reconstruction};
@@ -40,12 +42,26 @@ fn num_good(reconstruction: &Reconstruction) -> usize {
     reconstruction.frames_from(0).iter().filter(|frame| frame.status == Status::Good).count()
 }
 
+/// The graph as a g2o file has its optimum at the poses that are in it.
+fn assert_optimal_as_g2o(reconstruction: &Reconstruction) {
+    let text = reconstruction.graph_g2o().unwrap();
+    let Ok(AnyPoseGraph::Plane(mut graph)) = pose_graph::read(text.as_bytes()) else { panic!("no graph in the plane") };
+    assert!(graph.edges.len() > graph.ids.len(), "a chain with loops");
+    let before = graph.poses.clone();
+    optimize(&mut graph, 100);
+    let moved = before.iter().zip(&graph.poses).map(|(before, after)| (before.inverse() * *after).translation_norm());
+    let furthest = moved.fold(0.0, f64::max);
+    assert!(furthest < 0.005, "a keyframe moves by {furthest} m");
+}
+
 #[test]
 fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
     let Some(log) = radish_log("belgioioso.log") else { return };
     let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
     reconstruction.add_log("belgioioso.log", &log);
+    assert_eq!(reconstruction.graph_g2o(), None);
     let mut reconstruction = finished(reconstruction);
+    assert_optimal_as_g2o(&reconstruction);
     let (poses, report, right) =
         (reconstruction.poses(), reconstruction.result(), reconstruction.graph_loops().unwrap());
     assert!(right.loops.len() > 20 && right.loops.iter().all(|right| right.chi_squared < 25.9), "{:?}", right.loops);

@@ -60,6 +60,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   @property(text('full')) controls!: Controls;
   @property(text('')) map!: string;
   @property(text('')) scene!: string;
+  @property(text('')) live!: string;
   @property(asTextOrSwitch) offline!: boolean | string;
   @property({ ...onOrOff, attribute: 'remember-settings' }) rememberSettings!: boolean;
 
@@ -96,7 +97,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     handover: this.handover,
     parts: this.parts,
     ownsAddress: () => this.ownsAddress,
-    wanted: () => (isViewName(this.view) ? this.view : 'map'),
+    wanted: () => (this.live && this.view === 'map' ? 'live' : isViewName(this.view) ? this.view : 'map'),
     isSampleDue: () => this.src === 'sample' && this.sourceView !== 'map' && !this.runView()?.facts.title,
     dropped: () => (this.spatial?.facts.result ? this.spatial : null),
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
@@ -167,7 +168,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     if (changed.has('offline')) void this.api.keepOffline(this.offline);
     // Undefined before: it is what the element begins with.
     if (changed.get('src') !== undefined && this.sourceView === 'map') this.openSource(this.src);
-    if (changed.get('view') !== undefined) this.navigation.openWanted();
+    if (['view', 'live'].some((name) => changed.get(name as 'view') !== undefined)) this.navigation.openWanted();
   }
 
   // For the host page; documented in package/element.ts.
@@ -263,6 +264,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       @facts-changed=${onFacts}
       @files-wanted=${({ detail }: CustomEvent<string>) => this.choose(detail)}
       @look-inside=${({ detail }: CustomEvent<number>) => this.parts.attend(() => this.navigation.lookInside(detail))}
+      @stream-kept=${({ detail }: CustomEvent<File>) => this.parts.attend(() => this.workspace.takeStream(detail))}
       @panel-folded=${({ detail }: CustomEvent<FoldChange>) => this.fold(detail)}
       @settings-refused=${({ detail }: CustomEvent<string[]>) => this.api.refuse(detail)}
     >
@@ -270,8 +272,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         isDark: this.isDark(),
         ownsAddress: this.ownsAddress,
         sourceOf: (view) => this.sourceOf(view),
-        map: this.map,
-        scene: this.scene,
+        host: this,
         isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
       })}
       ${this.renderPlanar()} ${this.navigation.opened.has('spatial') ? this.renderSpatial() : nothing}

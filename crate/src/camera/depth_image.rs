@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::quantile::{OUTLIER_SHARE, RANGE_END};
+
 /// What the values of depth images are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -78,7 +80,7 @@ impl DepthImage {
             _ => return false,
         };
         let num_largest = self.values.iter().filter(|&&value| value == largest).count();
-        let below = largest - largest / RANGE_END..largest;
+        let below = (RANGE_END * f64::from(largest)) as u16..largest;
         num_largest > 0 && num_largest < self.values.iter().filter(|value| below.contains(value)).count()
     }
 
@@ -101,7 +103,7 @@ impl DepthImage {
     pub fn picture(&self, colors: &[u32]) -> DepthPicture {
         let counts = self.histogram();
         let num_invalid = counts[0];
-        let cut = (self.values.len() - num_invalid) / STRAY_SHARE;
+        let cut = (OUTLIER_SHARE * (self.values.len() - num_invalid) as f64) as usize;
         let mut measured = counts.iter().enumerate().skip(1);
         let past = |sum: &mut usize, count: usize| {
             *sum += count;
@@ -126,12 +128,6 @@ impl DepthImage {
 /// of six recordings (D435, Kinects, renderings with 1,000 and 6,553.5 values per metre) and of generated flats: the right
 /// order is smoother by a factor of 3.9 and more.
 const MIN_SWAPPED_RATIO: f64 = 2.0;
-
-/// Inverse of the share of the range that is its end.
-const RANGE_END: u16 = 20;
-
-/// Inverse of the share of pixels at the near and at the far end that the colour range of a picture leaves out.
-const STRAY_SHARE: usize = 100;
 
 /// A depth image in colours.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -10,7 +10,9 @@
 //!   two metres away. Renderers leave no holes, real cameras do.
 
 use super::depth_image::DepthImage;
-use crate::geometry::quantile::quantile;
+use super::depth_levels::Levels;
+use crate::geometry::hypotheses::{alternatives, gaussian, log_normal, ranked};
+use crate::geometry::quantile::THREE_SIGMA;
 
 /// Depth along the optical axis in metres = raw value * `step`.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,50 +66,35 @@ struct Candidate {
 }
 
 /// Millimetres: most cameras and data sets. 5,000: TUM RGB-D. 8,000: SUN RGB-D, which rotates the bits by three. 4,000:
-/// Matterport3D. 10,000: RealSense at 0.1 mm. 65,535 over 10 m: renderings of Replica.
+/// Matterport3D. 10,000: cameras at 0.1 mm. 65,535 over 10 m: renderings of Replica.
 const CANDIDATES: [Candidate; 6] = [
     Candidate { per_metre: 1000.0, prior: 0.6, sensors: [true, true], is_rendered: true },
     Candidate { per_metre: 6553.5, prior: 0.15, sensors: [false, false], is_rendered: true },
     Candidate { per_metre: 5000.0, prior: 0.1, sensors: [true, false], is_rendered: true },
     Candidate { per_metre: 8000.0, prior: 0.05, sensors: [true, false], is_rendered: false },
     Candidate { per_metre: 4000.0, prior: 0.05, sensors: [true, false], is_rendered: true },
-    Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [false, true], is_rendered: false },
+    Candidate { per_metre: 10_000.0, prior: 0.05, sensors: [true, true], is_rendered: false },
 ];
 
 /// Kinect: 1 / (8 f b) with f = 580 pixels and b = 0.075 m (1/m).
 const KINECT_STEP: f64 = 1.0 / (8.0 * 580.0 * KINECT_BASELINE);
 /// From the projector to the camera (m).
 const KINECT_BASELINE: f64 = 0.075;
-/// Deviation of a camera's step from its nominal one, as a logarithm: focal lengths, resampling. On seven recordings of
-/// Kinects it is 0.10.
+/// Deviation of a camera's step from its nominal one, as a logarithm: calibration, resampling, 16 : 9 at the same width. On seven
+/// recordings of Kinects it is 0.10.
 const STEP_DEVIATION: f64 = 0.12;
 /// RealSense D400: baseline (m) and focal length at 4 : 3 (shares of the width), by the datasheet: D435, D415, D455.
 const REALSENSES: [(f64, f64); 3] = [(0.05, 0.6), (0.055, 0.955), (0.095, 0.61)];
-/// Deviation of a RealSense's focal length from its nominal one, as a logarithm: calibration, and 16 : 9 at the same width.
-const REALSENSE_DEVIATION: f64 = 0.1;
 /// Median depth of an indoor image (m), and its deviation as a logarithm. On eight recordings it is 1.0 to 3.3 m.
 const ROOM_MEDIAN: (f64, f64) = (2.2, 0.6);
 /// Largest depth that cameras measure (m), and its deviation as a logarithm.
-const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
+pub(crate) const MAX_SENSOR_RANGE: (f64, f64) = (10.0, 0.2);
 /// More pixels without depth than this and the image was not rendered.
 const MAX_RENDERED_HOLES: f64 = 0.01;
-/// Steps within this number of deviations of a sensor's nominal ones are its own: normal deviations beyond are 0.3 %.
-const MAX_STEP_DEVIATIONS: f64 = 3.0;
 /// A candidate this much less probable than the best is not named.
 const MIN_ALTERNATIVE: f64 = 0.05;
-/// This many levels or fewer do not show how they are spaced.
-const MIN_LEVELS: usize = 20;
-/// Levels closer than this (raw steps, median) show rounding, not disparity.
-const MIN_LEVEL_GAP: f64 = 4.0;
-/// Disparity steps are equal within this share, in the median.
-const MAX_STEP_SPREAD: f64 = 0.3;
-/// The inverse values of all pixels are multiples of a camera's step: the length of the mean of their phases is 0.92 to 1 on six
-/// recordings of three cameras, 0.82 at most on the rendered ones.
-const MIN_PHASE_CONCENTRATION: f64 = 0.9;
-/// The step is known to this share from the levels, and is looked for in steps of a share that are fine enough for a thousand
-/// levels.
-const STEP_ERROR: f64 = 0.02;
-const STEP_TRIAL: f64 = 5e-4;
+/// Share of the recordings whose values all are multiples of something else than 1 mm or a power of ten of it: no camera above writes them.
+const UNUSUAL_MULTIPLES: f64 = 0.02;
 /// Share of 6,553.5 values a metre among images of TUM's size, and of 5,000 among others: renderers with the second make images as
 /// TUM's are, those with the first make square or wide ones.
 const SCALE_OF_OTHER_IMAGES: f64 = 0.2;
@@ -124,14 +111,12 @@ impl DepthScale {
         }
         let levels = Levels::new(image);
         let step = levels.disparity_step();
-        let mut ranked: Vec<(f64, f64)> = CANDIDATES
-            .iter()
-            .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre))
-            .collect();
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let (best, per_metre) = ranked[0];
-        let alternatives =
-            ranked[1..].iter().filter(|(p, _)| best > 0.0 && *p > MIN_ALTERNATIVE * best).map(|(_, s)| *s).collect();
+        let ranked = ranked(
+            CANDIDATES
+                .iter()
+                .map(|candidate| (candidate.prior * candidate.likelihood(image, &levels, step), candidate.per_metre)),
+        );
+        let (_, per_metre) = ranked[0];
         let (basis, sensor) = match step.map(|step| step * per_metre) {
             Some(c) if kinect_likelihood(c) >= realsense_likelihood(c, image.width) => {
                 (ScaleBasis::DisparitySteps(c), DepthSensor::Kinect)
@@ -142,7 +127,7 @@ impl DepthScale {
             }
             None => (ScaleBasis::RoomSize(levels.median / per_metre), DepthSensor::Unknown),
         };
-        Self { step: 1.0 / per_metre, basis, sensor, alternatives }
+        Self { step: 1.0 / per_metre, basis, sensor, alternatives: alternatives(&ranked, MIN_ALTERNATIVE) }
     }
 
     /// Raw values per metre.
@@ -155,12 +140,12 @@ impl DepthScale {
     /// `width` is that of the image (pixels).
     pub fn confirmed_by(&self, width: usize) -> Option<String> {
         let ScaleBasis::DisparitySteps(c) = self.basis else { return None };
-        let (sensor, deviations) = match self.sensor {
-            DepthSensor::Kinect => ("Kinect", (c / KINECT_STEP).ln().abs() / STEP_DEVIATION),
-            DepthSensor::RealSense { .. } => ("RealSense", realsense(c, width).1 / REALSENSE_DEVIATION),
+        let (sensor, ratio) = match self.sensor {
+            DepthSensor::Kinect => ("Kinect", c / KINECT_STEP),
+            DepthSensor::RealSense { .. } => ("RealSense", realsense(c, width).1.exp()),
             DepthSensor::Unknown => return None,
         };
-        (self.alternatives.is_empty() && deviations < MAX_STEP_DEVIATIONS)
+        (self.alternatives.is_empty() && is_step_of_sensor(ratio))
             .then(|| format!("the disparity steps of a {sensor}, which fit no other scale in use"))
     }
 
@@ -185,9 +170,9 @@ impl DepthScale {
     }
 }
 
-/// The even spacing of the inverse raw values (1 / raw) that a triangulating camera leaves; none without.
-pub(crate) fn disparity_step(image: &DepthImage) -> Option<f64> {
-    if image.bits <= 8 || image.bits == DepthImage::METRES { None } else { Levels::new(image).disparity_step() }
+/// Whether a sensor's steps may be off from its nominal ones by this factor.
+pub(crate) fn is_step_of_sensor(ratio: f64) -> bool {
+    ratio.ln().abs() < THREE_SIGMA * STEP_DEVIATION
 }
 
 /// Focal length (pixels) of a Kinect whose depth has steps of c z^2 (1/m).
@@ -202,6 +187,18 @@ fn trimmed(number: &str) -> String {
 impl Candidate {
     /// How well an image fits this way to store depth; `step` is that of its inverse raw values, if they are evenly spaced.
     fn likelihood(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
+        let of_multiples = if self.are_usual_multiples(levels.common_divisor) { 1.0 } else { UNUSUAL_MULTIPLES };
+        of_multiples * self.likelihood_of_spacing(image, levels, step)
+    }
+
+    /// Whether values that all are multiples of this one are so of 1 mm or a power of ten of it: 5,000 values a metre are made of whole
+    /// millimetres as a rule, by a factor of 5.
+    fn are_usual_multiples(&self, divisor: u16) -> bool {
+        let millimetres = 1e3 * f64::from(divisor) / self.per_metre;
+        divisor == 1 || (millimetres >= 1.0 && millimetres.log10().fract() == 0.0)
+    }
+
+    fn likelihood_of_spacing(&self, image: &DepthImage, levels: &Levels, step: Option<f64>) -> f64 {
         if let Some(step) = step {
             let c = step * self.per_metre;
             let of_sensor = [kinect_likelihood(c), realsense_likelihood(c, image.width)];
@@ -210,7 +207,7 @@ impl Candidate {
         if !self.stores_smooth_depth(image, levels.holes) {
             return 0.0;
         }
-        let room = gaussian((levels.median / self.per_metre / ROOM_MEDIAN.0).ln() / ROOM_MEDIAN.1);
+        let room = log_normal(levels.median / self.per_metre, ROOM_MEDIAN);
         let is_tum = self.per_metre == 5000.0;
         let is_unusual = if has_size_of_tum(image) { self.is_only_rendered() } else { is_tum };
         let room = if is_unusual { SCALE_OF_OTHER_IMAGES * room } else { room };
@@ -238,16 +235,12 @@ fn has_size_of_tum(image: &DepthImage) -> bool {
     [(640, 480), (320, 240)].contains(&(image.width, image.height))
 }
 
-fn gaussian(deviations: f64) -> f64 {
-    (-0.5 * deviations * deviations).exp()
-}
-
 fn kinect_likelihood(c: f64) -> f64 {
-    gaussian((c / KINECT_STEP).ln() / STEP_DEVIATION)
+    log_normal(c, (KINECT_STEP, STEP_DEVIATION))
 }
 
 fn realsense_likelihood(c: f64, width: usize) -> f64 {
-    gaussian(realsense(c, width).1 / REALSENSE_DEVIATION)
+    gaussian(realsense(c, width).1 / STEP_DEVIATION)
 }
 
 /// Focal length (pixels) of the RealSense that has the step c (1/m), and how far it is from the nominal one (logarithm).
@@ -257,70 +250,6 @@ fn realsense(c: f64, width: usize) -> (f64, f64) {
         (focal_length, (focal_length / (nominal * width as f64)).ln().abs())
     });
     of_model.into_iter().fold((0.0, f64::INFINITY), |best, other| if other.1 < best.1 { other } else { best })
-}
-
-/// The raw values that occur from the median to the 95th percentile of an image, ascending.
-struct Levels {
-    /// Each with the number of its pixels.
-    values: Vec<(f64, f64)>,
-    median: f64,
-    /// The 95th percentile.
-    far: f64,
-    /// Share of pixels without depth.
-    holes: f64,
-}
-
-impl Levels {
-    fn new(image: &DepthImage) -> Self {
-        let mut counts = vec![0usize; usize::from(u16::MAX) + 1];
-        for &value in &image.values {
-            counts[usize::from(value)] += 1;
-        }
-        // The largest value of all means no return where a file has no zeros for it.
-        let measured: usize = counts[1..usize::from(u16::MAX)].iter().sum();
-        let percentile = |share: f64| {
-            let mut below = 0;
-            let rank = (share * measured as f64) as usize;
-            (1..usize::from(u16::MAX)).find(|&value| {
-                below += counts[value];
-                below > rank
-            })
-        };
-        let (low, high) = (percentile(0.5).unwrap_or(0), percentile(0.95).unwrap_or(0));
-        let is_there = |&value: &usize| value > 0 && counts[value] > 0;
-        let values = (low..=high).filter(is_there).map(|value| (value as f64, counts[value] as f64)).collect();
-        let holes = 1.0 - measured as f64 / image.values.len().max(1) as f64;
-        Self { values, median: low as f64, far: high as f64, holes }
-    }
-
-    /// The even spacing of 1 / value, in 1 / raw; none where the levels are not spaced so.
-    fn disparity_step(&self) -> Option<f64> {
-        let pairs = || self.values.windows(2).map(|pair| (pair[0].0, pair[1].0));
-        if self.values.len() <= MIN_LEVELS || median(pairs().map(|(a, b)| b - a).collect()) < MIN_LEVEL_GAP {
-            return None;
-        }
-        let steps: Vec<f64> = pairs().map(|(a, b)| 1.0 / a - 1.0 / b).collect();
-        let step = median(steps.clone());
-        let spread = median(steps.iter().map(|other| (other - step).abs()).collect());
-        let trials = (STEP_ERROR / STEP_TRIAL) as i32;
-        let is_lattice = (-trials..=trials)
-            .any(|trial| self.concentration(step * (1.0 + STEP_TRIAL * f64::from(trial))) > MIN_PHASE_CONCENTRATION);
-        (spread < MAX_STEP_SPREAD * step && is_lattice).then_some(step)
-    }
-
-    /// Length of the mean of the phases of 1 / value in this step: 1 where all are multiples of it but for an offset.
-    fn concentration(&self, step: f64) -> f64 {
-        let (mut cosines, mut sines, mut all) = (0.0, 0.0, 0.0);
-        for &(value, count) in &self.values {
-            let (sin, cos) = (std::f64::consts::TAU / (value * step)).sin_cos();
-            (cosines, sines, all) = (cosines + count * cos, sines + count * sin, all + count);
-        }
-        f64::hypot(cosines, sines) / all
-    }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    quantile(&mut values, 0.5).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -368,6 +297,20 @@ mod tests {
     }
 
     #[test]
+    fn what_all_values_are_multiples_of_tells_the_scale_as_well() {
+        for (per_metre, factor) in [(5000.0, 5), (8000.0, 8), (10_000.0, 10)] {
+            let millimetres = ramp((1.0, 6.0), 1000.0, Some(KINECT_STEP), 0.1);
+            let values = millimetres.values.iter().map(|value| factor * value).collect();
+            let scale = DepthScale::estimate(&DepthImage { values, ..millimetres });
+            assert_eq!((scale.per_metre(), scale.alternatives.len()), (per_metre, 0), "{scale:?}");
+        }
+        // In whole centimetres.
+        let millimetres = ramp((0.5, 3.5), 1000.0, None, 0.0);
+        let values = millimetres.values.iter().map(|value| value / 10 * 10).collect();
+        assert_eq!(DepthScale::estimate(&DepthImage { values, ..millimetres }).per_metre(), 1000.0);
+    }
+
+    #[test]
     fn only_the_steps_of_a_known_sensor_confirm_a_scale() {
         let confirmed = |per_metre, c| {
             let image = ramp((1.0, 4.0), per_metre, c, 0.1);
@@ -409,7 +352,7 @@ mod tests {
         let image = DepthImage { width: 640, height: 480, values: values.collect(), bits: 16 };
         let scale = DepthScale::estimate(&image);
         assert_eq!((scale.per_metre(), scale.sensor), (5000.0, DepthSensor::Unknown), "{scale:?}");
-        assert!(disparity_step(&image).is_none() && !scale.alternatives.is_empty());
+        assert!(super::super::depth_levels::disparity_step(&image).is_none() && !scale.alternatives.is_empty());
     }
 
     #[test]

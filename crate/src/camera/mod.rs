@@ -6,6 +6,7 @@ pub mod bev;
 pub(crate) mod brightness;
 pub(crate) mod color_image;
 pub(crate) mod depth_image;
+pub(crate) mod depth_levels;
 pub(crate) mod depth_scale;
 pub(crate) mod pinhole;
 pub(crate) mod raw_depth;

@@ -5,6 +5,7 @@
 //! the gradient, too, by r / f^2. Each smooth piece of the image votes; a curved surface votes for anything.
 
 use super::depth_image::DepthImage;
+use crate::geometry::quantile::THREE_SIGMA;
 
 /// What else values may be, which is not made into depth here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,10 +35,6 @@ pub struct Votes {
 const PIECES: [usize; 2] = [8, 16];
 /// A piece is smooth where its values deviate from a quadratic surface by less than this share of them, or than rounding does.
 const SMOOTH: (f64, f64) = (0.005, 0.4);
-/// Standard deviation of rounding to whole numbers.
-const ROUNDING: f64 = 0.29;
-/// A curvature is told where its error is so many times smaller than what two kinds differ by.
-const TELLING: f64 = 6.0;
 /// So many pieces have to vote alike, ... (On 60 images of eight recordings at most three vote against depth, where six and more
 /// vote for it; images of 8 bits made inverted have 8 and more.)
 const MIN_VOTES: usize = 8;
@@ -66,7 +63,7 @@ impl Votes {
     fn take(&mut self, piece: &Piece, largest: f64, focal_length: f64) {
         let Piece { value, slope, along, across, error } = *piece;
         let [depth, inverted] = [2.0 * slope * slope / value, -2.0 * slope * slope / (largest - value).max(1.0)];
-        if depth.min(-inverted) > TELLING * error {
+        if tells(depth.min(-inverted), error) {
             match along {
                 along if along > depth / 2.0 => self.depth += 1,
                 along if along < inverted / 2.0 => self.inverted += 1,
@@ -74,9 +71,14 @@ impl Votes {
             }
         }
         let of_ray = value / (focal_length * focal_length);
-        if of_ray > TELLING * error {
+        if tells(of_ray, error) {
             *(if across > of_ray / 2.0 { &mut self.ray_length } else { &mut self.axis }) += 1;
         }
+    }
+
+    /// Whether the values are proportional to depth, or to the length of rays.
+    pub fn is_depth(&self) -> bool {
+        is_decided(self.depth, self.inverted + self.inverse)
     }
 
     /// Whether near is bright.
@@ -90,6 +92,11 @@ impl Votes {
         let is_ray = is_decided(self.ray_length, self.axis);
         is_inverse.then_some(NoDepth::Inverse).or(is_ray.then_some(NoDepth::RayLength))
     }
+}
+
+/// Whether a curvature with this error is told from another kind's that differs by so much: it counts for the nearer of the two.
+fn tells(difference: f64, error: f64) -> bool {
+    difference / 2.0 > THREE_SIGMA * error
 }
 
 fn is_decided(votes: usize, others: usize) -> bool {
@@ -143,7 +150,8 @@ impl Piece {
         }
         let curvature = |x: f64, y: f64| 2.0 * (xx * x * x + xy * x * y + yy * y * y);
         let (x, y) = (gx / slope, gy / slope);
-        let error = 2.0 * deviation.max(ROUNDING) / norms[3].sqrt();
+        // Rounding to whole numbers has a deviation of its own.
+        let error = 2.0 * deviation.max(1.0 / 12f64.sqrt()) / norms[3].sqrt();
         Some(Self { value, slope, along: curvature(x, y), across: curvature(-y, x), error })
     }
 }

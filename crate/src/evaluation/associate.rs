@@ -186,16 +186,25 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
     }
     let (duration, length) = (high - low, last - first);
     if !are_similar(duration, length) {
-        for (factor, unit) in [(1e9, "nanoseconds"), (1e6, "microseconds"), (1e3, "milliseconds")] {
-            let remedy =
-                |whose| format!("The {whose}'s times look like {unit}: divide them by {factor:e} to get seconds");
-            if overlaps(first / factor, last / factor) || are_similar(duration, length / factor) {
-                return remedy("estimate");
+        let remedy = |whose, unit, factor| {
+            format!("The {whose}'s times look like {unit}: divide them by {factor:e} to get seconds")
+        };
+        let units = [(1e9, "nanoseconds"), (1e6, "microseconds"), (1e3, "milliseconds")];
+        // Equal durations tell more than times that overlap.
+        for (factor, unit) in units {
+            if are_similar(duration, length / factor) {
+                return remedy("estimate", unit, factor);
             }
-            if are_similar(duration / factor, length)
-                || (overlaps(first * factor, last * factor) && first * factor > 1e6)
-            {
-                return remedy("reference");
+            if are_similar(duration / factor, length) {
+                return remedy("reference", unit, factor);
+            }
+        }
+        for (factor, unit) in units {
+            if overlaps(first / factor, last / factor) {
+                return remedy("estimate", unit, factor);
+            }
+            if overlaps(first * factor, last * factor) && first * factor > 1e6 {
+                return remedy("reference", unit, factor);
             }
         }
     }

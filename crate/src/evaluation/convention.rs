@@ -23,6 +23,16 @@ pub enum QuaternionOrder {
     RealPartFirst,
 }
 
+impl QuaternionOrder {
+    /// The other one.
+    pub(super) fn other(self) -> Self {
+        match self {
+            Self::RealPartLast => Self::RealPartFirst,
+            Self::RealPartFirst => Self::RealPartLast,
+        }
+    }
+}
+
 /// Directions of a sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -127,7 +137,7 @@ fn mirrored(pose: &Pose3) -> Pose3 {
 }
 
 /// The same four numbers of a file, read in the other order.
-fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuaternion<f64> {
+pub(super) fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuaternion<f64> {
     let other = match read_order {
         QuaternionOrder::RealPartFirst => Quaternion::new(q.k, q.w, q.i, q.j),
         QuaternionOrder::RealPartLast => Quaternion::new(q.i, q.j, q.k, q.w),
@@ -136,11 +146,11 @@ fn reordered(q: &UnitQuaternion<f64>, read_order: QuaternionOrder) -> UnitQuater
 }
 
 /// Largest ratio of misfits for which a less usual convention replaces the best one before it in the list.
-const MAX_MISFIT_RATIO: f64 = 0.8;
+pub(super) const MAX_MISFIT_RATIO: f64 = 0.8;
 /// The same of a left-handed one: hardly any file has it.
 const MAX_LEFT_HANDED_RATIO: f64 = 0.5;
-/// Differences of misfits (m) below this one are rounding errors.
-const MISFIT_ROUNDING: f64 = 1e-6;
+/// Misfits (m) below this one are rounding errors of files.
+pub(super) const MISFIT_ROUNDING: f64 = 1e-6;
 
 /// The poses of a reference as `T_world_sensor` with this engine's axes, and the convention found.
 ///
@@ -192,14 +202,10 @@ fn candidates(
     has_quaternions: bool,
     known: KnownConvention,
 ) -> impl Iterator<Item = PoseConvention> {
-    let other_order = match read_order {
-        QuaternionOrder::RealPartLast => QuaternionOrder::RealPartFirst,
-        QuaternionOrder::RealPartFirst => QuaternionOrder::RealPartLast,
-    };
     let orders = match known.quaternion_order {
         _ if !has_quaternions => vec![None],
         Some(order) => vec![Some(order)],
-        None => vec![Some(read_order), Some(other_order)],
+        None => vec![Some(read_order), Some(read_order.other())],
     };
     let directions = known
         .direction

@@ -9,10 +9,11 @@ use super::drift::{Drift, drift, drift_of_numbered};
 use super::interpolate::interpolated;
 use super::metrics::{PoseRelation, ape, rpe};
 use super::motion_agreement::agreement;
+use super::motion_ratio::ratio_of;
 use super::pair_conventions::agreed;
 use super::pairs::{DeltaUnit, PairOptions};
 use super::path::Path;
-use super::remarks::{Advice, freedom, time_differences};
+use super::remarks::{Advice, freedom, other_unit, time_differences};
 use super::statistics::Statistics;
 use super::trajectory_error::{AlignedError, first_row_hint};
 use super::umeyama::Similarity;
@@ -249,6 +250,9 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
     let hint = misfit.or_else(|| is_anchored.then(of_first_row).flatten());
     summary.notes.extend(hint);
+    let other_unit = ratio_of(&poses(MAX_MISFIT_FRAMES)).translation.and_then(other_unit);
+    summary.advice.extend(other_unit.as_ref().map(|_| Advice::FitScale));
+    summary.notes.extend(other_unit);
     summary.notes.extend(freedom(&fit, &reference_path, options.alignment, of_positions.rmse));
     if without_motion > 0 {
         summary.notes.push(format!("In {without_motion} pairs the reference does not move; they were left out."));

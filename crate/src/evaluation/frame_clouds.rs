@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::beam_normals::beam_normals;
+use crate::preprocess::depth_cloud::DEPTH_VOXEL;
 use crate::preprocess::estimate_normals::estimate_normals;
 use crate::preprocess::voxel_downsample::voxel_downsample;
 use crate::search::{KdTree, Neighborhood};
@@ -60,9 +61,6 @@ pub struct FrameClouds {
 }
 
 impl FrameClouds {
-    /// Voxel size of the downsampling of a frame (m), which bounds the time and keeps near surfaces from outweighing far ones.
-    pub const VOXEL_SIZE: f64 = 0.05;
-
     /// Without frames.
     pub fn new() -> Self {
         Self::default()
@@ -88,7 +86,7 @@ impl FrameClouds {
         let finite: Vec<_> = cloud.positions.iter().copied().filter(|p| p.is_finite()).collect();
         let cloud = PointCloud { origin: cloud.origin, ..PointCloud::from_positions(finite) };
         // The few points of a planar scan are all kept, since their order gives the neighbours.
-        let cloud = if is_planar { cloud } else { voxel_downsample(&cloud, Self::VOXEL_SIZE)? };
+        let cloud = if is_planar { cloud } else { voxel_downsample(&cloud, DEPTH_VOXEL)? };
         if cloud.is_empty() {
             return Err(Error::whole("This frame has no point", "Leave it out, with its pose"));
         }
@@ -100,7 +98,7 @@ impl FrameClouds {
             let flat: Vec<_> = points.iter().map(|p| nalgebra::Vector2::new(f64::from(p.x), f64::from(p.y))).collect();
             beam_normals(&flat).into_iter().map(|normal| normal.map(|n| Vector3::new(n.x, n.y, 0.0))).collect()
         } else {
-            let neighborhood = Neighborhood { max_neighbors: 20, radius: 4.0 * Self::VOXEL_SIZE };
+            let neighborhood = Neighborhood { max_neighbors: 20, radius: 4.0 * DEPTH_VOXEL };
             estimate_normals(&points, &tree, neighborhood, glam::DVec3::ZERO)
         };
         let ball = ball_around(&positions);

@@ -8,6 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::jacobi::eigenpairs;
 use crate::search::KdTree;
 use crate::{Error, Result};
 
@@ -137,30 +138,10 @@ fn covariance<const D: usize>(offsets: impl Iterator<Item = SVector<f64, D>>) ->
     outer / n - mean * mean.transpose()
 }
 
-/// The smallest eigenvalue and the determinant of a covariance, by Jacobi rotations. Eigenvalues within the rounding error of
-/// zero are set to zero.
+/// The smallest eigenvalue and the determinant of a covariance. Eigenvalues within the rounding error of zero are set to zero.
 fn spread<const D: usize>(covariance: &SMatrix<f64, D, D>) -> (f64, f64) {
-    /// Twice what 3 x 3 matrices need: the rotations converge quadratically.
-    const SWEEPS: usize = 12;
-    let mut A = *covariance;
-    for _ in 0..SWEEPS {
-        for p in 0..D {
-            for q in p + 1..D {
-                if A[(p, q)].abs() <= f64::EPSILON * (A[(p, p)] * A[(q, q)]).abs().sqrt() {
-                    continue;
-                }
-                let zeta = (A[(q, q)] - A[(p, p)]) / (2.0 * A[(p, q)]);
-                let tangent = zeta.signum() / (zeta.abs() + zeta.hypot(1.0));
-                let cosine = 1.0 / tangent.hypot(1.0);
-                let sine = cosine * tangent;
-                let mut J = SMatrix::<f64, D, D>::identity();
-                (J[(p, p)], J[(q, q)], J[(p, q)], J[(q, p)]) = (cosine, cosine, sine, -sine);
-                A = J.transpose() * A * J;
-            }
-        }
-    }
-    let eigenvalues = A.diagonal();
-    let noise = eigenvalues.max() * f64::EPSILON * 8.0;
-    let exact = eigenvalues.map(|value| if value <= noise { 0.0 } else { value });
-    (exact.min(), exact.iter().product())
+    let pairs = eigenpairs(*covariance);
+    let largest = pairs.last().map_or(0.0, |(value, _)| *value);
+    let exact = pairs.iter().map(|(value, _)| if *value <= largest * f64::EPSILON * 8.0 { 0.0 } else { *value });
+    (exact.clone().next().unwrap_or(0.0), exact.product())
 }

@@ -43,6 +43,7 @@ pub mod metrics;
 mod motion_agreement;
 pub(crate) mod motion_ratio;
 mod pair_conventions;
+mod pair_motions;
 pub mod pairs;
 pub mod path;
 pub mod relation_times;

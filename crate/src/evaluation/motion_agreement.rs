@@ -1,20 +1,9 @@
 //! Whether the motions of an estimate are those of the reference; if not, the reference belongs to another recording or the
 //! estimate is wrong.
 
-use super::motion_ratio::{FRAME_GAPS, motions, ratio_of};
+use super::motion_ratio::{FRAME_GAPS, MAX_DEVIATION, MIN_MOTIONS, MotionSize, motions, ratio_of, tells};
 use crate::geometry::Pose3;
 
-/// Fewest motions from which a share is computed.
-const MIN_MOTIONS: usize = 20;
-/// Assumed noise of an estimated translation between consecutive frames (m). Over several frames it grows with the square root
-/// of their number, as does that of the rotation.
-const STEP_NOISE: f64 = 0.01;
-/// Assumed noise of an estimated rotation between consecutive frames (rad).
-const TURN_NOISE: f64 = 0.02;
-/// Smallest ratio of a motion to its noise for which it is compared; smaller motions always agree.
-const MIN_SIGNAL_TO_NOISE: f64 = 5.0;
-/// Largest difference of two motions that agree, as a share of the larger one, in addition to the noise.
-const MAX_DEVIATION: f64 = 0.2;
 /// Share below which a reference is reported as misfitting. Measured: see [`motion_agreement`].
 const MIN_AGREEMENT: f64 = 0.6;
 
@@ -27,14 +16,14 @@ const MIN_AGREEMENT: f64 = 0.6;
 fn motion_agreement(pairs: &[(Pose3, Pose3)], has_orientations: bool) -> Option<f64> {
     let scale = ratio_of(pairs).translation.unwrap_or(1.0);
     FRAME_GAPS.iter().rev().find_map(|&gap| {
-        let noise_growth = (gap as f64).sqrt();
-        let (step_noise, turn_noise) = (STEP_NOISE * noise_growth, TURN_NOISE * noise_growth);
+        let noise = MotionSize::noise(gap);
         let [mut num_moving, mut num_agreeing] = [0_usize; 2];
         for (motion, reference) in motions(pairs, gap) {
-            let steps = (motion.step / scale, reference.step, step_noise);
-            let turns = (motion.turn, reference.turn, turn_noise);
+            let steps = (motion.step / scale, reference.step, noise.step);
+            let turns = (motion.turn, reference.turn, noise.turn);
             let sizes = if has_orientations { [steps, turns] } else { [steps, steps] };
-            if sizes.iter().any(|(a, b, noise)| a.max(*b) > MIN_SIGNAL_TO_NOISE * noise) {
+            // Smaller motions always agree.
+            if sizes.iter().any(|(a, b, noise)| tells(a.max(*b), *noise)) {
                 num_moving += 1;
                 let agree = sizes.iter().all(|(a, b, noise)| (a - b).abs() <= MAX_DEVIATION * a.max(*b) + noise);
                 num_agreeing += usize::from(agree);

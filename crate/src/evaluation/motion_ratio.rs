@@ -3,7 +3,7 @@
 //! They are medians over pairs of frames, which are robust to a trajectory that is wrong in places.
 
 use crate::geometry::Pose3;
-use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
+use crate::geometry::quantile::{MIN_SAMPLE, error_of_median, quantile};
 
 /// Motions of the estimate divided by those of the reference; `None` where the pairs are too few or disagree.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,20 +16,19 @@ pub(crate) struct MotionRatio {
 
 /// Differences of frame numbers of the compared pairs: consecutive frames, and longer gaps for slow cameras.
 pub(super) const FRAME_GAPS: [usize; 4] = [1, 2, 5, 20];
-/// Fewest pairs from which a ratio is computed.
-const MIN_PAIRS: usize = 6;
-/// Smallest translation of the reference that exceeds its noise (m).
-const MIN_STEP: f64 = 0.02;
-/// Smallest rotation of the reference that exceeds its noise (rad, 1.7 degrees).
-const MIN_TURN: f64 = 0.03;
+/// Fewest motions of which a share is computed, or for which a wider gap between their frames is preferred: the noise is then smaller
+/// beside the motion.
+pub(super) const MIN_MOTIONS: usize = 20;
+/// Most frames or motions, evenly spread, that are compared: medians and shares of so many are known to 3.5 % (1 / (2 sqrt(200))).
+pub(super) const MAX_SAMPLES: usize = 200;
+/// Assumed noise of an estimated motion between consecutive frames. Over several frames it grows with the square root of their number.
+const NOISE: MotionSize = MotionSize { step: 0.01, turn: 0.02 };
+/// Smallest ratio of a motion to its noise for which it is compared. Its size is then known to a fifth.
+const MIN_SIGNAL_TO_NOISE: f64 = 5.0;
+/// Largest share by which two motions that are equal differ by that noise.
+pub(super) const MAX_DEVIATION: f64 = 1.0 / MIN_SIGNAL_TO_NOISE;
 /// Largest rotation that is compared (rad); beyond pi the angle is ambiguous.
 const MAX_TURN: f64 = 2.0;
-/// Largest median absolute deviation of the logarithms of the ratios, ...
-const MAX_SPREAD: f64 = 0.15;
-/// ... or this share of their median: a broken trajectory scatters more, but still shows a large factor.
-const MAX_SPREAD_SHARE: f64 = 0.25;
-/// Ratio of the standard error of a median to that of a mean, for a normal distribution: sqrt(pi / 2).
-const MEDIAN_ERROR: f64 = 1.253;
 /// Number of standard errors of the median by which the logarithm of the ratio must differ from zero.
 const MIN_SIGNIFICANCE: f64 = 4.0;
 
@@ -49,12 +48,16 @@ pub(super) fn ratio_of(pairs: &[(Pose3, Pose3)]) -> MotionRatio {
 /// Logarithms of the ratios of the distances and of the angles of corresponding motions.
 fn logarithms_of(pairs: &[(Pose3, Pose3)]) -> (Vec<f64>, Vec<f64>) {
     let [mut steps, mut turns] = [Vec::new(), Vec::new()];
-    for (motion, reference) in FRAME_GAPS.iter().flat_map(|&gap| motions(pairs, gap)) {
-        if reference.step > MIN_STEP && motion.step > 0.0 {
-            steps.push((motion.step / reference.step).ln());
-        }
-        if (MIN_TURN..MAX_TURN).contains(&reference.turn) && motion.turn > 0.0 && motion.turn < MAX_TURN {
-            turns.push((motion.turn / reference.turn).ln());
+    for gap in FRAME_GAPS {
+        let noise = MotionSize::noise(gap);
+        for (motion, reference) in motions(pairs, gap) {
+            if tells(reference.step, noise.step) && motion.step > 0.0 {
+                steps.push((motion.step / reference.step).ln());
+            }
+            let is_below = motion.turn.max(reference.turn) < MAX_TURN;
+            if tells(reference.turn, noise.turn) && is_below && motion.turn > 0.0 {
+                turns.push((motion.turn / reference.turn).ln());
+            }
         }
     }
     (steps, turns)
@@ -67,6 +70,19 @@ pub(super) struct MotionSize {
     pub step: f64,
     /// Angle (rad).
     pub turn: f64,
+}
+
+impl MotionSize {
+    /// That of the noise of a motion between frames that are `gap` apart.
+    pub fn noise(gap: usize) -> Self {
+        let growth = (gap as f64).sqrt();
+        Self { step: growth * NOISE.step, turn: growth * NOISE.turn }
+    }
+}
+
+/// Whether a motion of this size is compared.
+pub(super) fn tells(size: f64, noise: f64) -> bool {
+    size > MIN_SIGNAL_TO_NOISE * noise
 }
 
 /// The motions of the estimate and of the reference between the same frames, `gap` frames apart.
@@ -116,19 +132,19 @@ struct CommonFactor {
 impl CommonFactor {
     /// Of these logarithms; none of too few.
     fn of(mut logarithms: Vec<f64>) -> Option<Self> {
-        if logarithms.len() < MIN_PAIRS {
+        if logarithms.len() < MIN_SAMPLE {
             return None;
         }
         let logarithm = quantile(&mut logarithms, 0.5)?;
         let mut deviations: Vec<f64> = logarithms.iter().map(|value| (value - logarithm).abs()).collect();
         let spread = quantile(&mut deviations, 0.5)?;
-        let error = MEDIAN_ERROR * MEDIAN_TO_SIGMA * spread / (logarithms.len() as f64).sqrt();
-        Some(Self { logarithm, error, spread })
+        Some(Self { logarithm, error: error_of_median(spread, logarithms.len()), spread })
     }
 
     /// The factor, where the ratios agree on it and it differs from one significantly.
     fn significant(&self) -> Option<f64> {
-        let is_common = self.spread <= MAX_SPREAD.max(MAX_SPREAD_SHARE * self.logarithm.abs());
+        // A broken trajectory scatters more, but still shows a large factor.
+        let is_common = self.spread <= MAX_DEVIATION * self.logarithm.abs().max(1.0);
         (is_common && self.logarithm.abs() >= MIN_SIGNIFICANCE * self.error).then(|| self.logarithm.exp())
     }
 }

@@ -4,24 +4,16 @@
 //! Under the right conventions the motions between the poses of both are equal, up to the unit of length and the errors of the
 //! estimate. Other conventions than the ones read are used only where the motions show it beyond chance; notes say so.
 
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use super::convention::QuaternionOrder;
+use super::convention::{MAX_MISFIT_RATIO, MISFIT_ROUNDING, QuaternionOrder, reordered};
 use super::motion_ratio::FRAME_GAPS;
-use super::path::{Path, relative};
+use super::pair_motions::{Motions, best_axes, mean_size, misfit, scale_between};
+use super::path::Path;
 use super::umeyama::best_fit;
-use crate::geometry::pose_distance::METRES_PER_RADIAN;
-use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::nearest_rotation;
 use crate::io::trajectory::Trajectory;
 
-/// Fewest motions for which a wider gap between their frames is preferred, since the noise is then smaller beside the motion.
-const MIN_MOTIONS: usize = 20;
-/// Most motions that are compared, evenly spread.
-const MAX_MOTIONS: usize = 300;
-/// Largest ratio of misfits for which a less usual convention replaces the best one before it, as for a reference of a run
-/// ([`interpret`](super::convention::interpret)).
-const MAX_MISFIT_RATIO: f64 = 0.8;
 /// Largest share of the misfit as read that other conventions may leave, and of the motion itself that they may leave
 /// unexplained. Measured on the estimates of freiburg1_xyz and of ten flights: with exchanged quaternions, a turned sensor or
 /// mirrored poses the right conventions leave 0.11 at most. None of 100 pairs as they are, KITTI's among them, is converted.
@@ -30,8 +22,6 @@ const MAX_REMAINING: f64 = 0.3;
 /// of unknown scale it is the number of motions times the logarithm of the ratio of the mean misfits. There are 54 readings with
 /// 24 directions of the axes, one of which is to be believed wrongly once in a thousand trajectories: ln(54 * 24 / 1e-3).
 const MIN_LOG_LIKELIHOOD_RATIO: f64 = 14.1;
-/// Misfits (m) below this one are rounding errors of files.
-const MISFIT_ROUNDING: f64 = 1e-6;
 
 /// Two paths in common conventions, and what was changed, in whole sentences.
 pub(super) struct Agreed {
@@ -87,7 +77,7 @@ impl Reading {
         let Some(rotations) = &mut path.rotations else { return path };
         for (R, p) in rotations.iter_mut().zip(&mut path.positions) {
             if let Some(order) = self.order {
-                *R = nearest_rotation(R).map_or(*R, |q| reordered(&q, order));
+                *R = nearest_rotation(R).map_or(*R, |q| reordered(&q, order.other()).to_rotation_matrix().into_inner());
             }
             if self.is_inverted {
                 *R = R.transpose();
@@ -114,15 +104,6 @@ impl Reading {
         });
         [order, direction, hand].into_iter().flatten().collect()
     }
-}
-
-/// The rotation by the same four numbers of a file, which were read in the other order than this one.
-fn reordered(q: &UnitQuaternion<f64>, order: QuaternionOrder) -> Matrix3<f64> {
-    let other = match order {
-        QuaternionOrder::RealPartLast => Quaternion::new(q.k, q.w, q.i, q.j),
-        QuaternionOrder::RealPartFirst => Quaternion::new(q.i, q.j, q.k, q.w),
-    };
-    UnitQuaternion::from_quaternion(other).to_rotation_matrix().into_inner()
 }
 
 fn mirror(axis: usize) -> Matrix3<f64> {
@@ -158,8 +139,7 @@ fn by_motions(reference: &Path, estimate: &Path, files: [&Trajectory; 2]) -> Opt
         let scale = scale_between(&of_reference, &of_estimate);
         if best.is_none() {
             as_read = misfit(&of_reference, &of_estimate, &Matrix3::identity(), scale);
-            size =
-                of_reference.iter().map(|motion| distance(motion, &still())).sum::<f64>() / of_reference.len() as f64;
+            size = mean_size(&of_reference);
         }
         for axes in [Matrix3::identity(), best_axes(&of_reference, &of_estimate, scale)] {
             let misfit = misfit(&of_reference, &of_estimate, &axes, scale);
@@ -229,91 +209,6 @@ fn mirrored_axis(reference: &Path, estimate: &Path) -> usize {
     (0..3).min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(1)
 }
 
-/// A motion between two poses, in the sensor's axes at the first.
-type Motion = (Matrix3<f64>, Vector3<f64>);
-
-fn still() -> Motion {
-    (Matrix3::identity(), Vector3::zeros())
-}
-
-/// Which motions are compared.
-struct Motions {
-    /// The indices of the first and of the second pose of each.
-    pairs: Vec<(usize, usize)>,
-    /// Motions that share no frame, and whose errors are thus independent.
-    num_independent: usize,
-}
-
-impl Motions {
-    fn of(num_poses: usize) -> Option<Self> {
-        let gap = FRAME_GAPS.into_iter().rev().find(|gap| num_poses >= gap * MIN_MOTIONS).unwrap_or(1);
-        let count = num_poses.checked_sub(gap).filter(|count| *count > 0)?;
-        let stride = count.div_ceil(MAX_MOTIONS);
-        let pairs: Vec<_> = (0..count).step_by(stride).map(|index| (index, index + gap)).collect();
-        Some(Self { num_independent: pairs.len().min(count.div_ceil(gap)), pairs })
-    }
-
-    /// The poses that the motions need: first, second, first, second ...
-    fn sampled(&self, path: &Path) -> Path {
-        let indices = || self.pairs.iter().flat_map(|&(a, b)| [a, b]);
-        Path {
-            positions: indices().map(|index| path.positions[index]).collect(),
-            rotations: path.rotations.as_ref().map(|all| indices().map(|index| all[index]).collect()),
-            stamps: None,
-        }
-    }
-
-    /// The motions between sampled poses.
-    fn between(sampled: &Path) -> Vec<Motion> {
-        let rotations = sampled.rotations.as_deref().unwrap_or_default();
-        let poses: Vec<_> = rotations.iter().zip(&sampled.positions).collect();
-        poses.chunks_exact(2).map(|pair| relative(pair[0], pair[1])).collect()
-    }
-}
-
-/// The unit of the reference's lengths in that of the estimate.
-fn scale_between(reference: &[Motion], estimate: &[Motion]) -> f64 {
-    let length = |motions: &[Motion]| {
-        let mut lengths: Vec<f64> = motions.iter().map(|(_, t)| t.norm()).collect();
-        quantile(&mut lengths, 0.5).unwrap_or(0.0)
-    };
-    let ratio = length(reference) / length(estimate);
-    if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
-}
-
-fn misfit(reference: &[Motion], estimate: &[Motion], axes: &Matrix3<f64>, scale: f64) -> f64 {
-    let turned = |(R, t): &Motion| (axes * R * axes.transpose(), scale * (axes * t));
-    let differences = reference.iter().zip(estimate).map(|(a, b)| distance(a, &turned(b)));
-    differences.sum::<f64>() / reference.len() as f64
-}
-
-/// Distance of two motions (m), as `pose_distance`.
-fn distance((R_a, t_a): &Motion, (R_b, t_b): &Motion) -> f64 {
-    let cosine = (((R_a.transpose() * R_b).trace() - 1.0) / 2.0).clamp(-1.0, 1.0);
-    (t_a - t_b).norm() + METRES_PER_RADIAN * cosine.acos()
-}
-
-/// Of the 24 rotations that exchange or reverse axes the one that turns the estimate's motions nearest to the reference's.
-fn best_axes(reference: &[Motion], estimate: &[Motion], scale: f64) -> Matrix3<f64> {
-    let vector =
-        |R: &Matrix3<f64>| METRES_PER_RADIAN * nearest_rotation(R).map_or_else(Vector3::zeros, |q| q.scaled_axis());
-    let mut covariance = Matrix3::zeros();
-    for ((R_a, t_a), (R_b, t_b)) in reference.iter().zip(estimate) {
-        covariance += vector(R_a) * vector(R_b).transpose() + scale * (t_a * t_b.transpose());
-    }
-    let fit = |axes: &Matrix3<f64>| axes.component_mul(&covariance).sum();
-    rotations_of_axes().into_iter().max_by(|a, b| fit(a).total_cmp(&fit(b))).unwrap_or_else(Matrix3::identity)
-}
-
-/// The 24 rotations that map axes to axes.
-fn rotations_of_axes() -> Vec<Matrix3<f64>> {
-    let axes = || [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|axis| [axis, -axis]);
-    let with = |x: Vector3<f64>| {
-        axes().filter(move |y| x.dot(y) == 0.0).map(move |y| Matrix3::from_columns(&[x, y, x.cross(&y)]))
-    };
-    axes().flat_map(with).collect()
-}
-
 fn axes_words(axes: &Matrix3<f64>) -> Option<String> {
     let name = |column: usize| {
         let row = axes.column(column).iamax();
@@ -330,8 +225,9 @@ fn axes_words(axes: &Matrix3<f64>) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Rotation3};
+    use nalgebra::{Isometry3, Quaternion, Rotation3, UnitQuaternion};
 
+    use super::super::pair_motions::distance;
     use super::*;
     use crate::geometry::{Pose3, RigidMotion};
 
@@ -447,7 +343,5 @@ mod tests {
         }
         let found = agreed(&path(&file), &path(&mirrored), [&file, &mirrored]).unwrap();
         assert!(found.notes[0].contains("left-handed"), "{:?}", found.notes);
-        assert_eq!(rotations_of_axes().len(), 24);
-        assert!(rotations_of_axes().iter().all(|axes| (axes.determinant() - 1.0).abs() < 1e-12));
     }
 }

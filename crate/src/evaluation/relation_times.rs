@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::interpolate::{MAX_INTERVALS, Place, between, interval};
+use super::motion_ratio::MAX_SAMPLES;
 use super::path::Path;
 use crate::geometry::quantile::quantile;
 use crate::io::relations::{PoseKey, Relation};
@@ -15,8 +16,6 @@ const MAX_TOLERANCE: f64 = 0.1;
 const SAME_TIME: f64 = 1e-5;
 /// Resolution of the search for a clock offset (s), which exceeds the rounding of times in files.
 const CLOCK_STEP: f64 = 1e-3;
-/// Most times of relations that vote on a clock offset.
-const MAX_VOTES: usize = 100;
 /// Smallest share of the votes for which an offset is reported.
 const MIN_AGREEING_SHARE: f64 = 0.8;
 
@@ -128,7 +127,7 @@ pub(super) fn misfit(
 
 /// The offset (s) to add to `stamps` so that most of `times` are among them; `None` where there is no such offset.
 fn clock_offset(times: &[f64], stamps: &[f64]) -> Option<f64> {
-    let stride = times.len().div_ceil(MAX_VOTES);
+    let stride = times.len().div_ceil(MAX_SAMPLES);
     let voters: Vec<f64> = times.iter().copied().step_by(stride).collect();
     let mut votes: HashMap<i64, usize> = HashMap::new();
     for time in &voters {

@@ -8,6 +8,7 @@ use super::associate::Pair;
 use super::interpolate::interval;
 use super::path::Path;
 use super::umeyama::Fit;
+use crate::io::length_unit::{CENTIMETRE, FOOT, INCH, MILLIMETRE};
 
 /// An option that would change what a note reports; each surface has its own words for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -18,6 +19,8 @@ pub enum Advice {
     Interpolate,
     /// `conventions: as_read`: other conventions were found than those read.
     ConventionsAsRead,
+    /// `alignment: sim3`: the positions seem to be in another unit.
+    FitScale,
 }
 
 const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignment may be turned about it at will: \
@@ -26,6 +29,23 @@ const ABOUT_A_LINE: &str = "The positions lie on a straight line, so the alignme
 /// Share of an interval by which times of corresponding poses may differ without a remark: a position between two poses is then
 /// off by at most this share of the motion between them.
 const MAX_TIME_SHARE: f64 = 0.01;
+
+/// Units of length differ by a factor of 2.5 at least, and drift changes no path by so much of it as this logarithm.
+const UNIT_DEVIATION: f64 = 0.1;
+
+/// That the estimate seems to be in another unit than the reference, by the ratio of its motions to those of the reference.
+pub(super) fn other_unit(ratio: f64) -> Option<String> {
+    let units = [MILLIMETRE, CENTIMETRE, INCH, FOOT];
+    let is = |expected: f64| (ratio / expected).ln().abs() < UNIT_DEVIATION;
+    let of_estimate = units.iter().find(|unit| is(1.0 / unit.metres)).map(|unit| ("estimate", unit));
+    let (whose, unit) =
+        of_estimate.or_else(|| units.iter().find(|unit| is(unit.metres)).map(|unit| ("reference", unit)))?;
+    Some(format!(
+        "The estimate moves {ratio:.4} times as far as the reference between poses, as where the {whose} is in {}: its errors are not in \
+         metres then.",
+        unit.name
+    ))
+}
 
 /// What the positions do not determine of a fit with these distances (m, root mean square) after it.
 pub(super) fn freedom(fit: &Fit, reference: &Path, alignment: Alignment, rmse: f64) -> Option<String> {
@@ -129,6 +149,18 @@ mod tests {
             "rotation and scale are not determined"
         ));
         assert_eq!(told(&still, &still, Alignment::Origin), None);
+    }
+
+    #[test]
+    fn another_unit_is_told_and_drift_is_not() {
+        let contains = |ratio: f64, words: &str| other_unit(ratio).is_some_and(|told| told.contains(words));
+        assert!(
+            contains(997.0, "the estimate is in millimetres") && contains(0.00103, "the reference is in millimetres")
+        );
+        assert!(contains(3.3, "the estimate is in feet") && contains(0.0101, "the reference is in centimetres"));
+        for ratio in [0.9, 1.0, 1.2, 20.9] {
+            assert_eq!(other_unit(ratio), None);
+        }
     }
 
     #[test]

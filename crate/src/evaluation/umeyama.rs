@@ -3,6 +3,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
+use crate::geometry::jacobi::MAX_SWEEPS;
 use crate::{Error, Result};
 
 /// Ratio of the second to the largest singular value of the covariance below which the points lie on a line to within the
@@ -137,8 +138,6 @@ struct Svd {
 /// One-sided Jacobi rotations, which compute small singular values to the same relative accuracy as large ones: Demmel and
 /// Veselic, "Jacobi's method is more accurate than QR", SIAM J. Matrix Anal. Appl. 13 (1992).
 fn svd(matrix: &Matrix3<f64>) -> Svd {
-    /// Only rounding errors can take as many: the rotations converge quadratically.
-    const MAX_SWEEPS: usize = 40;
     let (mut A, mut V) = (*matrix, Matrix3::identity());
     for _ in 0..MAX_SWEEPS {
         let mut rotated = false;

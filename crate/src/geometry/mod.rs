@@ -5,6 +5,8 @@
 
 pub(crate) mod algebra;
 pub(crate) mod connected_parts;
+pub(crate) mod hypotheses;
+pub(crate) mod jacobi;
 pub(crate) mod mahalanobis;
 pub(crate) mod point_cloud;
 pub(crate) mod point_times;

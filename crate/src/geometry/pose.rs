@@ -15,6 +15,7 @@ use nalgebra::{
 };
 
 use super::algebra::{Jacobian, SquareMatrix, Vector};
+use super::jacobi::MAX_SWEEPS;
 
 /// A pose in the plane: `T_world_sensor` maps sensor points into the world (m, rad).
 pub type Pose2 = Isometry2<f64>;
@@ -92,7 +93,7 @@ macro_rules! same_in_both_dimensions {
             if !covariance.iter().all(|value| value.is_finite()) {
                 return None;
             }
-            let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SVD_SWEEPS)?;
+            let svd = covariance.try_svd(true, true, f64::EPSILON, MAX_SWEEPS)?;
             let (U, V_transposed) = (svd.u?, svd.v_t?);
             let mut S = Self::PointMatrix::identity();
             if U.determinant() * V_transposed.determinant() < 0.0 {
@@ -268,9 +269,6 @@ impl Embedding for Pose3 {
         *pose
     }
 }
-
-/// Limit of the iterations of a singular value decomposition; a finite 3 x 3 matrix takes fewer than ten.
-const MAX_SVD_SWEEPS: usize = 100;
 
 /// Angle (rad) below which the Taylor series of sin(x) / x and its like are more accurate than the quotients.
 const SMALL_ANGLE: f64 = 1e-4;

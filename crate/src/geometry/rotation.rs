@@ -3,11 +3,18 @@
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::Pose3;
+use super::jacobi::MAX_SWEEPS;
 
 /// Largest magnitude of an off-diagonal entry of R R^T for which the rows of R count as perpendicular.
 const MAX_OFF_DIAGONAL: f64 = 1e-12;
-/// Limit of Newton's iteration, which squares the error in every step: a matrix close to a rotation needs three or four.
-const MAX_ITERATIONS: usize = 50;
+
+/// How far R^T R of a rotation may be off the identity: files round to three decimals.
+pub(crate) const ROTATION_TOLERANCE: f64 = 1e-2;
+
+/// Largest entry by which R^T R of a matrix is off the identity.
+pub(crate) fn rotation_defect(matrix: &Matrix3<f64>) -> f64 {
+    (matrix.transpose() * matrix - Matrix3::identity()).amax()
+}
 
 /// The matrix of a pose's rotation, and its translation (m).
 pub(crate) fn rotation_and_translation(T: &Pose3) -> (Matrix3<f64>, Vector3<f64>) {
@@ -38,7 +45,7 @@ pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f
 
 fn polar_factor(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let mut X = *matrix;
-    for _ in 0..MAX_ITERATIONS {
+    for _ in 0..MAX_SWEEPS {
         let next = (X + X.try_inverse()?.transpose()) * 0.5;
         let step = (next - X).abs().max();
         X = next;

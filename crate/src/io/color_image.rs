@@ -11,17 +11,14 @@
 use jpeg_decoder::{CodingProcess, Decoder as JpegDecoder, PixelFormat};
 use png::{ColorType, Transformations};
 
+use super::limits::Packing;
 use super::netpbm;
-use super::png::{
-    FREE_PIXELS, MAX_INFLATION, PNG_SIGNATURE, broken_png, check_size, first_picture, most_pixels, unknown_format,
-};
+use super::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
 use super::text::refuse_pointer_and_utf16;
 use crate::camera::ColorImage;
 use crate::{Error, Result};
 
 const REMEDY: &str = "Colour images are PNG, JPEG or PPM files";
-/// A byte of JPEG stands for at most a block of 64 pixels in four by four of its kind, coded in a few bits.
-const MAX_JPEG_PIXELS_A_BYTE: u64 = 1 << 14;
 
 /// Reads a colour image, given as the bytes of its file. Grey images become grey colours, transparency is dropped.
 ///
@@ -46,7 +43,7 @@ fn read_png(bytes: &[u8]) -> Result<ColorImage> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    check_size(width as u64, height as u64, most_pixels(bytes, FREE_PIXELS, MAX_INFLATION))?;
+    check_size(width as u64, height as u64, Packing::Deflate(8).most_pixels(bytes.len()))?;
     let mut reader = decoder.read_info().map_err(broken_png)?;
     check_palette(reader.info())?;
     let (color_type, data) = first_picture(&mut reader, REMEDY)?;
@@ -81,9 +78,9 @@ fn read_jpeg(bytes: &[u8]) -> Result<ColorImage> {
     decoder.read_info().map_err(broken)?;
     let info = decoder.info().ok_or_else(nothing)?;
     let (width, height) = (usize::from(info.width), usize::from(info.height));
-    // A progressive one is decoded as a whole, which takes twice as much memory.
-    let free = if info.coding_process == CodingProcess::DctProgressive { FREE_PIXELS / 2 } else { FREE_PIXELS };
-    check_size(width as u64, height as u64, most_pixels(bytes, free, MAX_JPEG_PIXELS_A_BYTE))?;
+    let is_progressive = info.coding_process == CodingProcess::DctProgressive;
+    let packing = if is_progressive { Packing::ProgressiveJpeg } else { Packing::Jpeg };
+    check_size(width as u64, height as u64, packing.most_pixels(bytes.len()))?;
     let data = decoder.decode().map_err(broken)?;
     let pixels: Vec<[u8; 3]> = match info.pixel_format {
         PixelFormat::L8 => data.iter().map(|&grey| [grey; 3]).collect(),

@@ -3,10 +3,9 @@
 //! Read are grey PNGs (an alpha channel is dropped), colour PNGs of 8 bits whose three channels are equal, PGM, binary
 //! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
+use super::limits::Packing;
 use super::netpbm::{self, next_whole, pfm_values};
-use super::png::{
-    FREE_PIXELS, MAX_INFLATION, PNG_SIGNATURE, broken_png, check_size, first_picture, most_pixels, unknown_format,
-};
+use super::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
 use super::text::refuse_pointer_and_utf16;
 use crate::camera::DepthImage;
 use crate::{Error, Result};
@@ -42,7 +41,7 @@ fn read_png(bytes: &[u8]) -> Result<DepthImage> {
     let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width, header.height);
     let (color, depth) = (header.color_type, header.bit_depth);
-    check_size(u64::from(width), u64::from(height), most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION))?;
+    check_size(u64::from(width), u64::from(height), Packing::Deflate(1).most_pixels(bytes.len()))?;
     // Fewer bits than 8 stay the numbers they are: expanding would scale them.
     decoder.set_transformations(png::Transformations::IDENTITY);
     let channels = match color {

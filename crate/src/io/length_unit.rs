@@ -3,6 +3,7 @@
 //! Every unit is a hypothesis with a prior. Two things tell: the size that the numbers have in it, and the step that they are
 //! multiples of, for no sensor measures in steps of metres. The readers of clouds and of tables of ranges share the weighing.
 
+use crate::geometry::hypotheses::{alternatives, gaussian, log_normal, ranked};
 use crate::geometry::quantile::quantile;
 
 /// A unit of length.
@@ -50,19 +51,18 @@ pub const LASER_RANGES: Expected =
 pub const CLOUD_SIZES: Expected =
     Expected { priors: [0.976, 0.003, 0.02, 0.001], median: (4.0, 1.39), largest: (0.0, f64::INFINITY) };
 
+/// No planar laser sees so far (m).
+pub const LONGEST_LASER_RANGE: f64 = 200.0;
+
 /// Another unit is open where it is at least so probable in relation to the likeliest; ...
 const MIN_ALTERNATIVE: f64 = 0.1;
 /// ... beside metres even less: what is taken for metres is taken without a word.
 const MIN_ALTERNATIVE_TO_METRES: f64 = 0.02;
-/// Sensors measure in steps of this (m) or finer, the coarsest of them by ultrasound; ...
-const COARSE_STEP: f64 = 0.02;
-/// ... coarser ones are those of grids, ...
-const COARSE_STEP_LIKELIHOOD: f64 = 0.05;
-/// ... and from here on of no measurement.
-const IMPOSSIBLE_STEP: f64 = 0.2;
-const IMPOSSIBLE_LIKELIHOOD: f64 = 1e-4;
-/// A range limit beyond the usual ones, in either direction, by this factor is as improbable as two standard deviations.
-const LIMIT_DEVIATION: f64 = 0.7;
+/// Likelihoods of steps larger than these (m): sensors measure in finer ones, the coarsest of them by ultrasound; grids have coarser ones,
+/// and the coarsest are of no measurement.
+const COARSE_STEPS: [(f64, f64); 2] = [(0.199, 1e-4), (0.02, 0.05)];
+/// Deviation of a range limit beyond the usual ones, in either direction, as a logarithm: twice as far is improbable.
+const LIMIT_DEVIATION: f64 = 0.35;
 /// Steps that numbers may be multiples of, the coarsest first: whole numbers, quarters (RPLIDAR), decimals.
 const STEPS: [f64; 9] = [100.0, 10.0, 1.0, 0.5, 0.25, 0.1, 0.05, 0.01, 0.001];
 
@@ -84,34 +84,23 @@ pub fn judge_unit(mut sizes: Vec<f64>, step: f64, expected: &Expected) -> Judged
     sizes.retain(|size| size.is_finite() && *size > 0.0);
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let median = quantile(&mut sizes, 0.5).unwrap_or(1.0);
-    let mut ranked: Vec<(f64, LengthUnit)> = [METRE, CENTIMETRE, MILLIMETRE, TENTH_OF_MILLIMETRE]
-        .into_iter()
-        .zip(expected.priors)
-        .map(|(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit))
-        .collect();
-    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (best, unit) = ranked[0];
+    let ranked =
+        ranked([METRE, CENTIMETRE, MILLIMETRE, TENTH_OF_MILLIMETRE].into_iter().zip(expected.priors).map(
+            |(unit, prior)| (prior * expected.likelihood([median, largest, step].map(|x| x * unit.metres)), unit),
+        ));
+    let (_, unit) = ranked[0];
     let least = if unit == METRE { MIN_ALTERNATIVE_TO_METRES } else { MIN_ALTERNATIVE };
-    let alternatives = ranked[1..].iter().filter(|(p, _)| *p > least * best).map(|(_, unit)| *unit).collect();
-    JudgedUnit { unit, alternatives, step, median }
+    JudgedUnit { unit, alternatives: alternatives(&ranked, least), step, median }
 }
 
 impl Expected {
     /// Of a median, a largest value and a step (m).
     fn likelihood(&self, [median, largest, step]: [f64; 3]) -> f64 {
-        let of_step = match step {
-            step if step >= IMPOSSIBLE_STEP => IMPOSSIBLE_LIKELIHOOD,
-            step if step > COARSE_STEP => COARSE_STEP_LIKELIHOOD,
-            _ => 1.0,
-        };
+        let of_step = COARSE_STEPS.iter().find(|(least, _)| step > *least).map_or(1.0, |(_, likelihood)| *likelihood);
         let (shortest, farthest) = self.largest;
         let beyond = (shortest / largest).ln().max((largest / farthest).ln()).max(0.0) / LIMIT_DEVIATION;
-        gaussian((median / self.median.0).ln() / self.median.1) * gaussian(2.0 * beyond) * of_step
+        log_normal(median, self.median) * gaussian(beyond) * of_step
     }
-}
-
-fn gaussian(deviations: f64) -> f64 {
-    (-0.5 * deviations * deviations).exp()
 }
 
 /// The coarsest step that all of these are multiples of, to the rounding of a file; 0 where there is none.

@@ -8,6 +8,7 @@
 use std::fmt::Write;
 
 use crate::geometry::TriangleMesh;
+use crate::io::length_unit::MILLIMETRE;
 use crate::{Error, Result};
 
 /// A file format of meshes.
@@ -35,9 +36,6 @@ impl MeshFormat {
         }
     }
 }
-
-/// Millimetres in a metre.
-const MILLIMETRES: f32 = 1000.0;
 
 /// The mesh as a file.
 pub fn write(mesh: &TriangleMesh, format: MeshFormat) -> Vec<u8> {
@@ -105,7 +103,7 @@ fn stl(mesh: &TriangleMesh) -> Vec<u8> {
     bytes.reserve(4 + mesh.triangles.len() * 50);
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
     for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize] * MILLIMETRES);
+        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize] * MILLIMETRE.metres.recip() as f32);
         let normal = (b - a).cross(c - a).normalize_or_zero();
         for value in [normal, a, b, c].into_iter().flat_map(|vector| vector.to_array()) {
             bytes.extend(value.to_le_bytes());

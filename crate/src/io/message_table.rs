@@ -2,10 +2,9 @@
 //! (`%time,field.header.stamp,field.ranges0,...`), or exporters of bags (`Time,header.stamp.secs,ranges_0,...`).
 
 use crate::io::text::{lines, number, quote, without_byte_order_mark};
+use crate::io::time_unit::{NANOSECOND, unit_since_1970};
 use crate::{Error, Result};
 
-/// Times above this are nanoseconds since 1970 (a day after its beginning), whoever wrote them.
-const FIRST_NANOSECONDS: f64 = 1e14;
 /// What to do about a line that is wrong.
 pub(super) const REMEDY: &str = "The line may be cut off: complete it or remove it";
 
@@ -74,8 +73,8 @@ impl MessageTable {
     pub fn time(&self, row: &Row) -> Result<Option<f64>> {
         let Some(time) = self.time.map(|column| row.value(column)).transpose()? else { return Ok(None) };
         let nanoseconds = self.nanoseconds.map(|column| row.value(column)).transpose()?.unwrap_or(0.0);
-        let seconds = if self.is_in_nanoseconds || time > FIRST_NANOSECONDS { 1e-9 * time } else { time };
-        Ok(Some(seconds + 1e-9 * nanoseconds).filter(|time| time.is_finite()))
+        let unit = if self.is_in_nanoseconds { NANOSECOND } else { unit_since_1970(time).unwrap_or(1.0) };
+        Ok(Some(unit * time + NANOSECOND * nanoseconds).filter(|time| time.is_finite()))
     }
 }
 

@@ -1,24 +1,11 @@
 //! PNG files, and what the readers of depth and colour images share.
 
+use super::limits::MAX_PIXELS;
 use super::text::quote;
 use crate::{Error, Result};
 
-/// Largest number of pixels of an image: no camera has more.
-const MAX_PIXELS: u64 = 1 << 26;
-/// Number of pixels that a packed image may have however few its bytes are: that of a screen of 3840 x 2160.
-pub(super) const FREE_PIXELS: u64 = 1 << 23;
-/// Largest number of pixels a byte of a packed image with more than [`FREE_PIXELS`].
-const MAX_PIXELS_A_BYTE: u64 = 20;
-/// Largest number of bytes that a byte of deflate can unfold to.
-pub(super) const MAX_INFLATION: u64 = 1032;
 /// The first bytes of every PNG.
 pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
-
-/// How many pixels a packed image of these bytes may have: `free` however few they are, and at most so many `a_byte`.
-pub(super) fn most_pixels(bytes: &[u8], free: u64, a_byte: u64) -> u64 {
-    let size = bytes.len() as u64;
-    free.max(MAX_PIXELS_A_BYTE * size).min(size * a_byte)
-}
 
 /// The number of pixels that a header announces: a header must not make us allocate more than the file can hold.
 ///

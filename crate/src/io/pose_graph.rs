@@ -102,14 +102,16 @@ impl<M: RigidMotion> Parts<M> {
         let num_given = self.poses.len();
         self.compose_missing();
         let ids: Vec<u64> = self.poses.keys().copied().collect();
-        let index = |id: u64| ids.binary_search(&id);
         let named = |&(line, id): &(usize, u64)| {
-            index(id).map_err(|_| Error::line(line, format!("FIX names node {id}, which no line has"), "Remove it"))
+            ids.binary_search(&id)
+                .map_err(|_| Error::line(line, format!("FIX names node {id}, which no line has"), "Remove it"))
         };
         let fixed = fixed.iter().map(named).collect::<Result<_>>()?;
+        // Every node of an edge has a pose.
+        let index = |id: u64| ids.partition_point(|known| *known < id);
         let edges = self.edges.iter().map(|&(from, to, T_from_to, information)| Edge {
-            from: index(from).expect("every node has a pose"),
-            to: index(to).expect("every node has a pose"),
+            from: index(from),
+            to: index(to),
             T_from_to,
             information,
         });
@@ -262,15 +264,13 @@ fn edge_in_space(line: usize, kind: &[u8], words: &[&[u8]]) -> Result<Line<Pose3
     let num_pose = if kind.ends_with(b"QUAT") { 7 } else { 6 };
     let (pose, upper) = rest.split_at(num_pose.min(rest.len()));
     let pose = spatial(line, kind, pose)?;
-    let mut upper = numbers::<21>(line, upper)?.into_iter();
+    let upper = numbers::<21>(line, upper)?;
     let mut information = Matrix6::zeros();
-    for row in 0..6 {
-        for column in row..6 {
-            // The file has the translation first, the engine the rotation.
-            let (i, j) = ((row + 3) % 6, (column + 3) % 6);
-            information[(i, j)] = upper.next().expect("21 numbers");
-            information[(j, i)] = information[(i, j)];
-        }
+    let places = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+    for ((row, column), value) in places.zip(upper) {
+        // The file has the translation first, the engine the rotation.
+        let (i, j) = ((row + 3) % 6, (column + 3) % 6);
+        (information[(i, j)], information[(j, i)]) = (value, value);
     }
     require_semidefinite(line, information.symmetric_eigenvalues().as_slice())?;
     Ok(Line::Edge(from, to, pose, information))

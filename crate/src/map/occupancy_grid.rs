@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use nalgebra::Vector2;
 
 use crate::geometry::{Pose2, RigidMotion};
-use crate::io::occupancy_map::OccupancyMap;
+use crate::io::occupancy_map::{FREE_THRESH, OCCUPIED_THRESH, OccupancyMap};
 use crate::preprocess::planar_scan::PlanarScan;
 
 /// The state of a cell.
@@ -61,10 +61,6 @@ const LOG_ODDS_STAYED: f32 = -6.9;
 const LOG_ODDS_PASSED: f32 = -2.2;
 /// Bound of a cell's log odds, so that changes of the scene, such as a door, can still be learned.
 const MAX_LOG_ODDS: f32 = 3.5;
-/// Probability above which a cell is occupied, the default of ROS's map_server.
-const OCCUPIED_THRESHOLD: f64 = 0.65;
-/// Probability below which a cell is free, the default of ROS's map_server.
-const FREE_THRESHOLD: f64 = 0.196;
 /// Length up to which beams are traced (m): returns beyond are few and would make the grid large.
 const LONGEST_BEAM: f64 = 30.0;
 /// Most points of an arc; between those of a longer one the way is straight.
@@ -213,7 +209,7 @@ impl OccupancyGrid {
         let mut text = format!("image: {image}\nmode: trinary\n");
         let _ = writeln!(text, "resolution: {}", self.resolution);
         let _ = writeln!(text, "origin: [{:.6}, {:.6}, {:?}]", self.origin.x, self.origin.y, self.yaw);
-        let _ = writeln!(text, "negate: 0\noccupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}");
+        let _ = writeln!(text, "negate: 0\noccupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}");
         if !self.remark.is_empty() {
             let _ = writeln!(text, "# {}", self.remark);
         }
@@ -281,7 +277,7 @@ struct Thresholds {
 impl Default for Thresholds {
     fn default() -> Self {
         let log_odds = |probability: f64| (probability / (1.0 - probability)).ln();
-        Self { occupied: log_odds(OCCUPIED_THRESHOLD), free: log_odds(FREE_THRESHOLD) }
+        Self { occupied: log_odds(OCCUPIED_THRESH), free: log_odds(FREE_THRESH) }
     }
 }
 
@@ -410,8 +406,8 @@ mod tests {
             log_odds: (-35..=35).map(|tenths| tenths as f32 / 10.0).collect(),
         };
         let by_probability = |log_odds: f32| match 1.0 - 1.0 / (1.0 + f64::from(log_odds).exp()) {
-            probability if probability > OCCUPIED_THRESHOLD => (Cell::Occupied, 0),
-            probability if probability < FREE_THRESHOLD => (Cell::Free, 254),
+            probability if probability > OCCUPIED_THRESH => (Cell::Occupied, 0),
+            probability if probability < FREE_THRESH => (Cell::Free, 254),
             _ => (Cell::Unknown, 205),
         };
         let expected: Vec<_> = grid.log_odds.iter().map(|&log_odds| by_probability(log_odds)).collect();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{OUTLIER_SHARE, quantile};
 
 /// Space on each side of a picture that the map leaves free (pixels).
 #[derive(Clone, Copy, Debug)]
@@ -46,8 +46,6 @@ pub type Rgb = [u8; 3];
 const NEAR_QUANTILE: f64 = 0.9;
 /// Multiple of the median range up to which returns are near as well.
 const NEAR_MEDIANS: f64 = 2.0;
-/// Share of the near returns that may be out of view at each end of each axis.
-const OUTLIER_SHARE: f64 = 0.005;
 /// Smallest gain in scale for which a map is rotated by a right angle.
 const TURN_GAIN: f64 = 1.5;
 /// Smallest side of the shown part (m).

@@ -58,9 +58,10 @@ pub mod spatial;
 pub(crate) mod spatial_report;
 pub mod spatial_settings;
 pub mod strategies;
+pub mod suggestion;
 pub mod surface;
 
-pub use assumptions::{Assumption, ReadingSetting, Suggestion, UsualValue};
+pub use assumptions::{Assumption, ReadingSetting, UsualValue};
 pub use planar::Reconstruction;
 pub use prepared_frame::{FrameLabel, PreparedFrame};
 pub use report::Stage;
@@ -68,3 +69,4 @@ pub use settings::Settings;
 pub use spatial::SpatialReconstruction;
 pub use spatial_report::{MapSize, SpatialResult};
 pub use spatial_settings::SpatialSettings;
+pub use suggestion::Suggestion;

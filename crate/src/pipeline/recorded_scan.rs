@@ -6,8 +6,10 @@ use std::rc::Rc;
 use glam::Vec3;
 use nalgebra::{Rotation3, Vector2};
 
+use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose2, Pose3, RigidMotion};
 use crate::io::laser_log::{LaserLog, LaserScan, OdometryOrigin};
+use crate::io::length_unit::LONGEST_LASER_RANGE;
 use crate::io::trajectory::Trajectory;
 use crate::pipeline::settings::{OdometrySource, Settings};
 use crate::preprocess::clean::{CleaningReport, RangeLimits, clean, refuse_map_coordinates};
@@ -136,21 +138,18 @@ pub(crate) fn at_height_of_laser(mut cloud: PointCloud) -> PointCloud {
     cloud
 }
 
-/// No planar laser reaches further (m).
-const LONGEST_RANGE: f32 = 1000.0;
-
 /// Whether the points of a planar scan can be those of a laser at zero, in metres.
 ///
 /// # Errors
 /// Coordinates of a map; a median distance that no laser reaches.
 pub fn in_sensor_frame(cloud: &PointCloud) -> Result<()> {
     refuse_map_coordinates(cloud)?;
-    let mut ranges: Vec<f32> = cloud.positions.iter().map(|p| p.length()).filter(|range| range.is_finite()).collect();
-    let middle = ranges.len() / 2;
-    if ranges.is_empty() || *ranges.select_nth_unstable_by(middle, f32::total_cmp).1 <= LONGEST_RANGE {
+    let ranges = cloud.positions.iter().map(|p| f64::from(p.length()));
+    let median = quantile(&mut ranges.filter(|range| range.is_finite()).collect::<Vec<_>>(), 0.5);
+    if median.is_none_or(|median| median <= LONGEST_LASER_RANGE) {
         return refuse_other_place(cloud);
     }
-    let problem = format!("Half of its points lie over {LONGEST_RANGE} m away, as on a map");
+    let problem = format!("Half of its points lie over {LONGEST_LASER_RANGE} m away, as on a map");
     Err(Error::whole(problem, "Give them in the frame of the laser, or set scan_unit (m)"))
 }
 
@@ -289,6 +288,6 @@ mod tests {
         let map = in_sensor_frame(&cloud(1.0, 1e6)).unwrap_err();
         assert!(map.problem.contains("those of a map") && map.remedy.contains("frame of the sensor"));
         let far = in_sensor_frame(&cloud(1000.0, 0.0)).unwrap_err();
-        assert!(far.problem.contains("over 1000 m away") && far.remedy.contains("scan_unit"));
+        assert!(far.problem.contains("over 200 m away") && far.remedy.contains("scan_unit"));
     }
 }

@@ -8,9 +8,10 @@ use crate::camera::Pinhole;
 use crate::evaluation::trajectory_error::TrajectoryError;
 use crate::geometry::Pose3;
 use crate::graph::loops::spatial::LoopReport;
-use crate::pipeline::assumptions::{Assumption, Suggestion};
+use crate::pipeline::assumptions::Assumption;
 use crate::pipeline::report::{FrameResult, SpatialPose};
 use crate::pipeline::spatial_settings::{Quantisation, SpatialSettings};
+use crate::pipeline::suggestion::Suggestion;
 
 /// Everything that is known of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]

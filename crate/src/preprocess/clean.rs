@@ -7,6 +7,7 @@ use rustc_hash::FxBuildHasher;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PointCloud;
+use crate::geometry::quantile::RANGE_END;
 use crate::{Error, Result};
 
 /// The range limits (m) of usable returns.
@@ -121,7 +122,7 @@ pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clo
         if limit.is_some() || !are_strays {
             return limit;
         }
-        beyond = BELOW_RANGE * top.largest;
+        beyond = RANGE_END * top.largest;
     }
     None
 }
@@ -130,13 +131,11 @@ pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clo
 const BANDS: [(f64, usize); 4] = [(1e-6, 3), (1e-3, 20), (3e-3, 20), (1e-2, 20)];
 /// The strip below a pile that jitters holds at most this share of its returns.
 const MAX_STRIP_SHARE: f64 = 0.05;
-/// The ranges that a pile is compared with begin here (share of the largest range).
-const BELOW_RANGE: f64 = 0.95;
 
 /// The top of the histogram of the ranges below some range (m).
 struct Top {
     largest: f64,
-    /// Returns in all, from `BELOW_RANGE` on, and for each band in it and in it with the strip below.
+    /// Returns in all, from `RANGE_END` on, and for each band in it and in it with the strip below.
     counts: [usize; 10],
     /// Whether there are smaller ranges: otherwise the sensor is in a round room, or the limit cannot be determined.
     is_farther: bool,
@@ -146,7 +145,7 @@ impl Top {
     fn of<'a>(scans: impl Iterator<Item = &'a [Vec3]> + Clone, beyond: f64) -> Self {
         let largest = scans.clone().map(|scan| largest_range(scan, beyond)).fold(0.0, f64::max);
         let [a, b, c, d] = BANDS.map(|(band, _)| [largest * (1.0 - band), largest * (1.0 - 2.0 * band)]);
-        let least = [0.0, BELOW_RANGE * largest, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]];
+        let least = [0.0, RANGE_END * largest, a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]];
         let (mut counts, mut is_farther) = ([0; 10], false);
         for scan in scans {
             let of_scan = count_ranges(scan, least, beyond);

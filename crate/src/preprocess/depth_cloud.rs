@@ -6,6 +6,9 @@ use super::depth_surfels::DepthModel;
 use crate::camera::{ColorImage, DepthImage, Pinhole};
 use crate::geometry::PointCloud;
 
+/// Voxels to which the points of a depth image are thinned (m), which bounds the time and keeps near surfaces from outweighing far ones.
+pub const DEPTH_VOXEL: f64 = 0.05;
+
 /// The points (m, camera frame) of the pixels that are usable and within range, row by row, with their colours.
 pub fn depth_cloud(
     image: &DepthImage,

@@ -10,8 +10,6 @@ use crate::preprocess::depth_surfels::DepthModel;
 
 /// Side of a window (pixels), larger than the patches over which errors of stereo matching are correlated.
 const WINDOW: usize = 20;
-/// Distance from one window to the next (pixels).
-const STRIDE: usize = 10;
 /// Upper bounds of the depth classes of windows (m); the last class has all others.
 const DEPTH_CLASSES: [f64; 3] = [1.5, 3.0, 6.0];
 /// Fewest windows of a class that is used.
@@ -25,8 +23,8 @@ const NOISE_QUANTILE: f64 = 0.1;
 /// depth classes. 0 where no window is complete.
 pub fn estimate_depth_noise(image: &DepthImage, usable: &[bool], camera: &Pinhole, model: &DepthModel) -> f64 {
     let mut classes: [Vec<f64>; DEPTH_CLASSES.len() + 1] = Default::default();
-    for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(STRIDE) {
-        for left in (0..(image.width + 1).saturating_sub(WINDOW)).step_by(STRIDE) {
+    for top in (0..(image.height + 1).saturating_sub(WINDOW)).step_by(WINDOW / 2) {
+        for left in (0..(image.width + 1).saturating_sub(WINDOW)).step_by(WINDOW / 2) {
             if let Some((depth, variance)) = window_noise(image, usable, camera, model, (left, top)) {
                 classes[DEPTH_CLASSES.partition_point(|limit| *limit < depth)].push(variance);
             }

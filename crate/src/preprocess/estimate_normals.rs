@@ -6,12 +6,11 @@
 use glam::{DVec3, Vec3};
 use nalgebra::Vector3;
 
+use crate::geometry::quantile::MIN_SAMPLE;
 use crate::search::{KdTree, Neighbor, Neighborhood};
 
 /// Neighbourhood from which normals of clouds are estimated, whatever their spacing.
 pub(crate) const NORMAL_NEIGHBORS: Neighborhood = Neighborhood { max_neighbors: 20, radius: f64::INFINITY };
-/// Fewest points for a normal.
-const MIN_NEIGHBORS: usize = 5;
 /// Ratio of the second largest to the largest variance below which the neighbours lie on a line and determine no plane.
 const LINE_SHARE: f64 = 1e-3;
 /// Neighbours clearly lie in a plane when their smallest variance is at most this share of the second largest: 20 points with
@@ -75,7 +74,7 @@ fn find_neighbors(
 /// The direction in which the neighbours spread least; a function of its own for the same reason.
 #[inline(never)]
 fn least_spread(points: &[Vec3], point: Vec3, neighbors: &[Neighbor], max_thickness: f64) -> Option<DVec3> {
-    if neighbors.len() < MIN_NEIGHBORS {
+    if neighbors.len() < MIN_SAMPLE {
         return None;
     }
     // Relative to the point, so that single precision is enough.

@@ -6,10 +6,9 @@
 
 use crate::camera::DepthImage;
 
-/// Two neighbours are an edge of a wrapped region where one is within this of the largest value and the other of zero.
-const EDGE_VALUES: u16 = 4;
-/// Values of one surface differ by at most this much from one pixel to the next.
-const MAX_SURFACE_STEP: u16 = 3;
+/// Values of one surface differ by at most this much from one pixel to the next. So two neighbours are an edge of a wrapped region where
+/// one is within this of the largest value and the other of zero.
+const MAX_SURFACE_STEP: u16 = 4;
 /// Fewest pixels of an edge.
 const MIN_EDGE_PIXELS: usize = 3;
 /// A wrapped region is grown up to the largest value divided by this, since rooms are bounded.
@@ -19,14 +18,14 @@ const WRAPPED_RANGE_DIVISOR: u16 = 3;
 pub fn usable_pixels(image: &DepthImage) -> Vec<bool> {
     let mut usable: Vec<bool> = image.values.iter().map(|&value| value > 0).collect();
     let largest = image.largest();
-    if image.bits > 8 || largest < u16::from(u8::MAX) - EDGE_VALUES {
+    if image.bits > 8 || largest < u16::from(u8::MAX) - MAX_SURFACE_STEP {
         return usable;
     }
     let mut stack = Vec::new();
     for index in 0..image.values.len() {
         let value = image.values[index];
-        let beyond = |other: usize| image.values[other] >= u16::from(u8::MAX) - EDGE_VALUES;
-        if value <= EDGE_VALUES && neighbors(image, index).any(beyond) {
+        let beyond = |other: usize| image.values[other] >= u16::from(u8::MAX) - MAX_SURFACE_STEP;
+        if value <= MAX_SURFACE_STEP && neighbors(image, index).any(beyond) {
             stack.push(index);
         }
     }

@@ -8,7 +8,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::factors::Correspondence;
 use super::target::SurfaceTarget;
-use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
+use crate::geometry::jacobi::eigenpairs;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, THREE_SIGMA, quantile};
 use crate::geometry::{RigidMotion, SquareMatrix, Vector};
 
 /// How well the correspondences determine the weakest direction of motion.
@@ -35,13 +36,6 @@ impl<M: RigidMotion> Observability<M> {
 
 /// Smallest cosine between a normal and a direction for which the surface constrains a motion along the direction.
 const CONSTRAINING_COSINE: f64 = 0.3;
-/// Smallest share of surfaces that constrain a direction for which the direction is constrained.
-const CONSTRAINING_SHARE: f64 = 0.01;
-
-/// Smallest cosine between a normal and the least constrained direction for which the surface faces along it (standard deviations
-/// of the cosines' noise). The noise is the scatter of all cosines, since most surfaces do not face along that direction.
-const NOISE_SIGMAS: f64 = 3.0;
-
 /// The direction of translation in space that the fewest visible surfaces constrain. Unlike [`Observability`] it counts the surfaces
 /// that face along the direction: however many walls there are and however noisy their normals, they do not add up to a
 /// constraint along themselves.
@@ -103,7 +97,7 @@ impl DegenerateDirection {
 
     /// Whether surfaces constrain it at all.
     pub fn is_constrained(&self) -> bool {
-        self.share >= CONSTRAINING_SHARE
+        self.share >= UNDETERMINED_SHARE
     }
 
     /// Standard deviation (m) along it by the information matrix of the registration, as if the residuals were independent and the
@@ -124,7 +118,8 @@ fn both_face_along((moved, partner): &(f64, f64), min_cosine: f64) -> bool {
 fn informative_share(cosines: &[(f64, f64)]) -> f64 {
     let mut sizes: Vec<f64> = cosines.iter().map(|(moved, _)| moved.abs()).collect();
     let noise = MEDIAN_TO_SIGMA * quantile(&mut sizes, 0.5).unwrap_or(0.0);
-    let min_cosine = (NOISE_SIGMAS * noise).min(CONSTRAINING_COSINE);
+    // The noise is the scatter of all cosines, since most surfaces do not face along that direction.
+    let min_cosine = (THREE_SIGMA * noise).min(CONSTRAINING_COSINE);
     // Not by `sum`: that of no numbers is -0, and a division by it gives a negative infinity.
     let information = |counts: &dyn Fn(&&(f64, f64)) -> bool| {
         cosines.iter().filter(counts).fold(0.0, |sum, (moved, _)| sum + moved * moved)
@@ -164,7 +159,7 @@ pub fn is_rotation_constrained(
     correspondences: &[Correspondence<Vector3<f64>>],
     tolerance: f64,
 ) -> bool {
-    rotation_constraining_share(axis, correspondences, tolerance) >= CONSTRAINING_SHARE
+    rotation_constraining_share(axis, correspondences, tolerance) >= UNDETERMINED_SHARE
 }
 
 /// Every direction of motion, by how well the correspondences measure it.
@@ -223,52 +218,6 @@ pub fn observability<M: RigidMotion>(H: &M::Matrix, correspondences: &[Correspon
         let (share, weakest_direction) = directions.pairs[0];
         Observability { weakest_direction, weakest_share: share.clamp(0.0, 1.0) }
     })
-}
-
-/// The eigenvalues of a symmetric matrix, the smallest first, and their unit eigenvectors, by Jacobi rotations (Golub and Van
-/// Loan, "Matrix Computations", section on Jacobi methods), which need little code and no heap memory for small matrices.
-fn eigenpairs<S: SquareMatrix>(mut A: S) -> Vec<(f64, S::Vector)> {
-    /// Limit of the sweeps; each squares the off-diagonal entries, so fewer than ten suffice.
-    const MOST_SWEEPS: usize = 20;
-    let n = S::Vector::LEN;
-    let mut V = S::identity();
-    for _ in 0..MOST_SWEEPS {
-        let off = (0..n).flat_map(|p| (p + 1..n).map(move |q| (p, q))).map(|at| A[at] * A[at]).sum::<f64>();
-        if off <= f64::EPSILON * f64::EPSILON * A.norm_squared() {
-            break;
-        }
-        for p in 0..n {
-            for q in p + 1..n {
-                rotate(&mut A, &mut V, p, q);
-            }
-        }
-    }
-    let mut pairs: Vec<_> = (0..n).map(|i| (A[(i, i)], V.column(i))).collect();
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    pairs
-}
-
-/// Makes the entry (p, q) zero by a rotation of rows and columns p and q, which is collected in `V`.
-fn rotate<S: SquareMatrix>(A: &mut S, V: &mut S, p: usize, q: usize) {
-    if A[(p, q)] == 0.0 {
-        return;
-    }
-    let tau = (A[(q, q)] - A[(p, p)]) / (2.0 * A[(p, q)]);
-    let tan = tau.signum() / (tau.abs() + (1.0 + tau * tau).sqrt());
-    let cos = 1.0 / (1.0 + tan * tan).sqrt();
-    let sin = tan * cos;
-    for k in 0..S::Vector::LEN {
-        let (a, b) = (A[(k, p)], A[(k, q)]);
-        (A[(k, p)], A[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
-    }
-    for k in 0..S::Vector::LEN {
-        let (a, b) = (A[(p, k)], A[(q, k)]);
-        (A[(p, k)], A[(q, k)]) = (cos * a - sin * b, sin * a + cos * b);
-    }
-    for k in 0..S::Vector::LEN {
-        let (a, b) = (V[(k, p)], V[(k, q)]);
-        (V[(k, p)], V[(k, q)]) = (cos * a - sin * b, sin * a + cos * b);
-    }
 }
 
 #[cfg(test)]
@@ -354,32 +303,10 @@ mod tests {
         };
         let [bare, bare_alone] = weakest(0);
         assert!(bare.direction.x.abs() > 0.95, "{bare:?}");
-        assert!(bare_alone.share > 0.1 && bare.share < CONSTRAINING_SHARE && !bare.is_constrained(), "{bare:?}");
+        assert!(bare_alone.share > 0.1 && bare.share < UNDETERMINED_SHARE && !bare.is_constrained(), "{bare:?}");
         assert!(bare.informative_share < 0.05, "{bare:?}");
         let [with_another, _] = weakest(400);
         assert!(with_another.share > 0.05 && with_another.is_constrained(), "{with_another:?}");
         assert!(with_another.informative_share > 0.5, "{with_another:?}");
-    }
-
-    #[test]
-    fn the_eigenpairs_are_those_of_a_general_solver() {
-        let mut state = 7_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24) - 0.5
-        };
-        for rank in [6, 6, 6, 5, 3, 1] {
-            let A: Matrix6<f64> =
-                (0..rank).map(|_| nalgebra::Vector6::from_fn(|_, _| random())).map(|v| v * v.transpose()).sum();
-            let mut expected: Vec<f64> = A.symmetric_eigenvalues().iter().copied().collect();
-            expected.sort_by(f64::total_cmp);
-            for ((value, vector), expected) in eigenpairs(A).into_iter().zip(expected) {
-                assert!((value - expected).abs() < 1e-14, "{value} {expected}");
-                assert!((A * vector - vector * value).norm() < 1e-14 && (vector.norm() - 1.0).abs() < 1e-14);
-            }
-        }
-        let diagonal = Matrix6::from_diagonal(&[3.0, 1.0, 2.0, 0.25, 5.0, 4.0].into());
-        assert_eq!(eigenpairs(diagonal)[0], (0.25, nalgebra::Vector6::ith(3, 1.0)));
-        assert_eq!(eigenpairs(Matrix6::zeros())[0].0, 0.0);
     }
 }

@@ -119,8 +119,6 @@ struct Precision<P> {
 }
 
 impl<P: Vector> Precision<P> {
-    const ISOTROPIC: f64 = PLANE_THICKNESS;
-
     fn new(target: &P, source: &P) -> Self {
         // The covariance does not depend on the sign of the normal.
         let cosine = target.dot(source);
@@ -131,7 +129,7 @@ impl<P: Vector> Precision<P> {
 
     fn sq_length(&self, vector: &P) -> f64 {
         let (sum, difference) = (self.sum.0.dot(vector), self.difference.0.dot(vector));
-        Self::ISOTROPIC * vector.norm_squared() + self.sum.1 * sum * sum + self.difference.1 * difference * difference
+        PLANE_THICKNESS * vector.norm_squared() + self.sum.1 * sum * sum + self.difference.1 * difference * difference
     }
 }
 
@@ -148,7 +146,7 @@ impl<M: RigidMotion, T: SurfaceTarget<Point = M::Point>> Factor<M, T> for PlaneT
             let Some(target_normal) = target.normal(c.target) else { continue };
             let precision = Precision::new(&target_normal, c.normal.as_ref().unwrap_or(&target_normal));
             let (J, d) = (M::point_jacobian(&c.moved), c.moved - target.point(c.target));
-            let isotropic = Precision::<M::Point>::ISOTROPIC * c.weight;
+            let isotropic = PLANE_THICKNESS * c.weight;
             sums.H += J.gramian() * isotropic;
             sums.b += J.pull_back(&d) * isotropic;
             for (direction, factor) in [precision.sum, precision.difference] {

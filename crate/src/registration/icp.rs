@@ -13,6 +13,7 @@ use super::factors::{Correspondence, Factor};
 use super::solver::Solver;
 use super::target::{LastSearch, Target};
 use crate::geometry::{RigidMotion, Vector};
+use crate::preprocess::depth_surfels::MIN_NOISE;
 
 /// When the loop ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,10 +104,6 @@ pub struct Registration<M: RigidMotion> {
     pub observability: Observability<M>,
 }
 
-/// Lower bound of the residuals' standard deviation (m) in the information matrix, which would be infinite for a cloud without
-/// noise.
-const MIN_RESIDUAL_SIGMA: f64 = 1e-3;
-
 /// Longest cycle that is recognised (iterations).
 const LONGEST_CYCLE: usize = 8;
 /// Share of the limits of convergence below which two poses are the same.
@@ -190,8 +187,8 @@ impl<M: RigidMotion> Path<M> {
         correspondences: Vec<Correspondence<M::Point>>,
         num_source_points: usize,
     ) -> Registration<M> {
-        let variance =
-            weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_RESIDUAL_SIGMA * MIN_RESIDUAL_SIGMA);
+        // The information matrix would be infinite for a cloud without noise.
+        let variance = weighted_variance(&correspondences, M::Tangent::LEN).max(MIN_NOISE * MIN_NOISE);
         let last = self.history.last().copied().unwrap_or_default();
         Registration {
             T_target_source: self.T_target_source,

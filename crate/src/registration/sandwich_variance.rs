@@ -9,9 +9,6 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::factors::RELATIVE_DAMPING;
 
-/// Degrees of freedom of the fit.
-const UNKNOWNS: f64 = 6.0;
-
 /// The variance v of independent residuals that would give the same uncertainty. `H` is the sum of w J^T J, and each of
 /// `clusters` the sum of w J^T r over its residuals; zero vectors are empty clusters. 0 without clusters.
 pub(crate) fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 {
@@ -24,8 +21,9 @@ pub(crate) fn unit_variance(H: &Matrix6<f64>, clusters: &[Vector6<f64>]) -> f64 
         count += 1.0;
     }
     // Correction for the degrees of freedom of the fit.
-    let left = (count - UNKNOWNS).max(1.0) / f64::max(count, 1.0);
-    sum / (UNKNOWNS * left)
+    let unknowns = H.nrows() as f64;
+    let left = (count - unknowns).max(1.0) / f64::max(count, 1.0);
+    sum / (unknowns * left)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use nalgebra::{SVector, Vector2};
 
 use crate::geometry::Vector;
 use crate::geometry::algebra::single;
+use crate::geometry::scalar::SINGLE_ERROR;
 use crate::search::{KdTree, NearestTable, Neighbor};
 
 /// Points (m) with a nearest-neighbour index.
@@ -119,7 +120,7 @@ impl<P: Vector> LastSearch<P> {
                 let reach = clearance * max_distance;
                 let nearest = nearest(reach);
                 let distance = nearest.map_or(reach, |nearest| f64::from(nearest.sq_distance).sqrt());
-                *self = Self::NoneWithin(*query, distance * (1.0 - ROUNDING_SHARE));
+                *self = Self::NoneWithin(*query, distance * (1.0 - SINGLE_ERROR));
                 let limit = max_distance as f32;
                 nearest.filter(|nearest| nearest.sq_distance <= limit * limit)
             }
@@ -133,8 +134,6 @@ impl<P: Vector> LastSearch<P> {
 
 /// [`LastSearch::again`]'s `clearance` for a tree.
 const CLEARANCE_FACTOR: f64 = 2.0;
-/// Relative error of distances in single precision.
-const ROUNDING_SHARE: f64 = 1e-4;
 
 /// A registration target, for every metric.
 pub trait Target {

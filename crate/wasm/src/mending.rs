@@ -29,6 +29,11 @@ impl Reconstruction {
         Ok(plain(&self.engine.graph_loops()?))
     }
 
+    /// The map's graph as a g2o file: nodes are scans, counted from 0. Undefined where there is no graph, as before the scans are registered.
+    pub fn graph_g2o(&self) -> Option<String> {
+        self.engine.graph_g2o()
+    }
+
     /// What the last of these steps would change after those before it. The map stays as it is.
     ///
     /// # Errors

@@ -9,10 +9,8 @@ interface Shown {
   ownsAddress: boolean;
   /** The attribute `src`, where it is for this view. */
   sourceOf(view: 'bev' | 'icp' | 'localize'): string;
-  /** Address of the map to locate in. */
-  map: string;
-  /** The scene that the lab begins with. */
-  scene: string;
+  /** Addresses of the map to locate in and of a robot's bridge, and the scene that the lab begins with. */
+  host: { map: string; live: string; scene: string };
   /** Whether the bird's-eye view begins without the sample. */
   isBevEmpty: boolean;
 }
@@ -20,7 +18,7 @@ interface Shown {
 export function viewsBeside(
   { shown, opened }: { shown: View; opened: ReadonlySet<View> },
   { evaluated, compared, lookedInto, toLocate, dropped }: Handover,
-  { isDark, ownsAddress, sourceOf, map, scene, isBevEmpty }: Shown,
+  { isDark, ownsAddress, sourceOf, host, isBevEmpty }: Shown,
 ): TemplateResult {
   const drawn = (view: View, template: (isHidden: boolean) => TemplateResult): TemplateResult | typeof nothing =>
     opened.has(view) ? template(shown !== view) : nothing;
@@ -42,10 +40,20 @@ export function viewsBeside(
         ?dark=${isDark}
         .given=${toLocate}
         .dropped=${dropped}
-        map=${map}
+        map=${host.map}
         src=${sourceOf('localize')}
         ?linked=${ownsAddress}
       ></scanstitch-localize>`,
+  )}
+  ${drawn(
+    'live',
+    (isHidden) =>
+      html`<scanstitch-live
+        ?hidden=${isHidden}
+        ?dark=${isDark}
+        address=${host.live}
+        ?linked=${ownsAddress}
+      ></scanstitch-live>`,
   )}
   ${drawn(
     'icp',
@@ -55,7 +63,7 @@ export function viewsBeside(
         ?dark=${isDark}
         .given=${lookedInto}
         src=${sourceOf('icp')}
-        example=${scene}
+        example=${host.scene}
         ?remember-link=${ownsAddress && !isHidden}
       ></scanstitch-lab>`,
   )}

@@ -18,10 +18,11 @@ export const VIEWS = {
   evaluate: 'evaluation',
   strategies: 'strategies',
   localize: 'localize',
+  live: 'live',
 } as const;
 export type ViewName = keyof typeof VIEWS;
 /** Those that `src` may be for. */
-export type SourceView = Exclude<ViewName, 'evaluate' | 'strategies'>;
+export type SourceView = Exclude<ViewName, 'evaluate' | 'strategies' | 'live'>;
 export const isViewName = (name: string): name is ViewName => Object.hasOwn(VIEWS, name);
 export const isRun = (view: View): view is Run => view === 'planar' || view === 'spatial';
 
@@ -79,7 +80,7 @@ export class Navigation {
   /** The view that the attribute `src` is for. */
   get sourceView(): SourceView {
     const { wanted } = this;
-    return wanted === 'evaluate' || wanted === 'strategies' ? 'map' : wanted;
+    return wanted === 'evaluate' || wanted === 'strategies' || wanted === 'live' ? 'map' : wanted;
   }
 
   /** What the page's address asks for counts before the attribute, while that stays as it is. */
@@ -117,6 +118,9 @@ export class Navigation {
       case 'localize':
         await parts.loaded(import('../localize/localize-view.js'));
         handover.openLocalization();
+        break;
+      case 'live':
+        await parts.loaded(import('../live/live-view.js'));
         break;
       case 'bev':
         await parts.loaded(import('../bev/bev-view.js'));
@@ -156,7 +160,7 @@ export class Navigation {
     // What is dropped on the strategies leaves them for the map, until it has its first frames there.
     this.#isToCompare = run === 'spatial' && this.shown === 'strategies';
     const aside = this.addressView ? null : VIEWS[this.wanted];
-    if (aside === null || this.shown !== aside) return this.show(run);
+    if (aside === null || aside === 'live' || this.shown !== aside) return this.show(run);
     this.opened = new Set([...this.opened, run]);
     this.#hooks.workspace.run = run;
     this.#host.requestUpdate();

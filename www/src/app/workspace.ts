@@ -47,10 +47,11 @@ export interface WorkspaceHooks {
   loaded<T>(loading: Promise<T>): Promise<T>;
 }
 
-/** What was opened last of files, and its bag; nulls where it is a sample, or no bag. */
+/** What was opened last of files, its bag, and the file where it is a stream's; nulls where it is a sample, or no bag. */
 interface Files {
   opened: Opened | null;
   bag: BagState | null;
+  stream: File | null;
 }
 
 /** A recording that can be brought back as it was left. */
@@ -68,11 +69,13 @@ export interface Asked {
   notes?: readonly Note[];
   /** What the host page says of them. */
   given?: GivenSet;
+  /** The file of a robot's stream, which is on no disk yet. */
+  stream?: File | null;
 }
 
 /** How far a bag has been inspected is reported at most this often. */
 const PROGRESS_INTERVAL_MS = 100;
-const NO_FILES: Files = { opened: null, bag: null };
+const NO_FILES: Files = { opened: null, bag: null, stream: null };
 
 export class Workspace implements Shelf {
   /** The kind of run that is shown, or lies behind a view beside it. */
@@ -127,6 +130,15 @@ export class Workspace implements Shelf {
     return this.#open(files, asked, this.begin());
   }
 
+  /** Opens the recording of a robot's stream. */
+  takeStream(stream: File): Promise<void> {
+    return this.take([{ name: stream.name, file: stream }], { requestedAt: performance.now(), stream });
+  }
+
+  get stream(): File | null {
+    return this.#files.stream;
+  }
+
   /** Opens what the host page names, in place of what is open. Rejects with an AbortError where something else is opened meanwhile. */
   async open(coming: (signal: AbortSignal) => Promise<GivenSet>, requestedAt: number): Promise<void> {
     const signal = this.begin();
@@ -163,7 +175,8 @@ export class Workspace implements Shelf {
     const signal = this.begin();
     const onProgress = this.#listener(signal, wishes);
     const recording = await this.#reading(signal, opened.recording.choose(wishes, { signal, onProgress }));
-    await this.#show({ ...opened, recording }, { requestedAt: performance.now() }, signal, wishes);
+    const asked = { requestedAt: performance.now(), stream: this.stream };
+    await this.#show({ ...opened, recording }, asked, signal, wishes);
   }
 
   async openSample(): Promise<void> {
@@ -223,7 +236,12 @@ export class Workspace implements Shelf {
   }
 
   /** `wishes`: topics of the bag that is open were chosen; without, what was opened is a recording of its own or lies beside one. */
-  async #show(opened: Opened, { requestedAt }: Asked, signal: AbortSignal, wishes?: Wishes): Promise<void> {
+  async #show(
+    opened: Opened,
+    { requestedAt, stream = null }: Asked,
+    signal: AbortSignal,
+    wishes?: Wishes,
+  ): Promise<void> {
     const { recording } = opened;
     const run = runOf(recording, this.run);
     const isRecording = recording.kind !== 'nothing';
@@ -231,7 +249,7 @@ export class Workspace implements Shelf {
       isRecording && !wishes ? await this.#beginAnew(run, signal) : await this.#hooks.loaded(this.#hooks.show(run));
     signal.throwIfAborted();
     this.run = run;
-    if (isRecording || recording.bags.length > 0) this.#files = { opened, bag: bagOf(recording, wishes ?? {}) };
+    if (isRecording || recording.bags.length > 0) this.#files = { opened, bag: bagOf(recording, wishes ?? {}), stream };
     else if (this.#files.opened && this.#files.bag) {
       // A reference trajectory or a camera, for the bag that is open.
       const together = await this.#files.opened.recording.with(recording);
@@ -335,7 +353,8 @@ export class Workspace implements Shelf {
   }
 
   #reopen(former: Aside): void {
-    this.#files = { opened: former.opened, bag: former.bag };
+    const { opened, bag, stream } = former;
+    this.#files = { opened, bag, stream };
     former.view.reopen(former.session);
     this.run = former.view.of.kind;
     this.#hooks.bring(this.run);

@@ -13,7 +13,6 @@ import type { OccupancyPicture } from '../views/occupancy.js';
 import { NO_POINTS, nearestFrame, type PointSet } from '../views/point-layer.js';
 import { type Bounds, bestTurns, fitted, panned, type Turns, united, type Viewport } from '../views/viewport.js';
 import { mapStyles } from './map-styles.js';
-import './map-legend.js';
 import { FlatMap } from './flat-map.js';
 import { layerBox, layerList, mapButton } from './map-toolbar.js';
 import { shared } from './theme.js';
@@ -182,10 +181,13 @@ export class ScanstitchMap extends FlatMap {
   private mend = (): void => fire(this, 'mending-wanted');
 
   protected override renderAfter(): unknown {
+    const numUncertain = this.marks.uncertainLinks.filter(Boolean).length;
+    if (this.pieces.length + numUncertain === 0) return nothing;
+    import('./map-legend.js').catch(() => undefined); // the map is the same without it
     return html`<scanstitch-map-legend
       .pieces=${this.pieces}
       .shown=${this.shownPiece}
-      .numUncertain=${this.marks.uncertainLinks.filter(Boolean).length}
+      .numUncertain=${numUncertain}
       .num_lost=${this.marks.statuses.filter((status) => status === 'lost').length}
       ?compact=${this.surface.size.width < SMALL_WIDTH}
       @piece-wanted=${({ detail }: CustomEvent<Piece | null>) => this.showPiece(detail)}

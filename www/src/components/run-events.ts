@@ -19,6 +19,7 @@ interface ToldRun {
 export class RunEvents {
   /** What is wrong with the initial settings, until it is reported. */
   settingFaults: string[] = [];
+  #isUsed = false;
   readonly #view: ReactiveControllerHost & EventTarget;
   #toldProgress: ScanstitchProgress | null = null;
   #waiting: { resolve(outcome: ScanstitchResult): void; reject(error: Error): void }[] = [];
@@ -54,10 +55,12 @@ export class RunEvents {
   }
 
   tellProgress({ phase, progress, activity }: ToldRun): void {
-    if (phase !== 'reading' && phase !== 'running') return;
+    const isUnderWay = phase === 'reading' || phase === 'running';
     // Errors in settings matter only for the kind of run that is used.
-    const faults = this.settingFaults.splice(0);
+    this.#isUsed ||= isUnderWay;
+    const faults = this.#isUsed ? this.settingFaults.splice(0) : [];
     if (faults.length > 0) fire(this.#view, 'settings-refused', faults);
+    if (!isUnderWay) return;
     const told = this.#toldProgress;
     if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
     this.#toldProgress = { stage: phase, progress, activity };

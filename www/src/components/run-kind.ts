@@ -59,6 +59,8 @@ export interface Former {
 
 /** What a view of a run asks of the page's workspace. */
 export interface Shelf {
+  /** The recording of a robot's stream, where that is open. */
+  readonly stream: File | null;
   /** What the recording that this kind of run has open can be exchanged for. */
   formerOf(run: Run): Former | null;
   exchange(): void;
@@ -87,6 +89,9 @@ export interface RunKind {
   /** The panels in the order of their buttons or tabs. */
   order: readonly Panel[];
 }
+
+/** Of a robot that was received live. */
+export const STREAM: MenuItem = { id: 'stream', label: 'Recording', detail: 'all messages, as MCAP' };
 
 /** The settings stand in the address already. */
 export const COPY_LINK: MenuItem = {

@@ -27,6 +27,7 @@ import {
   type Loaded,
   NO_FACTS,
   sameFacts,
+  STREAM,
   type Shelf,
   type ViewFacts,
 } from './run-kind.js';
@@ -82,7 +83,8 @@ export abstract class RunView<
   private statusesOf = memoizeLast((frames: Snapshot['result']['frames']) => frames.map(({ status }) => status));
 
   get exports(): readonly MenuItem[] {
-    return this.address ? [...this.of.exports, COPY_LINK] : this.of.exports;
+    const { address, shelf, of } = this;
+    return [...of.exports, ...(shelf?.stream ? [STREAM] : []), ...(address ? [COPY_LINK] : [])];
   }
 
   override connectedCallback(): void {
@@ -134,6 +136,8 @@ export abstract class RunView<
   async runExport(id: string): Promise<void> {
     const { snapshot } = this.session;
     if (!snapshot) return;
+    const stream = this.shelf?.stream;
+    if (id === STREAM.id && stream) return download({ name: stream.name, blob: stream });
     if (id === COPY_LINK.id) return this.session.copy(location.href, 'The link was copied.');
     this.isExporting = true;
     try {
@@ -362,7 +366,13 @@ export abstract class RunView<
   private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
     const fragment = this.address?.fragment ?? '';
     const begun = beginning(this.of.kind, facts, this.preset, this.initialSettings, fragment);
-    this.events.settingFaults = begun.faults;
+    begun.faults?.then(
+      (faults) => {
+        this.events.settingFaults = faults;
+        this.requestUpdate();
+      },
+      () => undefined, // what is right of them is used all the same
+    );
     return begun.settings;
   }
 

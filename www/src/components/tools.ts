@@ -2,7 +2,7 @@
 
 /** Views of a run, and views beside it. */
 export type Run = 'planar' | 'spatial';
-export type View = Run | 'evaluation' | 'bev' | 'strategies' | 'icp' | 'localize';
+export type View = Run | 'evaluation' | 'bev' | 'strategies' | 'icp' | 'localize' | 'live';
 /** What the header offers: the map of the run, or a view beside it. */
 export type Tool = 'map' | Exclude<View, Run>;
 

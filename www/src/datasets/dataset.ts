@@ -1,4 +1,5 @@
 /** A set of inputs: where it comes from, what is in it, what was not used. Plain values; every change is a new one. */
+import type { Mended } from '../../../package/files/recording.js';
 import type { OpenedRecording } from '../../../package/recording_reader.js';
 import type { Inputs } from '../engine/protocol.js';
 
@@ -16,4 +17,6 @@ export interface Dataset extends Inputs {
   /** How the page calls it. */
   title: string;
   origin: Origin;
+  /** What a workbench keeps of its map, until that is computed. */
+  mended?: Mended | undefined;
 }

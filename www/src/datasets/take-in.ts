@@ -1,5 +1,6 @@
 /** From a recording that was opened to the planar scans that are loaded: its files are read, and join what is open or replace it. */
 import { compareNaturally } from '../../../package/base/natural_order.js';
+import type { Mended } from '../../../package/files/recording.js';
 import type { OpenedRecording } from '../../../package/recording_reader.js';
 import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
@@ -11,6 +12,8 @@ export interface Intake {
   scans: InputFile[];
   reference: InputFile | null;
   odometry: InputFile | null;
+  /** Of a workbench. */
+  mended?: Mended | undefined;
   notes: Note[];
 }
 
@@ -19,7 +22,7 @@ export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ is
 
 /** A file that cannot be read becomes a note; the rest goes on. */
 export async function takeIn(recording: OpenedRecording): Promise<Intake> {
-  const { files, beside, scans, logs, tables } = recording;
+  const { files, beside, scans, logs, tables, mended } = recording;
   const notes: Note[] = [];
   const read = async (path: string | null | undefined): Promise<InputFile[]> => {
     const file = files.get(path ?? '');
@@ -29,7 +32,14 @@ export async function takeIn(recording: OpenedRecording): Promise<Intake> {
       const bytes = await file.read();
       notes.push(...(file.losses ?? []));
       const isLog = logs.includes(name);
-      return [{ name, bytes: ownBuffer(bytes), ...(isLog && { isLog, isTable: tables.includes(name) }) }];
+      const table = isLog && mended?.table;
+      return [
+        {
+          ...{ name, bytes: ownBuffer(bytes) },
+          ...(isLog && { isLog, isTable: tables.includes(name) }),
+          ...(table && { table }),
+        },
+      ];
     } catch (error) {
       notes.push({ file: name, reason: `not used: ${(error as { problem?: string }).problem ?? messageOf(error)}` });
       return [];
@@ -41,7 +51,7 @@ export async function takeIn(recording: OpenedRecording): Promise<Intake> {
     read(found.reference),
     read(found.odometry),
   ]);
-  return { scans: readScans.flat(), reference, odometry, notes: [...found.notes, ...notes] };
+  return { scans: readScans.flat(), reference, odometry, mended, notes: [...found.notes, ...notes] };
 }
 
 function ownBuffer(bytes: Uint8Array): ArrayBuffer {
@@ -67,6 +77,7 @@ export function combine(present: Dataset | null, intake: Intake, joins: boolean)
     scans,
     reference: intake.reference ?? (extendsPresent ? present.reference : null),
     odometry: intake.odometry ?? (extendsPresent ? present.odometry : null),
+    mended: intake.mended,
   };
 }
 

@@ -80,12 +80,12 @@ export class PlanarClient {
     this.#start();
   }
 
-  /** Reads `inputs` and computes. */
-  load(inputs: Inputs, settings: Partial<Settings>): void {
-    if (!sameScans(inputs, this.#inputs)) this.#steps = [];
+  /** Reads `inputs` and computes; `steps`: by which other scans are mended. */
+  load(inputs: Inputs, settings: Partial<Settings>, steps: readonly Edit[] = []): void {
+    if (!sameScans(inputs, this.#inputs)) this.#steps = steps;
     this.#candidate = inputs;
     this.#settings = settings;
-    this.#preferFullEngine(inputs);
+    this.#preferFullEngine(inputs, steps.length > 0);
     this.#load(inputs, false);
   }
 

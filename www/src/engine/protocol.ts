@@ -151,6 +151,7 @@ export interface Answers {
   report_json: string;
   /** Of a run that is done; the full engine alone tells them. */
   graph_loops: GraphLoops;
+  graph_g2o: string;
 }
 
 /** What became of the files that were to be read. */

@@ -37,6 +37,8 @@ export interface SpatialInputs {
   intrinsics: Readable | null;
   /** The reference trajectory as one file. */
   reference: Readable | null;
+  /** Whether more frames are to come: the map then grows, and is not solved as a whole. */
+  isGrowing?: boolean;
 }
 
 export type SpatialState = 'running' | 'stopped' | 'done';
@@ -79,6 +81,7 @@ export class SpatialClient {
   #computingSince = 0;
   #nextSnapshot = 0;
   #isSending = false;
+  #sending: ReturnType<typeof setTimeout> | undefined;
   #isDisposed = false;
 
   constructor(listener: SpatialListener) {
@@ -108,6 +111,10 @@ export class SpatialClient {
   extend(inputs: SpatialInputs): void {
     const known = this.#inputs?.jobs.length ?? 0;
     this.#inputs = inputs;
+    if (inputs.isGrowing && this.#run?.isWorking) {
+      this.#run.add(inputs.jobs.slice(this.#run.total));
+      return;
+    }
     this.#begin(async (order) => {
       if (!this.#run || this.#run.total < known) return this.#loadAll(order);
       this.#run.add(inputs.jobs.slice(this.#run.total));
@@ -166,6 +173,7 @@ export class SpatialClient {
 
   dispose(): void {
     this.#isDisposed = true;
+    clearTimeout(this.#sending);
     this.#abandon();
     this.#registrar.dispose();
     for (const preparer of this.#preparers) preparer.end();
@@ -217,6 +225,7 @@ export class SpatialClient {
     if (order !== this.#order) return;
     this.#numDone = 0;
     this.#run = this.#makeRun();
+    this.#run.isOpen = this.#inputs?.isGrowing ?? false;
     this.#run.add(jobs);
     await this.#compute(order);
   }
@@ -257,6 +266,7 @@ export class SpatialClient {
           const { ms } = event.progress as typeof event.progress & { ms: number };
           this.#listener.registered(event.index, ms, ++this.#numDone, run.total);
           if (performance.now() >= this.#nextSnapshot && !this.#isSending) void this.#send('running', this.#order);
+          else if (run.isOpen) this.#sendLater();
         } else if (event.type === 'problem') {
           this.#numDone++;
           this.#listener.problem(problemOf(event.error, event.name));
@@ -278,6 +288,18 @@ export class SpatialClient {
     if (!reference) return;
     await tolerate(this.#listener, reference.path, async () =>
       registrar.call('setReference', reference.path, await reference.read(), num_recorded),
+    );
+  }
+
+  /** Of a map that grows, the last frame so far is shown as well. */
+  #sendLater(): void {
+    this.#sending ??= setTimeout(
+      () => {
+        this.#sending = undefined;
+        if (this.#isSending) this.#sendLater();
+        else void this.#send('running', this.#order);
+      },
+      Math.max(0, this.#nextSnapshot - performance.now()),
     );
   }
 

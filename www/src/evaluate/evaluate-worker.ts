@@ -8,6 +8,7 @@ import { readTrajectory } from './read-trajectory.js';
 const REMEDIES: Remedies = {
   interpolate: 'Tick “interpolate” under “Matching of poses” to compare the poses at the same times.',
   conventions_as_read: 'Choose “as read” under “Matching of poses” to compare the files as they are.',
+  fit_scale: 'Choose “Sim(3), with scale” under “Alignment” to fit the scale.',
 };
 
 const files = new Map<number, TrajectoryFile>();

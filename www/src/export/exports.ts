@@ -1,5 +1,5 @@
 /** Makes the files to download of a run of planar scans. */
-import type { Answers } from '../engine/protocol.js';
+import type { Answers, Edit, InputFile, Inputs } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
 import type { reportHtml } from '../../../package/report/report.js';
@@ -12,6 +12,15 @@ export interface Sources {
   ask<K extends Exclude<keyof Answers, 'correspondences'>>(kind: K): Promise<Answers[K]>;
   picture(): Promise<Blob>;
   frameNames: readonly string[];
+  /** The points of the map, and where those of each frame end. */
+  points: { points: Float32Array; offsets: Uint32Array };
+  /** What is open, and how it was made into a map. */
+  opened: {
+    dataset: Inputs | null;
+    settings: object | null;
+    facts: { presets: readonly { settings: object }[] } | null;
+    client: { steps: readonly Edit[] } | null;
+  };
   report: ReportSource;
 }
 
@@ -31,6 +40,10 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
     case 'grid':
       return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('gridFiles'))) };
+    case 'mcap':
+      return { name: 'map.mcap', blob: new Blob([await mcapOf(sources)]) };
+    case 'workbench':
+      return { name: 'workbench.zip', blob: await zip(await benchOf(sources)) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
     case 'report':
@@ -38,6 +51,34 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
     case 'everything':
       return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
   }
+}
+
+async function benchOf({ opened: { dataset, settings, facts, client }, frameNames }: Sources): Promise<Files> {
+  const { workbenchFiles } = await import('../../../package/report/workbench.js');
+  const file = ({ name, bytes }: InputFile) => ({ path: name, bytes: new Uint8Array(bytes) });
+  const { scans = [], reference = null, odometry = null } = dataset ?? {};
+  const table = scans.find((scan) => scan.table !== undefined)?.table;
+  return workbenchFiles({
+    num_scans: frameNames.length,
+    settings: changedSettings(settings, facts?.presets[0]?.settings),
+    steps: [...(client?.steps ?? [])],
+    ...(table !== undefined && { table }),
+    scans: scans.map((scan) => ({ ...file(scan), isLog: scan.isLog ?? false })),
+    reference: reference && file(reference),
+    odometry: odometry && file(odometry),
+  });
+}
+
+/** The settings that are not those by default. */
+export function changedSettings(settings: object | null, defaults: object = {}): Record<string, unknown> {
+  const before = new Map(Object.entries(defaults));
+  return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== before.get(name)));
+}
+
+async function mcapOf({ ask, points: { points, offsets } }: Sources): Promise<Uint8Array<ArrayBuffer>> {
+  const { mapMcap } = await import('../../../package/report/map_mcap.js');
+  const sizes = offsets.slice(1).map((end, frame) => end - (offsets[frame] ?? 0));
+  return mapMcap({ trajectory: await ask('trajectory_tum'), points, sizes, grid: await ask('occupancy_grid') });
 }
 
 type Files = Record<string, Uint8Array>;

@@ -198,6 +198,9 @@ export class ScanstitchMend extends LitElement {
         </button>
         <button ?disabled=${steps.length === 0} @click=${() => mending.save()}>Save the steps</button>
         <button ?disabled=${!isIdle} @click=${() => this.renderRoot.querySelector('input')?.click()}>Open steps</button>
+        <button ?disabled=${!isIdle} title="graph.g2o, with information matrices" @click=${() => mending.saveGraph()}>
+          Save the graph
+        </button>
         <input
           type="file"
           hidden

@@ -3,6 +3,7 @@ import { readSteps, stepsText } from '../../../package/report/steps_file.js';
 import type { Consequence, Edit, GraphLoop, GraphLoops, PlanarPose, Snapshot } from '../engine/protocol.js';
 import { messageOf } from '../engine/message-of.js';
 import { LastRequest } from '../engine/last-request.js';
+import { changedSettings } from '../export/exports.js';
 import { download } from '../export/download.js';
 import { plural, sentence } from '../views/format.js';
 import type { MapLayer } from '../views/map-layer.js';
@@ -158,6 +159,17 @@ export class Mending {
     download({ name: `${session.dataset.title}.steps.json`, blob: new Blob([text], { type: 'application/json' }) });
   }
 
+  /** Saves the graph with the information of its motions, as g2o. */
+  async saveGraph(): Promise<void> {
+    const { session } = this;
+    try {
+      const blob = new Blob([await session.ask('graph_g2o')], { type: 'text/plain' });
+      download({ name: 'graph.g2o', blob });
+    } catch (error) {
+      session.report(messageOf(error));
+    }
+  }
+
   /** Takes the steps of a file in place of those so far, with its settings. */
   async open(file: File): Promise<void> {
     const { session, poses } = this;
@@ -179,8 +191,7 @@ export class Mending {
   /** The settings that are not those by default. */
   get #changedSettings(): Record<string, unknown> {
     const { settings, facts } = this.session;
-    const defaults: Readonly<Record<string, unknown>> = { ...facts?.presets[0]?.settings };
-    return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== defaults[name]));
+    return changedSettings(settings, facts?.presets[0]?.settings);
   }
 
   #mend(steps: readonly Edit[]): void {

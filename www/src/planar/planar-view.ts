@@ -144,6 +144,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
       ask: (kind) => this.session.ask(kind),
       picture: () => this.map.picture(),
       frameNames: result.frames.map(({ name }) => name),
+      points: this.session.points,
+      opened: this.session,
       report: this.reportSource(result, this.session.points.points, this.map.turned),
     });
   }

@@ -247,10 +247,13 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.phase = 'reading';
     this.progress = 0;
     this.activity = `Reading ${plural(dataset.scans.length, 'scan')}`;
+    const { mended } = dataset;
+    if (mended && this.facts) this.settings = { ...this.facts.presets[0]?.settings, ...mended.settings } as Settings;
     if (this.facts && this.settings)
       this.client?.load(
         { scans: dataset.scans, reference: dataset.reference, odometry: dataset.odometry },
         this.settings,
+        mended?.steps,
       );
     this.changed();
   }
@@ -283,7 +286,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     } else {
       this.phase = 'running';
       this.#isNewDataset = this.dataset?.title !== candidate.title || this.dataset.scans.length !== accepted.length;
-      this.dataset = { ...candidate, ...inputs };
+      this.dataset = { ...candidate, ...inputs, mended: undefined };
       this.numUnread = candidate.scans.length - inputs.scans.length;
       this.num_scans = accepted.length;
     }

@@ -3,7 +3,6 @@
  * plane it may say as well what the columns of tables are: `#table=ranges=2:542,...`.
  */
 import type { Address } from './address.js';
-import { settingFaults } from './setting-faults.js';
 import { type LabelledField, parseSettings, writeSettings } from './setting-fields.js';
 
 export type Settable = 'planar' | 'spatial';
@@ -15,7 +14,7 @@ export interface SettingsFacts<S extends object> {
 }
 
 /** Views that a fragment may name. */
-const NAMED = ['spatial', 'bev', 'icp', 'evaluate', 'strategies', 'localize'] as const;
+const NAMED = ['spatial', 'bev', 'icp', 'evaluate', 'strategies', 'localize', 'live'] as const;
 
 /** Which view a fragment is of. */
 export function ownerOf(fragment: string): Settable | (typeof NAMED)[number] {
@@ -25,7 +24,7 @@ export function ownerOf(fragment: string): Settable | (typeof NAMED)[number] {
 
 /**
  * The settings to begin with: those of the preset, then what is given as text, then what the page's fragment holds for this view.
- * `faults`: what is wrong with them, in sentences.
+ * `faults`: what is wrong with them, in sentences; null where nothing is given.
  */
 export function beginning<S extends object>(
   view: Settable,
@@ -33,7 +32,7 @@ export function beginning<S extends object>(
   preset: string,
   given: string,
   fragment: string,
-): { settings: S; faults: string[] } {
+): { settings: S; faults: Promise<string[]> | null } {
   const base = presets.find(({ name }) => name === preset)?.settings ?? presets[0]?.settings;
   if (!base) throw new Error('The engine names no preset.');
   const names = presets.map(({ name }) => name);
@@ -45,8 +44,17 @@ export function beginning<S extends object>(
   const own = new URLSearchParams(named).toString();
   return {
     settings: parseSettings(linked, parseSettings(given, base, descriptions), descriptions),
-    faults: [...wrongPreset, ...settingFaults(given, descriptions), ...settingFaults(own, descriptions)],
+    faults: preset + given + own === '' ? null : faultsOf([given, own], descriptions, wrongPreset),
   };
+}
+
+async function faultsOf<S extends object>(
+  texts: readonly string[],
+  descriptions: SettingsFacts<S>['descriptions'],
+  others: readonly string[],
+): Promise<string[]> {
+  const { settingFaults } = await import('./setting-faults.js');
+  return [...others, ...texts.flatMap((text) => settingFaults(text, descriptions))];
 }
 
 /** Writes what differs from the default into the address; nothing is there before the engine is ready. */

@@ -6,6 +6,8 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::ROUNDING;
+
 /// Directions of the axes of the cameras and of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -89,9 +91,6 @@ pub enum EulerOrder {
 pub const EULER_ORDERS: [EulerOrder; 6] =
     [EulerOrder::XYZ, EulerOrder::YZX, EulerOrder::ZXY, EulerOrder::XZY, EulerOrder::YXZ, EulerOrder::ZYX];
 
-/// Cosine of the middle angle below which the first and the last rotation are about one axis, so that only their sum is known.
-const GIMBAL_LOCK: f64 = 1e-9;
-
 impl EulerOrder {
     /// Indices of the axes of the first, the second and the third turn.
     fn axes(self) -> [usize; 3] {
@@ -122,7 +121,8 @@ impl EulerOrder {
         let cos_b = R[(i, i)].hypot(R[(i, j)]);
         let mut angles = [0.0; 3];
         angles[j] = (e * R[(i, k)]).atan2(cos_b);
-        if cos_b > GIMBAL_LOCK {
+        // Otherwise the first and the last rotation are about one axis, and only their sum is known.
+        if cos_b > ROUNDING {
             angles[i] = (-e * R[(j, k)]).atan2(R[(k, k)]);
             angles[k] = (-e * R[(i, j)]).atan2(R[(i, i)]);
         } else {

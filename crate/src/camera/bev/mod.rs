@@ -58,6 +58,7 @@
 
 pub mod axes;
 pub(crate) mod clip;
+pub mod directions;
 pub mod points;
 pub mod presets;
 pub mod refine;
@@ -67,9 +68,13 @@ pub(crate) mod transfer;
 pub mod warp;
 
 pub use axes::{BevAxes, EulerOrder};
+pub use directions::{BevParameter, BevRefinementOptions, BevRole};
 pub use points::{BevPoint, BevStatus, WholePixels};
 pub use presets::{BevPreset, presets};
-pub use refine::{BevPair, BevParameter, BevRefinement, BevRefinementOptions, BevRole, refine};
+pub use refine::{BevPair, BevRefinement, refine};
 pub use region::{BevPolygon, BevSegment};
 pub use scene::{BevCamera, BevIntrinsics, BevPlane, BevPose, BevPoseKind, BevScene, BevSide};
 pub use transfer::{BevLayout, BevLayoutCamera, Plane, PlaneTransfer, PosedCamera};
+
+/// What is smaller is the rounding of a computation with metres, pixels and directions in double precision, and counts as zero.
+const ROUNDING: f64 = 1e-9;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
+use super::ROUNDING;
 use crate::error::{Error, Result};
 
 /// The visibility of a marked pixel in the other view.
@@ -49,16 +50,14 @@ pub enum WholePixels {
     Rounded,
 }
 
-/// Distance from a whole number up to which a pixel is that number: 386.9999999999999 must not become 386.
-const WHOLE_PIXEL_TOLERANCE: f64 = 1e-9;
-
 impl WholePixels {
     /// A coordinate, treated so.
     pub fn apply(self, coordinate: f64) -> f64 {
         let nearest = coordinate.round();
         let whole = match self {
             Self::Exact => return coordinate,
-            Self::Truncated if (coordinate - nearest).abs() > WHOLE_PIXEL_TOLERANCE => coordinate.trunc(),
+            // 386.9999999999999 must not become 386.
+            Self::Truncated if (coordinate - nearest).abs() > ROUNDING => coordinate.trunc(),
             Self::Truncated | Self::Rounded => nearest,
         };
         whole + 0.0 // no negative zero

@@ -6,13 +6,16 @@
 //! centimetres off the height to which its cameras refer. The sum of squared distances between projected and marked pixels in
 //! the front view is minimised by Gauss-Newton, a step being halved as long as it increases the sum.
 
-use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2x3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::ROUNDING;
+use super::directions::{BevParameter, BevRefinementOptions, BevRole, Directions, Motion};
 use super::scene::{BevPlane, BevPose, BevScene};
-use super::transfer::{Plane, PlaneTransfer, PosedCamera};
+use super::transfer::PlaneTransfer;
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
+use crate::geometry::jacobi::MAX_SWEEPS;
 
 /// Two pixels that show the same point of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,50 +26,6 @@ pub struct BevPair {
     pub top: [f64; 2],
     /// Pixel of the front view.
     pub front: [f64; 2],
-}
-
-/// One of the two cameras.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevRole {
-    /// The camera in which points are marked.
-    Top,
-    /// The camera that they are looked for in.
-    Front,
-}
-
-/// A parameter that is refined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum BevParameter {
-    /// The rotation about the camera's own x axis.
-    Pitch,
-    /// The height above the ground.
-    Height,
-    /// The position along the ground: two parameters.
-    Offset,
-    /// The height of the ground itself, both cameras staying where they are.
-    Ground,
-}
-
-/// Options of the refinement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub struct BevRefinementOptions {
-    /// The camera that is adjusted; the other one is fixed.
-    pub camera: BevRole,
-    /// The parameters that are refined.
-    pub parameters: Vec<BevParameter>,
-}
-
-impl Default for BevRefinementOptions {
-    fn default() -> Self {
-        let parameters = vec![BevParameter::Pitch, BevParameter::Height, BevParameter::Offset];
-        Self { camera: BevRole::Front, parameters }
-    }
 }
 
 /// The refined scene and the evidence for it.
@@ -99,14 +58,8 @@ pub struct BevRefinement {
     pub converged: bool,
 }
 
-/// Largest number of Gauss-Newton steps; from marks a few pixels off, fewer than ten are needed.
-const MAX_ITERATIONS: usize = 60;
-/// Largest number of halvings of a step that does not reduce the error: by then it is below the rounding of a pose.
-const MAX_HALVINGS: i32 = 30;
 /// Step below which the iteration has converged (rad, m).
 const STEP_EPS: f64 = 1e-11;
-/// Eigenvalue of the normal matrix, scaled to a unit diagonal, below which the pairs do not determine a motion.
-const MIN_EIGENVALUE: f64 = 1e-9;
 
 /// Adjusts a camera until the projections of the pairs fall on their marks.
 ///
@@ -122,7 +75,7 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
     let mut residuals = residuals_of(&start, pairs).unwrap_or_default();
     let residuals_before = residuals.clone();
     let (mut iterations, mut converged) = (0, false);
-    while iterations < MAX_ITERATIONS && !converged {
+    while iterations < MAX_SWEEPS && !converged {
         iterations += 1;
         let moved = directions.moved(&start, &theta);
         let step = gauss_newton_step(&moved, pairs, &residuals, &directions)?;
@@ -151,92 +104,6 @@ pub fn refine(scene: &BevScene, pairs: &[BevPair], options: &BevRefinementOption
         iterations,
         converged,
     })
-}
-
-/// One of the numbers that are estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Motion {
-    Pitch,
-    Height,
-    Right,
-    Ahead,
-    Ground,
-}
-
-/// What may move, and where to.
-struct Directions {
-    camera: BevRole,
-    free: Vec<Motion>,
-    /// 1 where the plane's normal points to the side of the top camera, -1 otherwise.
-    ground_side: f64,
-    up: Vector3<f64>,
-    right: Vector3<f64>,
-    ahead: Vector3<f64>,
-}
-
-impl Directions {
-    fn of(start: &PlaneTransfer, options: &BevRefinementOptions) -> Self {
-        let camera = match options.camera {
-            BevRole::Top => &start.marked,
-            BevRole::Front => &start.projected,
-        };
-        let Plane { normal, .. } = start.plane;
-        let up = normal * start.plane.height_of(camera).signum();
-        let on_plane = |axis: Vector3<f64>| axis - up * up.dot(&axis);
-        let R = camera.T_world_camera.rotation;
-        let x = on_plane(R * Vector3::x());
-        // A camera that lies on its side has its y axis along the plane.
-        let right = if x.norm() > 0.1 { x } else { on_plane(R * Vector3::y()) }.normalize();
-        let free = [
-            (Motion::Pitch, BevParameter::Pitch),
-            (Motion::Height, BevParameter::Height),
-            (Motion::Right, BevParameter::Offset),
-            (Motion::Ahead, BevParameter::Offset),
-            (Motion::Ground, BevParameter::Ground),
-        ];
-        let free = free.iter().filter(|(_, parameter)| options.parameters.contains(parameter));
-        Self {
-            camera: options.camera,
-            free: free.map(|&(motion, _)| motion).collect(),
-            ground_side: start.plane.height_of(&start.marked).signum(),
-            up,
-            right,
-            ahead: up.cross(&right),
-        }
-    }
-
-    /// Where the camera goes; `None` for what is no shift of it.
-    fn direction(&self, motion: Motion) -> Option<Vector3<f64>> {
-        match motion {
-            Motion::Pitch | Motion::Ground => None,
-            Motion::Height => Some(self.up),
-            Motion::Right => Some(self.right),
-            Motion::Ahead => Some(self.ahead),
-        }
-    }
-
-    /// The cameras with one of them moved by `theta`.
-    fn moved(&self, start: &PlaneTransfer, theta: &DVector<f64>) -> PlaneTransfer {
-        let mut shift = Vector3::zeros();
-        let mut pitch = 0.0;
-        let mut plane = start.plane;
-        for (&motion, &amount) in self.free.iter().zip(theta.iter()) {
-            match motion {
-                Motion::Pitch => pitch = amount,
-                Motion::Ground => plane.offset += self.ground_side * amount,
-                _ => shift += self.direction(motion).unwrap_or_default() * amount,
-            }
-        }
-        let moved = |camera: &PosedCamera| {
-            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), pitch);
-            let T_world_camera = Translation3::from(shift) * camera.T_world_camera * turn;
-            PosedCamera { T_world_camera, ..*camera }
-        };
-        match self.camera {
-            BevRole::Top => PlaneTransfer::new(moved(&start.marked), start.projected, plane),
-            BevRole::Front => PlaneTransfer::new(start.marked, moved(&start.projected), plane),
-        }
-    }
 }
 
 fn check(start: &PlaneTransfer, pairs: &[BevPair], directions: &Directions) -> Result<()> {
@@ -289,7 +156,8 @@ fn gauss_newton_step(
     let scale: DVector<f64> = H.diagonal().map(|value: f64| if value > 0.0 { 1.0 / value.sqrt() } else { 1.0 });
     let scaled = DMatrix::from_fn(size, size, |i, j| H[(i, j)] * scale[i] * scale[j]);
     let smallest = scaled.clone().symmetric_eigenvalues().min();
-    let solved = if smallest > MIN_EIGENVALUE { scaled.cholesky() } else { None };
+    // Scaled to a unit diagonal.
+    let solved = if smallest > ROUNDING { scaled.cholesky() } else { None };
     let Some(cholesky) = solved else {
         return Err(Error::whole(
             "The pairs do not tell apart what is to be refined",
@@ -352,7 +220,8 @@ fn shortened(
     step: &DVector<f64>,
     before: f64,
 ) -> Option<(f64, Vec<[f64; 2]>)> {
-    (0..MAX_HALVINGS).map(|halvings| 0.5_f64.powi(halvings)).find_map(|share| {
+    let halved = |share: &f64| Some(share / 2.0).filter(|share| step.norm() * share >= STEP_EPS);
+    std::iter::successors(Some(1.0), halved).find_map(|share| {
         let moved = directions.moved(start, &(theta + step * share));
         let residuals = residuals_of(&moved, pairs)?;
         (squares(&residuals) < before).then_some((share, residuals))

@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::ROUNDING;
 use super::axes::{BevAxes, EulerOrder};
 use super::transfer::{Plane, PlaneTransfer, PosedCamera};
 use crate::camera::Pinhole;
 use crate::error::{Error, Result};
 use crate::geometry::Pose3;
-use crate::geometry::rotation::nearest_rotation;
+use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 
 /// Two cameras over a plane. This is the contents of `scene.json`: SI units and radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -150,12 +151,6 @@ pub enum BevPoseKind {
 
 /// Largest side of an image (pixels); more is an input error.
 const MAX_SIDE: usize = 100_000;
-/// Largest deviation of the rotation of a 4 x 4 matrix from orthonormal, as in files with few digits; it is made orthonormal.
-const ROTATION_TOLERANCE: f64 = 1e-3;
-/// Smallest distance of a camera from the plane (m).
-const MIN_PLANE_DISTANCE: f64 = 1e-9;
-/// Smallest length of a plane's normal.
-const MIN_NORMAL_LENGTH: f64 = 1e-9;
 
 impl BevScene {
     /// Reads `scene.json`.
@@ -176,7 +171,7 @@ impl BevScene {
         let top = self.top.resolve(self.axes, "top")?;
         let front = self.front.resolve(self.axes, "front")?;
         for (camera, name) in [(&top, "top"), (&front, "front")] {
-            if plane.height_of(camera).abs() < MIN_PLANE_DISTANCE {
+            if plane.height_of(camera).abs() < ROUNDING {
                 let problem = format!("The ground passes through the {name} camera, which sees it edge on: as a line");
                 return Err(Error::whole(problem, "Give the camera a height above the ground, or move the ground"));
             }
@@ -244,7 +239,7 @@ impl BevPlane {
         if !(length.is_finite() && offset.is_finite()) {
             return Err(Error::whole("The ground has a number that is not finite", "Give decimal numbers"));
         }
-        if length < MIN_NORMAL_LENGTH {
+        if length < ROUNDING {
             return Err(Error::whole(
                 "The ground's normal is zero, so it points nowhere",
                 "Give a direction, say 0 1 0",
@@ -379,7 +374,7 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
     let R: Matrix3<f64> = T.fixed_view::<3, 3>(0, 0).into();
     let scale = R.norm();
     let determinant = R.determinant();
-    if determinant.abs() <= 1e-9 * scale.powi(3) {
+    if determinant.abs() <= ROUNDING * scale.powi(3) {
         let what = format!("is singular (determinant {determinant}): it maps space onto a plane");
         return refuse(what, "Its upper left 3 x 3 is a rotation, with determinant 1");
     }
@@ -395,8 +390,8 @@ fn parts_of_matrix(rows: &[[f64; 4]; 4], name: &str) -> Result<(Matrix3<f64>, [f
     let Some(rotation) = nearest_rotation(&R).map(|q| q.to_rotation_matrix().into_inner()) else {
         return refuse("is not a rotation".into(), "Its upper left 3 x 3 is a rotation");
     };
-    let deviation = (rotation - R).abs().max();
-    if deviation > ROTATION_TOLERANCE {
+    if rotation_defect(&R) > ROTATION_TOLERANCE {
+        let deviation = (rotation - R).abs().max();
         let what = format!("is not a rotation: its entries are off by up to {deviation:.3}");
         return refuse(what, "The columns of its upper left 3 x 3 have length 1 and stand at right angles");
     }

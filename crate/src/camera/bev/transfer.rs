@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, RowVector3, Vector2, Vector3};
 use serde::Serialize;
 
+use super::ROUNDING;
 use super::clip::{HalfPlane, clip};
 use super::points::{BevPoint, BevStatus};
 use crate::camera::Pinhole;
@@ -80,9 +81,6 @@ impl Plane {
     }
 }
 
-/// Depth in the other camera below which the ground is clipped (m): it would project to infinity.
-const NEAR_DEPTH: f64 = 1e-6;
-
 /// Maps pixels of one camera to another by way of a plane. Made by [`super::BevScene`], which validates its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneTransfer {
@@ -150,7 +148,8 @@ impl PlaneTransfer {
     pub(super) fn half_planes(&self) -> [HalfPlane; 6] {
         let [left, top, right, bottom] = self.projected.frame();
         let [h1, h2, h3] = [0, 1, 2].map(|row| self.H.row(row).into_owned());
-        [self.a, h3 - self.a * NEAR_DEPTH, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
+        // Where the depth in the other camera vanishes, the ground would project to infinity.
+        [self.a, h3 - self.a * ROUNDING, h1 - h3 * left, h3 * right - h1, h2 - h3 * top, h3 * bottom - h2]
     }
 
     /// The part of the plane that the first camera sees, no deeper than `max_depth` (m, along its optical axis): corners

@@ -3,9 +3,11 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
 
+use crate::evaluation::motion_ratio::MAX_SAMPLES;
 use crate::evaluation::umeyama::best_fit;
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
+use crate::geometry::quantile::MIN_SAMPLE;
 
 /// Distances after the rotation and translation that align all compared positions in the least-squares sense.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -19,18 +21,9 @@ pub struct AlignedError {
     pub max: f64,
 }
 
-/// Most frames at which, as an alternative to the first, the poses are made equal to compute the error.
-const MAX_ANCHORS: usize = 200;
-/// Fewest such frames from which an outlier is determined.
-const MIN_ANCHORS: usize = 5;
-/// The first row is an outlier where its error exceeds the median error with another row made equal by this factor ...
-const TIMES_MEDIAN: f64 = 3.0;
-/// ... and the largest of these errors by this factor.
-const TIMES_WORST: f64 = 1.5;
-
-/// The first pose of one trajectory is off, and not that of the other, where it is farther than this factor from the motion
-/// after it.
-const TIMES_JUMP: f64 = 2.0;
+/// The first pose is an outlier where the error with it made equal exceeds the largest with another one made equal by this factor. It is
+/// that of one trajectory, and not of the other, where it is farther by this factor from where the motion after it leads back to.
+const MIN_OUTLIER_RATIO: f64 = 2.0;
 
 impl AlignedError {
     /// In space, by Umeyama's fit; `None` of fewer than three positions.
@@ -88,9 +81,9 @@ pub(in crate::evaluation) fn first_row_hint(
     let (first, all) = (1e3 * rmse, 1e3 * aligned.rmse);
     is_first_row_off(pairs).then(|| {
         let (of_estimate, of_reference) = (first_jump(pairs, |pair| pair.0), first_jump(pairs, |pair| pair.1));
-        let whose = if of_reference > TIMES_JUMP * of_estimate {
+        let whose = if of_reference > MIN_OUTLIER_RATIO * of_estimate {
             "its first row explains most of the error"
-        } else if of_estimate > TIMES_JUMP * of_reference {
+        } else if of_estimate > MIN_OUTLIER_RATIO * of_reference {
             "the estimate's first pose explains most of the error"
         } else {
             "its first row or the estimate's first pose explains most of the error"
@@ -117,11 +110,9 @@ fn is_first_row_off(pairs: &[(Pose3, Pose3)]) -> bool {
         AlignedError::of(pairs.iter().map(|(e, r)| ((moved * r).translation.vector - e.translation.vector).norm())).rmse
     };
     let Some((first, others)) = pairs.split_first() else { return false };
-    let stride = others.len().div_ceil(MAX_ANCHORS).max(1);
-    let mut errors: Vec<f64> = others.iter().step_by(stride).map(anchored).collect();
-    errors.sort_by(f64::total_cmp);
-    let Some(worst) = errors.last().filter(|_| errors.len() >= MIN_ANCHORS) else { return false };
-    anchored(first) > f64::max(TIMES_MEDIAN * errors[errors.len() / 2], TIMES_WORST * worst)
+    let stride = others.len().div_ceil(MAX_SAMPLES).max(1);
+    let anchors = others.iter().step_by(stride);
+    anchors.len() >= MIN_SAMPLE && anchored(first) > MIN_OUTLIER_RATIO * anchors.map(anchored).fold(0.0, f64::max)
 }
 
 fn positions((estimate, reference): &(Pose3, Pose3)) -> (Vector3<f64>, Vector3<f64>) {

@@ -10,7 +10,7 @@
 //! Metres and radians. Lines of other words are stepped over. Of several lasers the front one's scans are read; `RLASER`,
 //! `ROBOTLASER2` and `RAWLASER2` are the others'.
 
-use super::fields::{Fields, is_comment, tolerate, words};
+use super::fields::{Fields, are_nearly_all, is_comment, tolerate, words};
 use super::lasers::one_laser;
 use super::stated_limit::drop_false_limit;
 use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
@@ -36,13 +36,7 @@ const WORDS: [&[u8]; 10] = [
     b"RLASER",
 ];
 
-/// Scans' poses are the wheels' own where more than this share repeats the `ODOM` line before: all of a raw log do, and none of
-/// four whose poses a program corrected.
-const MIN_REPEATING_SHARE: f64 = 0.9;
-
-/// Odometry has gaps where more than this share of the scans have a line of their own before them ...
-const MIN_FRESH_SHARE: f64 = 0.9;
-/// ... and this number in a row have none: lines may change places.
+/// Odometry has gaps where this number of scans in a row have no line of their own before them: lines may change places.
 const MIN_STALE_SCANS: usize = 3;
 
 /// Words that begin a scan of another laser than the front one.
@@ -188,9 +182,10 @@ impl Reader {
     /// The longest gap between lines of odometry, where scans have their poses from these and nearly every one has its own.
     fn gap_of_odometry(&self) -> Option<String> {
         let num_fresh = self.since_odometry.iter().filter(|(_, since)| *since == 0).count();
-        let is_usual = num_fresh as f64 > MIN_FRESH_SHARE * self.since_odometry.len() as f64;
         let &(last, since) =
             self.since_odometry.iter().max_by_key(|(number, since)| (*since, std::cmp::Reverse(*number)))?;
+        // Those of the gap aside.
+        let is_usual = num_fresh > since && are_nearly_all(num_fresh + since, self.since_odometry.len());
         (is_usual && since >= MIN_STALE_SCANS).then(|| {
             format!(
                 "The log has no line of odometry (ODOM) between scans {} and {last}: for {since} scans the robot seems to stand \
@@ -298,7 +293,8 @@ impl Reader {
                 scan.reference = laser.or(scan.reference);
             }
         }
-        let is_repeated = self.num_repeating as f64 > MIN_REPEATING_SHARE * self.num_moved as f64;
+        // All scans of a raw log repeat the `ODOM` line before, and none of four logs whose poses a program corrected.
+        let is_repeated = self.num_moved > 0 && are_nearly_all(self.num_repeating, self.num_moved);
         let origin = if is_repeated { OdometryOrigin::RepeatsWheels } else { OdometryOrigin::Unknown };
         LaserLog {
             scans: self.scans,

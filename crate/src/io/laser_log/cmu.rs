@@ -5,13 +5,13 @@
 //! - `O x y theta time`: the robot's pose alone.
 
 use super::fields::{Fields, is_comment, words};
-use super::{LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, common_offset, front_laser};
+use super::{LaserLog, LaserScan, OdometryOrigin, common_offset, front_laser};
 use crate::Result;
 use crate::geometry::Pose2;
+use crate::io::length_unit::CENTIMETRE;
+use crate::io::limits::MAX_BEAMS;
 use crate::io::text::{lines, number, quote};
 
-/// Metres of the log's unit.
-const CENTIMETRE: f64 = 0.01;
 /// Numbers of an `O` line.
 const NUM_ODOMETRY: usize = 4;
 /// Numbers of an `L` line beside its readings.
@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
 
 /// A scan, and where the laser was by the robot's wheels.
 fn scan(fields: &mut Fields<'_>, number: usize) -> Result<(LaserScan, Pose2)> {
-    let in_metres = |pose: Pose2| Pose2::new(CENTIMETRE * pose.translation.vector, pose.rotation.angle());
+    let in_metres = |pose: Pose2| Pose2::new(CENTIMETRE.metres * pose.translation.vector, pose.rotation.angle());
     let robot = in_metres(fields.pose("the robot's pose")?);
     let laser = in_metres(fields.pose("the laser's pose")?);
     let num_readings = fields.left().saturating_sub(1);
@@ -65,7 +65,7 @@ fn scan(fields: &mut Fields<'_>, number: usize) -> Result<(LaserScan, Pose2)> {
         return Err(fields.fault(problem, "The line may be cut off: complete it or remove it"));
     }
     // Less than nothing is no range: its point would lie behind the laser.
-    let range = |reading: f64| if reading >= 0.0 { (CENTIMETRE * reading) as f32 } else { f32::NAN };
+    let range = |reading: f64| if reading >= 0.0 { (CENTIMETRE.metres * reading) as f32 } else { f32::NAN };
     let ranges = (0..num_readings).map(|_| fields.number("a reading").map(range));
     let ranges = ranges.collect::<Result<Vec<f32>>>()?;
     let time = fields.number("the time")?;

@@ -7,7 +7,8 @@
 
 use serde::Deserialize;
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, pose};
+use super::{Bearings, LaserLog, LaserScan, pose};
+use crate::io::limits::MAX_BEAMS;
 use crate::{Error, Result};
 
 /// Whether the beginning of a JSON file is one of scans.

@@ -1,12 +1,24 @@
 //! The words and numbers on the lines of a text log.
 
-use super::{MAX_BEAMS, pose};
+use super::pose;
 use crate::geometry::Pose2;
+use crate::io::limits::MAX_BEAMS;
 use crate::io::text::{number, quote};
 use crate::{Error, Result};
 
-/// Largest share of damaged lines, which are left out. Beyond it the file is not what it seems.
-const MAX_DAMAGED_SHARE: f64 = 0.05;
+/// Largest share of a log's lines or scans that are exceptions, one in twenty: beyond it, what the others show does not hold for the log.
+const MAX_EXCEPTIONS: f64 = 0.05;
+
+/// Whether so many of a log's scans are all but exceptions.
+pub(super) fn are_nearly_all(count: usize, num_scans: usize) -> bool {
+    are_exceptions(num_scans.saturating_sub(count), num_scans)
+}
+
+/// Whether so few of a log's scans are exceptions.
+pub(super) fn are_exceptions(count: usize, num_scans: usize) -> bool {
+    count as f64 <= MAX_EXCEPTIONS * num_scans as f64
+}
+
 /// Number of damaged lines that are reported one by one.
 const MOST_TOLD: usize = 3;
 
@@ -16,7 +28,7 @@ const MOST_TOLD: usize = 3;
 /// The first of them, where they are too many for the number of scans.
 pub(super) fn tolerate(damaged: &[Error], num_scans: usize) -> Result<Vec<String>> {
     if let Some(first) = damaged.first()
-        && damaged.len() as f64 > MAX_DAMAGED_SHARE * num_scans as f64
+        && !are_exceptions(damaged.len(), num_scans)
     {
         return Err(first.clone());
     }

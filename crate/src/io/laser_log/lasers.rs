@@ -1,10 +1,9 @@
 //! Scans of one laser: logs of robots with several hold the others' scans between them.
 
+use super::fields::are_exceptions;
 use super::{LaserScan, SAME_OFFSET};
 use crate::geometry::{Pose2, RigidMotion};
 
-/// A second laser has this share of the scans at least; fewer are odd scans of the one.
-const MIN_SHARE: f64 = 0.05;
 /// Scans of several lasers alternate: a laser that was set up anew changes once or twice.
 const MIN_CHANGES: usize = 5;
 /// Scans of one laser may differ by this share of their beams, or by two of them: 180 and 181 are one laser's.
@@ -72,10 +71,10 @@ fn groups(count: usize, is_alike: impl Fn(usize, usize) -> bool) -> Vec<usize> {
 
 fn is_mixed(groups: &[usize]) -> bool {
     let num_groups = groups.iter().copied().max().map_or(0, |last| last + 1);
-    let count = |group: usize| groups.iter().filter(|&&other| other == group).count() as f64;
+    // Few scans are odd ones of another laser.
+    let is_odd = |group: usize| are_exceptions(groups.iter().filter(|&&other| other == group).count(), groups.len());
     let changes = groups.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    let least = MIN_SHARE * groups.len() as f64;
-    (2..=MOST_LASERS).contains(&num_groups) && changes >= MIN_CHANGES && (0..num_groups).all(|g| count(g) >= least)
+    (2..=MOST_LASERS).contains(&num_groups) && changes >= MIN_CHANGES && !(0..num_groups).any(is_odd)
 }
 
 fn has_same_layout(a: &LaserScan, b: &LaserScan) -> bool {

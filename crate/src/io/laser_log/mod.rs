@@ -117,8 +117,6 @@ pub struct LaserLog {
     pub notes: Vec<String>,
 }
 
-/// Largest number of readings of a planar scan: the finest lasers have some ten thousand.
-const MAX_BEAMS: usize = 100_000;
 /// Largest distance of a laser from the centre of its robot (m): poses at a larger distance are not of one robot at one time.
 const MAX_OFFSET: f64 = 2.0;
 /// Largest difference between the offsets of one laser in several scans, from the rounding of the file (m, rad).

@@ -1,6 +1,7 @@
 //! Laser scans as a [table of messages](crate::io::message_table): `sensor_msgs/LaserScan`, a scan a row.
 
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS};
+use super::{Bearings, LaserLog, LaserScan};
+use crate::io::limits::MAX_BEAMS;
 use crate::io::message_table::{MessageTable, Row};
 use crate::{Error, Result};
 

@@ -1,7 +1,6 @@
 //! The times of scans, as far as a trajectory can carry them.
 
-/// Largest share of times that go back or repeat: a recorder's hiccup, which does not invalidate the others.
-const MAX_FAULTY_SHARE: f64 = 0.01;
+use super::fields::are_exceptions;
 
 /// Times that are fit for a trajectory, and what is to be said of them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,7 +35,7 @@ pub fn stamps(times: &[Option<f64>]) -> Stamps {
         known.len(),
         first + 1
     );
-    if faulty as f64 <= MAX_FAULTY_SHARE * known.len() as f64 {
+    if are_exceptions(faulty, known.len()) {
         let note = format!("{said}; the trajectory has their times as the log does.");
         return Stamps { times: Some(known), note: Some(note) };
     }

@@ -4,18 +4,14 @@ use std::f64::consts::TAU;
 
 use super::{Bearings, LaserLog, LaserScan};
 use crate::geometry::Pose2;
-use crate::geometry::quantile::quantile;
-use crate::io::length_unit::{Expected, LASER_RANGES, METRE, judge_unit};
+use crate::geometry::quantile::{RANGE_END, quantile};
+use crate::io::length_unit::{Expected, LASER_RANGES, LONGEST_LASER_RANGE, METRE, judge_unit};
 use crate::{Error, Result};
 
 /// Ranges of a log whose format has metres: others are mistakes of who wrote it.
 const RANGES_IN_METRES: Expected = Expected { priors: [0.997, 0.001, 0.001_8, 0.000_2], ..LASER_RANGES };
-/// Readings from this share of the largest one on may mean no return.
-const BELOW_LARGEST: f64 = 0.95;
-/// A stated limit beyond this is in the unit of the ranges: no planar laser sees so far (m).
-const MAX_LIMIT: f64 = 200.0;
-/// Readings cover a turn at most; steps that were rounded may add up to a little more (rad).
-const MAX_COVERAGE: f64 = 1.1 * TAU;
+/// Readings cover a turn at most; steps that were rounded may add up to a little more. Angles above this are not in radians.
+pub(super) const MAX_RADIANS: f64 = 1.1 * TAU;
 /// Robots drive less from scan to scan (m; sparse logs have 1): poses that are further apart are in the unit of the ranges.
 const MAX_STEP: f64 = 2.0;
 
@@ -40,7 +36,7 @@ fn in_metres(scans: &mut [LaserScan]) -> Option<String> {
     let all: Vec<f64> =
         scans.iter().flat_map(|scan| &scan.ranges).filter(|range| is_return(range)).map(|&r| f64::from(r)).collect();
     let largest = all.iter().copied().fold(0.0, f64::max);
-    let measured: Vec<f64> = all.iter().copied().filter(|range| *range < BELOW_LARGEST * largest).collect();
+    let measured: Vec<f64> = all.iter().copied().filter(|range| *range < RANGE_END * largest).collect();
     let judged = judge_unit(if measured.is_empty() { all } else { measured }, 0.0, &RANGES_IN_METRES);
     if judged.unit == METRE {
         return None;
@@ -49,7 +45,8 @@ fn in_metres(scans: &mut [LaserScan]) -> Option<String> {
     let has_such_poses = step_of_robot(scans) > MAX_STEP;
     for scan in &mut *scans {
         scan.ranges.iter_mut().for_each(|range| *range = (f64::from(*range) * metres) as f32);
-        if scan.max_range > MAX_LIMIT {
+        // Beyond what lasers see, a stated limit is in the unit of the ranges.
+        if scan.max_range > LONGEST_LASER_RANGE {
             scan.max_range *= metres;
         }
         for pose in [&mut scan.reference, &mut scan.odometry].into_iter().flatten().filter(|_| has_such_poses) {
@@ -72,8 +69,8 @@ fn step_of_robot(scans: &[LaserScan]) -> f64 {
 }
 
 fn in_radians(scans: &mut [LaserScan]) -> Result<Option<String>> {
-    let Some(widest) = scans.iter().find(|scan| coverage(scan) > MAX_COVERAGE) else { return Ok(None) };
-    if scans.iter().any(|scan| coverage(scan).to_radians() > MAX_COVERAGE) {
+    let Some(widest) = scans.iter().find(|scan| coverage(scan) > MAX_RADIANS) else { return Ok(None) };
+    if scans.iter().any(|scan| coverage(scan).to_radians() > MAX_RADIANS) {
         let problem = format!("The readings of a scan cover an angle of {:.0} rad", coverage(widest));
         return Err(Error::line(widest.line, problem, "Give the angles in radians: a turn has 6.28 of them"));
     }

@@ -18,10 +18,8 @@ use crate::error::Result;
 use crate::geometry::Pose2;
 use picture::GreyPicture;
 pub use probabilities::{looks_like_probabilities, read_probabilities};
+pub(crate) use yaml::{FREE_THRESH, OCCUPIED_THRESH};
 pub use yaml::{MapYaml, Mode};
-
-/// Largest number of cells of a map: that of a square of 8,192.
-pub const MAX_CELLS: u64 = 1 << 26;
 
 /// A map of square cells, each with the probability that it is occupied.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,14 +2,12 @@
 
 use png::{ColorType, Transformations};
 
-use super::MAX_CELLS;
 use crate::error::{Error, Result};
 use crate::io::color_image::{self, check_palette};
 use crate::io::depth_image;
+use crate::io::limits::Packing;
 use crate::io::netpbm;
-use crate::io::png::{
-    FREE_PIXELS, MAX_INFLATION, PNG_SIGNATURE, broken_png, check_size, first_picture, most_pixels, unknown_format,
-};
+use crate::io::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
 use crate::io::text::refuse_pointer_and_utf16;
 
 /// How bright a pixel is.
@@ -71,8 +69,7 @@ fn read_png(bytes: &[u8]) -> Result<GreyPicture> {
     decoder.set_transformations(Transformations::normalize_to_color8());
     let header = decoder.read_header_info().map_err(broken_png)?;
     let (width, height) = (header.width as usize, header.height as usize);
-    let most = most_pixels(bytes, FREE_PIXELS, 8 * MAX_INFLATION).min(MAX_CELLS);
-    let pixels = check_size(width as u64, height as u64, most)?;
+    let pixels = check_size(width as u64, height as u64, Packing::Deflate(1).most_pixels(bytes.len()))?;
     let mut reader = decoder.read_info().map_err(broken_png)?;
     check_palette(reader.info())?;
     let (color_type, data) = first_picture(&mut reader, REMEDY)?;

@@ -5,19 +5,18 @@
 
 use nalgebra::Vector2;
 
+use super::OccupancyMap;
 use super::yaml::checked_resolution;
-use super::{MAX_CELLS, OccupancyMap};
 use crate::error::{Error, Result};
 use crate::geometry::Pose2;
+use crate::io::length_unit::CENTIMETRE;
+use crate::io::limits::MAX_PIXELS;
 use crate::io::text::{lines, number, quote, without_byte_order_mark};
 
 const REMEDY: &str = "Give the file of CMU's course 16-831 as it is";
-const CENTIMETRE: f64 = 0.01;
 /// A cell is free or occupied where it is so with this probability: between, the file has what its maker assumed of cells that no beam
 /// reached.
 const SURE: f32 = 0.9;
-/// A value takes a digit and a blank at least.
-const BYTES_A_CELL: u64 = 2;
 
 /// Whether a file that begins like this is such a map.
 pub fn looks_like_probabilities(head: &[u8]) -> bool {
@@ -40,7 +39,7 @@ pub fn read_probabilities(bytes: &[u8]) -> Result<OccupancyMap> {
         let key = words.next().unwrap_or_default();
         let mut value = || words.next().and_then(number);
         if key.ends_with(b"->resolution") {
-            resolution = value().map(|centimetres| CENTIMETRE * centimetres);
+            resolution = value().map(|centimetres| CENTIMETRE.metres * centimetres);
         } else if key.starts_with(b"global_map") {
             cells = Some(Cells::new([value(), value()], bytes.len() as u64)?);
         }
@@ -62,7 +61,8 @@ impl Cells {
             return Err(Error::whole("global_map has no size", REMEDY));
         };
         let cells = rows * columns;
-        if !(rows >= 1.0 && columns >= 1.0 && cells <= (num_bytes / BYTES_A_CELL).min(MAX_CELLS) as f64) {
+        // A value takes a digit and a blank at least.
+        if !(rows >= 1.0 && columns >= 1.0 && cells <= (num_bytes / 2).min(MAX_PIXELS) as f64) {
             let problem =
                 format!("The header announces {rows} x {columns} cells, more than the file can hold, or none");
             return Err(Error::whole(problem, "Copy the file again"));

@@ -115,9 +115,9 @@ impl MapYaml {
     }
 }
 
-/// The thresholds of ROS's map_saver.
-const OCCUPIED_THRESH: f64 = 0.65;
-const FREE_THRESH: f64 = 0.196;
+/// The thresholds of ROS's map_saver: more probably occupied than the one a cell is a wall, less than the other it is free.
+pub(crate) const OCCUPIED_THRESH: f64 = 0.65;
+pub(crate) const FREE_THRESH: f64 = 0.196;
 
 /// Cells finer than a millimetre or larger than a hundred metres are of another unit.
 const RESOLUTIONS: (f64, f64) = (1e-3, 100.0);

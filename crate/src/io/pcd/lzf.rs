@@ -9,9 +9,8 @@
 /// # Errors
 /// The offset in `packed` where the data end early, point before their beginning or give another number of bytes.
 pub(super) fn decompress(packed: &[u8], expected: usize) -> Result<Vec<u8>, usize> {
-    // Three bytes make 264 at the most: no file makes this allocate more than 88 times its size.
-    const MAX_INFLATION: usize = 88;
-    if expected > packed.len().saturating_mul(MAX_INFLATION) {
+    // Three bytes make a copy at the most.
+    if expected > packed.len().saturating_mul(MAX_COPY / 3) {
         return Err(packed.len());
     }
     let mut data = Vec::with_capacity(expected);
@@ -46,25 +45,24 @@ pub(super) fn decompress(packed: &[u8], expected: usize) -> Result<Vec<u8>, usiz
     if data.len() == expected { Ok(data) } else { Err(packed.len()) }
 }
 
-/// Largest number of bytes of a literal.
-const MAX_LITERAL: usize = 32;
-/// Largest number of bytes of a copy.
-const MAX_COPY: usize = 264;
-/// Largest distance of a copy from its original (bytes).
-const MAX_BACK: usize = 1 << 13;
-/// Bits of a hash of three bytes: the table takes 64 kB.
-const TABLE_BITS: u32 = 14;
+/// Largest number of bytes of a literal: what five bits count, and one.
+const MAX_LITERAL: usize = 1 << 5;
+/// Largest number of bytes of a copy: what three bits and a byte count, and two.
+const MAX_COPY: usize = 7 + 255 + 2;
+/// Bits of the distance of a copy from its original.
+const BACK_BITS: u32 = 13;
 
 /// Bytes that [`decompress`] turns into `data`: copies are looked for where the same three bytes were last seen.
 pub(super) fn compress(data: &[u8]) -> Vec<u8> {
     let mut packed = Vec::with_capacity(data.len() / 2);
-    let mut last_seen = vec![usize::MAX; 1 << TABLE_BITS];
+    // Where three bytes were last seen, by their hash: a place for each distance.
+    let mut last_seen = vec![usize::MAX; 1 << BACK_BITS];
     let (mut position, mut literal) = (0, 0);
     while position + 3 <= data.len() {
         let key = u32::from_le_bytes([data[position], data[position + 1], data[position + 2], 0]);
-        let slot = &mut last_seen[(key.wrapping_mul(0x9E37_79B1) >> (32 - TABLE_BITS)) as usize];
+        let slot = &mut last_seen[(key.wrapping_mul(0x9E37_79B1) >> (32 - BACK_BITS)) as usize];
         let candidate = std::mem::replace(slot, position);
-        let length = if candidate < position && position - candidate <= MAX_BACK {
+        let length = if candidate < position && position - candidate <= 1 << BACK_BITS {
             let pairs = data[candidate..].iter().zip(&data[position..]).take(MAX_COPY);
             pairs.take_while(|(a, b)| a == b).count()
         } else {

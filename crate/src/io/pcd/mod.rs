@@ -21,6 +21,7 @@ use glam::DVec3;
 
 use self::header::{Encoding, Field, Header, Kind};
 use super::cloud_parts::{origin_of, rounding_of, unit_normals, unless_zero};
+use super::limits::most_unpacked;
 use super::text::{line_number, number, quote, refuse_pointer_and_utf16};
 use crate::geometry::{PointCloud, PointTimes};
 use crate::{Error, Result};
@@ -69,11 +70,6 @@ fn cut_off(bytes: &[u8], fits: usize, header: &Header) -> Error {
     Error::byte(bytes.len(), problem, "Copy or export it again")
 }
 
-/// Number of bytes that compressed data may unpack to, whatever their size.
-const FREE_BYTES: usize = 1 << 24;
-/// Number of bytes beyond [`FREE_BYTES`] that a byte of compressed data may unpack to.
-const MOST_RATIO: usize = 8;
-
 /// Two sizes of 32 bits, compressed and not, then the data.
 fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
     let data = &bytes[header.end..];
@@ -99,8 +95,8 @@ fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
             format!("The file is cut off: {compressed} compressed bytes are announced, {} are there", data.len() - 8);
         return Err(Error::byte(bytes.len(), problem, "Copy or export it again"));
     };
-    let most = FREE_BYTES + MOST_RATIO * compressed;
-    if expected > most {
+    let most = most_unpacked(compressed);
+    if expected as u64 > most {
         let problem = format!(
             "{compressed} compressed bytes claim to unpack to {expected}, and at most {most} are accepted of so few"
         );
@@ -114,7 +110,7 @@ fn decompressed(bytes: &[u8], header: &Header) -> Result<Vec<u8>> {
 fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointCloud> {
     let num_values: usize = header.fields.iter().map(|field| field.count).sum();
     let text = &bytes[header.end..];
-    let mut rows: Vec<[f64; NUM_COLUMNS]> = Vec::new();
+    let mut rows: Vec<Values> = Vec::new();
     let mut start = 0;
     while rows.len() < header.num_points {
         if start >= text.len() {
@@ -128,7 +124,7 @@ fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointC
         let offset = header.end + start;
         start += length + 1;
         let is_separator = |byte: &u8| matches!(byte, b' ' | b'\t' | b',' | b';');
-        let mut row = [0.0; NUM_COLUMNS];
+        let mut row = Values::default();
         let mut index = 0;
         for token in line.split(is_separator).filter(|token| !token.is_empty()) {
             if let Some(slot) = columns.slot_of_value(index) {
@@ -152,8 +148,17 @@ fn read_ascii(bytes: &[u8], header: &Header, columns: &Columns) -> Result<PointC
     Ok(columns.cloud(rows.len(), |column, point| column.text_value(rows[point][column.slot])))
 }
 
-/// x y z, the normal, the colour, the time.
-const NUM_COLUMNS: usize = 8;
+/// Places of the fields of a point in a row of text; the positions are 0 to 2, the normals 3 to 5.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Slot {
+    Position = 0,
+    Normal = 3,
+    Color = 6,
+    Time = 7,
+}
+
+/// A row of text.
+type Values = [f64; Slot::Time as usize + 1];
 
 /// A field that means something to a point cloud.
 #[derive(Clone, Copy)]
@@ -168,7 +173,7 @@ struct Column<'a> {
 impl Column<'_> {
     /// The number at the start of `bytes`; a colour as its 32 bits.
     fn value(&self, bytes: &[u8]) -> f64 {
-        if self.slot == COLOR {
+        if self.slot == Slot::Color as usize {
             return f64::from(bytes.first_chunk().map_or(0, |&bits| u32::from_le_bytes(bits)));
         }
         self.field.value(bytes)
@@ -176,14 +181,14 @@ impl Column<'_> {
 
     /// A number from a text; a colour that is announced as a float has its bits in the float.
     fn text_value(&self, value: f64) -> f64 {
-        if self.slot == COLOR && self.field.kind == Kind::Float { f64::from((value as f32).to_bits()) } else { value }
+        if self.slot == Slot::Color as usize && self.field.kind == Kind::Float {
+            f64::from((value as f32).to_bits())
+        } else {
+            value
+        }
     }
 }
 
-/// Place of the colour in a row.
-const COLOR: usize = 6;
-/// Place of the time in a row.
-const TIME: usize = 7;
 /// What drivers call the time of a point: Ouster, Velodyne, Hesai and RoboSense, Livox.
 const TIME_NAMES: [&str; 6] = ["t", "time", "timestamp", "offset_time", "timeoffset", "time_offset"];
 
@@ -196,24 +201,27 @@ struct Columns<'a> {
 
 impl<'a> Columns<'a> {
     fn of(header: &'a Header) -> Result<Self> {
-        let find = |slot: usize, names: &[&str]| {
+        let find_at = |slot: usize, names: &[&str]| {
             let index =
                 header.fields.iter().position(|field| field.count > 0 && names.contains(&field.name.as_str()))?;
             let value_index = header.fields[..index].iter().map(|field| field.count).sum();
             Some(Column { field: &header.fields[index], value_index, slot })
         };
-        let coordinate = |slot, name| {
-            find(slot, &[name]).ok_or_else(|| {
+        let find = |slot: Slot, names: &[&str]| find_at(slot as usize, names);
+        let coordinate = |axis: usize, name| {
+            find_at(Slot::Position as usize + axis, &[name]).ok_or_else(|| {
                 let names: Vec<&str> = header.fields.iter().map(|field| field.name.as_str()).take(20).collect();
                 let problem = format!("The points have no field called {name}, only {}", names.join(", "));
                 Error::line(header.fields_line, problem, "Points need x, y and z, or x and y for a scan in the plane")
             })
         };
-        let position = [Some(coordinate(0, "x")?), Some(coordinate(1, "y")?), find(2, &["z"])];
-        let normal = [find(3, &["normal_x", "nx"]), find(4, &["normal_y", "ny"]), find(5, &["normal_z", "nz"])];
+        let position =
+            [Some(coordinate(0, "x")?), Some(coordinate(1, "y")?), find_at(Slot::Position as usize + 2, &["z"])];
+        let normals = [["normal_x", "nx"], ["normal_y", "ny"], ["normal_z", "nz"]];
+        let normal = [0, 1, 2].map(|axis| find_at(Slot::Normal as usize + axis, &normals[axis]));
         let normal = if let [Some(x), Some(y), Some(z)] = normal { Some([x, y, z]) } else { None };
-        let color = find(COLOR, &["rgb", "rgba"]).filter(|column| column.field.size == 4);
-        let time = find(TIME, &TIME_NAMES).filter(|column| column.field.count == 1);
+        let color = find(Slot::Color, &["rgb", "rgba"]).filter(|column| column.field.size == 4);
+        let time = find(Slot::Time, &TIME_NAMES).filter(|column| column.field.count == 1);
         Ok(Self { position, normal, color, time })
     }
 
@@ -268,14 +276,14 @@ mod tests {
 
     #[test]
     fn memory_follows_the_bytes_that_are_there() {
-        const NUM_POINTS: u32 = 3_000_000;
-        let packed = lzf::compress(&vec![0; 12 * NUM_POINTS as usize]);
+        let num_points = 3_000_000_u32;
+        let packed = lzf::compress(&vec![0; 12 * num_points as usize]);
         assert!(packed.len() < 600_000);
         let header = format!(
-            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {NUM_POINTS}\nHEIGHT 1\n\
-             POINTS {NUM_POINTS}\nDATA binary_compressed\n"
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {num_points}\nHEIGHT 1\n\
+             POINTS {num_points}\nDATA binary_compressed\n"
         );
-        let sizes = [packed.len() as u32, 12 * NUM_POINTS].map(u32::to_le_bytes).concat();
+        let sizes = [packed.len() as u32, 12 * num_points].map(u32::to_le_bytes).concat();
         let Err(error) = read(&[header.as_bytes(), &sizes, &packed].concat()) else { panic!("it is read") };
         assert!(error.problem.contains("claim to unpack to 36000000, and at most"), "{}", error.problem);
     }

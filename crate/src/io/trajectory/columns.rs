@@ -7,17 +7,14 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::{Trajectory, nothing};
 use crate::geometry::Pose3;
 use crate::geometry::quantile::quantile;
-use crate::geometry::rotation::nearest_rotation;
+use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 use crate::io::text::quote;
+use crate::io::time_unit::{NANOSECOND, unit_since_1970};
 use crate::io::trajectory::rows::Row;
 use crate::{Error, Result};
 
-/// How far a quaternion's length may be off: files round to four decimals.
-const LENGTH_TOLERANCE: f64 = 1e-2;
 /// Below this length a quaternion is zero: the length squared drowns in rounding.
 const MIN_QUATERNION_NORM: f64 = 1e-8;
-/// How far R^T R of a matrix may be off the identity: files round to three decimals.
-const ROTATION_TOLERANCE: f64 = 1e-2;
 
 /// Where the numbers of a pose stand.
 pub(super) enum Layout {
@@ -160,15 +157,16 @@ const MIN_INTERVAL: f64 = 1e-3;
 /// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
 /// six weeks.
 const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
-/// Times that can only be nanoseconds since 1970: as microseconds they would lie after the year 5000.
-const MIN_NANOSECONDS_SINCE_1970: f64 = 1e17;
+/// Times of milliseconds since 1970, from 2001 to 2096: by their intervals they are no smaller units, and as seconds they would lie after
+/// the year 33,000.
+const MILLISECONDS_SINCE_1970: std::ops::Range<f64> = 1e12..4e12;
 
 /// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
 fn in_seconds(stamps: &mut [f64]) -> Option<String> {
     let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
     let interval = quantile(&mut intervals, 0.5).unwrap_or(0.0);
     let last = stamps.iter().copied().fold(0.0, f64::max);
-    let (divisor, unit) = if last >= MIN_NANOSECONDS_SINCE_1970 {
+    let (divisor, unit) = if unit_since_1970(last) == Some(NANOSECOND) {
         (1e9, "nanoseconds")
     } else if MICROSECONDS_SINCE_1970.contains(&last)
         || (interval / 1e6 >= MIN_INTERVAL && interval / 1e9 < MIN_INTERVAL)
@@ -176,6 +174,8 @@ fn in_seconds(stamps: &mut [f64]) -> Option<String> {
         (1e6, "microseconds")
     } else if interval / 1e9 >= MIN_INTERVAL {
         (1e9, "nanoseconds")
+    } else if MILLISECONDS_SINCE_1970.contains(&last) {
+        (1e3, "milliseconds")
     } else {
         return None;
     };
@@ -259,7 +259,7 @@ impl Builder {
         let scale = if quaternion.norm_squared().is_finite() { 1.0 } else { quaternion.coords.amax() };
         let quaternion = quaternion / scale;
         let length = quaternion.norm() * scale;
-        if (length - 1.0).abs() > LENGTH_TOLERANCE {
+        if (length - 1.0).abs() > ROTATION_TOLERANCE {
             let problem = format!(
                 "Columns {} to {} are not a rotation: a quaternion has length 1, and theirs is {length}",
                 low + 1,
@@ -331,7 +331,7 @@ impl Builder {
             return Err(fault(format!("The last row of the matrix is {last:?}"), "The last row of a pose is 0 0 0 1"));
         }
         let R = Matrix3::new(*a, *b, *c, *d, *e, *f, *g, *h, *i);
-        let deviation = (R.transpose() * R - Matrix3::identity()).amax();
+        let deviation = rotation_defect(&R);
         let rotation = nearest_rotation(&R).filter(|_| deviation <= ROTATION_TOLERANCE).ok_or_else(|| {
             let problem = if R.determinant() < 0.0 && deviation <= ROTATION_TOLERANCE {
                 "The matrix mirrors: its determinant is -1".to_owned()

@@ -7,18 +7,16 @@ use super::columns::Table;
 use super::rows::Row;
 use crate::geometry::Pose3;
 use crate::io::text::number;
-
-/// Nanoseconds of two weeks. A time in seconds would be the year 40 million.
-const SMALLEST_STAMP: f64 = 1.2e15;
+use crate::io::time_unit::{NANOSECOND, unit_since_1970};
 
 pub(super) fn table() -> Table {
     Table::stamped(1e9, [4, 5, 6, 7], true, "timestamp [ns], x, y, z, qw, qx, qy, qz")
 }
 
-/// Whether a line of eight columns or more is EuRoC's and not TUM's: commas, and a time that can only be nanoseconds.
+/// Whether a line of eight columns or more is EuRoC's and not TUM's: commas, and a time that can only be nanoseconds since 1970.
 pub(super) fn is_euroc(row: &Row) -> bool {
     let stamp = row.columns().next().and_then(number);
-    row.has_commas() && stamp.is_some_and(|stamp| stamp >= SMALLEST_STAMP)
+    row.has_commas() && stamp.and_then(unit_since_1970) == Some(NANOSECOND)
 }
 
 /// Times are rounded to nanoseconds; where there are none, the numbers of the poses are seconds.

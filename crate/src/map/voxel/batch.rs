@@ -7,11 +7,10 @@ use glam::{Mat3A, Vec3, Vec3A};
 
 use super::cell::{NORMAL_ZERO, packed, packed_color};
 use super::grid::{Grid, MAX_COORDINATE};
+use crate::geometry::scalar::ROUND_BY;
 
 /// Points of a batch.
 pub(super) const BATCH: usize = 64;
-/// 1.5 * 2^23: adding it to a number in single precision rounds to an integer, which is then in the last bits.
-const ROUNDING: f32 = 12_582_912.0;
 
 /// A batch of values for each axis.
 type Axes<T> = [[T; BATCH]; 3];
@@ -77,7 +76,7 @@ impl Batch {
     pub(super) fn place(&mut self, grid: &Grid, R_world_normal: &Mat3A) {
         let axes = |matrix: &Mat3A| [matrix.x_axis, matrix.y_axis, matrix.z_axis];
         self.positions = transformed(&axes(&grid.R), grid.t, &self.positions);
-        let zero = Vec3A::splat(ROUNDING + NORMAL_ZERO as f32);
+        let zero = Vec3A::splat(ROUND_BY + NORMAL_ZERO as f32);
         self.normals = transformed(&axes(R_world_normal), zero, &self.normals);
 
         let [x, y, z] = &self.positions;
@@ -90,10 +89,10 @@ impl Batch {
         }
         for (places, corners) in self.positions.iter_mut().zip(&mut self.corners) {
             for at in 0..BATCH {
-                let rounded = places[at] + ROUNDING;
-                let whole = rounded - ROUNDING;
+                let rounded = places[at] + ROUND_BY;
+                let whole = rounded - ROUND_BY;
                 let excess = i32::from(whole > places[at]);
-                corners[at] = rounded.to_bits().wrapping_sub(ROUNDING.to_bits()).cast_signed() - excess;
+                corners[at] = rounded.to_bits().wrapping_sub(ROUND_BY.to_bits()).cast_signed() - excess;
                 places[at] -= whole - excess as f32;
             }
         }
@@ -116,7 +115,7 @@ impl Batch {
     pub(super) fn point(&self, at: usize) -> Point {
         let at = at % BATCH;
         let [x, y, z] = [self.positions[0][at], self.positions[1][at], self.positions[2][at]];
-        let normal = [0, 1, 2].map(|axis| self.normals[axis][at].to_bits().wrapping_sub(ROUNDING.to_bits()));
+        let normal = [0, 1, 2].map(|axis| self.normals[axis][at].to_bits().wrapping_sub(ROUND_BY.to_bits()));
         Point { offset: Vec3::new(x, y, z), normal: packed(normal), color: self.colors[at] }
     }
 }

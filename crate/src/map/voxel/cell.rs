@@ -2,11 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
-/// Bits of each of the three sums of a normal's coordinates, which are packed into 64 bits.
-const LANE_BITS: u32 = 21;
+use super::grid::THIRD_BITS;
+
 /// Most points of a voxel whose normals are averaged, which keeps the sums from overflowing; further ones would make no
 /// visible difference.
-const MAX_SUMMED_NORMALS: u32 = 1 << (LANE_BITS - BITS);
+const MAX_SUMMED_NORMALS: u32 = 1 << (THIRD_BITS - BITS);
 /// Bits of each coordinate that is added.
 const BITS: u32 = 10;
 /// Bits of each of the three sums of colours; the number of coloured points is in the bits above them.
@@ -90,11 +90,11 @@ fn num_colors(sum: u64) -> u64 {
 #[inline]
 pub(super) fn packed(numbers: [u32; 3]) -> u64 {
     let [x, y, z] = numbers.map(|number| number & ((1 << BITS) - 1));
-    u64::from(x) | u64::from(y) << LANE_BITS | u64::from(z) << (2 * LANE_BITS)
+    u64::from(x) | u64::from(y) << THIRD_BITS | u64::from(z) << (2 * THIRD_BITS)
 }
 
 #[inline]
 fn unpacked(sums: u64) -> [u32; 3] {
-    let mask = (1 << LANE_BITS) - 1;
-    [sums, sums >> LANE_BITS, sums >> (2 * LANE_BITS)].map(|sum| (sum & mask) as u32)
+    let mask = (1 << THIRD_BITS) - 1;
+    [sums, sums >> THIRD_BITS, sums >> (2 * THIRD_BITS)].map(|sum| (sum & mask) as u32)
 }

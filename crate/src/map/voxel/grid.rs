@@ -10,10 +10,11 @@ pub(super) const BLOCK: i32 = 1 << BLOCK_BITS;
 const BLOCK_BITS: i32 = 3;
 /// Voxels of a block.
 pub(super) const BLOCK_VOXELS: usize = (BLOCK * BLOCK * BLOCK) as usize;
-/// Bits of a key for each axis: voxels of a millimetre cover a kilometre from the origin.
-pub(super) const KEY_BITS: u32 = 21;
+/// Bits of each of three numbers that are packed into 64. Those of a key, for each axis: voxels of a millimetre cover a kilometre from the
+/// origin.
+pub(super) const THIRD_BITS: u32 = u64::BITS / 3;
 /// Largest coordinate of a voxel along an axis.
-pub(super) const MAX_COORDINATE: f32 = ((1 << (KEY_BITS - 1)) - 1) as f32;
+pub(super) const MAX_COORDINATE: f32 = ((1 << (THIRD_BITS - 1)) - 1) as f32;
 
 /// Maps the sensor frame to voxels of the world, in single precision: micrometres in a house, millimetres in a town.
 pub(super) struct Grid {
@@ -62,13 +63,13 @@ pub(super) fn slot(corner: [i32; 3]) -> u32 {
 
 #[inline]
 pub(super) fn pack(corner: [i32; 3]) -> u64 {
-    let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (KEY_BITS - 1))) as u32));
-    x | y << KEY_BITS | z << (2 * KEY_BITS)
+    let [x, y, z] = corner.map(|cell| u64::from((cell + (1 << (THIRD_BITS - 1))) as u32));
+    x | y << THIRD_BITS | z << (2 * THIRD_BITS)
 }
 
 pub(super) fn unpack(key: u64) -> [i32; 3] {
-    let mask = (1 << KEY_BITS) - 1;
-    [key, key >> KEY_BITS, key >> (2 * KEY_BITS)].map(|part| (part & mask) as i32 - (1 << (KEY_BITS - 1)))
+    let mask = (1 << THIRD_BITS) - 1;
+    [key, key >> THIRD_BITS, key >> (2 * THIRD_BITS)].map(|part| (part & mask) as i32 - (1 << (THIRD_BITS - 1)))
 }
 
 pub(super) fn rotation(T: &Pose3) -> Mat3A {

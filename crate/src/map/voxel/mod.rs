@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 use self::batch::{BATCH, Batch};
 use self::cell::{NORMAL_SCALE, Voxel};
 pub use self::count::VoxelCount;
-use self::grid::{BLOCK_VOXELS, Grid, KEY_BITS, block_key, rotation, slot};
+use self::grid::{BLOCK_VOXELS, Grid, THIRD_BITS, block_key, rotation, slot};
 use crate::geometry::{PointCloud, Pose3};
 use crate::preprocess::map_image::MapImage;
 
@@ -256,7 +256,7 @@ impl<'a> Stitching<'a> {
 /// Entry of a block in the cache; neighbouring blocks have different entries.
 #[inline]
 fn recent_slot(key: u64) -> usize {
-    let [x, y, z] = [key, key >> KEY_BITS, key >> (2 * KEY_BITS)];
+    let [x, y, z] = [key, key >> THIRD_BITS, key >> (2 * THIRD_BITS)];
     x.wrapping_add(7 * y).wrapping_add(31 * z) as usize % NUM_RECENT_BLOCKS
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::field::MapField;
 use super::likelihood::{Beam, BeamModel, Fit};
-use super::places::{FoundPlace, NEGLIGIBLE, log_odds, probabilities};
+use super::places::{FoundPlace, MAX_LOG_ODDS, log_odds, probabilities};
 use super::refine::{Prior, inverse, refine};
 use super::search::are_one_place;
 use crate::geometry::{Pose2, RigidMotion};
@@ -115,7 +115,7 @@ impl Belief {
             hypothesis.log_odds += log_odds(num_new, hypothesis.fit.mean());
         }
         self.hypotheses.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-        let least = self.hypotheses.first().map_or(0.0, |best| best.log_odds.max(0.0)) - NEGLIGIBLE;
+        let least = self.hypotheses.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS;
         let mut kept: Vec<Hypothesis> = Vec::new();
         for hypothesis in std::mem::take(&mut self.hypotheses) {
             let is_twin = kept.iter().any(|known| are_one_place(&known.estimate.pose, &hypothesis.estimate.pose));

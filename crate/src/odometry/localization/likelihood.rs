@@ -7,6 +7,7 @@
 use nalgebra::Vector2;
 
 use super::field::MapField;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::occupancy_grid::Cell;
 
@@ -32,9 +33,7 @@ const SIGMA: f64 = 0.04;
 /// A length along which returns of unknown surfaces are spread (m): the median range of the logs' scans is 3 to 5 m.
 const REACH: f64 = 10.0;
 /// Share of the returns of what is not in the map: people, and what was moved.
-const NEW: f64 = 0.1;
-/// A beam is that of another wall where it comes this many standard deviations from the one that it crossed.
-const BEYOND: f64 = 3.0;
+pub(super) const NEW: f64 = 0.1;
 /// Around the sensor a cell is not one that stopped a beam (m).
 const BLIND: f64 = 0.2;
 
@@ -146,12 +145,12 @@ impl MapField {
         let length = (end - origin).norm();
         let direction = (end - origin) / length.max(f64::MIN_POSITIVE);
         let (mut along, mut has_met) = (BLIND, false);
-        while along < length - BEYOND * model.sigma {
+        while along < length - THREE_SIGMA * model.sigma {
             let point = origin + along * direction;
             let Some(cell) = self.index(&point) else { return false };
             has_met |= self.cells[cell] == Cell::Occupied;
             let distance = self.distance(cell, &point);
-            if has_met && distance > BEYOND * model.sigma {
+            if has_met && distance > THREE_SIGMA * model.sigma {
                 return true;
             }
             // No wall is nearer; the last cell before one is not passed over.

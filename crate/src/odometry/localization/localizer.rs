@@ -11,9 +11,9 @@ use nalgebra::Matrix3;
 
 use super::belief::{Belief, Estimate, Hypothesis};
 use super::field::MapField;
-use super::likelihood::{Beam, BeamModel, Fit};
+use super::likelihood::{Beam, BeamModel, Fit, NEW};
 use super::location::{Location, Place, Verdict};
-use super::places::{CERTAIN, Places, log_odds, odds_of, places};
+use super::places::{CERTAIN, MAX_LOG_ODDS, Places, log_odds, odds_of, places};
 use super::search::Search;
 use super::window::{Window, beams_of};
 use crate::geometry::Pose2;
@@ -32,10 +32,6 @@ const KEYFRAMES_BETWEEN_SEARCHES: (usize, usize) = (10, 40);
 const MAX_FOLLOWED: usize = 100;
 /// The way over which scans must fit the map together before a place is certain (m).
 const CHECKED_WAY: f64 = 3.0;
-/// A place is known at most this well, as the logarithm of its odds to being elsewhere: a robot may be carried away.
-const MAX_LOG_ODDS: f64 = 9.2;
-/// The least of what a scan alone may say for it, of a scan whose place is certain: people may stand around.
-const MIN_LOG_ODDS_OF_SCAN: f64 = -2.3;
 
 /// What is known of the robot's place.
 enum State {
@@ -242,7 +238,7 @@ impl Localizer {
         let (position, heading) = place.sigmas();
         let reason = if fit.num_beams < MIN_BEAMS {
             format!("it has {} usable beams, too few to tell a place", fit.num_beams)
-        } else if probability < CERTAIN || log_odds(fit.num_beams, fit.mean()) < MIN_LOG_ODDS_OF_SCAN {
+        } else if probability < CERTAIN || log_odds(fit.num_beams, fit.mean()) < NEW.ln() {
             "most of what it sees there is not in the map".to_owned()
         } else if position > CERTAIN_SIGMA.1 || heading > CERTAIN_SIGMA.0 {
             let heading = heading.to_degrees();

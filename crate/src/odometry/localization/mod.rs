@@ -20,4 +20,5 @@ mod window;
 pub use field::MapField;
 pub use localizer::Localizer;
 pub use location::{Location, Place, Verdict};
-pub use stretches::{LONGEST_STRETCH, StretchSearch};
+pub use stretches::StretchSearch;
+pub use window::LONGEST_STRETCH;

@@ -22,9 +22,9 @@ const MOST_PIECES: usize = 200;
 const ELSEWHERE: f64 = 1.5;
 /// What a score of the search, on a lattice, may be less than after registration (a beam).
 const LATTICE_LOSS: f64 = 0.15;
-/// Places less likely than the best one, or than being elsewhere, by this factor are left out, as a logarithm: with hundreds of them one
-/// may still be certain.
-pub(super) const NEGLIGIBLE: f64 = 9.2;
+/// Largest logarithm of odds, of one in ten thousand. Places less likely than the best one, or than being elsewhere, by this factor are left
+/// out: with hundreds of them one may still be certain. And a place is known at most this well: a robot may be carried away.
+pub(super) const MAX_LOG_ODDS: f64 = 9.2;
 /// Beams of a search.
 const SEARCHED_BEAMS: usize = 150;
 /// About half a second.
@@ -72,7 +72,7 @@ pub(super) fn log_odds(num_pieces: usize, mean_score: f64) -> f64 {
 pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joined: &JoinedBeams) -> Places {
     let ends: Vec<_> = evenly(&joined.beams, SEARCHED_BEAMS).iter().map(|beam| beam.end).collect();
     // Of so many beams this mean difference is negligible.
-    let margin = NEGLIGIBLE / (INDEPENDENT * joined.num_pieces.clamp(1, MOST_PIECES) as f64) + LATTICE_LOSS;
+    let margin = MAX_LOG_ODDS / (INDEPENDENT * joined.num_pieces.clamp(1, MOST_PIECES) as f64) + LATTICE_LOSS;
     let wanted = Wanted { least_mean: ELSEWHERE - margin, margin: margin * ends.len() as f64 };
     let found = search.places(&ends, &wanted, &BUDGET);
     let mut places: Vec<FoundPlace> = Vec::new();
@@ -87,7 +87,7 @@ pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joine
         }
     }
     places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-    let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - NEGLIGIBLE;
+    let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS;
     places.retain(|place| place.log_odds > least);
     let others = log_odds(joined.num_pieces, found.others_at_most / ends.len().max(1) as f64 + LATTICE_LOSS);
     Places { all: places, is_complete: found.is_complete, others }

@@ -3,8 +3,6 @@
 //! Hess et al., "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016, section V.B, with sizes between the powers of two as well: a block
 //! of poses that turns, too, moves far returns over more cells than near ones.
 
-/// The largest value of a cell.
-pub(super) const FULL: u32 = 255;
 /// Sides of the squares, in cells. Each is at most twice the one before.
 pub(super) const SIDES: [i32; 12] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
 

@@ -27,13 +27,11 @@ const INDEPENDENT: f64 = 0.2;
 const WIDTHS: [f64; 6] = [3.0, 2.0, 1.5, 1.0, 1.0, 1.0];
 /// Keeps the equations solvable where walls leave a direction open: less than one beam tells.
 const DAMPING: f64 = 1e-6;
-/// Steps smaller than this (rad, m) end the registration.
-const SMALL_STEP: f64 = 1e-5;
 
 /// Registers beams from a pose.
 pub fn refine(field: &MapField, model: &BeamModel, beams: &[Beam], from: &Pose2, prior: Option<&Prior>) -> Refined {
     let mut pose = *from;
-    for (iteration, width) in WIDTHS.iter().enumerate() {
+    for width in WIDTHS {
         let (mut H, mut b) = equations(field, model, beams, &pose, width * model.sigma);
         if let Some(prior) = prior {
             H += prior.information;
@@ -42,9 +40,6 @@ pub fn refine(field: &MapField, model: &BeamModel, beams: &[Beam], from: &Pose2,
         H += Matrix3::identity() * (DAMPING * H.trace()).max(f64::MIN_POSITIVE);
         let Some(step) = H.cholesky().map(|factor| factor.solve(&b)) else { break };
         pose = (pose * Pose2::exp(&step)).renormalized();
-        if step.norm() < SMALL_STEP && iteration >= 3 {
-            break;
-        }
     }
     Refined { pose, information: equations(field, model, beams, &pose, model.sigma).0 }
 }

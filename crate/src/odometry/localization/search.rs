@@ -11,13 +11,13 @@ use nalgebra::{UnitComplex, Vector2};
 
 use super::field::MapField;
 use super::likelihood::BeamModel;
-use super::pooled::{FULL, Pooled, layer_of};
+use super::pooled::{Pooled, layer_of};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
 use crate::map::occupancy_grid::Cell;
 
-/// Least side of a cell of the lattice (m).
-const LATTICE: f64 = 0.2;
+/// Least side of a cell of the lattice (m), of which a scan gives one beam each.
+pub(super) const LATTICE: f64 = 0.2;
 /// The coarsest blocks have 2^TOP cells a side and span as many turns.
 const TOP: usize = 5;
 /// The turn from one pose of the lattice to the next moves this share of the returns by a cell at most.
@@ -99,13 +99,13 @@ impl Search {
         let model = BeamModel::of(field).widened(side * (2.0_f64 / 12.0).sqrt());
         let (width, height) = (field.width.div_ceil(step), field.height.div_ceil(step));
         let (low, high) = model.limits();
-        let scale = (high - low) / f64::from(FULL);
-        let value = |score: f64| ((score - low) / scale).round().clamp(0.0, f64::from(FULL)) as u8;
+        let scale = (high - low) / f64::from(u8::MAX);
+        let value = |score: f64| ((score - low) / scale).round().clamp(0.0, f64::from(u8::MAX)) as u8;
         let middle = |cell: usize| Vector2::new((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5) * side;
         let scores = (0..width * height).map(|cell| value(field.score_of_end(&model, &middle(cell)))).collect();
         let mut free = vec![0; width * height];
         for (cell, _) in field.cells.iter().enumerate().filter(|(_, state)| **state == Cell::Free) {
-            free[cell / field.width / step * width + cell % field.width / step] = FULL as u8;
+            free[cell / field.width / step * width + cell % field.width / step] = u8::MAX;
         }
         Self {
             side,
@@ -186,10 +186,11 @@ impl Search {
             return;
         }
         let group = &turns.levels[block.level][block.turn];
-        let (mut left, mut bound) = (FULL * group.len() as u32, 0);
+        let full = u32::from(u8::MAX);
+        let (mut left, mut bound) = (full * group.len() as u32, 0);
         for some in group.chunks(16) {
             bound += some.iter().map(|end| end.max(&self.scores, block.x, block.y)).sum::<u32>();
-            left -= FULL * some.len() as u32;
+            left -= full * some.len() as u32;
             if bound + left < least {
                 return;
             }
@@ -216,7 +217,7 @@ struct TurnedEnd {
 impl TurnedEnd {
     #[inline]
     fn max(&self, scores: &Pooled, x: i32, y: i32) -> u32 {
-        self.layer.map_or(FULL, |layer| scores.max(layer, self.x + x, self.y + y))
+        self.layer.map_or(u32::from(u8::MAX), |layer| scores.max(layer, self.x + x, self.y + y))
     }
 }
 

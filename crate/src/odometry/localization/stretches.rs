@@ -4,15 +4,12 @@ use super::field::MapField;
 use super::likelihood::BeamModel;
 use super::places::{CERTAIN, odds_of, places, probabilities};
 use super::search::Search;
-use super::window::{LONGEST, Window, beams_of};
+use super::window::{Window, beams_of};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::planar::MeasuredMotion;
 use crate::preprocess::planar_scan::PlanarScan;
 use nalgebra::Matrix3;
-
-/// Longest way of a stretch (m): over a longer one it bends by more than a cell of the search.
-pub const LONGEST_STRETCH: f64 = LONGEST;
 
 /// A map in which stretches are searched for.
 pub struct StretchSearch {
@@ -29,7 +26,7 @@ impl StretchSearch {
     }
 
     /// The motion that brings the scans from the frame of their poses to where they are in the world of the map; `None` where that is not
-    /// certain. The scans are in the order in which they were taken, over at most [`LONGEST_STRETCH`].
+    /// certain. The scans are in the order in which they were taken, over at most [`LONGEST_STRETCH`](super::LONGEST_STRETCH).
     pub fn certain_place(&self, scans: &[(&PlanarScan, Pose2)]) -> Option<Pose2> {
         let mut window = Window::default();
         for (frame, (scan, pose)) in scans.iter().enumerate() {

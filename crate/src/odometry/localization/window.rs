@@ -5,18 +5,17 @@ use std::collections::HashSet;
 use nalgebra::Vector2;
 
 use super::likelihood::Beam;
+use super::search::LATTICE;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::MeasuredMotion;
 use crate::preprocess::planar_scan::PlanarScan;
 
 /// A scan is a keyframe after this way (m) or this turn (rad): scans in between see the same, with the same people in it.
 const KEYFRAME: (f64, f64) = (0.5, 0.35);
-/// Side of the cells of which a scan gives one beam each (m).
-const BEAM_SPACING: f64 = 0.2;
 /// Side of the cells by which different pieces of walls are counted (m).
 const PIECE: f64 = 0.3;
-/// Longest way (m): over a longer one the chain bends by more than a cell of the search.
-pub(super) const LONGEST: f64 = 12.0;
+/// Longest way of a window or a stretch (m): over a longer one the chain bends by more than a cell of the search.
+pub const LONGEST_STRETCH: f64 = 12.0;
 
 /// One of its scans.
 #[derive(Debug, Clone)]
@@ -59,7 +58,7 @@ pub(super) struct JoinedBeams {
 /// Beams of a scan whose returns are some way from each other.
 pub(super) fn beams_of(scan: &PlanarScan) -> Vec<Beam> {
     let mut seen = HashSet::new();
-    let ends = scan.points.iter().filter(|end| seen.insert(cell_of(end, BEAM_SPACING)));
+    let ends = scan.points.iter().filter(|end| seen.insert(cell_of(end, LATTICE)));
     ends.map(|&end| Beam { origin: Vector2::zeros(), end }).collect()
 }
 
@@ -94,7 +93,7 @@ impl Window {
             self.pieces.extend(pieces);
         }
         self.scans.push(WindowScan { frame, pose, beams, motion: *motion, shared, way, is_keyframe });
-        let too_far = self.scans.partition_point(|scan| scan.way < way - LONGEST);
+        let too_far = self.scans.partition_point(|scan| scan.way < way - LONGEST_STRETCH);
         self.scans.drain(..too_far);
         is_keyframe.then(|| self.pieces.len() - num_known)
     }

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geometry::Pose2;
 use crate::geometry::mahalanobis::ONE_IN_HUNDRED_THOUSAND;
 use crate::graph::loops::planar::{GraphState, LoopEvidence, Refusal};
+use crate::io::pose_graph::AnyPoseGraph;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::planar::FrameEstimate;
 use crate::odometry::planar::belief::Finding;
@@ -27,6 +28,13 @@ impl Reconstruction {
     /// Where there is no graph.
     pub fn graph_loops(&mut self) -> Result<GraphLoops> {
         Ok(Mending::of(self.run.as_mut(), &self.settings)?.loops())
+    }
+
+    /// The graph as a g2o file: nodes are scans, counted from 0, edges have the information that the graph gives them. `None` where there is no
+    /// graph yet.
+    pub fn graph_g2o(&self) -> Option<String> {
+        let graph = self.run.as_ref()?.graph.as_ref()?;
+        Some(AnyPoseGraph::Plane(graph.pose_graph()).to_g2o())
     }
 
     /// What the last of these steps would change after those before it. The map stays as it is.

@@ -7,11 +7,12 @@ use glam::Vec3;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces};
+use super::{FrameLabel, FrameNote, MapPoints, PreparedFrame, Surfaces, num_bytes};
 use crate::camera::brightness::NUM_LEVELS;
 use crate::camera::{Brightness, Pinhole, Surfel, SurfelImage};
 use crate::error::{Error, Result};
 use crate::geometry::{PointCloud, PointTimes};
+use crate::io::limits::MAX_PIXELS;
 use crate::pipeline::spatial_settings::Quantisation;
 use crate::preprocess::color_registration::OutlineContrast;
 use crate::preprocess::map_image::MapImage;
@@ -112,7 +113,7 @@ impl PreparedFrame {
                 let brightness = brightness_of(images).map_or(0, Brightness::num_bytes);
                 images.iter().map(|(_, prepared)| most_bytes_of(prepared)).sum::<usize>() + brightness
             }
-            Surfaces::Cloud(cloud) => cloud.len() * POINT_BYTES,
+            Surfaces::Cloud(cloud) => num_bytes(cloud),
         };
         let of_words: usize = self.notes.iter().map(|note| note.subject.len() + note.reason.len()).sum();
         of_surfaces + self.map_points.num_bytes() + 2 * of_words + HEADER_BYTES
@@ -282,7 +283,8 @@ fn numbers_of(surfel: &Surfel) -> [f64; 7] {
 
 fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
     let filled = take_bytes(rest, SURFEL_BYTES)?;
-    let num_cells = grid.columns.checked_mul(grid.rows).filter(|&cells| cells <= MAX_CELLS).ok_or_else(no_frame)?;
+    let num_cells =
+        grid.columns.checked_mul(grid.rows).filter(|&cells| cells as u64 <= MAX_PIXELS).ok_or_else(no_frame)?;
     let mut cells = vec![None; num_cells];
     for filled in filled.chunks_exact(SURFEL_BYTES) {
         let (cell, numbers) = filled.split_at(size_of::<u32>());
@@ -297,13 +299,8 @@ fn take_surfels(grid: &Grid, rest: &mut &[u8]) -> Result<SurfelImage> {
 
 /// Number of a cell, and the numbers of its piece of surface.
 const SURFEL_BYTES: usize = size_of::<u32>() + size_of::<[f64; 7]>();
-/// Position, normal, colour and time of a point.
-const POINT_BYTES: usize = 31;
 /// Far more than all that is no list takes.
 const HEADER_BYTES: usize = 4096;
-
-/// No image that can be read has more cells.
-const MAX_CELLS: usize = 1 << 24;
 
 fn put<T: NoUninit>(bytes: &mut Vec<u8>, values: &[T]) {
     bytes.extend((values.len() as u64).to_le_bytes());

@@ -2,7 +2,7 @@
 
 use crate::camera::{DepthImage, DepthValues, NoDepth, Votes};
 use crate::error::{Error, Result};
-use crate::pipeline::spatial_settings::SpatialSettings;
+use crate::pipeline::spatial_settings::{KINECT_FOCAL_LENGTH, SpatialSettings};
 
 /// What is said of images whose values were written with the low byte first.
 const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong order (low byte first): neighbouring pixels differ \
@@ -16,16 +16,27 @@ const INVERTED: &str = "The depth images are taken for inverted, near being brig
 const SWAPPED_AND_INVERTED: &str = "The depth images are inverted, near being bright, and the two bytes of each value are in the wrong \
                                     order (low byte first)";
 
-/// What the values are, and what is to be said of that.
+/// Whether a path says that its images hold disparities: a folder or a file called `disparity`, `disp_0`, `left_disp`.
+fn says_disparity(path: &str) -> bool {
+    let path = path.to_ascii_lowercase();
+    let mut words = path.split(|letter: char| !letter.is_ascii_alphabetic());
+    words.any(|word| ["disp", "disparity", "disparities"].contains(&word))
+}
+
+/// What the values of the first image, of this name, are, and what is to be said of that.
 ///
 /// # Errors
 /// When they are something of which depth cannot be made here.
-pub(super) fn values_of(settings: &SpatialSettings, first: &DepthImage) -> Result<(DepthValues, Option<String>)> {
+pub(super) fn values_of(
+    settings: &SpatialSettings,
+    name: &str,
+    first: &DepthImage,
+) -> Result<(DepthValues, Option<String>)> {
     if settings.depth_values != DepthValues::ToldFromData {
         return Ok((settings.depth_values, None));
     }
     let read = if first.has_swapped_bytes() { DepthValues::SwappedBytes } else { DepthValues::Depth };
-    let focal_length = if settings.fx > 0.0 { settings.fx } else { USUAL_FOCAL_LENGTH * first.width as f64 };
+    let focal_length = if settings.fx > 0.0 { settings.fx } else { KINECT_FOCAL_LENGTH * first.width as f64 };
     let votes = Votes::of(&first.clone().read_as(read), focal_length);
     let (problem, remedy) = match (read, votes.is_inverted(), votes.no_depth()) {
         (DepthValues::SwappedBytes, true, _) => {
@@ -40,13 +51,14 @@ pub(super) fn values_of(settings: &SpatialSettings, first: &DepthImage) -> Resul
             "The values of the depth images are the lengths of rays, not depth along the optical axis: planes are plane that way alone",
             "Save depth, the length over sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2) at the pixel (u, v)",
         ),
+        _ if says_disparity(name) && !votes.is_depth() => (
+            "The name of the depth images says that they hold disparities, and no planes in them say otherwise",
+            "Save depth, focal length times baseline over disparity",
+        ),
         _ => return Ok((read, (read == DepthValues::SwappedBytes).then(|| SWAPPED_BYTES.to_owned()))),
     };
     Err(Error::whole(problem, format!("{remedy}; or set depth_values, if that is wrong")))
 }
-
-/// Of most cameras, over the width of their images.
-const USUAL_FOCAL_LENGTH: f64 = 0.7;
 
 #[cfg(test)]
 mod tests {
@@ -58,7 +70,9 @@ mod tests {
         let told = |make: fn(f64, f64) -> f64, is_swapped: bool| {
             let image = corner(make, 16);
             let image = if is_swapped { image.read_as(DepthValues::SwappedBytes) } else { image };
-            values_of(&SpatialSettings::default(), &image).map(|(values, _)| values).map_err(|error| error.problem)
+            values_of(&SpatialSettings::default(), "0.png", &image)
+                .map(|(values, _)| values)
+                .map_err(|error| error.problem)
         };
         let depth: fn(f64, f64) -> f64 = |z, _| 1000.0 * z;
         let inverted: fn(f64, f64) -> f64 = |z, _| 65_535.0 - 6553.5 * z;
@@ -72,6 +86,19 @@ mod tests {
             assert!(told(|z, _| 60_000.0 / z, is_swapped).unwrap_err().contains("inverse depth"));
         }
         let set = SpatialSettings { depth_values: DepthValues::Depth, ..SpatialSettings::default() };
-        assert_eq!(values_of(&set, &corner(inverted, 16)), Ok((DepthValues::Depth, None)));
+        assert_eq!(values_of(&set, "0.png", &corner(inverted, 16)), Ok((DepthValues::Depth, None)));
+    }
+
+    #[test]
+    fn a_name_that_says_disparity_is_believed_where_no_planes_contradict() {
+        let told = |name: &str, image: &DepthImage| values_of(&SpatialSettings::default(), name, image).is_ok();
+        let flat = DepthImage { width: 64, height: 48, values: vec![5000; 64 * 48], bits: 16 };
+        let room = corner(|z, _| 1000.0 * z, 16);
+        for name in ["disparity/0001.png", "left/0001_disp.png", "Disp-0/1.png"] {
+            assert!(!told(name, &flat) && told(name, &room), "{name}");
+        }
+        assert!(told("displays/depth/0001.png", &flat));
+        let set = SpatialSettings { depth_values: DepthValues::Depth, ..SpatialSettings::default() };
+        assert!(values_of(&set, "disparity/1.png", &flat).is_ok());
     }
 }

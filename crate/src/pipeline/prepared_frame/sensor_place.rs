@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec3};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{OUTLIER_SHARE, quantile};
 use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_clear_normals};
 use crate::search::KdTree;
 
@@ -25,8 +25,6 @@ const MIN_CELL_POINTS: usize = 6;
 /// Where more than this share of the points lie in cells with several surfaces, the sensor would have seen through the first: of
 /// real views it is a third at most, at the outlines of things.
 const MAX_BEHIND: f64 = 0.6;
-/// The extent of a cloud is that without this share of its points at either end of each axis.
-const OUTLIERS: f64 = 0.01;
 
 /// The box of a cloud without outliers (in the unit of the points).
 pub(super) struct Extent {
@@ -40,7 +38,7 @@ impl Extent {
             let at = |axis: usize| quantile(&mut points.iter().map(|p| p[axis]).collect::<Vec<f64>>(), share);
             DVec3::new(at(0).unwrap_or(0.0), at(1).unwrap_or(0.0), at(2).unwrap_or(0.0))
         };
-        Self { low: corner(OUTLIERS), high: corner(1.0 - OUTLIERS) }
+        Self { low: corner(OUTLIER_SHARE), high: corner(1.0 - OUTLIER_SHARE) }
     }
 
     pub(super) fn center(&self) -> DVec3 {

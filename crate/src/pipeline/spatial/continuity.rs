@@ -1,13 +1,12 @@
 //! Whether the frames after a break in the sequence lie where the sensor can have come to.
 
 use crate::geometry::Pose3;
+use crate::geometry::quantile::MIN_SAMPLE;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
 
 /// Largest speed across frames that are not good, over that anywhere else.
-const FASTER: f64 = 3.0;
-/// With fewer steps between good frames it is not known how fast that is.
-const MIN_STEPS: usize = 5;
+const MAX_SPEED_RATIO: f64 = 3.0;
 
 /// The largest motion between neighbouring frames.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +21,7 @@ impl Step {
         let neighbours = good.windows(2).filter(|pair| pair[1] == pair[0] + 1);
         let steps: Vec<Self> = neighbours.map(|pair| Self::between(estimates, pair[0], pair[1])).collect();
         let largest = |of: fn(&Self) -> f64| steps.iter().map(of).fold(0.0, f64::max);
-        (steps.len() >= MIN_STEPS)
+        (steps.len() >= MIN_SAMPLE)
             .then(|| Self { translation: largest(|step| step.translation), rotation: largest(|step| step.rotation) })
     }
 
@@ -32,7 +31,7 @@ impl Step {
     }
 
     fn is_within(&self, largest: &Self, num_steps: usize) -> bool {
-        let most = FASTER * num_steps as f64;
+        let most = MAX_SPEED_RATIO * num_steps as f64;
         self.translation <= most * largest.translation && self.rotation <= most * largest.rotation
     }
 
@@ -179,6 +178,6 @@ mod tests {
             let assessments = assessments(&estimates(&walk(0.0, count)), true);
             assessments.iter().filter(|assessment| assessment.status == Status::Good).count()
         };
-        assert_eq!((num_good(MIN_STEPS), num_good(MIN_STEPS + 1)), (1, MIN_STEPS + 1));
+        assert_eq!((num_good(MIN_SAMPLE), num_good(MIN_SAMPLE + 1)), (1, MIN_SAMPLE + 1));
     }
 }

@@ -2,8 +2,10 @@
 
 mod continuity;
 mod hypotheses;
+mod map;
 mod pose_history;
 mod range_use;
+mod result;
 mod stitched_map;
 mod stored_frames;
 
@@ -17,36 +19,19 @@ use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
 use self::stored_frames::{Frame, StoredFrames};
 use crate::error::{Error, Result};
-use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError};
 use crate::geometry::{PointCloud, Pose3};
 use crate::graph::loops::spatial::{LoopReport, SpatialLoops};
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
-use crate::map::voxel::{VoxelCount, VoxelMap};
 use crate::odometry::assessment::{Assessment, Status};
 use crate::odometry::depth::{SpatialEstimate, UnresolvedFrames};
-use crate::pipeline::assumptions::{Reading, ReadingSetting, confirmation, own_focal_length_of_kinect, suggestion};
 use crate::pipeline::prepared_frame::{
-    DecodeConfig, DepthDecodeConfig, FrameNote, MapPoints, PreparedFrame, Surfaces, merged, set_intrinsics,
+    DecodeConfig, DepthDecodeConfig, FrameNote, PreparedFrame, Surfaces, set_intrinsics,
 };
 use crate::pipeline::reference::Reference;
-use crate::pipeline::report::{FrameResult, Progress, SpatialPose, Stage};
-use crate::pipeline::spatial_report::{MapSize, SpatialResult, with_origin};
+use crate::pipeline::report::{Progress, Stage};
+use crate::pipeline::spatial_report::{SpatialResult, with_origin};
 use crate::pipeline::spatial_settings::{Method, Quantisation, SpatialSettings};
-
-/// What is said of colours that are left out of the estimate.
-const MISALIGNED_COLORS: &str = "The colours are not registered to the depth images: the outlines of objects do not coincide. The \
-                                 poses are estimated from depth alone, and the map shows the colours as they are";
-
-/// What is said of clouds that lie on one another as they are.
-const NO_MOTION: &str = "No motion: the clouds share one frame of coordinates, and the map shows them as they are";
-/// The same where these may begin at the sensor.
-const NO_MOTION_OF_SENSOR: &str = "No motion: the sensor stood still, or the clouds share one frame of coordinates";
-/// Clouds rest where none of their points moves further than this (voxels): registrations are finer by a factor of ten.
-const MAX_REST: f64 = 0.5;
-
-/// Newest frames that are stitched only when the map is asked for.
-const MAX_PENDING_FRAMES: usize = 6;
 
 /// A reconstruction in space.
 ///
@@ -271,117 +256,9 @@ impl SpatialReconstruction {
         PointCloud { origin, ..self.map().cloud() }
     }
 
-    /// What is known so far. Of clouds whose coordinates do not begin at the sensor, poses are those behind the shift by
-    /// [`origin`](SpatialResult::origin), as the map's.
-    pub fn result(&self) -> SpatialResult {
-        let mut notes = self.notes();
-        let comparison = self.reference.as_ref().and_then(|reference| {
-            notes.extend(reference.contents.notes.iter().map(|note| format!("{}: {note}", reference.name)));
-            match self.compare(reference) {
-                Ok(comparison) => comparison,
-                Err(error) => {
-                    notes.push(error.in_file(&reference.name).to_string());
-                    None
-                }
-            }
-        });
-        notes.extend(comparison.iter().filter_map(|comparison| comparison.hint.clone()));
-        let suggestion = comparison.as_ref().and_then(|comparison| {
-            let reading = match (self.depth(), self.decode_config.as_ref()?.cloud.as_ref()) {
-                (Some(depth), _) => Reading::Depth(1.0 / depth.depth_step, &depth.camera),
-                (None, Some(cloud)) => Reading::Clouds(cloud.unit),
-                (None, None) => return None,
-            };
-            // Doubtful frames may be off by more than the factor: they are asked where the good ones are too few.
-            let of = |worst| suggestion(&self.poses_up_to(worst), comparison, &reading);
-            of(Status::Good).or_else(|| of(Status::Doubtful))
-        });
-        let reference = comparison.as_ref().map(|comparison| confirmation(&self.poses_up_to(Status::Good), comparison));
-        let by_reference = |setting| reference.as_ref().and_then(|confirmation| confirmation(setting));
-        let assumptions = self.decode_config.iter().flat_map(DecodeConfig::assumptions);
-        let is_scale_contradicted = self.depth().is_some_and(|depth| depth.is_scale_contradicted);
-        let frames = self.frames.iter().zip(self.estimates()).zip(self.assessments());
-        SpatialResult {
-            version: env!("CARGO_PKG_VERSION"),
-            settings: self.decode_config.as_ref().map_or(&self.settings, |config| &config.settings).clone(),
-            camera: self.depth().map(|depth| depth.camera),
-            depth_scale: self.depth().map(|depth| 1.0 / depth.depth_step),
-            cloud_unit: self.decode_config.as_ref().and_then(|config| Some(config.cloud.as_ref()?.unit)),
-            origin: self.origin().to_array(),
-            quantisation: self.quantisation(),
-            assumptions: assumptions.map(|one| one.clone().or_confirmed(by_reference)).collect(),
-            is_scale_contradicted: is_scale_contradicted && by_reference(ReadingSetting::DepthScale).is_none(),
-            frames: frames
-                .map(|((Frame { label, .. }, estimate), assessment)| {
-                    FrameResult::of_frame(label.clone(), estimate, &assessment)
-                })
-                .collect(),
-            loops: self.loop_report(),
-            comparison,
-            suggestion,
-            notes,
-        }
-    }
-
-    /// Remarks on the frames, their depth and colours, and the loops, in whole sentences.
-    fn notes(&self) -> Vec<String> {
-        let mut notes = merged(&self.notes);
-        notes.extend(self.decode_config.iter().flat_map(DecodeConfig::notes).cloned());
-        notes.extend(self.frames.note());
-        if self.hypotheses.have_misaligned_colors() {
-            notes.push(MISALIGNED_COLORS.to_owned());
-            let depth = self.depth();
-            notes.extend(depth.and_then(|depth| own_focal_length_of_kinect(&depth.assumptions, depth.camera.width)));
-        }
-        notes.extend(self.note_on_rest());
-        notes.extend(self.range_use.note());
-        notes.extend(self.hypotheses.note_on_sweeps());
-        notes.extend(self.loop_report().note());
-        notes.extend(self.unresolved_note());
-        notes
-    }
-
-    /// That clouds share one frame, as all lie on one another as they are.
-    fn note_on_rest(&self) -> Option<String> {
-        let config = self.decode_config.as_ref()?;
-        let cloud = config.cloud.as_ref()?;
-        let poses: Vec<Pose3> = self.poses_up_to(Status::Doubtful).into_iter().flatten().collect();
-        let reach = config.settings.voxel_size * MAX_REST;
-        // A voxel is a fortieth of the median range, unless it is set.
-        let size = DVec3::from(cloud.viewpoint).length().max(40.0 * config.settings.voxel_size);
-        let is_at_rest = |pose: &Pose3| pose.translation.vector.norm() + size * pose.rotation.angle() < reach;
-        (poses.len() > 1 && poses.len() == self.frames.len() && poses.iter().all(is_at_rest))
-            .then(|| if cloud.is_sensor_at_origin { NO_MOTION_OF_SENSOR } else { NO_MOTION }.to_owned())
-    }
-
     /// The frames with uncertain positions, which neither a later frame nor a loop has settled.
     pub fn unresolved(&self) -> Option<UnresolvedFrames> {
         self.hypotheses.unresolved().filter(|_| self.loop_report().num_closed == 0)
-    }
-
-    /// What the good frames rest on that come after frames with uncertain positions, which neither a later frame nor a loop has
-    /// settled.
-    fn unresolved_note(&self) -> Option<String> {
-        let open = self.unresolved()?;
-        let first = open.frames.first()?.number as usize;
-        continuity::unresolved_note(&open, &self.frames.get(first)?.label.name, &self.assessments())
-    }
-
-    /// None before there are frames.
-    fn compare(&self, reference: &Reference) -> Result<Option<TrajectoryError<SpatialPose>>> {
-        let estimated = |((frame, pose), good): ((&Frame, Option<Pose3>), Option<Pose3>)| EstimatedFrame {
-            index: frame.label.index,
-            time: frame.label.time,
-            T_world_sensor: pose.map(|pose| with_origin(&pose, self.origin())),
-            is_good: good.is_some(),
-        };
-        let [all, good] = [Status::Doubtful, Status::Good].map(|worst| self.poses_up_to(worst));
-        let frames: Vec<EstimatedFrame> = self.frames.iter().zip(all).zip(good).map(estimated).collect();
-        if frames.is_empty() {
-            return Ok(None);
-        }
-        let error = reference.error(&frames, self.settings.known_convention())?;
-        Ok(Some(error.map_reference(|pose| with_origin(&pose, -self.origin()).into())))
     }
 
     /// Poses of the frames that are at most so doubtful, `None` for the others.
@@ -392,91 +269,6 @@ impl SpatialReconstruction {
             .zip(self.poses())
             .map(|(assessment, pose)| believed(assessment).then_some(pose))
             .collect()
-    }
-
-    /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
-    /// last asked for is stitched to it.
-    pub fn map(&mut self) -> &VoxelMap {
-        let poses = self.poses_up_to(Status::Good);
-        let stitched = self.stitch(&poses);
-        &self.stitched.insert(stitched).map
-    }
-
-    /// Stitches one more of the frames that are registered, so that less is left to do when the [map](Self::map) is asked
-    /// for: it becomes the same map. The newest frames have to wait, as their poses may still change.
-    pub fn stitch_ahead(&mut self) {
-        let poses = self.poses_up_to(Status::Good);
-        let num_settled = poses.len().saturating_sub(MAX_PENDING_FRAMES);
-        let num_stitched =
-            self.stitched.as_ref().filter(|stitched| self.is_of(stitched, &poses)).map_or(0, StitchedMap::num_frames);
-        if num_stitched < num_settled {
-            self.stitched = Some(self.stitch(&poses[..=num_stitched]));
-        }
-    }
-
-    /// The map of the first frames at these poses, made from what there is of it.
-    fn stitch(&mut self, poses: &[Option<Pose3>]) -> StitchedMap {
-        let kept = self.stitched.take().filter(|stitched| self.is_of(stitched, poses));
-        let voxel_size = self.decode_config.as_ref().map_or(1.0, |config| config.settings.map_voxel_size);
-        let mut stitched = kept.unwrap_or_else(|| StitchedMap::new(voxel_size, self.map_quantisation()));
-        for (frame, pose) in self.frames.iter().zip(poses).skip(stitched.num_frames()) {
-            stitched.insert(&frame.map_points, *pose, self.depth_step(), self.settings.max_height);
-        }
-        stitched
-    }
-
-    fn is_of(&self, stitched: &StitchedMap, poses: &[Option<Pose3>]) -> bool {
-        stitched.is_of(poses, self.map_quantisation())
-    }
-
-    fn map_quantisation(&self) -> Quantisation {
-        self.quantisation().unwrap_or(Quantisation::Rounded)
-    }
-
-    /// Depth of one unit of an image (m); 0 for clouds.
-    fn depth_step(&self) -> f64 {
-        self.depth().map_or(0.0, |depth| depth.depth_step)
-    }
-
-    /// What a frame gives to the map, in the sensor's frame.
-    fn with_map_cloud(&self, index: usize, work: impl FnOnce(&PointCloud)) {
-        match self.frames.get(index).map(|frame| &frame.map_points) {
-            Some(MapPoints::Image(image, prepared_as)) => {
-                work(&image.cloud(self.map_quantisation().shift_from(*prepared_as, self.depth_step())));
-            }
-            Some(MapPoints::Cloud(cloud)) => work(cloud),
-            None => {}
-        }
-    }
-
-    /// What the map would take in voxels of other sizes (m, positive).
-    pub fn map_sizes(&self, voxel_sizes: &[f64]) -> Vec<MapSize> {
-        let poses = self.poses_up_to(Status::Good);
-        let finest = voxel_sizes.iter().copied().fold(f64::INFINITY, f64::min);
-        let count = |voxel_size| {
-            let mut count = VoxelCount::new(voxel_size);
-            for (index, pose) in poses.iter().enumerate() {
-                if let Some(pose) = pose {
-                    self.with_map_cloud(index, |cloud| count.insert(cloud, pose, self.settings.max_height));
-                }
-            }
-            count
-        };
-        let has_colors = self.frames.iter().any(|frame| match &frame.map_points {
-            MapPoints::Image(image, _) => image.colors.is_some(),
-            MapPoints::Cloud(cloud) => cloud.colors.is_some(),
-        });
-        // Position and normal in single precision, and three bytes of colour.
-        let bytes_a_point = if has_colors { 27 } else { 24 };
-        let finest_count = count(finest);
-        let size = |&voxel_size: &f64| {
-            let multiple = (voxel_size / finest).round();
-            let is_multiple = (multiple * finest - voxel_size).abs() < 1e-9 * voxel_size;
-            let num_points =
-                if is_multiple { finest_count.len_of_multiple(multiple as i32) } else { count(voxel_size).len() };
-            MapSize { voxel_size, num_points, num_bytes: num_points * bytes_a_point }
-        };
-        voxel_sizes.iter().map(size).collect()
     }
 }
 

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::choices::{LoopClosing, Method, Quantisation, ReferenceAxes, ReferenceDirection, ReferenceQuaternions};
 pub use self::list::{spatial_descriptions, spatial_presets};
+use crate::camera::depth_scale::MAX_SENSOR_RANGE;
 use crate::camera::{DepthSensor, DepthValues, Pinhole};
 use crate::error::Result;
 use crate::evaluation::convention::{KnownConvention, PoseDirection, QuaternionOrder, SensorAxes};
@@ -17,6 +18,7 @@ use crate::odometry::cloud::{CloudMethod, CloudOptions, GlobalRegistrationUse};
 pub use crate::odometry::depth::ColorUse;
 use crate::odometry::depth::{DepthOptions, Effort};
 use crate::pipeline::settings::description::{check_limits, check_range};
+use crate::preprocess::depth_cloud::DEPTH_VOXEL;
 use crate::registration::free_space::DepthNoise;
 use crate::registration::solver::Motion;
 use crate::registration::spatial::SpatialMetric;
@@ -111,14 +113,10 @@ impl Default for SpatialSettings {
     }
 }
 
-/// Depth images are used as far as this (m), unless set.
-const DEPTH_REACH: f64 = 10.0;
 /// Depth images make a map of voxels of this side (m), unless set.
 const DEPTH_MAP_VOXEL: f64 = 0.02;
-/// Voxels of depth images taken for clouds (m), unless set.
-const DEPTH_VOXEL: f64 = 0.05;
 /// Focal length over the width of the image of a Kinect, as the TUM RGB-D benchmark and Open3D assume it: 525 / 640.
-const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
+pub(crate) const KINECT_FOCAL_LENGTH: f64 = 525.0 / 640.0;
 /// Sizes of depth images that only one sensor has, and its focal length (pixels): Kinect v2, Azure Kinect (narrow field of
 /// view).
 const SIZES_OF_ONE_SENSOR: [(usize, usize, f64); 3] = [(512, 424, 365.0), (640, 576, 504.0), (320, 288, 252.0)];
@@ -141,7 +139,7 @@ impl SpatialSettings {
     #[must_use]
     pub(crate) fn for_depth(&self) -> Self {
         Self {
-            max_range: set_or(self.max_range, DEPTH_REACH),
+            max_range: set_or(self.max_range, MAX_SENSOR_RANGE.0),
             voxel_size: set_or(self.voxel_size, DEPTH_VOXEL),
             map_voxel_size: set_or(self.map_voxel_size, DEPTH_MAP_VOXEL),
             ..self.clone()

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::plain::{RegistrationResult, register_clouds};
 use crate::error::{Error, Result};
+use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 use crate::geometry::{Embedding, PointCloud, Pose2, Pose3, RigidMotion};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::{Criteria, IcpOptions, Registration, Rejection, Weighting};
@@ -315,21 +316,18 @@ pub(crate) fn row_major(pose: &Pose3) -> [f64; 16] {
     rows
 }
 
-/// Largest deviation of a rotation matrix from orthonormal: the rounding of a file with six digits.
-const MAX_ROTATION_DEFECT: f64 = 1e-4;
-
 /// A pose from the matrix of a field or argument, by its `name` in errors.
 fn pose_from(name: &str, rows: &[f64; 16]) -> Result<Pose3> {
     let matrix = Matrix4::from_row_slice(rows);
     let R: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
-    let defect = (R * R.transpose() - Matrix3::identity()).norm();
+    let rotation = nearest_rotation(&R).filter(|_| rotation_defect(&R) <= ROTATION_TOLERANCE);
     let bottom_is_right = matrix.row(3).iter().copied().eq([0.0, 0.0, 0.0, 1.0]);
-    let sound = defect < MAX_ROTATION_DEFECT && R.determinant() > 0.0 && bottom_is_right;
-    if !(sound && rows.iter().all(|value| value.is_finite())) {
-        return Err(Error::whole(
+    let is_finite = rows.iter().all(|value| value.is_finite());
+    let rotation = rotation.filter(|_| bottom_is_right && is_finite).ok_or_else(|| {
+        Error::whole(
             format!("{name} is not a rigid motion"),
             "Give 16 numbers row by row, a rotation matrix and a translation, the last row 0 0 0 1",
-        ));
-    }
-    Ok(<Pose3 as RigidMotion>::from_parts(&R, &matrix.fixed_view::<3, 1>(0, 3).into_owned()))
+        )
+    })?;
+    Ok(Pose3::from_parts(matrix.fixed_view::<3, 1>(0, 3).into_owned().into(), rotation))
 }

@@ -8,14 +8,8 @@ use super::turns::{RotatedSource, Segment, Turns};
 
 /// Most blocks across a window.
 const MOST_ACROSS: i32 = 16;
-/// Number of points whose sum of likelihoods, at most 255 each, fits 16 bits.
-const POINTS_AT_ONCE: usize = 256;
 /// Number of neighbouring turns that are bounded together.
 const TURNS_TOGETHER: usize = 8;
-
-/// The bound of a quarter is computed until it is below the sum to beat by 1 / `MARGIN` of that sum: later searches, which have
-/// less to beat, then need not compute it again. This saves 2 % of the time of a search for three rivals.
-const MARGIN: u32 = 16;
 
 /// All translations from (x, y) to (x, y) + 2^level - 1 cells, under one turn.
 #[derive(Debug, Clone, Copy)]
@@ -120,7 +114,7 @@ impl<'a> Blocks<'a> {
     pub(super) fn quarter(&self, block: usize, number: usize, child: &Candidate, to_beat: u32) -> u32 {
         let known = &mut self.known.borrow_mut().quarters[block][number];
         if *known >= to_beat {
-            *known = self.bound(child, to_beat - to_beat / MARGIN);
+            *known = self.bound(child, to_beat);
         }
         *known
     }
@@ -196,7 +190,8 @@ impl<'a> Blocks<'a> {
 /// Adds what a source scores in a column whose first block is at `shift`.
 fn add_to(column: &mut Column, rows: &BlockRows, source: &RotatedSource, shift: (i32, i32), buffers: &mut Buffers) {
     for Segment { cells, count, is_inside } in source.segments() {
-        for points in cells.chunks(POINTS_AT_ONCE) {
+        // The sum of the likelihoods of so many points fits 16 bits.
+        for points in cells.chunks(usize::from(u16::MAX / u16::from(u8::MAX))) {
             rows.add_to(column, points, (count, is_inside), shift, buffers);
         }
     }

@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 
 use super::fpfh::{FEATURE_SIZE, Feature};
+use crate::geometry::scalar::SINGLE_ERROR;
 use crate::search::KdTree;
 
 /// Two points that look alike, by their indices.
@@ -22,8 +23,6 @@ pub struct Match {
 const DIRECTIONS: usize = 8;
 /// Most features from which the directions are computed.
 const MAX_SAMPLES: usize = 2000;
-/// Length of the directions: shortened a little, so that rounding cannot make a lower bound larger than the distance.
-const DIRECTION_SCALE: f64 = 1.0 - 1e-4;
 
 /// Features with an index of them.
 pub struct FeatureIndex {
@@ -100,7 +99,9 @@ fn widest_directions(features: &[Feature]) -> [Feature; DIRECTIONS] {
     let eigen = DMatrix::from_fn(FEATURE_SIZE, FEATURE_SIZE, |row, column| covariance[row][column]).symmetric_eigen();
     let mut order: Vec<usize> = (0..FEATURE_SIZE).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    std::array::from_fn(|k| std::array::from_fn(|i| (DIRECTION_SCALE * eigen.eigenvectors[(i, order[k])]) as f32))
+    // Shortened a little, so that rounding cannot make a lower bound larger than the distance.
+    let length = 1.0 - SINGLE_ERROR;
+    std::array::from_fn(|k| std::array::from_fn(|i| (length * eigen.eigenvectors[(i, order[k])]) as f32))
 }
 
 /// Pairs that are each other's nearest in the space of features, by source: all of them, or those of about

@@ -7,6 +7,7 @@ use super::{NO_SURFEL, Piece, ProjectiveTarget};
 use crate::camera::Pinhole;
 use crate::geometry::Pose3;
 use crate::geometry::algebra::single;
+use crate::geometry::scalar::ROUND_BY;
 
 /// A depth buffer that surfels are added to.
 ///
@@ -155,11 +156,9 @@ fn look_up(
 /// The floor of a number from 0 to four million. Without checks for other numbers, this vectorizes.
 #[inline]
 fn floor(x: f32) -> u32 {
-    // From here on, floats are integers, and their bits count them.
-    const FIRST_INTEGRAL: f32 = 8_388_608.0;
-    let nearest = x + FIRST_INTEGRAL;
-    let is_above = u32::from(nearest - FIRST_INTEGRAL > x);
-    nearest.to_bits().wrapping_sub(FIRST_INTEGRAL.to_bits()).wrapping_sub(is_above)
+    let nearest = x + ROUND_BY;
+    let is_above = u32::from(nearest - ROUND_BY > x);
+    nearest.to_bits().wrapping_sub(ROUND_BY.to_bits()).wrapping_sub(is_above)
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Times that are written as a clock shows them.
 
-const SECONDS_A_DAY: f64 = 86_400.0;
-
 /// `14:03:10,250` as seconds of the day, `2024-05-03T14:03:10.25Z` as seconds since 1970; other words before the time and an
 /// offset from UTC behind it are left out.
 pub(super) fn clock(word: &[u8]) -> Option<f64> {
@@ -19,7 +17,7 @@ pub(super) fn clock(word: &[u8]) -> Option<f64> {
         return None;
     }
     let day = days_since_1970(date.trim()).unwrap_or(0.0);
-    Some(day * SECONDS_A_DAY + 3600.0 * f64::from(hours) + 60.0 * f64::from(minutes) + seconds)
+    Some(((24.0 * day + f64::from(hours)) * 60.0 + f64::from(minutes)) * 60.0 + seconds)
 }
 
 /// Of a day as ISO 8601 writes it, by the Gregorian calendar (Hinnant, "chrono-compatible low-level date algorithms").

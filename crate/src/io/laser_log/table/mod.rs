@@ -7,8 +7,9 @@
 use std::f64::consts::PI;
 
 use super::fields::tolerate;
-use super::{Bearings, LaserLog, LaserScan, MAX_BEAMS, OdometryOrigin, pose};
+use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, pose};
 use crate::geometry::Pose2;
+use crate::io::limits::MAX_BEAMS;
 use crate::{Error, Result};
 
 mod clock;
@@ -302,6 +303,22 @@ fn no_number(line: usize) -> Error {
     Error::line(line, "A word in this line is not a number", "Correct the line or remove it")
 }
 
+/// Lasers that do not see all round leave out at least this part of a turn: their widest view is 270 degrees.
+const MIN_UNSEEN: f64 = 0.25;
+
+/// The angles counted from the sector that no reading falls into, where there is one: a sweep that passes 360 degrees does not end there.
+fn from_unseen_sector(angles: &[f64], turn: f64) -> Vec<f64> {
+    let mut seen: Vec<f64> =
+        angles.iter().map(|angle| angle.rem_euclid(turn)).filter(|angle| angle.is_finite()).collect();
+    seen.sort_by(f64::total_cmp);
+    let gaps = seen.windows(2).map(|pair| (pair[1] - pair[0], pair[1]));
+    let widest = gaps.filter(|(gap, _)| *gap > MIN_UNSEEN * turn).max_by(|a, b| a.0.total_cmp(&b.0));
+    widest.map_or_else(
+        || angles.to_vec(),
+        |(_, first)| angles.iter().map(|angle| (angle - first).rem_euclid(turn)).collect(),
+    )
+}
+
 /// A sweep has this share of the angles between the lowest and the highest at least.
 const MIN_SWEEP: f64 = 0.5;
 
@@ -384,7 +401,7 @@ impl TableFormat {
         let angles: Vec<f64> = rows.iter().map(|row| row.values[column]).collect();
         let mut begin = 0;
         let (mut scans, mut first_rows): (Vec<LaserScan>, Vec<&Row>) = (Vec::new(), Vec::new());
-        for end in ends_of_sweeps(&angles) {
+        for end in ends_of_sweeps(&from_unseen_sector(&angles, std::f64::consts::TAU / unit.abs())) {
             let beams = begin..end.min(begin + MAX_BEAMS);
             let bearings = angles[beams.clone()].iter().map(|angle| self.start + unit * angle).collect();
             let ranges = rows[beams].iter().map(range_of).collect();

@@ -1,6 +1,7 @@
 //! What the names above the columns of a table say: which columns are ranges, and in which units numbers are.
 
 use super::format::{TIMES, UNITS};
+use crate::io::laser_log::units::MAX_RADIANS;
 
 /// A line of a scan has this many numbers at least: a pose has 16 at the most.
 pub(super) const MIN_SCAN_NUMBERS: usize = 24;
@@ -63,10 +64,8 @@ pub(super) const HEADINGS: [&str; 17] = [
     "ángulo",
 ];
 
-/// Largest share by which the steps between numbered names differ, as they are rounded.
-const SAME_STEP: f64 = 0.02;
-/// Angles above this are not in radians.
-pub(super) const MAX_RADIANS: f64 = 7.0;
+/// Largest share by which even steps differ as they are rounded: those between numbered names, of a clock, of a counter.
+pub(super) const SAME_STEP: f64 = 0.02;
 
 /// The longest series of numbered names, as long as a scan.
 pub(super) fn series(names: &[String]) -> Option<Series> {

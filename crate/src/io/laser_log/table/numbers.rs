@@ -1,8 +1,10 @@
 //! What a column's numbers tell: times, counters, and units of length and time.
 
+use super::names::SAME_STEP;
 use super::rows::Row;
 use crate::geometry::quantile::quantile;
 use crate::io::length_unit::{JudgedUnit, LASER_RANGES, judge_unit, step_of};
+use crate::io::time_unit::unit_since_1970;
 
 /// Lines that a guess is made from.
 pub(super) const GUESS_LINES: usize = 20;
@@ -17,10 +19,7 @@ const MAX_TIME_COLUMN: usize = 3;
 /// Positions beside ranges are not in metres beyond this.
 pub(super) const MAX_METRES: f64 = 60.0;
 
-/// Times since 1970 of at least so much have this unit (s); smaller ones are told by their steps.
-const EPOCH_UNITS: [(f64, f64); 4] = [(1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0)];
-
-/// Units of time (s), by the steps between scans in them.
+/// Units of time (s), by the least step between scans in them: five milliseconds.
 const STEP_UNITS: [(f64, f64); 4] = [(5e6, 1e-9), (5e3, 1e-6), (5.0, 1e-3), (0.0, 1.0)];
 
 /// Whether the numbers of one of the outermost columns grow from line to line, and are not those of the next beam.
@@ -40,9 +39,6 @@ pub(super) fn is_growing(rows: &[Row], column: usize) -> bool {
     let values: Vec<f64> = rows.iter().filter_map(|row| row.values.get(column).copied()).collect();
     values.len() > 1 && values.len() == rows.len() && values.windows(2).all(|pair| pair[0] < pair[1])
 }
-
-/// Steps of a clock or a counter are the same within this share, to the rounding of a file.
-const SAME_STEP: f64 = 0.01;
 
 /// Whether a column's values grow by the same step from line to line; of fewer lines a wall may come nearer so.
 pub(super) fn is_even_growth(rows: &[Row], column: usize) -> bool {
@@ -65,9 +61,8 @@ pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
     let first = times.first().copied().unwrap_or(0.0);
     let mut steps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let step = quantile(&mut steps, 0.5).unwrap_or(0.0);
-    let unit_from =
-        |units: &[(f64, f64)], value: f64| units.iter().find(|(least, _)| value >= *least).map(|unit| unit.1);
-    unit_from(&EPOCH_UNITS, first).or_else(|| unit_from(&STEP_UNITS, step)).unwrap_or(1.0)
+    let by_step = || STEP_UNITS.iter().find(|(least, _)| step >= *least).map(|(_, unit)| *unit);
+    unit_since_1970(first).or_else(by_step).unwrap_or(1.0)
 }
 
 /// So many readings of the largest value stand for no return.

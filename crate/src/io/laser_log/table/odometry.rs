@@ -1,5 +1,6 @@
 //! Where the robot thought it was, in each line of a table.
 
+use super::names::MIN_SCAN_NUMBERS;
 use super::other_columns::OtherColumns;
 use super::rows::Table;
 use super::{LaserScan, OdometryColumns, Row, TableFormat};
@@ -16,7 +17,7 @@ pub fn read_wheel_paths(bytes: &[u8], track: f64) -> Option<Result<Trajectory>> 
         table.names.iter().position(is_named)
     };
     let columns = [named("left")?, named("right")?];
-    if table.names.len() > MAX_COLUMNS || table.width() <= columns[0].max(columns[1]) {
+    if table.names.len() >= MIN_SCAN_NUMBERS || table.width() <= columns[0].max(columns[1]) {
         return None;
     }
     if track <= 0.0 {
@@ -39,9 +40,6 @@ pub fn read_wheel_paths(bytes: &[u8], track: f64) -> Option<Result<Trajectory>> 
     }
     Some(Ok(trajectory))
 }
-
-/// Tables of wheels have few columns.
-const MAX_COLUMNS: usize = 12;
 
 impl TableFormat {
     /// Gives each scan the odometry of its row.

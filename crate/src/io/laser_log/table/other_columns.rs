@@ -1,10 +1,11 @@
 //! The columns beside the ranges: the time, and where the robot was.
 
 use super::format::{TIMES, UNITS};
-use super::names::{CLOCKS, HEADINGS, MAX_RADIANS, bare, heading_unit, unit_in};
+use super::names::{CLOCKS, HEADINGS, bare, heading_unit, unit_in};
 use super::numbers::{MAX_METRES, time_unit};
 use super::rows::{Row, Table};
 use super::{OdometryColumns, PoseColumns};
+use crate::io::laser_log::units::MAX_RADIANS;
 
 /// The columns that hold no ranges.
 pub(super) struct OtherColumns<'a> {

@@ -4,9 +4,10 @@
 use std::f64::consts::TAU;
 
 use super::format::{SAY_COLUMNS, UNITS};
-use super::names::{BEAMS, HEADINGS, MAX_RADIANS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
+use super::names::{BEAMS, HEADINGS, MIN_SCAN_NUMBERS, RANGES, bare, may_be_bearing, series, unit_in};
 use super::rows::{Row, Table};
 use super::{AngleColumn, Layout, OdometryColumns, TableFormat};
+use crate::io::laser_log::units::MAX_RADIANS;
 use crate::io::length_unit::JudgedUnit;
 use crate::{Error, Result};
 
@@ -88,10 +89,8 @@ fn most_changing(table: &Table, angle: usize, range: usize) -> usize {
     others.fold(angle, |best, next| if num_changes(next) > num_changes(best) { next } else { best })
 }
 
-/// Most different numbers of labels ...
+/// Most different numbers of labels, which are bytes: ranges that are whole numbers are larger.
 const MOST_LABELS: usize = 12;
-/// ... and the largest: a byte's. Ranges that are whole numbers are larger.
-const MAX_LABEL: f64 = 255.0;
 
 /// Whether lines as long as a scan's hold labels, a few small whole numbers, behind their first number.
 pub(super) fn are_labels(rows: &[Row]) -> bool {
@@ -101,7 +100,7 @@ pub(super) fn are_labels(rows: &[Row]) -> bool {
         if !different.contains(&value) && value.is_finite() {
             different.push(value);
         }
-        value.is_nan() || value.fract() == 0.0 && value.abs() <= MAX_LABEL && different.len() <= MOST_LABELS
+        value.is_nan() || value.fract() == 0.0 && value.abs() <= f64::from(u8::MAX) && different.len() <= MOST_LABELS
     };
     let mut is_of_labels = |row: &Row| row.values.len() > MIN_SCAN_NUMBERS && row.values[1..].iter().all(&mut is_label);
     rows.len() >= MIN_GROWING_LINES && rows.iter().all(&mut is_of_labels) && different.len() > 1

@@ -2,11 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use super::super::names::{MAX_RADIANS, MIN_SCAN_NUMBERS};
+use super::super::names::MIN_SCAN_NUMBERS;
 use super::super::numbers::{MIN_GROWING_LINES, is_even_growth, is_time};
 use super::super::rows::Table;
 use super::Row;
 use super::view::field_of_view;
+use crate::io::laser_log::units::MAX_RADIANS;
 
 /// What lasers write in place of a range.
 const NO_RETURN: f64 = -1.0;

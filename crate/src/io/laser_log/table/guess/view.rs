@@ -34,7 +34,7 @@ pub(in super::super) fn field_of_view(num_readings: usize) -> Option<f64> {
 pub(super) fn view_of(num_readings: usize, seam: impl Fn() -> Option<f64>) -> (f64, f64, Option<String>) {
     let known = field_of_view(num_readings);
     let view = known.unwrap_or(if num_readings >= MIN_FULL_TURN { TAU } else { PI });
-    let is_open = view > 6.0 && seam().is_none_or(|rank| rank > MAX_SEAM_RANK);
+    let is_open = view == TAU && seam().is_none_or(|rank| rank > MAX_SEAM_RANK);
     let view = if is_open { PI } else { view };
     let taken = format!("{num_readings} readings: they are taken to cover {:.0} degrees.", view.to_degrees());
     let doubt = match known {

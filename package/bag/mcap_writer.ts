@@ -4,24 +4,35 @@
  * Source of the layout: "MCAP Format Specification", version 0. There are no chunks and no summary, which readers do without; MCAP's own
  * writer would hold messages back until a chunk is full.
  */
-import { MAGIC, OPCODE, RECORD_HEADER_BYTES } from '../bag/mcap_records.js';
-import type { Offered } from './source.js';
+import { MAGIC, OPCODE, RECORD_HEADER_BYTES } from './mcap_records.js';
+
+/** A topic that is written. */
+export interface WrittenTopic {
+  name: string;
+  /** Of its messages, as ROS spells it. */
+  type: string;
+  /** How these are serialised. */
+  encoding: string;
+  /** The definition of the type. */
+  schema: { encoding: string; data: Uint8Array };
+}
 
 /** Of a number, and its size in bytes. */
 type Part = readonly [value: number | bigint, size: 2 | 4 | 8] | string | Uint8Array;
 
 export class McapWriter {
   #write;
-  #channels: Map<Offered, { id: number; count: number }> = new Map();
+  #channels: Map<WrittenTopic, { id: number; count: number }> = new Map();
 
-  constructor(write: (bytes: Uint8Array) => void) {
+  /** @param profile which ROS the messages are of */
+  constructor(write: (bytes: Uint8Array) => void, profile: 'ros1' | 'ros2') {
     this.#write = write;
     write(MAGIC);
-    write(record(OPCODE.header, ['', 'scanstitch']));
+    write(record(OPCODE.header, [profile, 'scanstitch']));
   }
 
   /** @param time when it was taken, ns */
-  message(topic: Offered, time: bigint, data: Uint8Array) {
+  message(topic: WrittenTopic, time: bigint, data: Uint8Array) {
     const channel = this.#channels.get(topic) ?? this.#add(topic);
     channel.count += 1;
     this.#write(record(OPCODE.message, [[channel.id, 2], [channel.count, 4], [time, 8], [time, 8], data]));
@@ -33,7 +44,7 @@ export class McapWriter {
     this.#write(MAGIC);
   }
 
-  #add(topic: Offered) {
+  #add(topic: WrittenTopic) {
     const { name, type, encoding, schema } = topic;
     // A schema's number is never zero.
     const channel = { id: this.#channels.size + 1, count: 0 };

@@ -4,35 +4,17 @@
 //! Sturm and Cremers, "Robust odometry estimation for RGB-D cameras", ICRA 2013, with weights from a t-distribution
 //! (eq. 19). The geometric registration enters as a Gaussian of the pose, so that both parts are weighted by their uncertainty.
 
-use std::sync::Arc;
+mod textured_points;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+pub use self::textured_points::{Picture, TexturedPoint, textured_points};
 use super::factors::{NormalEquations, RELATIVE_DAMPING};
 use super::sandwich_variance::unit_variance;
 use super::solver::Solver;
-use crate::camera::brightness::{Brightness, NUM_LEVELS, Sample};
-use crate::camera::{Pinhole, SurfelImage};
+use crate::camera::brightness::NUM_LEVELS;
 use crate::geometry::quantile::{MEDIAN_TO_SIGMA, quantile};
 use crate::geometry::{Pose3, RigidMotion};
-
-/// The brightness pyramid of a frame, with the camera of every level.
-#[derive(Debug, Clone)]
-pub struct Picture {
-    brightness: Arc<Brightness>,
-    cameras: [Pinhole; NUM_LEVELS],
-}
-
-/// A point of a frame at a large gradient of the brightness.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TexturedPoint {
-    /// Position (m, camera frame).
-    pub point: Vector3<f64>,
-    /// The patch of the image that it lies in; errors within a patch are correlated.
-    pub patch: u32,
-    /// Its brightness in every level (grey levels).
-    pub values: [f64; NUM_LEVELS],
-}
 
 /// An earlier picture, and the points that are visible in it.
 #[derive(Debug, Clone)]
@@ -69,82 +51,18 @@ pub struct PhotometricResult {
     pub converged: bool,
 }
 
-/// Side of the squares from which one point is selected (cells).
-const SPACING: usize = 5;
-/// Side of a patch (such squares).
-const PATCH: usize = 3;
-/// Smallest gradient of the brightness at a selected point (grey levels per pixel of the middle level).
-const MIN_SLOPE: f64 = 1.0;
-/// The level whose pixels are the cells.
-const CELL_LEVEL: usize = 1;
 /// Most steps on each level.
 const MAX_STEPS: usize = 4;
 /// Step (rad and m) below which the finest level has converged; the limit doubles with each coarser level.
 const SMALL_STEP: f64 = 3e-4;
 /// Degrees of freedom of the t-distribution of the residuals (Kerl 2013).
 const T_FREEDOM: f64 = 5.0;
-/// Lower bound of the residuals' standard deviation (grey levels).
+/// Lower bound of the standard deviation of a picture's brightness (grey levels): it is rounded, and sensors have noise.
 const MIN_SIGMA: f64 = 1.0;
 /// Largest ratio of the exposures of two pictures.
 const MAX_GAIN: f64 = 4.0;
 /// Fewest points from which gain and offset of the brightness are estimated.
 pub const MIN_POINTS: usize = 40;
-
-impl Picture {
-    /// A frame's brightness and the camera of its images.
-    pub fn new(brightness: Arc<Brightness>, camera: &Pinhole) -> Self {
-        let cameras = std::array::from_fn(|level| brightness.camera(camera, level));
-        Self { brightness, cameras }
-    }
-
-    /// Memory of the brightness on the heap (bytes).
-    pub fn num_bytes(&self) -> usize {
-        self.brightness.num_bytes()
-    }
-
-    /// Brightness at a point (m, the picture's camera frame), and its derivative with respect to the point.
-    #[inline]
-    fn look(&self, level: usize, point: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
-        let camera = &self.cameras[level];
-        let place = camera.project(point)?;
-        let Sample { value, gradient } = self.brightness.sample(level, place.x, place.y)?;
-        let gradient = camera.projection_jacobian(point).tr_mul(&nalgebra::Vector2::from(gradient));
-        Some((value, gradient))
-    }
-}
-
-/// Points of a frame at large gradients, evenly spread over the image; empty where it has no colours.
-pub fn textured_points(frame: &SurfelImage) -> Vec<TexturedPoint> {
-    let Some(brightness) = &frame.brightness else { return Vec::new() };
-    let picture = Picture::new(brightness.clone(), &frame.camera);
-    let camera = picture.cameras[CELL_LEVEL];
-    let squares_across = frame.columns.div_ceil(SPACING);
-    let patches_across = squares_across.div_ceil(PATCH);
-    let mut points = Vec::new();
-    for square in 0..squares_across * frame.rows.div_ceil(SPACING) {
-        let (left, top) = (square % squares_across * SPACING, square / squares_across * SPACING);
-        let mut best = (MIN_SLOPE * MIN_SLOPE, None);
-        for row in top..(top + SPACING).min(frame.rows) {
-            for column in left..(left + SPACING).min(frame.columns) {
-                let [across, along] = brightness.gradient(CELL_LEVEL, column, row).unwrap_or_default();
-                let sq_steepness = across * across + along * along;
-                if sq_steepness > best.0
-                    && let Some(surfel) = &frame.cells[row * frame.columns + column]
-                {
-                    best = (sq_steepness, Some((column, row, surfel)));
-                }
-            }
-        }
-        let Some((column, row, surfel)) = best.1 else { continue };
-        let ray = camera.ray(column as f64, row as f64);
-        let point = ray * (surfel.normal.dot(&surfel.point) / surfel.normal.dot(&ray));
-        let value = |level: usize| Some(picture.look(level, &point)?.0);
-        let [Some(fine), Some(middle), Some(coarse)] = [value(0), value(1), value(2)] else { continue };
-        let patch = (top / SPACING / PATCH * patches_across + left / SPACING / PATCH) as u32;
-        points.push(TexturedPoint { point, patch, values: [fine, middle, coarse] });
-    }
-    points
-}
 
 /// One point in one picture.
 struct Comparison {
@@ -329,7 +247,9 @@ pub fn register_by_brightness(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{ColorImage, Surfel};
+    use std::sync::Arc;
+
+    use crate::camera::{Brightness, ColorImage, Pinhole, Surfel, SurfelImage};
     use crate::registration::solver::Motion;
 
     fn camera() -> Pinhole {
