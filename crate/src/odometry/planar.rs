@@ -27,7 +27,7 @@ pub mod motion_noise;
 pub mod odometry_model;
 
 use ablation::Ablation;
-use assess::{MIN_POINTS, assess};
+use assess::{GOOD_AGREEMENT, MIN_POINTS, assess};
 use belief::{ByOdometry, Finding};
 use hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, rival_of_best, thinned};
 use information::information_less_normal_noise;
@@ -130,7 +130,7 @@ pub struct Odometry {
 
 /// What a registration is known by at best (rad, m): its pairs of points are not independent.
 pub const REGISTRATION_SIGMA: (f64, f64) = (0.003, 0.01);
-/// Standard deviation (rad, m) of a registered motion in directions that the registration does not determine: the width of the search.
+/// Standard deviation (rad, m) of a motion in directions that nothing determines: the half widths of the usual search.
 const UNKNOWN_SIGMA: (f64, f64) = (0.6, 1.5);
 /// Two poses that differ by more are two places (m, rad).
 pub const MIN_RIVAL_DISTANCE: SearchWindow = SearchWindow { translation: 0.6, rotation: 0.25 };
@@ -141,19 +141,17 @@ const MAX_MOTION_CHANGE: (f64, f64) = (0.35, 0.3);
 /// ... to whose translation this share of the last one's is added.
 const MAX_MOTION_CHANGE_SHARE: f64 = 0.5;
 /// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m).
-const WIDE_SEARCH_RADIUS: f64 = 6.0;
+const WIDE_SEARCH_RADIUS: f64 = 4.0 * UNKNOWN_SIGMA.1;
 /// A second place rivals the first when it scores this share of it and lies on the map with this share, ...
-const RIVAL_SHARE: f64 = 0.9;
+pub const RIVAL_SHARE: f64 = 0.9;
 /// ... or this share where the motion is not known: a scan that looks elsewhere shows less of the map.
 pub const RIVAL_SHARE_UNKNOWN_MOTION: f64 = 0.4;
 /// Smallest share of a scan's points that lie on the map (0..=1) for which it is good where the motion is not known.
 const MIN_OVERLAP_UNKNOWN_MOTION: f64 = 0.5;
 /// Number of other places that are refined.
 const MAX_RIVALS: usize = 3;
-/// Iterations of ICP by which a second place is refined ...
-const BRIEF_ITERATIONS: usize = 8;
-/// ... and then dropped if its agreement (0..=1) is lower than that of the best by more than this.
-const MAX_RIVAL_DISAGREEMENT: f64 = 0.1;
+/// Iterations of ICP from a guess that is near the solution, or that most likely is wrong.
+pub const BRIEF_ITERATIONS: usize = 8;
 
 impl Odometry {
     /// Odometry without any scan so far; the first one will be at `T_world_first`.
@@ -359,7 +357,7 @@ impl Odometry {
         let T_world_sensor = self.map.register(scan, guess, &brief).T_target_source;
         let is_plausible = is_other(&best.registration.T_target_source, &T_world_sensor)
             && self.map.free_space(scan, &T_world_sensor).agreement()
-                > best.assessment.agreement - MAX_RIVAL_DISAGREEMENT;
+                > best.assessment.agreement - (1.0 - GOOD_AGREEMENT);
         is_plausible.then_some(T_world_sensor)
     }
 

@@ -10,7 +10,7 @@ use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::Stage;
 use scanstitch_scene::campus::{CampusOptions, generate};
 
-use super::{PlanarFrame, WRONG, pieces};
+use super::{PlanarFrame, WRONG, calibration, num_pieces, pieces};
 use crate::arguments::arguments;
 
 /// Scans are compared with those after this way (m) and those at one place after this way, which are so near (m).
@@ -51,14 +51,18 @@ pub fn print_table(settings: &serde_json::Value, out: Option<&str>) {
             let (result, poses) = (reconstruction.result(), reconstruction.poses());
             let count = |status| result.frames.iter().filter(|frame| frame.status == status).count();
             println!(
-                "  odometry {mode}: {:.2} ms a scan, good {} doubtful {} lost {}, pieces {:?}",
+                "  odometry {mode}: {:.2} ms a scan, good {} doubtful {} lost {}, {} pieces {:?}",
                 1e3 * seconds / poses.len() as f64,
                 count(Status::Good),
                 count(Status::Doubtful),
                 count(Status::Lost),
+                num_pieces(&result.frames),
                 pieces(&result.frames)
             );
             print_pairs(&drive.T_world_robot, &poses, &result.frames);
+            if let Some(calibration) = calibration(|scan| drive.T_world_robot.get(scan).copied(), &reconstruction) {
+                println!("    {calibration}");
+            }
             result.notes.iter().for_each(|note| println!("    note: {note}"));
             if let Some(out) = out {
                 fs::create_dir_all(out).expect("the folder can be made");

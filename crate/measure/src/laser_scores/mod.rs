@@ -47,7 +47,7 @@ struct Case {
     name: &'static str,
     log: &'static str,
     odometry: Option<&'static str>,
-    /// Relations by name; the first decides what is falsely good.
+    /// Relations by name; the first decides what is falsely good. A log without any runs only where it is named.
     relations: &'static [(&'static str, &'static str)],
 }
 
@@ -86,6 +86,7 @@ const CASES: &[Case] = &[
         ],
     },
     Case { name: "aces", log: "radish/aces.clf", odometry: None, relations: &[("relations", "radish/aces.relations")] },
+    Case { name: "fr-clinic", log: "radish/fr-clinic.clf", odometry: None, relations: &[] },
 ];
 
 /// Parts of the engine that can be left out.
@@ -144,7 +145,9 @@ pub fn main() {
         Some("all") => damage::ALL.iter().map(|&name| name.to_owned()).collect(),
         Some(list) => list.split(',').map(str::to_owned).collect(),
     };
-    for case in CASES.iter().filter(|case| only.as_deref().is_none_or(|only| only.split(',').any(|o| o == case.name))) {
+    for case in CASES.iter().filter(|case| {
+        only.as_deref().map_or(!case.relations.is_empty(), |only| only.split(',').any(|o| o == case.name))
+    }) {
         for damage in &damages {
             let mut input = read(case.name);
             if !damage.is_empty() {
@@ -206,7 +209,7 @@ fn score(
     let poses = reconstruction.poses();
     let count = |status| result.frames.iter().filter(|frame| frame.status == status).count();
     println!(
-        "{:18} {mode:22} {} scans, {:.2} ms each ({}), good {} doubtful {} lost {}, pieces {:?}",
+        "{:18} {mode:22} {} scans, {:.2} ms each ({}), good {} doubtful {} lost {}, {} pieces {:?}",
         case.name,
         poses.len(),
         1e3 * seconds / poses.len() as f64,
@@ -214,6 +217,7 @@ fn score(
         count(Status::Good),
         count(Status::Doubtful),
         count(Status::Lost),
+        num_pieces(&result.frames),
         pieces(&result.frames)
     );
     for (name, file) in case.relations {
@@ -223,7 +227,8 @@ fn score(
         println!("    {name:10} {}", summary(&list, input, &poses, &result.frames));
     }
     println!("    {}", steps(input, &poses, &result.frames));
-    if let Some(calibration) = case.odometry.and_then(|_| calibration(input, &reconstruction)) {
+    let reference = |scan: usize| input.log.scans[scan].reference;
+    if let Some(calibration) = case.odometry.and_then(|_| calibration(reference, &reconstruction)) {
         println!("    {calibration}");
     }
     if flag("--loops") {
@@ -272,9 +277,13 @@ fn option_notes() -> bool {
     !flag("--damage")
 }
 
+fn num_pieces(frames: &[PlanarFrame]) -> usize {
+    frames.iter().map(|frame| frame.piece + 1).max().unwrap_or(0)
+}
+
 /// Sizes of the largest pieces.
 fn pieces(frames: &[PlanarFrame]) -> Vec<usize> {
-    let mut sizes = vec![0; frames.iter().map(|frame| frame.piece + 1).max().unwrap_or(0)];
+    let mut sizes = vec![0; num_pieces(frames)];
     for frame in frames {
         sizes[frame.piece] += 1;
     }
@@ -308,14 +317,14 @@ const CALIBRATED: std::ops::Range<f64> = 10.0..25.0;
 /// the root of both variances).
 const UNIT_ERRORS: [(f64, f64); 2] = [(0.674, 1.645), (0.833, 1.517)];
 
-/// Errors by the poses in the log, where a program corrected these, as multiples of those that the graph predicts: median and
+/// Errors by these poses, those in the log where a program corrected them, as multiples of those that the graph predicts: median and
 /// 90 % quantile, each by that of unit errors.
-fn calibration(input: &Input, reconstruction: &Reconstruction) -> Option<String> {
+fn calibration(reference: impl Fn(usize) -> Option<Pose2>, reconstruction: &Reconstruction) -> Option<String> {
     let (poses, mut ratios) = (reconstruction.poses(), [Vec::new(), Vec::new()]);
     let (frames, mut sigmas) = (reconstruction.frames_from(0), [Vec::new(), Vec::new()]);
     for known in reconstruction.uncertainties() {
         let (i, j) = (known.from, known.to);
-        let (from, to) = (input.log.scans[i].reference?, input.log.scans[j].reference?);
+        let (from, to) = (reference(i)?, reference(j)?);
         let motion = from.inverse() * to;
         let is_good = |frame: usize| frames[frame].status == Status::Good && frames[frame].piece == frames[i].piece;
         if CALIBRATED.contains(&motion.translation_norm()) && is_good(i) && is_good(j) {

@@ -12,10 +12,12 @@ pub(crate) const MIN_POINTS: usize = 10;
 pub(crate) const GOOD_AGREEMENT: f64 = 0.9;
 /// It may be right from this share on, where something else speaks for it.
 pub(crate) const PLAUSIBLE_AGREEMENT: f64 = 0.8;
+/// A registration or a match of submaps of which a smaller share of the returns has a partner says nothing.
+pub(crate) const MIN_OVERLAP: f64 = 0.25;
 /// Limits of planar scans.
 const PLANAR_LIMITS: Limits = Limits {
     min_pairs: MIN_POINTS,
-    lost_overlap: 0.25,
+    lost_overlap: MIN_OVERLAP,
     lost_agreement: 0.6,
     doubtful_agreement: GOOD_AGREEMENT,
     ..Limits::NONE

@@ -163,16 +163,14 @@ impl Odometry {
         (!fits(prediction)).then(|| (fused_by(&information), information))
     }
 
-    /// Whether a registration lies where the measured motion allows, or where wheels that slipped allow it.
+    /// Whether a registration lies where the measured motion allows, or is good and lies where wheels that slipped allow it.
     fn is_near(&self, hypothesis: &Hypothesis, motion: &MeasuredMotion) -> bool {
         let Hypothesis { registration, assessment } = hypothesis;
         let T_last_found = self.T_world_last.inverse() * registration.T_target_source;
         let slip = motion.T_before_sensor.inverse() * T_last_found;
         let most = MAX_SLIP.1 + SLIP_SHARE * motion.T_before_sensor.translation_norm();
-        if assessment.status == Status::Good && slip.rotation_angle() < MAX_SLIP.0 && slip.translation_norm() < most {
-            return true;
-        }
-        self.is_likely(hypothesis, motion)
+        let may_have_slipped = slip.rotation_angle() < MAX_SLIP.0 && slip.translation_norm() < most;
+        (assessment.status == Status::Good && may_have_slipped) || self.is_likely(hypothesis, motion)
     }
 
     /// Whether a registration lies where the measured motion allows by its usual noise.

@@ -39,9 +39,9 @@ const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
 /// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
 const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
 /// Share of the steps that are wrong, before anything is known.
-const EXPECTED_WRONG: f64 = 0.05;
+pub const EXPECTED_WRONG: f64 = 0.05;
 /// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
-const TAIL: f64 = 0.1;
+pub const TAIL: f64 = 0.1;
 
 /// A measured motion of one or more steps, and the registration of the same motion.
 #[derive(Debug, Clone)]
@@ -146,8 +146,8 @@ impl MotionNoise {
     }
 }
 
-/// Fewer changes than this do not tell their tail: beyond a 90 % quantile lie five of them.
-const MIN_CHANGES: usize = 50;
+/// Of fewer numbers less than five lie in the tail, which does not tell it.
+pub const MIN_FOR_TAIL: usize = (5.0 / TAIL) as usize;
 
 /// How much a robot's motion changes: variances of the heading (rad^2) and the position (m^2) in the frame at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -164,7 +164,7 @@ impl MotionChange {
             quantile(&mut sizes, 1.0 - TAIL).map_or(0.0, |size| size / UNIT_TAILS.1)
         };
         let variances = Vector3::from_fn(|axis, _| sigma(axis).powi(2));
-        (offs.len() >= MIN_CHANGES).then_some(Self { variances })
+        (offs.len() >= MIN_FOR_TAIL).then_some(Self { variances })
     }
 
     /// Whether a motion may change by so much, in the frame at its end.

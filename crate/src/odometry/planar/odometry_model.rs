@@ -9,35 +9,28 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::belief::Finding;
 use super::information::{chained, seen_from, sigmas, softened_covariance};
-use super::motion_noise::{Counterpart, MotionChange, MotionNoise};
+use super::motion_noise::{Counterpart, MIN_FOR_TAIL, MotionChange, MotionNoise, TAIL};
 use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
 use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 
-/// Fewer registered steps than this do not tell the size of the odometry's metre.
-const MIN_CALIBRATING: usize = 50;
 /// A step counts that is registered to this share of what the odometry is known to; ...
 const CALIBRATING_SHARE: f64 = 0.5;
 /// ... it tells the size where it is this long (m).
 const CALIBRATING_LENGTH: f64 = 0.1;
 /// Registered steps are themselves too long or too short by up to this share: 0.1 to 0.4 % in the median of four logs.
 const REGISTERED_SCALE: f64 = 0.005;
-/// What a registration leaves open of a direction that nothing constrains (rad, m).
-pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
 /// Chain and odometry are compared over up to so many steps: each may be likely, and all of them short together.
 const MAX_STEPS: usize = 5;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
-/// The result contradicts the odometry over such a stretch beyond this squared Mahalanobis distance. Of the six logs at hand no
-/// stretch does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
-const RESULT_CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
-/// Odometry of which more than a tenth of the stretches lie beyond this has errors that add up along the path: its distances are
-/// scaled down to it.
-const USUAL: f64 = mahalanobis::ONE_IN_TEN;
-/// Fewer stretches than this do not tell what is usual.
-const MIN_STRETCHES: usize = 50;
+/// What a registration leaves open of a direction that nothing constrains (rad, m).
+pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
+/// Chain or result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
+/// the result does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
+const CONTRADICTS: f64 = mahalanobis::ONE_IN_TEN_THOUSAND;
 /// Standard deviation of a stretch's heading (rad) up to which its covariance holds: at 4.6 times as much, where a stretch is contradicted,
 /// a sine is still within a fifth of its angle.
 const LINEAR_HEADING: f64 = 0.25;
@@ -45,8 +38,9 @@ const LINEAR_HEADING: f64 = 0.25;
 /// odometry, a step that contradicts its registration is the likelier of the two to be wrong. None of 2,880 was (`laser_scores --mode
 /// alone`, good steps of five logs); this is ten times what that leaves possible.
 const FALSE_REGISTRATIONS: f64 = 0.01;
-/// Fewer sure steps do not bound the next one: one in this many is longer than all before.
-const MIN_SURE_STEPS: usize = 20;
+/// Fewer sure steps do not bound the next one, for one in this many is longer than all before; and fewer keyframes that fit each other
+/// say little.
+pub const MIN_SURE: usize = 20;
 
 /// The odometry of a run, step by step.
 #[derive(Debug, Clone, Default)]
@@ -129,7 +123,7 @@ impl OdometryModel {
             (measured.norm() > CALIBRATING_LENGTH).then_some(ratio)
         };
         let mut ratios: Vec<f64> = counterparts.iter().filter_map(ratio).collect();
-        let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_CALIBRATING) else {
+        let Some(median) = quantile(&mut ratios, 0.5).filter(|_| ratios.len() >= MIN_FOR_TAIL) else {
             return;
         };
         let off = median - 1.0;
@@ -196,7 +190,7 @@ impl OdometryModel {
             covariance = chained((&step.T_before_sensor, &of_step), &covariance);
             measured = step.T_before_sensor * measured;
             let stretch = Stretch::new(frame - 1, last, measured, registered(frame - 1, last), &covariance);
-            if frame < last && stretch.sq_distance >= mahalanobis::ONE_IN_THOUSAND {
+            if frame < last && stretch.sq_distance > CONTRADICTS {
                 let of_step = |frame: usize| {
                     let step = self.steps[frame].unwrap_or(*step);
                     let registered = registered(frame - 1, frame);
@@ -217,9 +211,10 @@ impl OdometryModel {
             let stretches: Vec<Stretch> =
                 (0..self.steps.len()).filter_map(|first| path.stretch(first, length, poses)).collect();
             let mut distances: Vec<f64> = stretches.iter().map(|stretch| stretch.sq_distance).collect();
-            let usual = quantile(&mut distances, 0.9).filter(|_| stretches.len() >= MIN_STRETCHES);
-            let scale = usual.map_or(1.0, |distance| (distance / USUAL).max(1.0));
-            for stretch in stretches.iter().filter(|stretch| stretch.sq_distance > scale * RESULT_CONTRADICTS) {
+            let usual = quantile(&mut distances, 1.0 - TAIL).filter(|_| stretches.len() >= MIN_FOR_TAIL);
+            // Errors of odometry that add up along the path make the distances of all larger.
+            let scale = usual.map_or(1.0, |distance| (distance / mahalanobis::ONE_IN_TEN).max(1.0));
+            for stretch in stretches.iter().filter(|stretch| stretch.sq_distance > scale * CONTRADICTS) {
                 // One reason is enough.
                 let unsuspected = |estimate: &&mut FrameEstimate| estimate.findings.is_empty();
                 for estimate in estimates[stretch.first..=stretch.last].iter_mut().filter(unsuspected) {
@@ -263,7 +258,7 @@ impl OdometryModel {
         };
         let sure = (1..estimates.len()).filter(is_sure);
         let lengths: Vec<f64> = sure.map(|frame| step(frame, estimates).translation_norm()).collect();
-        if lengths.len() < MIN_SURE_STEPS {
+        if lengths.len() < MIN_SURE {
             return;
         }
         let longest = lengths.into_iter().fold(0.0, f64::max);

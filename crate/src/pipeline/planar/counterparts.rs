@@ -5,9 +5,9 @@ use super::pairs::{known, register_alone, register_pair};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::laser_log::OdometryOrigin;
 use crate::odometry::assessment::Status;
-use crate::odometry::planar::assess::MIN_POINTS;
+use crate::odometry::planar::assess::{GOOD_AGREEMENT, MIN_POINTS};
 use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
-use crate::odometry::planar::motion_noise::{Counterpart, MIN_SAMPLES};
+use crate::odometry::planar::motion_noise::{Counterpart, EXPECTED_WRONG, MIN_SAMPLES};
 use crate::odometry::planar::{PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
 use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
 
@@ -17,7 +17,8 @@ const COMPARED: usize = 48;
 const STRETCH: f64 = 0.5;
 /// ... or to turn this much (rad).
 const STRETCH_TURN: f64 = 0.25;
-/// Motions near the border of the search are not compared where there are others: this share of its half width is left.
+/// Motions near the border of the search, where a registration is pulled to its inside, are not compared where there are others: this share of
+/// its half width is left (`docs/measurements/laser.md`, numbers merged).
 const INSIDE: f64 = 0.8;
 
 /// Stretches spread over the way, each with what a registration from scans alone makes of it, where that is sure.
@@ -75,12 +76,8 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
 
 /// Scans fit measured stretches when a registration moves them by less than this (m) and this share of their way,
 const FITTING: (f64, f64) = (0.1, 0.1);
-/// ... by less than this turn (rad) ...
+/// ... by less than this turn (rad), and as many returns agree as in a good registration.
 const FITTING_TURN: f64 = 0.1;
-/// ... and this share of the returns agrees, ...
-const FITTING_AGREEMENT: f64 = 0.9;
-/// ... in this share of the places compared.
-const FITTING_SHARE: f64 = 0.95;
 
 /// Whether scans fit each other where measured motions put them, all over the way.
 #[inline(never)]
@@ -93,23 +90,19 @@ pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bo
         let Hypothesis { registration, assessment } =
             register_pair(&scans.cleaned(*from), &scans.cleaned(from + steps.len()), measured, &options).0;
         let off = measured.inverse() * registration.T_target_source;
-        assessment.agreement > FITTING_AGREEMENT
+        assessment.agreement > GOOD_AGREEMENT
             && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
             && off.rotation_angle() < FITTING_TURN
     };
     let compared: Vec<bool> = stretches.iter().step_by(stride).map(fits).collect();
     let num_fitting = compared.iter().filter(|&&fits| fits).count();
-    compared.len() >= MIN_SAMPLES && num_fitting as f64 >= FITTING_SHARE * compared.len() as f64
+    compared.len() >= MIN_SAMPLES && num_fitting as f64 >= (1.0 - EXPECTED_WRONG) * compared.len() as f64
 }
 
 /// Shortest path between two visits that counts as a revisit (m).
 const MIN_REVISIT_PATH: f64 = 15.0;
 /// Largest distance between the poses of two visits (m, rad).
 const MAX_REVISIT_DISTANCE: (f64, f64) = (1.0, 0.35);
-/// Distance along the path between two frames that are looked at for revisits (m).
-const REVISIT_SPACING: f64 = 0.5;
-/// Most revisits that are checked.
-const MAX_REVISITS: usize = 24;
 /// Fewer revisits do not decide whose the poses are.
 const MIN_REVISITS: usize = 4;
 /// Largest deviation of a registration from corrected poses at a revisit (m, rad).
@@ -152,7 +145,7 @@ pub(super) fn log_holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) 
 fn fitting_revisits(poses: &[Pose2], scans: &RecordedScans) -> (usize, usize) {
     let options = scans.settings.odometry_options();
     let revisits = revisits(poses);
-    let stride = revisits.len().div_ceil(MAX_REVISITS).max(1);
+    let stride = revisits.len().div_ceil(COMPARED / 2).max(1);
     let (mut num_fitting, mut num_tried) = (0, 0);
     for (earlier, later) in revisits.into_iter().step_by(stride) {
         let (target, source) = (scans.cleaned(earlier), scans.cleaned(later));
@@ -181,7 +174,7 @@ fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     }
     let mut chosen: Vec<usize> = Vec::new();
     for frame in 0..poses.len() {
-        if chosen.last().is_none_or(|&last| along[frame] - along[last] > REVISIT_SPACING) {
+        if chosen.last().is_none_or(|&last| along[frame] - along[last] > STRETCH) {
             chosen.push(frame);
         }
     }

@@ -4,11 +4,13 @@
 use std::collections::HashSet;
 use std::rc::Rc;
 
-use super::keyframe_graph::{KeyframeGraph, MIN_SURE_KEYFRAMES};
+use super::keyframe_graph::KeyframeGraph;
 use crate::geometry::{Pose2, RigidMotion};
+use crate::graph::loops::planar::WINDOW_SIGMAS;
 use crate::map::occupancy_grid::{OccupancyGrid, RESOLUTION};
 use crate::odometry::localization::{LONGEST_STRETCH, StretchSearch};
 use crate::odometry::planar::information::CERTAIN_SIGMA;
+use crate::odometry::planar::odometry_model::MIN_SURE;
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IcpOptions;
 
@@ -16,8 +18,6 @@ use crate::registration::icp::IcpOptions;
 const MAX_STRETCHES: usize = 12;
 /// The search ends when so many are certain; a piece with fewer stretches needs all of them.
 const NUM_CERTAIN: usize = 2;
-/// Motions of one piece agree within so many of the largest standard deviations of what is certain.
-const AGREEING_SIGMAS: f64 = 3.0;
 
 /// A search for the pieces of a graph. It is known by what it does alone, so that the part of the engine that a page begins with, which
 /// begins none, does without.
@@ -75,7 +75,7 @@ impl Joining {
         let recording = |keyframe: &usize| recordings[graph.nodes[*keyframe]];
         let known: HashSet<usize> = members[largest].iter().map(recording).collect();
         let is_other = |&piece: &usize| {
-            members[piece].len() >= MIN_SURE_KEYFRAMES
+            members[piece].len() >= MIN_SURE
                 && !members[piece].iter().any(|keyframe| known.contains(&recording(keyframe)))
         };
         let mut others: Vec<usize> = (0..members.len()).filter(is_other).collect();
@@ -124,8 +124,8 @@ impl Piece {
         let (motion, _) = certain.first()?;
         let agrees = |(other, middle): &&(Pose2, Pose2)| {
             let off = (motion * middle).inverse() * (other * middle);
-            off.rotation_angle() < AGREEING_SIGMAS * CERTAIN_SIGMA.0
-                && off.translation_norm() < AGREEING_SIGMAS * CERTAIN_SIGMA.1
+            off.rotation_angle() < WINDOW_SIGMAS * CERTAIN_SIGMA.0
+                && off.translation_norm() < WINDOW_SIGMAS * CERTAIN_SIGMA.1
         };
         let is_enough = certain.len() >= NUM_CERTAIN.min(self.stretches.len());
         (is_enough && certain.iter().all(agrees)).then_some(*motion)

@@ -14,7 +14,7 @@ use crate::map::local::is_new_view;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
-use crate::odometry::planar::odometry_model::OdometryModel;
+use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel};
 use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
@@ -35,13 +35,8 @@ const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
 const MAX_OPENNESS: f64 = 0.1;
 /// The piece of the first frame is the main one unless another is this many times as large.
 const MAIN_PIECE_RATIO: usize = 4;
-/// Frames of a piece beside the main one are as sure as those of the main one if it has so many keyframes: a few that fit
-/// each other say little.
-pub const MIN_SURE_KEYFRAMES: usize = 20;
-/// Keyframes that each keyframe is matched with among those just before it ...
-const NUM_MATCHED_BEFORE: usize = 3;
-/// ... and, at most, among the earlier ones that saw the same place.
-const MAX_MATCHED_REVISITS: usize = 3;
+/// Keyframes that each keyframe is matched with among those just before it and, at most, among the earlier ones that saw the same place.
+const NUM_MATCHED: usize = 3;
 /// Keyframes this far apart (m, a radian counted as a metre) are not matched.
 const MAX_EDGE_DISTANCE: f64 = 3.0;
 /// Nor are keyframes of which a smaller share of all returns agrees.
@@ -212,7 +207,7 @@ impl KeyframeGraph {
         let first = pieces.iter().position(|&piece| piece == 0);
         let is_small = |&frame: &usize| match pieces[frame] {
             0 => is_unsure && Some(frame) != first,
-            piece => sizes[piece] < MIN_SURE_KEYFRAMES,
+            piece => sizes[piece] < MIN_SURE,
         };
         (0..pieces.len()).filter(is_small).collect()
     }
@@ -234,7 +229,7 @@ impl KeyframeGraph {
 
     /// The edges of a keyframe to those before it, and to those of earlier times that see the same as it sees.
     fn edges_of(&self, later: usize, of_nodes: &[Pose2]) -> Vec<Edge> {
-        let window = later.saturating_sub(NUM_MATCHED_BEFORE);
+        let window = later.saturating_sub(NUM_MATCHED);
         let apart = |earlier: usize| {
             let T = of_nodes[earlier].inverse() * of_nodes[later];
             T.translation_norm() + T.rotation_angle()
@@ -245,7 +240,7 @@ impl KeyframeGraph {
             .filter(|(apart, _)| *apart < MAX_EDGE_DISTANCE)
             .collect();
         let nearest_first = ascending(near.iter().map(|(apart, _)| *apart)).into_iter().map(|index| near[index].1);
-        let revisited = nearest_first.filter(sees_same).take(MAX_MATCHED_REVISITS);
+        let revisited = nearest_first.filter(sees_same).take(NUM_MATCHED);
         let before = (window..later).filter(sees_same);
         revisited.chain(before).map(|target| Edge { source: later, target }).collect()
     }

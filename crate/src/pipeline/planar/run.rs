@@ -21,7 +21,7 @@ use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::belief::Finding;
-use crate::odometry::planar::{FrameEstimate, Odometry, PlanarOptions};
+use crate::odometry::planar::{BRIEF_ITERATIONS, FrameEstimate, Odometry, PlanarOptions};
 use crate::pipeline::prepared_frame::FrameLabel;
 use crate::pipeline::recorded_scan::{RecordedScan, RecordedScans};
 use crate::pipeline::report::{FrameResult, PlanarPose, Progress, Stage};
@@ -29,9 +29,6 @@ use crate::pipeline::settings::{Settings, Strategy};
 use crate::preprocess::clean::{CleaningReport, range_limit};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::registration::icp::IterationRecord;
-
-/// Most iterations of the joint registration of a long sequence: it starts close to the solution, and one iteration takes long.
-const MAX_ITERATIONS_OF_LONG: usize = 8;
 
 /// What became of a recording that is not the first one.
 pub struct LaterRecording {
@@ -227,7 +224,7 @@ impl Run {
         });
         let mut options = settings.icp_options();
         if graph.is_long() {
-            options.criteria.max_iterations = options.criteria.max_iterations.min(MAX_ITERATIONS_OF_LONG);
+            options.criteria.max_iterations = options.criteria.max_iterations.min(BRIEF_ITERATIONS);
         }
         if !joint.registration.is_done(&options) {
             joint.advance(&self.scans, &options);

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::acceptance::MAX_WINDOW_ALONE;
 use super::consistency::{Candidate, Cycle, Relation, consistent_set, cycle, relation};
-use super::matching::{Pair, SourceStretch, SubmapMatch, match_stretches};
+use super::matching::{MATCH_SIGMA, Pair, SourceStretch, SubmapMatch, match_stretches};
 use super::submap::Keyframe;
 use super::{Loop, LoopClosure, Origin, TrialOutcome};
 use crate::geometry::connected_parts::connected_parts;
@@ -14,9 +14,6 @@ use crate::geometry::{Pose2, RigidMotion, mahalanobis};
 use crate::graph::pose_graph::total_loss;
 use crate::odometry::planar::information::sigmas;
 use crate::registration::icp::IcpOptions;
-
-/// Standard deviation of a loop that was put in unchecked (rad, m): what a match is known by at best.
-const UNCHECKED_SIGMA: (f64, f64) = super::matching::MATCH_SIGMA;
 
 /// The poses and loops of a graph at one time.
 #[derive(Clone)]
@@ -158,7 +155,7 @@ impl LoopClosure {
     /// Why it is not put in.
     pub fn add_unchecked_loop(&mut self, keyframes: [usize; 2], T: &Pose2) -> Result<(), Refusal> {
         let pair = self.pair_at(keyframes, T)?;
-        let (heading, position) = UNCHECKED_SIGMA;
+        let (heading, position) = MATCH_SIGMA;
         let covariance = Matrix3::from_diagonal(&[heading, position, position].map(|sigma| sigma * sigma).into());
         let found = SubmapMatch { T_target_source: pair.guess, covariance, agreement: 0.0, fitness: 0.0, rival: 0.0 };
         self.enter(Candidate { target: pair.target, source: pair.source, found });

@@ -2,16 +2,13 @@
 
 use super::LoopClosure;
 use super::matching::Pair;
-use super::pairs::MIN_OVERLAP;
+use super::pairs::WINDOW_SIGMAS;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::registration::correlative::SearchWindow;
 use crate::registration::icp::IcpOptions;
 use crate::search::order::ascending;
 
-/// How far from where a piece was found its submaps are matched, in the largest standard deviations of what is certain: three for the
-/// place, and three for what the piece bends by. In windows as wide as this a match needs another one to support it.
-const WINDOW_SIGMAS: f64 = 6.0;
 /// Submaps of the other piece that each is matched with.
 const NUM_TARGETS: usize = 2;
 
@@ -58,12 +55,13 @@ impl LoopClosure {
             (0..self.submaps.len()).filter(is_of)
         };
         let others: Vec<usize> = of(into).collect();
-        let window =
-            SearchWindow { translation: WINDOW_SIGMAS * CERTAIN_SIGMA.1, rotation: WINDOW_SIGMAS * CERTAIN_SIGMA.0 };
+        // Once for the place, and once for what the piece bends by. In windows as wide as this a match needs another one to support it.
+        let sigmas = 2.0 * WINDOW_SIGMAS;
+        let window = SearchWindow { translation: sigmas * CERTAIN_SIGMA.1, rotation: sigmas * CERTAIN_SIGMA.0 };
         let pairs_of = |submap: usize| {
             let place = |submap: usize| self.poses[self.submaps[submap].anchor];
             let apart = |other: usize| (place(other).inverse() * place(submap)).translation_norm();
-            let reach = |other: usize| (self.submaps[submap].radius + self.submaps[other].radius) * (1.0 - MIN_OVERLAP);
+            let reach = |other: usize| self.submaps[submap].reach(&self.submaps[other]);
             let near: Vec<usize> = others.iter().copied().filter(|&other| apart(other) < reach(other)).collect();
             let nearest = ascending(near.iter().map(|&other| apart(other))).into_iter().take(NUM_TARGETS);
             let pair = |other: usize| {

@@ -8,9 +8,9 @@ use nalgebra::{Matrix3, Vector2};
 use super::submap::{Keyframe, overlaid};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::{PlanarRegistration, SURFACE_SPACING};
-use crate::odometry::planar::MIN_RIVAL_DISTANCE;
 use crate::odometry::planar::hypothesis::NUM_SEARCHED_POINTS;
 use crate::odometry::planar::information::{motion_information, softened_covariance};
+use crate::odometry::planar::{MIN_RIVAL_DISTANCE, RIVAL_SHARE};
 use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 use crate::registration::factors::PointToPlane;
 use crate::registration::free_space::FreeSpaceTally;
@@ -77,8 +77,6 @@ const MAX_REFERENCE_KEYFRAMES: usize = 5;
 pub const MATCH_SIGMA: (f64, f64) = (0.005, 0.03);
 /// Smallest score of a pose, as a share of the source's own likelihood.
 const MIN_SCORE: f64 = 0.35;
-/// A place is one of several where another one scores more than this share of it.
-pub const MAX_RIVAL: f64 = 0.9;
 
 impl TargetStretch {
     /// Of these keyframes, in the frame of one of them.
@@ -114,7 +112,7 @@ pub fn match_stretches(
     let searched: Vec<Vector2<f64>> = source.points.iter().step_by(stride).copied().collect();
     let search = target.grid.window(&searched, guess, window);
     let best = search.best_above(MIN_SCORE).filter(|best| best.score > MIN_SCORE)?;
-    let (start, score) = (best.T_target_source, MAX_RIVAL * best.score);
+    let (start, score) = (best.T_target_source, RIVAL_SHARE * best.score);
     let rival = search.rival(&[start], MIN_RIVAL_DISTANCE, score, score).map_or(0.0, |other| other.score / best.score);
     let found: PlanarRegistration = register(
         Source { points: &source.points, normals: Some(&source.normals), sigmas: None },

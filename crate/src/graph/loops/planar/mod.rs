@@ -32,6 +32,7 @@ pub use certainty::Uncertainty;
 use consistency::Candidate;
 pub use edits::{GraphState, LoopEvidence, Refusal};
 use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
+pub use pairs::WINDOW_SIGMAS;
 use submap::{Keyframe, Submap};
 pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
 use uncertainty::RelativeCovariances;

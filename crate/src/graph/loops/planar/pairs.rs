@@ -19,15 +19,13 @@ const LOOSE_SIGMA: (f64, f64) = (0.12, 0.03);
 /// Submaps that one submap is matched with in a round, at most.
 const MAX_CANDIDATES: usize = 4;
 /// Half width of the search window, in standard deviations of the relative pose, ...
-const WINDOW_SIGMAS: f64 = 3.0;
+pub const WINDOW_SIGMAS: f64 = 3.0;
 /// ... beside this margin (m, rad), ...
 const WINDOW_MARGIN: SearchWindow = SearchWindow { translation: 0.2, rotation: 0.03 };
 /// ... and its largest translation (m).
 const MAX_WINDOW: f64 = 12.0;
 /// Standard deviation between two submaps (m, rad) below which a loop would tell nothing new.
 const SETTLED_SIGMA: (f64, f64) = (0.05, 0.012);
-/// Submaps that seem to share less than this of what they show are not matched.
-pub(super) const MIN_OVERLAP: f64 = 0.3;
 /// Share of what is left of the budget that a round may spend.
 const ROUND_SHARE: f64 = 0.4;
 
@@ -98,7 +96,7 @@ impl LoopClosure {
         let (a, b) = (&self.submaps[target], &self.submaps[source]);
         let guess = self.poses[a.anchor].inverse() * self.poses[b.anchor];
         // Discs that show the same place share a good part of their area. Most pairs are beyond any window.
-        let reach = (a.radius + b.radius) * (1.0 - MIN_OVERLAP);
+        let reach = a.reach(b);
         let apart = guess.translation_norm();
         if apart > reach + MAX_WINDOW {
             return None;

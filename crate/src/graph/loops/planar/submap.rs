@@ -38,6 +38,8 @@ pub struct Submap {
 /// Returns further from their sensor are left out where places are compared (m): a small error of heading moves them far,
 /// and they are few.
 const MAX_RANGE: f64 = 15.0;
+/// Submaps that seem to share less than this of what they show are not matched.
+const MIN_SHARED: f64 = 0.3;
 /// Share of a submap's returns that lie within its radius.
 const RADIUS_SHARE: f64 = 0.8;
 /// Side of the cells that keep one return for the radius (m).
@@ -52,6 +54,11 @@ impl Submap {
         distances.sort_by(f64::total_cmp);
         let radius = distances.get((RADIUS_SHARE * distances.len() as f64) as usize).copied().unwrap_or(0.0);
         Self { keyframes: range, anchor, radius: radius.min(MAX_RANGE) }
+    }
+
+    /// Distance (m) within which both may show one place.
+    pub fn reach(&self, other: &Self) -> f64 {
+        (self.radius + other.radius) * (1.0 - MIN_SHARED)
     }
 }
 

@@ -1,15 +1,15 @@
 //! The record of a search for loops: which submaps were compared, and what came of each comparison.
 
 use super::LoopClosure;
-use super::matching::{MAX_RIVAL, Pair, SubmapMatch};
+use super::matching::{Pair, SubmapMatch};
 use crate::geometry::Pose2;
+use crate::odometry::planar::RIVAL_SHARE;
 use crate::odometry::planar::ablation::Ablation;
+use crate::odometry::planar::assess::MIN_OVERLAP;
 use crate::registration::correlative::SearchWindow;
 
-/// A match needs this share of agreeing returns, ...
+/// A match needs this share of agreeing returns.
 const MIN_AGREEMENT: f64 = 0.85;
-/// ... and this share of returns with a partner.
-const MIN_FITNESS: f64 = 0.25;
 
 /// What came of comparing two submaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl TrialOutcome {
                 )
             }
             Self::FitsLittle => {
-                format!("{} of the returns have a partner, not {}", percent(found.fitness), percent(MIN_FITNESS))
+                format!("{} of the returns have a partner, not {}", percent(found.fitness), percent(MIN_OVERLAP))
             }
             Self::HasRival => "they fit nearly as well at another pose near there".to_owned(),
         }
@@ -85,9 +85,9 @@ impl TrialOutcome {
         let Some(found) = found else { return Self::NotFound };
         if found.agreement <= MIN_AGREEMENT {
             Self::Disagrees
-        } else if found.fitness <= MIN_FITNESS {
+        } else if found.fitness <= MIN_OVERLAP {
             Self::FitsLittle
-        } else if found.rival >= MAX_RIVAL && !without.second_basin {
+        } else if found.rival >= RIVAL_SHARE && !without.second_basin {
             Self::HasRival
         } else {
             Self::Matched

@@ -7,9 +7,6 @@ use super::super::motion_noise::{MIN_SAMPLES, isolated};
 use super::OdometryModel;
 use crate::geometry::{RigidMotion, mahalanobis};
 
-/// The mean of the squared Mahalanobis distance of a usual step: three directions.
-const MEAN_SQUARED: f64 = 3.0;
-
 impl OdometryModel {
     /// What is isolated in each step; nothing where a neighbour is missing.
     fn isolated(&self) -> Vec<Vector3<f64>> {
@@ -30,7 +27,8 @@ impl OdometryModel {
             if isolated > mahalanobis::ONE_IN_HUNDRED {
                 count += 1;
                 sq_isolated += isolated;
-                sq_errors += squared(&(measured.T_before_sensor * registered.inverse()).log()) - MEAN_SQUARED;
+                // The mean of a usual step is the number of its directions.
+                sq_errors += squared(&(measured.T_before_sensor * registered.inverse()).log()) - 3.0;
             }
         }
         let share = if count < MIN_SAMPLES { 0.0 } else { (sq_errors / sq_isolated).clamp(0.0, 1.0) };
