@@ -62,8 +62,7 @@ fn empty_surface(
     };
     let images: Vec<Vec<u8>> = views.iter().enumerate().map(image).collect();
     let settings = SpatialSettings { field_of_view: 1.2, depth_scale: 1000.0, ..SpatialSettings::default() };
-    let surface =
-        SurfaceReconstruction::new(DecodeConfig::new(&settings, "0", &images[0]).unwrap(), options).unwrap();
+    let surface = SurfaceReconstruction::new(DecodeConfig::new(&settings, "0", &images[0]).unwrap(), options).unwrap();
     let images = images.iter().map(|image| surface.read("view", image, None).unwrap()).collect();
     (surface, images)
 }

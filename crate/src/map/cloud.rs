@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use crate::geometry::{Pose3, RigidMotion};
 use crate::preprocess::voxel_hash::{Voxel as Cell, VoxelHash};
 use crate::registration::icp::Source;
-use crate::registration::target::{CLEARANCE_FACTOR, LastSearch, SurfaceTarget, Target};
+use crate::registration::target::{CLEARANCE_FACTOR, LastSearch, OrientedTarget, SurfaceTarget, Target};
 use crate::search::Neighbor;
 
 /// Voxels along the side of a block: a surface then has about 16 points in one, as a leaf of a tree.
@@ -113,6 +113,13 @@ impl CloudMap {
     /// All points with their unit normals (world frame).
     pub(crate) fn points(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
         self.voxels.iter().map(|voxel| (voxel.mean, voxel.normal))
+    }
+
+    /// The points within `radius` (m) of a position in the world, in a tree.
+    pub(crate) fn around(&self, place: &Vector3<f64>, radius: f64) -> OrientedTarget<3> {
+        let near = self.points().filter(|(point, _)| (point - place).norm_squared() <= radius * radius);
+        let (points, normals) = near.map(|(point, normal)| (point, Some(normal))).unzip();
+        OrientedTarget::new(points, normals)
     }
 
     /// The index of the block of a voxel, which is made where there is none.

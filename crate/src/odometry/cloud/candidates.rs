@@ -43,10 +43,11 @@ pub(super) struct Task<'a> {
     pub(super) T_target_last: Pose3,
 }
 
-/// What a cloud is registered to.
+/// What a cloud is registered to: the last one, or the map. Its own index is there at once and finds what is near; a tree takes a while to
+/// build, and less to find that nothing is.
 #[derive(Clone, Copy)]
 pub(super) enum CloudTarget<'a> {
-    Last(&'a OrientedTarget<3>),
+    Tree(&'a OrientedTarget<3>),
     Map(&'a CloudMap),
 }
 
@@ -96,6 +97,9 @@ impl CloudOdometry {
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
+        let tree = self.tree_around(task);
+        let target = tree.as_ref().map_or(task.target, CloudTarget::Tree);
+        let task = &Task { target, ..*task };
         let wide = || Some(self.nearby_guess(task, &self.options.wide_stages()));
         let turned = || Some(self.turned_guess(task));
         let by_features = || self.features_guess(task).ok();
@@ -119,6 +123,13 @@ impl CloudOdometry {
         let is_better = |other: &Candidate| other.is_sound() && other.score() > nearby.score();
         let found = best.map(whole).filter(is_better);
         found.unwrap_or_else(|| if is_lost { self.register(task, guess) } else { nearby })
+    }
+
+    /// The map within twice the cloud's range, for searches of a wide area; `None` where the target is a tree.
+    fn tree_around(&self, task: &Task<'_>) -> Option<OrientedTarget<3>> {
+        let CloudTarget::Map(map) = task.target else { return None };
+        let range = task.frame.source().points.iter().map(Vector3::norm_squared).fold(0.0, f64::max).sqrt();
+        Some(map.around(&self.T_world_last.translation.vector, 2.0 * range))
     }
 
     /// Registers the whole cloud from a guess, and assesses the result.
@@ -254,7 +265,7 @@ impl Target for CloudTarget<'_> {
 
     fn nearest(&self, query: &Vector3<f64>, max_distance: f64) -> Option<Neighbor> {
         match self {
-            Self::Last(cloud) => cloud.nearest(query, max_distance),
+            Self::Tree(cloud) => cloud.nearest(query, max_distance),
             Self::Map(map) => map.nearest(query, max_distance),
         }
     }
@@ -266,21 +277,21 @@ impl Target for CloudTarget<'_> {
         last: &mut LastSearch<Vector3<f64>>,
     ) -> Option<Neighbor> {
         match self {
-            Self::Last(cloud) => cloud.nearest_again(query, max_distance, last),
+            Self::Tree(cloud) => cloud.nearest_again(query, max_distance, last),
             Self::Map(map) => map.nearest_again(query, max_distance, last),
         }
     }
 
     fn point(&self, index: u32) -> Vector3<f64> {
         match self {
-            Self::Last(cloud) => cloud.point(index),
+            Self::Tree(cloud) => cloud.point(index),
             Self::Map(map) => map.point(index),
         }
     }
 
     fn normal(&self, index: u32) -> Option<Vector3<f64>> {
         match self {
-            Self::Last(cloud) => cloud.normal(index),
+            Self::Tree(cloud) => cloud.normal(index),
             Self::Map(map) => map.normal(index),
         }
     }

@@ -154,7 +154,7 @@ impl CloudOdometry {
 
         // The target, and its pose.
         let (target, T_world_target, T_target_last) = match self.options.method {
-            CloudMethod::CloudToCloud => (CloudTarget::Last(last.target()), self.T_world_last, Pose3::identity()),
+            CloudMethod::CloudToCloud => (CloudTarget::Tree(last.target()), self.T_world_last, Pose3::identity()),
             CloudMethod::CloudMap => (CloudTarget::Map(&self.map), Pose3::identity(), self.T_world_last),
         };
         let task = Task { frame, last, target, T_target_last };
