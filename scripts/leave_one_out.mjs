@@ -51,11 +51,7 @@ const THRESHOLDS = [
       { file: 'registration/free_space/beams.rs', name: 'RELATIVE_TOLERANCE' },
     ],
   },
-  {
-    means: 'disagreement that odometry makes up for',
-    constants: [{ file: MEASURED, name: 'CONFIRMED_AGREEMENT', as: 'share' }],
-  },
-  { means: 'gate about the odometry', constants: [{ file: MEASURED, name: 'MAX_SQ_MAHALANOBIS' }] },
+  { means: 'gate about the odometry', constants: [{ file: MEASURED, name: 'SIGMAS' }] },
   {
     means: 'slip beyond the gate',
     constants: [
@@ -68,12 +64,8 @@ const THRESHOLDS = [
     constants: [{ file: 'odometry/planar/hypothesis.rs', name: 'RIVAL_DISAGREEMENT' }],
   },
   {
-    means: 'steps that part from the odometry',
-    constants: [{ file: MODEL, name: 'CHAIN_CONTRADICTS' }],
-  },
-  {
-    means: 'stretches that contradict the odometry',
-    constants: [{ file: MODEL, name: 'RESULT_CONTRADICTS' }],
+    means: 'steps and stretches that contradict the odometry',
+    constants: [{ file: MODEL, name: 'CONTRADICTS' }],
   },
   {
     means: 'what is certain enough for one piece',
@@ -88,20 +80,8 @@ const THRESHOLDS = [
     constants: [{ file: `${LOOPS}/trial.rs`, name: 'MIN_AGREEMENT', as: 'share' }],
   },
   {
-    means: 'returns that both sides of a loop see',
-    constants: [{ file: `${LOOPS}/trial.rs`, name: 'MIN_SEEN' }],
-  },
-  {
-    means: 'share of returns of a loop with a partner',
-    constants: [{ file: `${LOOPS}/trial.rs`, name: 'MIN_FITNESS' }],
-  },
-  {
     means: 'score of a loop',
     constants: [{ file: `${LOOPS}/matching.rs`, name: 'MIN_SCORE' }],
-  },
-  {
-    means: 'score by which a loop beats the next place',
-    constants: [{ file: `${LOOPS}/matching.rs`, name: 'MAX_RIVAL', as: 'share', usedIn: `${LOOPS}/trial.rs` }],
   },
   {
     means: 'windows in which a loop needs support',
@@ -120,10 +100,7 @@ const THRESHOLDS = [
   },
   {
     means: 'scans that are matched in the joint solution',
-    constants: [
-      { file: 'pipeline/planar/keyframe_graph.rs', name: 'MIN_EDGE_AGREEMENT', as: 'share' },
-      { file: 'pipeline/planar/keyframe_graph.rs', name: 'MIN_EDGE_SHARE' },
-    ],
+    constants: [{ file: 'pipeline/planar/keyframe_graph.rs', name: 'MIN_EDGE_SHARE' }],
   },
 ];
 
@@ -159,21 +136,24 @@ function known(value) {
 }
 
 /** The declaration of a constant: visibility, name, type, value. @param {string} name */
-const declaration = (name) => new RegExp(`^(pub |)const (${name}): ([^=]+) =(\\s[^;]*);$`, 'm');
+const declaration = (name) => new RegExp(`^(pub(?:\\([a-z]+\\))? |)const (${name}): ([^=]+) =(\\s[^;]*);$`, 'm');
 
 /**
  * The text of a file in which the value of a constant, or of a field of it, is multiplied by the factor of a threshold.
  * @param {string} text @param {Constant} constant @param {number} threshold
  */
 function multiplied(text, { name, field, as = 'scaled' }, threshold) {
-  const times = (/** @type {string} */ value) =>
-    value.replace(/\d+(?:\.\d+)?/g, (number) => {
+  const times = (/** @type {string} */ value) => {
+    // A name stands for a number that others share.
+    if (/^[\w\s:]*[A-Z]\w*$/.test(value)) return ` crate::factors::${as}(${threshold}, ${value.trim()})`;
+    return value.replace(/\d+(?:\.\d+)?/g, (number) => {
       const isWhole = !number.includes('.');
       const scaled = `crate::factors::${as}(${threshold}, ${number}${isWhole ? '.0' : ''})`;
       return isWhole ? `${scaled}.round() as usize` : scaled;
     });
+  };
   const [all, visibility, , type, whole] = text.match(declaration(name))?.map(String) ?? [];
-  const ofField = new RegExp(`(\\b${field}: )([\\d.]+)`);
+  const ofField = new RegExp(`(\\b${field}: )([\\w.]+)`);
   const value = field
     ? known(whole).replace(ofField, (_, before, number) => before + times(number))
     : times(known(whole));

@@ -24,8 +24,8 @@ export const TRAJECTORY_HELP = `Trajectories are files of these forms, or a fold
   euroc       t [ns], x, y, z, qw, qx, qy, qz pose_table columns named in the first line, or x y z qw qx qy qz
   matrices    4 x 4, with or without counts   npy        (N, 7) x y z qw qx qy qz; (N, 8); (N, 3, 4); (N, 4, 4)
   positions   x y z, or x y                   planar     number x y theta
-  JSON, YAML and XML with a 4 x 4 matrix for each frame (nerfstudio, Open3D, OpenCV), JSON objects with a position and an
-  orientation each, COLMAP's images.txt and the vertices of a pose graph (.g2o) are read, too
+  JSON, YAML and XML with a 4 x 4 matrix for each frame (nerfstudio, Open3D, OpenCV), JSON objects with a position and
+  an orientation each, COLMAP's images.txt and the vertices of a pose graph (.g2o) are read, too
 `;
 
 /** The trajectory that a path names; null where it cannot be used, which is reported. */

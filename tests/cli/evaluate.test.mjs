@@ -122,7 +122,7 @@ test('one estimate that cannot be used does not spoil the others', async (t) => 
     stderr,
     /^note: long_quaternions\.tum: line 1: Columns 5 to 8 are not a rotation: .*It was made of length 1/m,
   );
-  assert.match(stdout, /^ +1 +long_quaternions\.tum +90\/90 /m);
+  assert.match(stdout, /^ +2 +long_quaternions\.tum +90\/90 /m);
   assert.match(stdout, / +estimate\.tum /);
   assert.match(
     (await scanstitch(['evaluate', ESTIMATE, join(folder, 'broken.tum')])).stderr,

@@ -316,11 +316,11 @@ test.describe('bundled', () => {
             let now = $state(given);
             window.change = (next) => (now = next);
           </script>
-          {#snippet lesson({ src, view, preset, settings, theme, controls, scene, offline, rememberSettings, 'remember-settings': remember })}
+          {#snippet lesson({ src, view, preset, settings, theme, controls, scene, live, offline, rememberSettings, 'remember-settings': remember })}
             {#if rememberSettings === undefined}
-              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {offline} remember-settings={remember} onscanstitch-done={done}></scanstitch-app>
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {live} {offline} remember-settings={remember} onscanstitch-done={done}></scanstitch-app>
             {:else}
-              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {offline} {rememberSettings} onscanstitch-done={done}></scanstitch-app>
+              <scanstitch-app {src} {view} {preset} {settings} {theme} {controls} {scene} {live} {offline} {rememberSettings} onscanstitch-done={done}></scanstitch-app>
             {/if}
           {/snippet}
           {@render lesson(now)}`,
@@ -350,7 +350,7 @@ test.describe('bundled', () => {
         const done = ({ detail }) => told.push(detail.result.frames.length);
         mount(document.querySelector('#here'), { ...given, [remember]: true }, done);
         window.changeAll = () =>
-          change({ src: '0.ply 1.ply 2.ply', view: 'map', theme: 'light', controls: 'full', scene: '', preset: '', settings: '', offline: false, [remember]: false });
+          change({ src: '0.ply 1.ply 2.ply', view: 'map', theme: 'light', controls: 'full', scene: '', live: '', preset: '', settings: '', offline: false, [remember]: false });
         if (late) requestAnimationFrame(() => import('scanstitch/element'));`;
       const bundled = await bundle(main, files, await plugins?.());
       const values = (): Promise<unknown[]> =>
@@ -370,7 +370,7 @@ test.describe('bundled', () => {
         await expect.poll(told).toContain(2);
         expect(await kept(page)).toEqual(['scanstitch-offline.js']);
         await page.evaluate(() => (window as unknown as { changeAll(): void }).changeAll());
-        await expect.poll(values).toEqual(['0.ply 1.ply 2.ply', 'map', '', '', 'light', 'full', '', false, false]);
+        await expect.poll(values).toEqual(['0.ply 1.ply 2.ply', 'map', '', '', 'light', 'full', '', '', false, false]);
         await expect.poll(told).toContain(3);
         await expect(page.locator('scanstitch-map')).toBeVisible();
       }

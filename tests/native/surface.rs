@@ -150,7 +150,9 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
     };
     let follow = |surface: &mut SurfaceReconstruction, frames: &[(usize, Pose3)], is_final: bool| {
         let wanted = surface.follow(frames.iter().copied(), is_final);
-        wanted.iter().for_each(|&frame| surface.put(frame, &images[frame]));
+        for &frame in &wanted {
+            surface.put(frame, &images[frame]);
+        }
         wanted
     };
     // Frame by frame; the poses of the last three change, and a frame is no longer good.
@@ -164,7 +166,9 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
     assert_eq!(follow(&mut surface, &settled, true), [2, 5, 6, 7]);
     let of = |frames: &[(usize, Pose3)]| {
         let (mut fresh, _) = empty_surface(options, noise, &views);
-        frames.iter().for_each(|(frame, pose)| fresh.add(&images[*frame], pose));
+        for (frame, pose) in frames {
+            fresh.add(&images[*frame], pose);
+        }
         fresh.mesh()
     };
     let (followed, fresh) = (surface.mesh(), of(&settled));

@@ -48,7 +48,7 @@ fn along(lengths: &[f64]) -> Vec<Pose2> {
 #[test]
 fn steps_that_are_likely_one_by_one_and_short_together_are_doubted() {
     let mut lengths = vec![1.0; 20];
-    lengths[8..13].copy_from_slice(&[0.905, 0.905, 0.895, 0.905, 0.905]);
+    lengths[8..13].copy_from_slice(&[0.885, 0.885, 0.875, 0.885, 0.885]);
     let (mut model, mut estimates) = (measured(&along(&[1.0; 20])), chain(&along(&lengths)));
     model.doubt_contradicted_steps(&mut estimates);
     let doubted: Vec<usize> = (0..20).filter(|&frame| estimates[frame].link == Link::Doubted).collect();
