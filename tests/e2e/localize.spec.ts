@@ -21,7 +21,7 @@ const DRIVE: InputFile[] = [
 const viewOf = (page: Page): Locator => page.locator('scanstitch-localize');
 const messagesOf = (page: Page): Locator => viewOf(page).getByRole('region', { name: 'Messages' });
 const dropInView = (page: Page, files: readonly InputFile[]): Promise<void> =>
-  dropOn(viewOf(page).locator('.localize'), files);
+  dropOn(viewOf(page).locator('.whole'), files);
 const FOUND = 'Found in this map';
 
 /** How far a position in words, "1.23, −0.45 m ± 0.03 m", is from where the robot was (m). */

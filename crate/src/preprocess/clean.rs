@@ -113,7 +113,7 @@ fn range(position: Vec3) -> f64 {
 pub fn range_limit<'a>(scans: impl IntoIterator<Item = &'a [Vec3], IntoIter: Clone>) -> Option<f64> {
     /// Share of the returns that may lie beyond the limit.
     const MAX_STRAYS: f64 = 1e-3;
-    /// Times that the farthest returns are left aside: each takes two passes over all.
+    /// How often the farthest returns are taken for strays and skipped; each step makes two passes over all returns.
     const MOST_STEPS: usize = 3;
     let scans = scans.into_iter();
     let mut beyond = f64::INFINITY;

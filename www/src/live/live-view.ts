@@ -19,12 +19,13 @@ import type { MapMarks } from '../views/map-painter.js';
 import type { PlanarShown, SpatialShown } from './growth.js';
 import { LiveSession } from './session.js';
 import { liveStyles } from './styles.js';
+import { barStyles } from '../components/bar-styles.js';
 import { flowWords, kindWords, sizeWords } from './words.js';
 
 const USUAL_ADDRESS = 'ws://localhost:8765';
 
 /**
- * A robot's topics as they come: an address is asked for, topics are chosen, and the map grows.
+ * A robot's topics as they come: the user enters an address and chooses topics, and the map grows.
  *
  * Fires `stream-kept` with the recording of a stream that has ended.
  */
@@ -57,7 +58,7 @@ export class ScanstitchLive extends LitElement {
 
   protected override render(): TemplateResult {
     const { session } = this;
-    return html`<div class="live">
+    return html`<div class="whole">
       <scanstitch-messages
         strip
         .messages=${this.messages()}
@@ -237,7 +238,7 @@ export class ScanstitchLive extends LitElement {
     ></scanstitch-map3d>`;
   }
 
-  static override styles = [shared, emptyStyles, liveStyles];
+  static override styles = [shared, emptyStyles, barStyles, liveStyles];
 }
 
 const isRead = (topic: Offered): boolean => kindOf(topic) !== undefined;

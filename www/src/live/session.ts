@@ -11,7 +11,7 @@ import { PlanarGrowth } from './planar-growth.js';
 import { SpatialGrowth } from './spatial-growth.js';
 import { Spool } from './spool.js';
 
-/** choosing: the topics are listed, and none is asked for yet */
+/** choosing: the topics are listed, and none is subscribed to yet */
 export type LivePhase = 'idle' | 'connecting' | 'choosing' | 'receiving' | 'ended';
 
 /** The name that the command line gives it, too. */

@@ -1,26 +1,7 @@
 import { css } from 'lit';
-import { column, cut, doubt, fill, row, small, wrap } from '../components/theme.js';
+import { cut, doubt, fill, row, small, wrap } from '../components/theme.js';
 
 export const liveStyles = css`
-  :host {
-    position: relative;
-    ${fill};
-    background: var(--background);
-    container-type: size;
-  }
-  .live {
-    ${column};
-    height: 100%;
-  }
-  .bar {
-    ${wrap};
-    flex: none;
-    gap: 4px 12px;
-    min-height: 44px;
-    padding: 4px 12px;
-    border-bottom: 1px solid var(--line);
-    background: var(--surface);
-  }
   .bar .address {
     ${cut};
     min-width: 0;

@@ -26,6 +26,7 @@ import { statusColors } from './paint.js';
 import { mapWords, scanPanel } from './scan-panel.js';
 import { LocalizeSession } from './session.js';
 import { localizeStyles } from './styles.js';
+import { barStyles } from '../components/bar-styles.js';
 import { trackOf } from './track.js';
 
 /** What the command line writes. */
@@ -111,7 +112,7 @@ export class ScanstitchLocalize extends LitElement {
   protected override render(): TemplateResult {
     const { session, dropTarget } = this;
     const isEmpty = !session.map && !session.recording && !session.unscaled && session.phase !== 'reading';
-    return html`<div class="localize">
+    return html`<div class="whole">
       ${isEmpty ? nothing : this.renderBar()}
       <scanstitch-messages
         strip
@@ -296,6 +297,7 @@ export class ScanstitchLocalize extends LitElement {
     fieldStyles,
     statusStyles,
     figureStyles,
+    barStyles,
     localizeStyles,
   ];
 }

@@ -1,26 +1,7 @@
 import { css } from 'lit';
-import { column, cut, fill, row, small, wrap } from '../components/theme.js';
+import { cut, fill, row, small, wrap } from '../components/theme.js';
 
 export const localizeStyles = css`
-  :host {
-    position: relative;
-    ${fill};
-    background: var(--background);
-    container-type: size;
-  }
-  .localize {
-    ${column};
-    height: 100%;
-  }
-  .bar {
-    ${wrap};
-    flex: none;
-    gap: 4px 12px;
-    min-height: 44px;
-    padding: 4px 12px;
-    border-bottom: 1px solid var(--line);
-    background: var(--surface);
-  }
   .bar .what {
     ${cut};
     min-width: 0;

@@ -9,20 +9,20 @@ use crate::pipeline::prepared_frame::{MapPoints, PreparedFrame, Surfaces};
 use crate::pipeline::spatial_report::MapSize;
 use crate::pipeline::spatial_settings::Quantisation;
 
-/// Newest frames that are stitched only when the map is asked for.
+/// The newest frames, which are stitched only on request.
 const MAX_PENDING_FRAMES: usize = 6;
 
 impl SpatialReconstruction {
-    /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since it was
-    /// last asked for is stitched to it.
+    /// The map so far: one point a voxel, coloured where the recording is, world frame. What has been added since the last
+    /// request is stitched to it.
     pub fn map(&mut self) -> &VoxelMap {
         let poses = self.poses_up_to(Status::Good);
         let stitched = self.stitch(&poses);
         &self.stitched.insert(stitched).map
     }
 
-    /// Stitches one more of the frames that are registered, so that less is left to do when the [map](Self::map) is asked
-    /// for: it becomes the same map. The newest frames have to wait, as their poses may still change.
+    /// Stitches one more of the frames that are registered, so that less is left to do at the next request of the
+    /// [map](Self::map), which becomes the same. The newest frames have to wait, as their poses may still change.
     pub fn stitch_ahead(&mut self) {
         let poses = self.poses_up_to(Status::Good);
         let num_settled = poses.len().saturating_sub(MAX_PENDING_FRAMES);
