@@ -14,7 +14,7 @@
  * earlier loses good frames, and accepts nothing more) and limits of what is detected before a run (mirror images, clocks, units).
  */
 import { execFileSync } from 'node:child_process';
-import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
@@ -24,8 +24,7 @@ const FACTORS = [0.7, 1.4];
 const SOURCES = ['Cargo.toml', 'Cargo.lock', '.cargo', 'README.md', 'crate'];
 
 /**
- * @typedef {{ file: string, name: string, field?: string, as?: 'share' | 'scaled', usedIn?: string }} Constant A `share` is scaled by what is
- * left to 1; `usedIn` is another file that uses it.
+ * @typedef {{ file: string, name: string, field?: string, as?: 'share' | 'scaled' }} Constant A `share` is scaled by what is left to 1.
  * @typedef {{ means: string, constants: Constant[] }} Threshold
  */
 
@@ -219,17 +218,19 @@ if (!existsSync(program)) {
   const edit = (/** @type {string} */ file, /** @type {(text: string) => string} */ edited) =>
     writeFileSync(source(file), edited(readFileSync(source(file), 'utf8')));
   edit('lib.rs', (text) => `#![allow(non_snake_case)]\n${text}${FACTORS_OF_ENVIRONMENT}`);
-  /** @type {Set<string>} */
-  const uses = new Set();
+  const files = readdirSync(source('.'), { recursive: true, encoding: 'utf8' }).filter((path) => path.endsWith('.rs'));
   THRESHOLDS.forEach(({ constants }, threshold) => {
-    for (const constant of constants) {
-      edit(constant.file, (text) => multiplied(text, constant, threshold));
-      for (const file of [constant.file, constant.usedIn ?? constant.file]) uses.add(`${constant.name} ${file}`);
-    }
+    for (const constant of constants) edit(constant.file, (text) => multiplied(text, constant, threshold));
   });
-  for (const use of uses) {
-    const [name = '', file = ''] = use.split(' ');
-    edit(file, (text) => asFunction(text, name));
+  const constants = THRESHOLDS.flatMap(({ constants }) => constants);
+  for (const { file, name } of new Map(constants.map((one) => [`${one.file} ${one.name}`, one])).values()) {
+    const isOpen = Boolean(readFileSync(source(file), 'utf8').match(declaration(name))?.[1]);
+    // Others of the same name are something else.
+    for (const other of isOpen ? files : [file]) {
+      edit(other, (text) =>
+        other === file || !new RegExp(`const ${name}:`).test(text) ? asFunction(text, name) : text,
+      );
+    }
   }
   const build = ['build', '--quiet', '--profile', 'quick', '--package', 'scanstitch-measure'];
   execFileSync('cargo', build, { cwd: scratch, stdio: ['ignore', process.stderr, 'inherit'] });
