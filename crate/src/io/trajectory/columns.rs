@@ -9,7 +9,7 @@ use crate::geometry::Pose3;
 use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
 use crate::io::text::quote;
-use crate::io::time_unit::{NANOSECOND, unit_since_1970};
+use crate::io::time_unit::{MILLISECOND, NANOSECOND, unit_since_1970};
 use crate::io::trajectory::rows::Row;
 use crate::{Error, Result};
 
@@ -157,9 +157,6 @@ const MIN_INTERVAL: f64 = 1e-3;
 /// Times of microseconds since 1970, from 2001 to 2096, whatever their interval; as nanoseconds they would be an uptime of two to
 /// six weeks.
 const MICROSECONDS_SINCE_1970: std::ops::Range<f64> = 1e15..4e15;
-/// Times of milliseconds since 1970, from 2001 to 2096: by their intervals they are no smaller units, and as seconds they would lie after
-/// the year 33,000.
-const MILLISECONDS_SINCE_1970: std::ops::Range<f64> = 1e12..4e12;
 
 /// Converts times to seconds, which is what a file without a unit means where intervals do not show otherwise, and says so.
 fn in_seconds(stamps: &mut [f64]) -> Option<String> {
@@ -174,7 +171,7 @@ fn in_seconds(stamps: &mut [f64]) -> Option<String> {
         (1e6, "microseconds")
     } else if interval / 1e9 >= MIN_INTERVAL {
         (1e9, "nanoseconds")
-    } else if MILLISECONDS_SINCE_1970.contains(&last) {
+    } else if unit_since_1970(last) == Some(MILLISECOND) {
         (1e3, "milliseconds")
     } else {
         return None;
