@@ -4,7 +4,6 @@
  */
 import { fileError } from '../base/errors.js';
 import { lookUp } from '../base/look_up.js';
-import { divisorSince1970 } from '../base/since_1970.js';
 import { inRadians, mayBeMirrored } from './angles.js';
 import { isPointJson, pointsOfList, scanOfPoints } from './point_scans.js';
 import { numberOf, type Scan, scanOf } from './scan.js';
@@ -98,6 +97,13 @@ function withEnd(text: string): unknown {
   }
 }
 
+/** Seconds of a unit of times since 1970, by their size. */
+const EPOCHS = [
+  [1e17, 1e9],
+  [1e14, 1e6],
+  [1e11, 1e3],
+] as const;
+
 /** The entries of an object, by their times where all keys are numbers: JavaScript puts whole ones first. */
 function entriesOf(object: object) {
   const entries = Object.entries(object);
@@ -109,7 +115,8 @@ function entriesOf(object: object) {
 function under(known: Readonly<Record<string, unknown>>, key: string) {
   const number = key.trim() === '' ? Number.NaN : Number(key);
   if (!Number.isFinite(number)) return known;
-  return { ...known, time: number / (divisorSince1970(number) ?? 1) };
+  const [, divisor = 1] = EPOCHS.find(([least]) => number >= least) ?? [];
+  return { ...known, time: number / divisor };
 }
 
 /** The scans within a document; fields of what holds them (a time, for one) belong to them. */

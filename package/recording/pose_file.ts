@@ -5,7 +5,6 @@
  */
 import { inverted } from '../base/matrices.js';
 import { compareNaturally } from '../base/natural_order.js';
-import { divisorSince1970 } from '../base/since_1970.js';
 import { readDocument } from './documents.js';
 import { posesOfLines, turned } from './pose_lines.js';
 
@@ -186,6 +185,13 @@ function isSeven(row: unknown) {
   return Array.isArray(row) && row.length === 7 && row.every((number) => typeof number === 'number');
 }
 
+/** What times since 1970 are divided by to be seconds, from this value on. */
+const UNITS = [
+  [1e17, 1e9],
+  [1e14, 1e6],
+  [1e11, 1e3],
+] as const;
+
 /** A table whose columns are named, with its times in seconds: cameras such as the T265 are logged in milliseconds. */
 function inSeconds(bytes: Uint8Array) {
   const [head = '', ...rows] = new TextDecoder().decode(bytes).split(/\r?\n/);
@@ -198,7 +204,7 @@ function inSeconds(bytes: Uint8Array) {
   const cells = rows.filter((row) => row.trim() !== '').map((row) => row.split(/[,;]/));
   const first = Number(cells[0]?.[column]);
   const isNamed = /m(illi)?s(ec\w*)?[\])]?$/.test(names[column] ?? '');
-  const divisor = divisorSince1970(first) ?? (isNamed ? 1e3 : 1);
+  const [, divisor = isNamed ? 1e3 : 1] = UNITS.find(([least]) => first >= least) ?? [];
   if (divisor === 1) return bytes;
   names[column] = 'timestamp';
   const dated = cells.map((row) => row.with(column, `${Number(row[column]) / divisor}`).join(','));

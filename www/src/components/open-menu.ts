@@ -12,7 +12,7 @@ const OPEN_ITEMS: readonly MenuItem[] = [
   ...(import.meta.env.MODE === 'standalone' || import.meta.env.MODE === 'module'
     ? []
     : [{ id: 'apartment', label: 'An apartment', detail: 'depth images of several rooms, with ground truth' }]),
-  { id: 'view:live', label: 'A robot, live…', detail: 'topics of a Foxglove bridge or rosbridge' },
+  { id: 'view:live', label: 'A robot, live…', detail: 'by Foxglove bridge or rosbridge' },
   { id: 'clear', label: 'Remove all', detail: 'the next files start a new data set' },
 ];
 

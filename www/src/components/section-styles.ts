@@ -1,6 +1,6 @@
 /** Styles of boxes with a heading and of tables, which several views share. */
 import { css } from 'lit';
-import { column, dot, panel, small, wrap } from './theme.js';
+import { column, dot, fill, panel, small, wrap } from './theme.js';
 
 /** Of every box with a heading. */
 export const sectionStyles = css`
@@ -141,5 +141,28 @@ export const dialogStyles = css`
   legend {
     padding: 0 4px;
     font-weight: 600;
+  }
+`;
+
+/** A view that fills its place, with a bar of its state and buttons at the top. */
+export const barStyles = css`
+  :host {
+    position: relative;
+    ${fill};
+    background: var(--background);
+    container-type: size;
+  }
+  .whole {
+    ${column};
+    height: 100%;
+  }
+  .bar {
+    ${wrap};
+    flex: none;
+    gap: 4px 12px;
+    min-height: 44px;
+    padding: 4px 12px;
+    border-bottom: 1px solid var(--line);
+    background: var(--surface);
   }
 `;

@@ -19,7 +19,7 @@ import type { MapMarks } from '../views/map-painter.js';
 import type { PlanarShown, SpatialShown } from './growth.js';
 import { LiveSession } from './session.js';
 import { liveStyles } from './styles.js';
-import { barStyles } from '../components/bar-styles.js';
+import { barStyles } from '../components/section-styles.js';
 import { flowWords, kindWords, sizeWords } from './words.js';
 
 const USUAL_ADDRESS = 'ws://localhost:8765';

@@ -26,7 +26,7 @@ import { statusColors } from './paint.js';
 import { mapWords, scanPanel } from './scan-panel.js';
 import { LocalizeSession } from './session.js';
 import { localizeStyles } from './styles.js';
-import { barStyles } from '../components/bar-styles.js';
+import { barStyles } from '../components/section-styles.js';
 import { trackOf } from './track.js';
 
 /** What the command line writes. */
