@@ -143,8 +143,11 @@ const declaration = (name) => new RegExp(`^(pub(?:\\([a-z]+\\))? |)const (${name
  */
 function multiplied(text, { name, field, as = 'scaled' }, threshold) {
   const times = (/** @type {string} */ value) => {
-    // A name stands for a number that others share.
-    if (/^[\w\s:]*[A-Z]\w*$/.test(value)) return ` crate::factors::${as}(${threshold}, ${value.trim()})`;
+    // A name stands for a number that others share; what is computed is multiplied as a whole, each of a pair.
+    const whole = (/** @type {string} */ part) => ` crate::factors::${as}(${threshold}, ${part.trim()})`;
+    const [, pair] = value.match(/^\s*\(([^{}]*)\)$/) ?? [];
+    if (/^[^{}]*\b[A-Z][A-Z_]+\b/.test(value))
+      return pair ? ` (${pair.split(',').map(whole).join(',')})` : whole(value);
     return value.replace(/\d+(?:\.\d+)?/g, (number) => {
       const isWhole = !number.includes('.');
       const scaled = `crate::factors::${as}(${threshold}, ${number}${isWhole ? '.0' : ''})`;
