@@ -79,7 +79,7 @@ function isRangeTable(head: Uint8Array, text: string) {
   if (rows.every((row) => row.filter(isNumber).length >= MIN_SCAN_NUMBERS)) return true;
   const labels = rows[0]?.filter(isLabel) ?? [];
   const names = labels.length > 0 ? labels : (lines.slice(0, lines.findIndex(isRow)).at(-1) ?? []);
-  if (rows.length >= 2 && isReading(names)) return true;
+  if (rows.length >= 2 && (isReading(names) || areScans(names))) return true;
   const begin = Number(rows[0]?.[0]);
   const follows = (row: string[], index: number) =>
     index === 0 || Number(row[0]) === begin || Number(row[0]) === Number(rows[index - 1]?.[0]) + 1;
@@ -125,6 +125,14 @@ function isReading(names: string[]) {
   const has = (word: RegExp) => names.some((name) => word.test(name));
   const hasAngle = has(ANGLE) || names.some((name) => IN_ANGLES.test(name) && !HEADING.test(name));
   return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && (has(RANGE) || (has(RADIUS) && !has(/^x$/i)));
+}
+
+/** Whether the names are those of a bearing and of numbered scans, a column each. */
+function areScans([bearing = '', ...names]: string[]) {
+  const parts = names.map((name) => /^(\D*)(\d+)(\D*)$/.exec(name) ?? []);
+  const follows = ([, before, number, after]: string[], at: number) =>
+    before === parts[0]?.[1] && after === parts[0]?.[3] && Number(number) === Number(parts[0]?.[2]) + at;
+  return names.length > 1 && ANGLE.test(bearing) && parts.every((part, at) => part.length > 0 && follows(part, at));
 }
 
 function isNumber(word: string) {

@@ -16,9 +16,13 @@ const MIN_BEAMS = 24;
 /** Lists of so many numbers, as JSON or as Python prints them. */
 const LISTS = /\[(\s*(-?[\d.]+([eE][-+]?\d+)?|nan|inf|NaN|Infinity|null)\s*,){23}/;
 
+/** Arrays as NumPy prints them, with blanks between the numbers: of so many numbers, or with an ellipsis in place of some. */
+const PRINTED =
+  /^\s*\[+\s*((-?\d+\.?\d*(e[-+]?\d+)?|nan|inf)\s+){3}(((-?\d+\.?\d*(e[-+]?\d+)?|nan|inf)\s+){20}|\.\.\. )/;
+
 /** Whether it begins with lists of numbers that nothing names. */
 export function isNumberLists(head: string) {
-  return /^\s*[[{]/.test(head) && LISTS.test(head);
+  return PRINTED.test(head) || (/^\s*[[{]/.test(head) && LISTS.test(head));
 }
 
 export function isJson(head: string) {
@@ -34,11 +38,21 @@ export function isJson(head: string) {
 
 export function readJson(text: string, name: string, tell: Tell) {
   const scans: Scan[] = [];
+  const lists = PRINTED.test(text) ? ofNumPy(text, name) : text;
   // Python's words for what is no number are none of JSON's.
-  const documents = documentsOf(inJson(text), name, tell);
+  const documents = documentsOf(inJson(lists), name, tell);
   for (const document of documents) collect(document, {}, 0, scans);
   if (scans.length === 0) for (const document of documents) collectLists(document, {}, 0, scans);
   return scans;
+}
+
+/** Printed arrays as one list of lists. */
+function ofNumPy(text: string, name: string) {
+  if (text.includes('...')) {
+    const remedy = "Save them whole: numpy.savetxt('scans.txt', ranges)";
+    throw fileError(name, 'Most numbers of these arrays were left out ("...") when NumPy printed them', remedy);
+  }
+  return `[${text.replaceAll(/(\d)\.(?=[\s\]e])/g, '$1').replaceAll(/([\d\]nf])\s+(?=[-\d[ni])/g, '$1,')}]`;
 }
 
 /** Python's quotes and words, and what is no number, as JSON has them. */

@@ -6,7 +6,7 @@ import { readNpyShape } from '../files/heads.js';
 import { baseOf, folderOf, groupBy } from '../files/names.js';
 import { contentsOf, tableOf } from './array_table.js';
 import type { Variables } from './mat.js';
-import { npyHeader, readNpy } from './npy.js';
+import { type Header, npyHeader, readNpy } from './npy.js';
 import { partsOf } from './npy_files.js';
 
 /** Arrays of the same shape in the folder of a file. */
@@ -70,6 +70,26 @@ function made(path: string, size: number, read: () => Promise<Uint8Array>): Cont
   return { path, size, read, readHead: async (length) => (await read()).slice(0, length) };
 }
 
+/** Names of a camera's matrix, and of poses, beside images. */
+const CAMERAS = /^(k|k_?mat|intrinsics?|camera(_?matrix)?|cam(era)?_?k|mtx)$/i;
+const POSES = /pose|traj|truth|^gt|extrin|c2w/i;
+
+/** The camera and the poses beside images under the names that these have in files; none where the array is neither. */
+function besideImages(stem: string, name: string, { dims: [rows, ...columns] }: Header, member: Content): Content[] {
+  const at = (file: string) => [folderOf(stem), file].filter(Boolean).join('/');
+  if (CAMERAS.test(name) && rows === 3 && columns.join() === '3') {
+    const text = async () => {
+      const { values } = readNpy(name, await member.read());
+      return new TextEncoder().encode(
+        [0, 1, 2].map((row) => `${[0, 3, 6].map((at) => values[row + at]).join(' ')}\n`).join(''),
+      );
+    };
+    return [made(at('camera-intrinsics.txt'), member.size, text)];
+  }
+  const arePoses = POSES.test(name) && ['4,4', '3,4', '7'].includes(columns.join());
+  return arePoses ? [made(at('GT_pose.npy'), member.size, member.read)] : [];
+}
+
 /** What lies in an archive of arrays: scans with their angles and poses as one table; else clouds, where all of several are some; else each array by itself. */
 export async function npzContents(file: Content): Promise<Content[]> {
   const [{ openArchive }, { bytesInMemory }] = await Promise.all([
@@ -79,6 +99,7 @@ export async function npzContents(file: Content): Promise<Content[]> {
   const archive = await openArchive(file.path, bytesInMemory(await file.read()));
   const variables: Variables = new Map();
   const contents: Content[] = [];
+  const beside: Content[] = [];
   const clouds: Content[] = [];
   const stem = file.path.replace(/\.npz$/i, '');
   for (const { path, size } of archive.files) {
@@ -89,6 +110,7 @@ export async function npzContents(file: Content): Promise<Content[]> {
       header && partsOf(member.path, header, size, 1, header.dims[1] === 2 ? await member.read() : new Uint8Array());
     if (parts?.some(({ suffix }) => /\.p[gfp]m$/.test(suffix))) append(contents, partsOfFile(member, parts));
     else if (header) {
+      append(beside, besideImages(stem, name, header, member));
       variables.set(name, readNpy(path, await member.read()));
       // Of several, each may be a cloud.
       const asCloud = partsOf(member.path, header, size, 2, new Uint8Array()).filter(({ isCloud }) => isCloud);
@@ -98,7 +120,7 @@ export async function npzContents(file: Content): Promise<Content[]> {
   if (contents.length === 0 && clouds.length > 1 && clouds.length === variables.size) return clouds;
   const table = contents.length === 0 ? tableOf(variables) : null;
   if (table) return [made(`${stem}.txt`, table.length, async () => table)];
-  if (contents.length > 0) return contents;
+  if (contents.length > 0) return [...contents, ...beside];
   const remedy = "Save arrays with a scan a row: numpy.savez('scans.npz', ranges=ranges, angles=angles)";
   throw fileError(
     file.path,

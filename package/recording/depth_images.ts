@@ -279,7 +279,12 @@ function misnamedDepth(images: ImageSeries[], files: readonly ListedFile[]): Not
           : format === 'JPEG'
             ? 'a JPEG picture'
             : `${series.facts.bits}-bit colours`;
-      const reason = `called depth, but holds ${held}, not distances, which cannot be recovered from it; ${REMEDY}`;
+      // Those of a color map are no code of distances; those of simulators may be.
+      const isCode = channels !== 'palette' && format === 'PNG' && series.facts.bits === 8;
+      const lost = isCode
+        ? "; distances can be recovered only where they were coded in the colours, as CARLA's: R + 256 G + 65536 B of 16777215 parts of 1000 m"
+        : ', which cannot be recovered from it';
+      const reason = `called depth, but holds ${held}, not distances${lost}; ${REMEDY}`;
       return { file: nameOf(series), reason };
     }),
     ...foreign

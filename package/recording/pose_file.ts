@@ -1,12 +1,13 @@
 /**
  * Trajectories in structured files, as text that the engine reads: a 4 x 4 matrix a frame in JSON (a list, a list of
  * objects, or an object by the frames' names), nerfstudio's transforms.json, Open3D's PinholeCameraTrajectory, Record3D's
- * metadata, matrices in OpenCV's YAML and XML; and the T265's CSV, whose times are milliseconds.
+ * metadata, matrices in OpenCV's YAML and XML; tables in other conventions.
  */
 import { inverted } from '../base/matrices.js';
 import { compareNaturally } from '../base/natural_order.js';
 import { readDocument } from './documents.js';
 import { posesOfLines, turned } from './pose_lines.js';
+import { posesOfTable } from './pose_tables.js';
 
 /** matrix: 16 numbers, row by row */
 type NamedMatrix = { name: string; matrix: number[] };
@@ -47,9 +48,13 @@ export function trajectoryBytes(path: string, bytes: Uint8Array) {
   const found = isPoseDocument(path) ? posesOfDocument(bytes) : null;
   if (found) return new TextEncoder().encode(found.text);
   if (/\.traj$/i.test(path)) return ofArKit(bytes) ?? bytes;
-  const lines = /(^|\/)images\.txt$|\.g2o$/i.test(path) ? posesOfLines(new TextDecoder().decode(bytes)) : null;
-  if (lines !== null) return new TextEncoder().encode(lines);
-  return /\.(csv|txt)$/i.test(path) ? inSeconds(bytes) : bytes;
+  const rewrite = /(^|\/)images\.txt$|\.g2o$/i.test(path)
+    ? posesOfLines
+    : /\.(csv|tsv|txt)$/i.test(path)
+      ? posesOfTable
+      : null;
+  const lines = rewrite?.(new TextDecoder().decode(bytes)) ?? null;
+  return lines === null ? bytes : new TextEncoder().encode(lines);
 }
 
 /**
@@ -183,30 +188,4 @@ function objectRows(tree: object): number[][] | null {
 
 function isSeven(row: unknown) {
   return Array.isArray(row) && row.length === 7 && row.every((number) => typeof number === 'number');
-}
-
-/** What times since 1970 are divided by to be seconds, from this value on. */
-const UNITS = [
-  [1e17, 1e9],
-  [1e14, 1e6],
-  [1e11, 1e3],
-] as const;
-
-/** A table whose columns are named, with its times in seconds: cameras such as the T265 are logged in milliseconds. */
-function inSeconds(bytes: Uint8Array) {
-  const [head = '', ...rows] = new TextDecoder().decode(bytes).split(/\r?\n/);
-  const names = head
-    .toLowerCase()
-    .split(/[,;]/)
-    .map((name) => name.trim());
-  const column = names.findIndex((name) => /^(timestamp|time|stamp|t)([ _]?[[(]?m(illi)?s(ec\w*)?[\])]?)?$/.test(name));
-  if (column < 0 || names.length < 8) return bytes;
-  const cells = rows.filter((row) => row.trim() !== '').map((row) => row.split(/[,;]/));
-  const first = Number(cells[0]?.[column]);
-  const isNamed = /m(illi)?s(ec\w*)?[\])]?$/.test(names[column] ?? '');
-  const [, divisor = isNamed ? 1e3 : 1] = UNITS.find(([least]) => first >= least) ?? [];
-  if (divisor === 1) return bytes;
-  names[column] = 'timestamp';
-  const dated = cells.map((row) => row.with(column, `${Number(row[column]) / divisor}`).join(','));
-  return new TextEncoder().encode(`${[names.join(','), ...dated].join('\n')}\n`);
 }

@@ -99,6 +99,23 @@ test('a stack of depth images is an image each, and an archive with one and its 
   assert.deepEqual([...ppm.subarray(-3)], [10, 20, 30]);
 });
 
+test('the camera and the poses in an archive of images are files beside them', async () => {
+  const numbers = (/** @type {number} */ count) => Array.from({ length: count }, (_, at) => at);
+  const archive = zipSync({
+    'depth.npy': npy([2, 24, 24], Array(2 * 24 * 24).fill(1.5)),
+    'K.npy': npy([3, 3], [585, 0, 320, 0, 585, 240, 0, 0, 1]),
+    'poses.npy': npy([2, 4, 4], numbers(32)),
+    'gains.npy': npy([3, 3], numbers(9)),
+  });
+  const { files } = await converted({ 'room/data.npz': archive });
+  assert.deepEqual(
+    files.map(({ path }) => path),
+    ['room/data_depth_000000.pfm', 'room/data_depth_000001.pfm', 'room/camera-intrinsics.txt', 'room/GT_pose.npy'],
+  );
+  assert.equal(textOf((await files[2]?.read()) ?? new Uint8Array()), '585 0 320\n0 585 240\n0 0 1\n');
+  assert.deepEqual(await files[3]?.read(), npy([2, 4, 4], numbers(32)));
+});
+
 test('fractions beyond 60 are millimetres', async () => {
   const far = Array.from({ length: 24 * 24 }, (_, at) => (at === 0 ? Number.NaN : 1500.4));
   const { files } = await converted({ 'depth/0.npy': npy([24, 24], far) });

@@ -128,11 +128,78 @@ test('the milliseconds of a T265 become seconds', () => {
   const head = 'frame,timestamp,tx,ty,tz,qx,qy,qz,qw,tracker_confidence';
   const text = `${head}\n1,1583251234500.5,0,0,0,0,0,0,1,3\n2,1583251234533.5,0.1,0,0,0,0,0,1,3\n`;
   const written = new TextDecoder().decode(trajectoryBytes('t265.csv', encode(text)));
-  assert.equal(written, `${head}\n1,1583251234.5005,0,0,0,0,0,0,1,3\n2,1583251234.5335,0.1,0,0,0,0,0,1,3\n`);
+  const expected = '1,1583251234.5005,0,0,0,0,0,0,1\n2,1583251234.5335,0.1,0,0,0,0,0,1\n';
+  assert.equal(written, `frame,timestamp,x,y,z,qx,qy,qz,qw\n${expected}`);
   const named = trajectoryBytes('t265.csv', encode('timestamp (ms),x,y,z,qx,qy,qz,qw\n1500,0,0,0,0,0,0,1\n'));
   assert.match(new TextDecoder().decode(named), /^timestamp,x.*\n1\.5,0/);
   const seconds = encode('timestamp,x,y,z,qx,qy,qz,qw\n1500,0,0,0,0,0,0,1\n');
   assert.equal(trajectoryBytes('walk.csv', seconds), seconds);
+});
+
+test('tables in other conventions become poses in seconds and metres', () => {
+  const rows = (/** @type {string} */ text) => {
+    const [head = '', ...lines] = new TextDecoder()
+      .decode(trajectoryBytes('a.csv', encode(text)))
+      .trim()
+      .split('\n');
+    return { head, rows: lines.map((line) => line.split(',').map(Number)) };
+  };
+  const pose = 'timestamp,x,y,z,qx,qy,qz,qw';
+  const turned = [0, 0, Math.SQRT1_2, Math.SQRT1_2];
+  const close = (/** @type {number[] | undefined} */ row, /** @type {number[]} */ expected, error = 1e-9) =>
+    expected.forEach((value, at) =>
+      assert.ok(Math.abs((row?.[at] ?? NaN) - value) < error, `${row} is not ${expected}`),
+    );
+  // Decimal commas, units, and angles in degrees.
+  const german = rows('Zeit;PosX [mm];PosY [mm];PosZ [mm];Roll [deg];Pitch [deg];Yaw [deg]\n0,5;1000,5;2;0;0;0;90,0\n');
+  assert.equal(german.head, pose);
+  close(german.rows[0], [0.5, 1.0005, 0.002, 0, ...turned]);
+  // All three angles, as scipy's Rotation.from_euler('ZYX', ...) has them.
+  const [all] = rows('t,x,y,z,roll,pitch,yaw\n1,0,0,0,0.3,-0.2,1.1\n').rows;
+  close(all, [1, 0, 0, 0, 0.17835891, -0.00643556, 0.52695482, 0.83094242], 1e-8);
+  // A heading in degrees; radians stay with the engine.
+  close(rows('x,y,yaw_deg\n1,2,90\n').rows[0], [1, 2, ...turned]);
+  assert.equal(rows('x,y,yaw\n1,2,1.5\n').head, 'x,y,yaw');
+  // Dates, with and without an offset.
+  const dated = rows('time,x,y,z\n2014-06-24T21:03:00.25+02:00,1,2,3\n2014-06-24 19:03:01Z,1,2,3\n').rows;
+  close(dated[0], [1403636580.25, 1, 2, 3]);
+  close(dated[1], [1403636581]);
+  // A second of latitude and of longitude at 48 degrees, by the radii of curvature of WGS 84.
+  const [, globe] = rows('timestamp,lat,lon,alt\n0,48,11,500\n1,48.000277778,11.000277778,501\n').rows;
+  close(globe, [1, 20.722, 30.887, 1], 0.01);
+  // `ros2 topic echo --csv`, its last line cut off.
+  const echo = rows(
+    '12,500000000,odom,base_link,1,2,3,0,0,0,1,0.1,0\n13,0,odom,base_link,1,2,3,0,0,0,1,0.1,0\n14,0,od',
+  );
+  assert.equal(echo.head, pose);
+  assert.deepEqual(echo.rows, [
+    [12.5, 1, 2, 3, 0, 0, 0, 1],
+    [13, 1, 2, 3, 0, 0, 0, 1],
+  ]);
+  // NCLT: microseconds, x y z roll pitch heading.
+  const nclt = rows(
+    `1326030975726043, 1, 2, 3, 0, 0, ${Math.PI / 2}\n1326030975926043, nan, nan, nan, nan, nan, nan\n`,
+  );
+  close(nclt.rows[0], [1326030975.726043, 1, 2, 3, ...turned], 1e-6);
+  // Motion capture: Vicon's positions, OptiTrack's first rigid body.
+  const vicon = 'Trajectories\n100\n,,robot,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ\n,,rad,rad,rad,mm,mm,mm\n';
+  assert.deepEqual(rows(`${vicon}1,0,0,0,0,1000,2000,500\n2,0,,,,,,\n`).rows, [[0.01, 1, 2, 0.5]]);
+  const tracked = [
+    'Format Version,1.23,Take Name,a,Rotation Type,Quaternion,Length Units,Millimeters',
+    ',,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body Marker',
+    ',,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Position',
+    'Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X',
+    '0,0.5,0,0,0,1,100,200,300,9\n1,0.6,,,,,,,,\n',
+  ];
+  assert.deepEqual(rows(tracked.join('\n')).rows, [[0.5, 0.1, 0.2, 0.3, 0, 0, 0, 1]]);
+  // What the engine reads stays, and so does a table with a line that is cut off in its middle.
+  for (const text of [
+    't,x,y,z\n1,2,3,4\n',
+    '1 2 3 4 0 0 0 1\n2 2 3 4 0 0 0 1\n',
+    't,x [mm],y\n1,2,3\n1,2\n1,2,3\n',
+    '1 2 3 4 5 6 7\n',
+  ])
+    assert.equal(new TextDecoder().decode(trajectoryBytes('a.txt', encode(text))), text);
 });
 
 test('durations beside the numbers of frames do not order them, and that is told', async () => {

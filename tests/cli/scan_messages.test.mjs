@@ -142,6 +142,19 @@ test('ranges without angles become a table, whose angles are asked', async () =>
   assert.match(table, /\n0\.1,2\.1,/);
 });
 
+test('arrays that NumPy printed are scans, unless it left numbers out', async () => {
+  const row = (/** @type {number} */ scan) =>
+    Array.from({ length: 30 }, (_, at) => (at === 4 ? ' inf' : at === 5 ? '4.  ' : (2 + at / 100 + scan).toFixed(2)));
+  const printed = [0, 1].map((scan) => `[${row(scan).slice(0, 16).join(' ')}\n ${row(scan).slice(16).join('  ')}]`);
+  const { files } = await convertFiles([fileOf('scans.txt', `${printed.join('\n')}\n`)], (made) => made);
+  const [, first, second] = new TextDecoder().decode(await files[0]?.read()).split('\n');
+  assert.match(first ?? '', /^2,2\.01,2\.02,2\.03,nan,4,2\.06,.*,2\.29$/);
+  assert.match(second ?? '', /^3,3\.01,.*,3\.29$/);
+  const short = await convertFiles([fileOf('scans.txt', '[1.2 1.3 1.4 ... 2.1 2.2 2.3]\n'.repeat(5))], (made) => made);
+  assert.deepEqual(short.files, []);
+  assert.match(short.notes[0]?.reason ?? '', /most numbers.*when NumPy printed them.*numpy\.savetxt/);
+});
+
 test('lists that ros2 topic echo has shortened are told, with the command', async () => {
   const short = `${angles}angle_increment: ${STEP}\nranges:\n- 1.0\n- 1.1\n- '...'\n---\n`;
   const { files, notes } = await convertFiles([fileOf('scan.yaml', short)], (made) => made);

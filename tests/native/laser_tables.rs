@@ -347,6 +347,36 @@ fn plotjugglers_names_are_those_of_the_message() {
     let log = read(text.as_bytes()).unwrap();
     assert_eq!(log.scans[0].bearings, Bearings::Even { start: -1.5, step: 0.1 });
     assert_eq!((log.scans[0].ranges.len(), log.scans[0].time), (30, Some(1.5)));
+    // An empty cell is no return; other names that count are ranges, too.
+    let text = text.replacen("2.5,", ",", 1).replace("/scan/ranges", "r");
+    let log = read(text.as_bytes()).unwrap();
+    assert!(log.scans[0].ranges[0].is_nan() && log.scans[0].ranges.len() == 30 && log.scans[0].ranges[1] == 2.5);
+}
+
+#[test]
+fn a_file_of_one_sweep_is_one_scan_wherever_its_view_has_a_gap() {
+    let rows = |angles: &mut dyn Iterator<Item = i32>| {
+        angles.fold("angle,distance\n".to_owned(), |text, angle| text + &format!("{angle},{}.5\n", 1 + angle % 7))
+    };
+    // From 0, with nothing behind the laser.
+    let ahead = || (0..360).filter(|angle| !(91..270).contains(angle));
+    let one = read(rows(&mut ahead()).as_bytes()).unwrap();
+    assert_eq!(one.scans.iter().map(|scan| scan.ranges.len()).collect::<Vec<_>>(), [181]);
+    // Of several sweeps each begins behind the gap.
+    let several = read(rows(&mut ahead().chain(ahead()).chain(ahead())).as_bytes()).unwrap();
+    assert_eq!(several.scans.iter().map(|scan| scan.ranges.len()).collect::<Vec<_>>(), [91, 181, 181, 90]);
+}
+
+#[test]
+fn a_column_a_scan_beside_one_of_bearings_is_turned() {
+    let row = |beam: i32| format!("{},{}.25,{}.5\n", beam - 90, 2 + beam % 5, 3 + beam % 4);
+    let text = (0..181).fold("angle_deg,scan_1,scan_2\n".to_owned(), |text, beam| text + &row(beam));
+    assert!(is_laser_log(&text.as_bytes()[..200]));
+    let log = read(text.as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 2);
+    let Bearings::Even { start, step } = log.scans[1].bearings else { panic!("{:?}", log.scans[1].bearings) };
+    assert!((start + FRAC_PI_2).abs() < 1e-9 && (step - PI / 180.0).abs() < 1e-9);
+    assert_eq!((log.scans[0].ranges[3], log.scans[1].ranges[180]), (5.25, 3.5));
 }
 
 #[test]

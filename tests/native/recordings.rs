@@ -81,6 +81,22 @@ fn recordings_of_a_few_scans_are_searched_for_in_each_other() {
 }
 
 #[test]
+fn files_of_one_scan_each_are_one_recording() {
+    let Some(folder) = shared_data("laser/radish") else { return };
+    let log = laser_log::read(&fs::read(folder.join("aces.clf")).unwrap()).unwrap();
+    let run = |logs: &[LaserLog]| {
+        let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
+        for (number, log) in logs.iter().enumerate() {
+            reconstruction.add_log(&format!("{number}.log"), log);
+        }
+        while reconstruction.step().stage != Stage::Done {}
+        reconstruction.poses()
+    };
+    let scans: Vec<LaserLog> = (0..12).map(|at| part(&log, at..at + 1)).collect();
+    assert_eq!(run(&scans), run(&[part(&log, 0..12)]));
+}
+
+#[test]
 fn a_strategy_that_joins_no_recordings_says_so() {
     let recording = generate(&OfficeOptions { seed: 3, num_scans: 8, ..OfficeOptions::default() });
     let drive = Drive::new(&recording, &DriveOptions::default());

@@ -94,6 +94,18 @@ impl Votes {
     }
 }
 
+/// What a Kinect's driver writes where it measured nothing: the largest of 11 bits.
+const KINECT_RAW_NONE: u16 = 2047;
+/// Pixels without depth in the band that the projector does not reach, as a share of the image: 8 of 640 columns.
+const MIN_KINECT_NONE: f64 = 8.0 / 640.0;
+
+/// Whether these are a Kinect's raw values: no zero, none above [`KINECT_RAW_NONE`], and so many of it.
+pub fn holds_kinect_raw(image: &DepthImage) -> bool {
+    let num_none = image.values.iter().filter(|&&value| value == KINECT_RAW_NONE).count();
+    let is_of_11_bits = image.bits > 8 && image.values.iter().all(|value| (1..=KINECT_RAW_NONE).contains(value));
+    is_of_11_bits && num_none as f64 >= MIN_KINECT_NONE * image.values.len() as f64
+}
+
 /// Whether a curvature with this error is told from another kind's that differs by so much: it counts for the nearer of the two.
 fn tells(difference: f64, error: f64) -> bool {
     difference / 2.0 > THREE_SIGMA * error

@@ -86,8 +86,11 @@ pub(super) struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// The number in a column.
+    /// The number in a column; NaN where it is empty, as exporters write what is not finite.
     pub fn value(&self, column: usize) -> Result<f64> {
+        if self.cells[column].is_empty() {
+            return Ok(f64::NAN);
+        }
         number(self.cells[column]).ok_or_else(|| {
             let problem = format!("{} in column {} is not a number", quote(self.cells[column]), column + 1);
             Error::line(self.line, problem, "Correct the line or remove it")

@@ -70,7 +70,7 @@ pub(super) const SCALES_8: [(f64, &str); 4] = [
 const OWN_KINECT_FOCAL_LENGTH: f64 = 0.9;
 /// Why a Kinect's focal length was assumed.
 const KINECT_STEPS: &str = "told from the spacing of the raw values: a Kinect or its like";
-/// Focal lengths over the width of the image, from the sensors' datasheets.
+/// Focal lengths over the longer side of the image, from the sensors' datasheets.
 const FOCAL_LENGTHS: [(f64, &str); 7] = [
     (0.5, "renderers"),
     (0.6, "RealSense D435, D455"),
@@ -104,7 +104,7 @@ pub(crate) fn assumptions(
         }
     });
     let focal_length = (settings.fx == 0.0 && settings.field_of_view == 0.0).then(|| {
-        let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width as f64).round(), about));
+        let usual = FOCAL_LENGTHS.map(|(share, about)| ((share * image.width.max(image.height) as f64).round(), about));
         let why = match scale.sensor {
             DepthSensor::RealSense { .. } => "told from the spacing of the raw values: a RealSense",
             DepthSensor::Kinect => KINECT_STEPS,

@@ -41,6 +41,8 @@ pub struct RecordedScan {
     pub odometry_origin: OdometryOrigin,
     /// Whether nothing tells which way the laser turns.
     pub may_be_mirrored: bool,
+    /// Whether its file holds no other.
+    pub is_alone: bool,
     /// Whether another recording begins with it: nothing tells the way from the scan before.
     pub begins_recording: bool,
 }
@@ -58,13 +60,16 @@ impl RecordedScan {
             odometry: None,
             odometry_origin: OdometryOrigin::Unknown,
             may_be_mirrored: false,
+            is_alone: true,
             begins_recording: false,
         }
     }
 
-    /// Whether it goes on with the recording that this one, read before it from another file, belongs to: a split log does, within seconds.
+    /// Whether it goes on with the recording that this one, read before it from another file, belongs to: a split log does, within seconds,
+    /// and so do files of one scan each.
     pub(crate) fn continues(&self, before: &Self) -> bool {
-        self.time.zip(before.time).is_some_and(|(time, before)| time > before && time - before < LONGEST_PAUSE)
+        (self.is_alone && before.is_alone)
+            || self.time.zip(before.time).is_some_and(|(time, before)| time > before && time - before < LONGEST_PAUSE)
     }
 
     /// Turns the readings the other way round: y to the other side.
@@ -79,6 +84,7 @@ impl RecordedScan {
             T_robot_laser: log.T_robot_laser,
             odometry_origin: log.odometry_origin,
             may_be_mirrored: log.may_be_mirrored,
+            is_alone: log.scans.len() == 1,
             ..Self::of_scan(scan)
         })
     }

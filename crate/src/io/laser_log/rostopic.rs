@@ -1,5 +1,6 @@
 //! Laser scans as a [table of messages](crate::io::message_table): `sensor_msgs/LaserScan`, a scan a row.
 
+use super::table::series_of_names;
 use super::{Bearings, LaserLog, LaserScan};
 use crate::io::limits::MAX_BEAMS;
 use crate::io::message_table::{MessageTable, Row};
@@ -22,7 +23,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<LaserLog> {
     Ok(LaserLog { scans, losses: losses.into_iter().collect(), ..LaserLog::default() })
 }
 
-/// The columns `ranges0`, `ranges_1`, `ranges[2]`, ... in their order.
+/// The columns `ranges0`, `ranges_1`, `ranges[2]`, ... in their order; where none are called so, the longest run of numbered names.
 fn range_columns(table: &MessageTable) -> Result<Vec<usize>> {
     let numbered = |(column, name): (usize, &String)| {
         let number = name.strip_prefix("ranges")?.trim_matches(['_', '[', ']', '.']);
@@ -30,6 +31,11 @@ fn range_columns(table: &MessageTable) -> Result<Vec<usize>> {
     };
     let mut ranges: Vec<(u64, u32)> = table.names.iter().enumerate().filter_map(numbered).collect();
     ranges.sort_unstable();
+    if ranges.is_empty()
+        && let Some(columns) = series_of_names(&table.names)
+    {
+        return Ok(columns.collect());
+    }
     if !(2..=MAX_BEAMS).contains(&ranges.len()) {
         let problem = format!("{} columns are named as ranges (ranges0, ranges1, ...)", ranges.len());
         return Err(Error::line(

@@ -1,6 +1,6 @@
 //! What the values of a recording's depth images are: as set, or told from the first one.
 
-use crate::camera::{DepthImage, DepthValues, NoDepth, Votes};
+use crate::camera::{DepthImage, DepthValues, NoDepth, Votes, holds_kinect_raw};
 use crate::error::{Error, Result};
 use crate::pipeline::spatial_settings::{KINECT_FOCAL_LENGTH, SpatialSettings};
 
@@ -36,7 +36,8 @@ pub(super) fn values_of(
         return Ok((settings.depth_values, None));
     }
     let read = if first.has_swapped_bytes() { DepthValues::SwappedBytes } else { DepthValues::Depth };
-    let focal_length = if settings.fx > 0.0 { settings.fx } else { KINECT_FOCAL_LENGTH * first.width as f64 };
+    let focal_length =
+        if settings.fx > 0.0 { settings.fx } else { KINECT_FOCAL_LENGTH * first.width.max(first.height) as f64 };
     let votes = Votes::of(&first.clone().read_as(read), focal_length);
     let (problem, remedy) = match (read, votes.is_inverted(), votes.no_depth()) {
         (DepthValues::SwappedBytes, true, _) => {
@@ -50,6 +51,10 @@ pub(super) fn values_of(
         (_, _, Some(NoDepth::RayLength)) => (
             "The values of the depth images are the lengths of rays, not depth along the optical axis: planes are plane that way alone",
             "Save depth, the length over sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2) at the pixel (u, v)",
+        ),
+        (DepthValues::Depth, ..) if holds_kinect_raw(first) => (
+            "The values of the depth images are a Kinect's raw ones, of 11 bits with 2047 for none, not distances",
+            "Save depth, 1 / (3.3309 - 0.0030711 * value) m",
         ),
         _ if says_disparity(name) && !votes.is_depth() => (
             "The name of the depth images says that they hold disparities, and no planes in them say otherwise",
@@ -87,6 +92,19 @@ mod tests {
         }
         let set = SpatialSettings { depth_values: DepthValues::Depth, ..SpatialSettings::default() };
         assert_eq!(values_of(&set, "0.png", &corner(inverted, 16)), Ok((DepthValues::Depth, None)));
+    }
+
+    #[test]
+    fn raw_values_of_a_kinect_are_not_distances() {
+        let image = |none: u16| {
+            let values = (0..640 * 480).map(|pixel| if pixel % 640 < 30 { none } else { 600 + (pixel % 251) as u16 });
+            DepthImage { width: 640, height: 480, values: values.collect(), bits: 16 }
+        };
+        let told = |image: &DepthImage| values_of(&SpatialSettings::default(), "0.png", image);
+        assert!(told(&image(2047)).unwrap_err().problem.contains("Kinect's raw"));
+        for none in [0, 2046, 2048, 65_535] {
+            assert!(told(&image(none)).is_ok(), "{none}");
+        }
     }
 
     #[test]

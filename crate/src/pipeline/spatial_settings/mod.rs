@@ -230,8 +230,10 @@ impl SpatialSettings {
         if let DepthSensor::RealSense { focal_length } = sensor {
             return of_focal_length(focal_length);
         }
-        let of_sensor = SIZES_OF_ONE_SENSOR.iter().find(|(w, h, _)| (*w, *h) == (width, height)).map(|(_, _, f)| *f);
-        let usual = of_sensor.or((3 * width == 4 * height).then_some(KINECT_FOCAL_LENGTH * width as f64));
+        // A camera may be held upright.
+        let (long, short) = (width.max(height), width.min(height));
+        let of_sensor = SIZES_OF_ONE_SENSOR.iter().find(|(w, h, _)| (*w, *h) == (long, short)).map(|(_, _, f)| *f);
+        let usual = of_sensor.or((3 * long == 4 * short).then_some(KINECT_FOCAL_LENGTH * long as f64));
         match usual {
             Some(focal_length) if bits > 8 => of_focal_length(focal_length),
             _ => Pinhole::from_field_of_view(width, height, FRAC_PI_2),

@@ -144,6 +144,11 @@ fn guess_of(table: &Table) -> Result<Guess> {
     }
 }
 
+/// The longest run of numbered names, where it is as long as a scan: its columns.
+pub(super) fn series_of_names(names: &[String]) -> Option<std::ops::Range<usize>> {
+    names::series(names).map(|series| series.first..series.end)
+}
+
 /// Whether the beginning of a file is a table of ranges.
 pub(super) fn looks_like_table(head: &[u8]) -> bool {
     let is_cut = !head.ends_with(b"\n");
@@ -155,7 +160,7 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
     let is_readings = rows.len() >= 2 && guess::named_reading(&names).is_some();
     !rows.is_empty()
         && !guess::are_labels(&rows)
-        && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows))
+        && (rows.iter().all(is_scan) || is_readings || guess::is_counted(&rows) || names::are_scans(&names))
 }
 
 /// Reads a table whose format is guessed, and says how it was read.
@@ -319,6 +324,13 @@ fn from_unseen_sector(angles: &[f64], turn: f64) -> Vec<f64> {
     )
 }
 
+/// Whether the angles go one way, and round once at most: they are one sweep, wherever it leaves out a sector.
+fn is_one_sweep(angles: &[f64], turn: f64) -> bool {
+    let goes = |sign: f64| angles.windows(2).all(|pair| sign * (pair[1] - pair[0]) >= 0.0);
+    let [Some(first), Some(last)] = [angles.first(), angles.last()] else { return false };
+    (last - first).abs() <= turn && (goes(1.0) || goes(-1.0))
+}
+
 /// A sweep has this share of the angles between the lowest and the highest at least.
 const MIN_SWEEP: f64 = 0.5;
 
@@ -399,9 +411,15 @@ impl TableFormat {
             return rows.first().map(|row| self.scan(0, row, ranges, bearings)).into_iter().collect();
         };
         let angles: Vec<f64> = rows.iter().map(|row| row.values[column]).collect();
+        let turn = std::f64::consts::TAU / unit.abs();
+        let ends = if is_one_sweep(&angles, turn) {
+            vec![angles.len()]
+        } else {
+            ends_of_sweeps(&from_unseen_sector(&angles, turn))
+        };
         let mut begin = 0;
         let (mut scans, mut first_rows): (Vec<LaserScan>, Vec<&Row>) = (Vec::new(), Vec::new());
-        for end in ends_of_sweeps(&from_unseen_sector(&angles, std::f64::consts::TAU / unit.abs())) {
+        for end in ends {
             let beams = begin..end.min(begin + MAX_BEAMS);
             let bearings = angles[beams.clone()].iter().map(|angle| self.start + unit * angle).collect();
             let ranges = rows[beams].iter().map(range_of).collect();

@@ -133,6 +133,16 @@ impl<'a> Numbered<'a> {
     }
 }
 
+/// Whether each column behind one of bearings is a scan: `angle, scan_0, scan_1, ...`.
+pub(super) fn are_scans(names: &[String]) -> bool {
+    let [bearing, scans @ ..] = names else { return false };
+    let numbered: Option<Vec<Numbered>> = scans.iter().map(|name| Numbered::of(name)).collect();
+    let follows = |pair: &[Numbered]| {
+        (pair[0].before, pair[0].after) == (pair[1].before, pair[1].after) && pair[1].number == pair[0].number + 1.0
+    };
+    scans.len() > 1 && may_be_bearing(bearing) && numbered.is_some_and(|numbered| numbered.windows(2).all(follows))
+}
+
 /// What poses are called, and what may stand before the names of their parts.
 const POSES: [&str; 7] = ["odometry", "odom", "odo", "pose", "robot", "position", "pos"];
 
@@ -202,6 +212,13 @@ mod tests {
         assert_eq!(series(&names((0..181).map(|at| at.to_string()))).expect("a count").bearings, None);
         assert_eq!(series(&names((0..20).map(|at| format!("r{at}")))), None);
         assert_eq!(series(&names((0..100).map(|at| format!("{}", 3.0 + 0.1 * f64::from(at * at))))), None);
+    }
+
+    #[test]
+    fn numbered_columns_beside_one_of_bearings_are_scans() {
+        let named = |text: &str| are_scans(&text.split(',').map(str::to_owned).collect::<Vec<_>>());
+        assert!(named("angle_deg,scan_0,scan_1,scan_2") && named("theta,1,2"));
+        assert!(!named("angle,range0") && !named("angle,range_0,quality_1") && !named("time,scan_0,scan_1"));
     }
 
     #[test]

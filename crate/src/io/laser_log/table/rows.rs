@@ -6,7 +6,8 @@ use std::borrow::Cow;
 use super::super::fields::is_comment;
 use super::clock::clock;
 use super::format::UNITS;
-use super::names::{is_pose, series};
+use super::names::{MIN_SCAN_NUMBERS, are_scans, is_pose, series};
+use crate::io::laser_log::units::MAX_RADIANS;
 use crate::io::text::{lines, number};
 
 /// A comment that begins so says what the columns are.
@@ -81,7 +82,24 @@ impl Table {
         }
         table.take_counted_names(first_words);
         table.close_rows();
+        if are_scans(&table.names) && table.rows.len() >= MIN_SCAN_NUMBERS {
+            table.turn();
+        }
         table
+    }
+
+    /// Makes a row of each column behind the first one, whose numbers name the new columns: a scan a line, under its bearings.
+    fn turn(&mut self) {
+        let column = |column: usize| -> Vec<f64> {
+            self.rows.iter().map(|row| row.values.get(column).copied().unwrap_or(f64::NAN)).collect()
+        };
+        let bearings = column(0);
+        let unit = if bearings.iter().any(|angle| angle.abs() > MAX_RADIANS) { "deg" } else { "rad" };
+        let line = self.rows[0].line;
+        let row = |at| Row { line, values: column(at), words: Vec::new(), is_open: false };
+        let rows = (1..self.names.len()).map(row).collect();
+        self.names = bearings.iter().map(|angle| format!("{angle} {unit}")).collect();
+        self.rows = rows;
     }
 
     /// Takes the empty cell at the end of a line for one, where other lines have a number there.
@@ -339,6 +357,14 @@ mod tests {
         assert!(Table::read(code, usize::MAX).rows.is_empty());
         let table = Table::read(b"Angle (deg), Distance (mm)\n0.5, 1200\n", usize::MAX);
         assert_eq!(table.names, ["angle (deg)", "distance (mm)"]);
+    }
+
+    #[test]
+    fn columns_that_are_scans_become_rows() {
+        let lines: String = (0..30).map(|at| format!("{},{}.5,{}\n", at - 15, at, 2 * at)).collect();
+        let table = Table::read(format!("angle,scan 1,scan 2\n{lines}").as_bytes(), usize::MAX);
+        assert_eq!((table.rows.len(), table.width(), table.names[0].as_str()), (2, 30, "-15 deg"));
+        assert_eq!((table.rows[0].values[3], table.rows[1].values[29]), (3.5, 58.0));
     }
 
     #[test]
