@@ -92,6 +92,13 @@ export function posesOfFrames(names: readonly string[], frames: readonly string[
   return found.length === frames.length ? found : null;
 }
 
+/** Whether there is a file for each frame, all numbered higher or lower by the same: from 1 where the frames count from 0. */
+function isShifted(members: readonly { key: string }[], keys: readonly string[]) {
+  const shifts = new Set(members.map(({ key }, at) => Number(key) - Number(keys[at])));
+  const [shift] = shifts;
+  return members.length === keys.length && shifts.size === 1 && shift !== 0 && Number.isInteger(shift);
+}
+
 /** Files with one pose each, numbered as the frames are; with gaps they are of no use. */
 function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames) {
   const candidates: Candidate[] = [];
@@ -100,6 +107,13 @@ function posesPerFrame(files: readonly ListedFile[], { root, keys }: Frames) {
     const likely = likelihood(members[0]?.path ?? '') || likelihood(folder);
     const pathOf = new Map(members.map(({ key, path }) => [key, path]));
     const paths = keys.flatMap((key) => pathOf.get(key) ?? []);
+    if (likely > 0 && isShifted(members, keys)) {
+      const [all, first] = [members.map(({ path }) => path), baseOf(members[0]?.path ?? '')];
+      const reason = `numbered from ${first}, the frames from ${keys[0]}; as there are ${keys.length} of each, they are paired in their order`;
+      aside.push({ paths: all, note: { file: all[0] ?? '', reason } });
+      candidates.push({ paths: all, likelihood: likely, fits: 2, closeness: depthOf(commonFolder(folder, root)) });
+      continue;
+    }
     if (likely <= 0 || paths.length < 2) continue;
     if (paths.length === keys.length) {
       const unused = members.flatMap(({ path }) => (paths.includes(path) ? [] : [path]));

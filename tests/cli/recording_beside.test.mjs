@@ -35,6 +35,29 @@ test('pose files with a gap: told, and not used', async () => {
   assert.match(notes[0]?.reason ?? '', /1 of 6 frames have no such file \(number 3 first\)/);
 });
 
+test('a pose file for each frame, numbered from 1 where the frames count from 0, in their order; and that is told', async () => {
+  const images = many(count(0, 5), (i) => `depth/${i}.png`, DEPTH16);
+  const { reference, notes } = await understandAll({ ...images, ...many(count(1, 6), (i) => `pose/${i}.txt`, MATRIX) });
+  assert.deepEqual(reference, count(1, 6).map((i) => `pose/${i}.txt`)); // prettier-ignore
+  assert.match(notes[0]?.reason ?? '', /^numbered from 1\.txt, the frames from 0;/);
+  const uneven = await understandAll({ ...images, ...many([1, 2, 3, 4, 5, 7], (i) => `pose/${i}.txt`, MATRIX) });
+  assert.deepEqual(uneven.reference, []);
+});
+
+test('copies of a depth image are told in one line', async () => {
+  const noise = (/** @type {number} */ seed) =>
+    Uint8Array.from({ length: 600 }, (_, at) => (at * (seed + 1) * 31) % 251);
+  const image = (/** @type {number} */ seed) => Uint8Array.of(...DEPTH16, ...noise(seed));
+  const told = async (/** @type {number[]} */ seeds) => {
+    const images = Object.fromEntries(seeds.map((seed, at) => [`depth/${at}.png`, image(seed)]));
+    return (await understandAll(images)).notes.filter(({ reason }) => reason.startsWith('the same as'));
+  };
+  assert.deepEqual(await told([1, 2, 3, 4]), []);
+  const [note, ...others] = await told([1, 2, 1, 2]);
+  assert.deepEqual([note?.file, others], ['depth/2.png', []]);
+  assert.match(note?.reason ?? '', /the same as depth\/0\.png \(and 1 more of 4 are copies\)/);
+});
+
 test('the camera: beside the images or above them, the depth one first', async () => {
   const images = many([1, 2], (i) => `scene/depth/${i}.png`, DEPTH16);
   const K = '585 0 320\n0 585 240\n0 0 1\n';

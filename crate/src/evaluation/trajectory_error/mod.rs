@@ -13,7 +13,7 @@ pub use self::aligned::AlignedError;
 pub(super) use self::aligned::first_row_hint;
 pub use self::planar::PlanarPoint;
 pub(crate) use self::planar::planar_error;
-pub(crate) use self::spatial::{EstimatedFrame, spatial_error};
+pub(crate) use self::spatial::{EstimatedFrame, number_in_name, spatial_error};
 use crate::evaluation::motion_agreement::agreement;
 use crate::geometry::Pose3;
 

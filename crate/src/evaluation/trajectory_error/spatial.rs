@@ -6,7 +6,9 @@ use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::{MAX_TIME_DIFFERENCE, by_time};
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
+use crate::evaluation::motion_ratio::ratio_of;
 use crate::geometry::Pose3;
+use crate::io::length_unit::MILLIMETRE;
 use crate::io::trajectory::{Contents, Trajectory};
 
 /// A frame whose pose was estimated, as far as it is to be compared.
@@ -14,6 +16,8 @@ use crate::io::trajectory::{Contents, Trajectory};
 pub(crate) struct EstimatedFrame {
     /// Its place in the recording, counted from 0.
     pub index: usize,
+    /// The number in its name, where it has one.
+    pub number: Option<usize>,
     /// When it was taken (s), where known.
     pub time: Option<f64>,
     /// `T_world_sensor` (x right, y down, z forward); none where the frame is lost.
@@ -23,10 +27,11 @@ pub(crate) struct EstimatedFrame {
 }
 
 /// Compares the frames of a recording of `num_recorded` frames with a reference: by time where both have times, by their
-/// index in the recording where the reference has none, or numbers in their place.
+/// index in the recording where the reference has none, or numbers in their place; where it has more poses than there are frames, by the
+/// numbers in the frames' names. Positions in millimetres become metres.
 ///
 /// # Errors
-/// When the reference has another number of poses than the recording has frames and no times tell which belong together.
+/// When the reference has another number of poses than the recording has frames and neither times nor numbers tell which belong together.
 pub(crate) fn spatial_error(
     frames: &[EstimatedFrame],
     num_recorded: usize,
@@ -34,19 +39,47 @@ pub(crate) fn spatial_error(
     reference: &Contents,
     known: KnownConvention,
 ) -> Result<TrajectoryError<Pose3>> {
-    let partners = partners(frames, num_recorded, &reference.trajectory)?;
-    let matched: Vec<(Pose3, usize)> = frames
-        .iter()
-        .zip(&partners)
-        .filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)))
-        .collect();
+    let errors = pairings(frames, num_recorded, &reference.trajectory)?.into_iter().map(|pairing| {
+        let error = error_of(frames, &pairing.partners, name, reference, known);
+        TrajectoryError { convention: error.convention.clone() + pairing.words, ..error }
+    });
+    let aligned = |error: &TrajectoryError<Pose3>| error.aligned.map_or(error.rmse, |aligned| aligned.rmse);
+    errors.min_by(|a, b| aligned(a).total_cmp(&aligned(b))).ok_or_else(|| {
+        let num_rows = reference.trajectory.num_rows();
+        let problem = format!("The reference has {num_rows} poses, but the recording has {num_recorded} frames");
+        let remedy = if num_rows > num_recorded {
+            "Give the poses of these frames alone, or drop all frames of the recording"
+        } else {
+            "Give one pose for each frame"
+        };
+        Error::whole(problem, remedy)
+    })
+}
+
+fn error_of(
+    frames: &[EstimatedFrame],
+    partners: &[Option<usize>],
+    name: &str,
+    reference: &Contents,
+    known: KnownConvention,
+) -> TrajectoryError<Pose3> {
+    let matched: Vec<(Pose3, usize)> =
+        frames.iter().zip(partners).filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?))).collect();
     let interpreted = interpret(&reference.trajectory, reference.format, &matched, known);
     let positions = &reference.trajectory.positions;
     let (poses, convention) = match interpreted {
         Some((poses, convention)) => (poses, Some(convention)),
         None => (positions.iter().map(|p| Isometry3::translation(p.x, p.y, p.z)).collect(), None),
     };
-    let mut good = frames.iter().zip(&partners).filter(|(frame, _)| frame.is_good);
+    let both: Vec<(Pose3, Pose3)> =
+        matched.iter().filter_map(|&(estimate, partner)| Some((estimate, *poses.get(partner)?))).collect();
+    if is_in_millimetres(&both) {
+        let mut reference = reference.clone();
+        reference.trajectory.positions.iter_mut().for_each(|position| *position *= MILLIMETRE.metres);
+        let error = error_of(frames, partners, name, &reference, known);
+        return TrajectoryError { convention: error.convention + ", positions in millimetres", ..error };
+    }
+    let mut good = frames.iter().zip(partners).filter(|(frame, _)| frame.is_good);
     let first_good = good.find_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?)));
     let to_estimate = first_good.or(matched.first().copied()).map_or_else(Pose3::identity, |(estimate, partner)| {
         estimate * poses.get(partner).map_or_else(Pose3::identity, Pose3::inverse)
@@ -63,11 +96,27 @@ pub(crate) fn spatial_error(
     let reading = convention.map_or_else(|| POSITIONS_ALONE.to_owned(), PoseConvention::words);
     let pairs: Vec<(Pose3, Pose3)> =
         frames.iter().zip(&moved).filter_map(|(frame, partner)| Some((frame.T_world_sensor?, (*partner)?))).collect();
-    Ok(TrajectoryError::new(name, &errors, moved, reading).with_alignment(AlignedError::in_space(&pairs), &pairs))
+    TrajectoryError::new(name, &errors, moved, reading).with_alignment(AlignedError::in_space(&pairs), &pairs)
 }
 
-/// Index in the reference of each frame's partner.
-fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajectory) -> Result<Vec<Option<usize>>> {
+/// A reference's steps are in millimetres where they are as long in them as the estimate's within this factor: depth scales and units of
+/// clouds differ by other ones.
+const UNIT_FACTOR: f64 = 1.2;
+
+/// Whether the motions of the reference are a thousand times as large as the estimate's. Pairs: estimate, reference.
+fn is_in_millimetres(pairs: &[(Pose3, Pose3)]) -> bool {
+    ratio_of(pairs).translation.is_some_and(|ratio| (ratio / MILLIMETRE.metres).ln().abs() < UNIT_FACTOR.ln())
+}
+
+/// Which pose of a reference belongs to each frame, and in words how that is known where it is not by time or for all in their order.
+struct Pairing {
+    /// Index in the reference; `None` without a partner.
+    partners: Vec<Option<usize>>,
+    words: &'static str,
+}
+
+/// How the frames may be paired with the poses of the reference.
+fn pairings(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajectory) -> Result<Vec<Pairing>> {
     let times: Option<Vec<f64>> = frames.iter().map(|frame| frame.time).collect();
     if let (Some(stamps), Some(times)) = (&reference.stamps, times) {
         match by_time(stamps, &times, MAX_TIME_DIFFERENCE, 0.0) {
@@ -76,7 +125,7 @@ fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajecto
                 for pair in pairs {
                     partners[pair.estimate] = Some(pair.reference);
                 }
-                return Ok(partners);
+                return Ok(vec![Pairing { partners, words: "" }]);
             }
             // Numbers in the place of times tell the order of the poses alone.
             Err(error) if !stamps.windows(2).all(|pair| pair[1] - pair[0] == 1.0) => return Err(error),
@@ -84,16 +133,46 @@ fn partners(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajecto
         }
     }
     if reference.num_rows() == num_recorded {
-        return Ok(frames.iter().map(|frame| reference.index_of_row(frame.index)).collect());
+        let partners = frames.iter().map(|frame| reference.index_of_row(frame.index)).collect();
+        return Ok(vec![Pairing { partners, words: "" }]);
     }
-    let problem =
-        format!("The reference has {} poses, but the recording has {num_recorded} frames", reference.num_rows());
-    let remedy = if reference.num_rows() > num_recorded {
-        "Give the poses of these frames alone, or drop all frames of the recording"
-    } else {
-        "Give one pose for each frame"
+    Ok(by_number(frames, reference))
+}
+
+/// Pairings of frames that were taken out of a longer recording, by the numbers in their names: with the poses of these numbers, or
+/// with the rows, counted from 0 or from 1. None where the numbers do not grow or exceed the rows.
+fn by_number(frames: &[EstimatedFrame], reference: &Trajectory) -> Vec<Pairing> {
+    let Some(numbers) = frames.iter().map(|frame| frame.number).collect::<Option<Vec<usize>>>() else {
+        return Vec::new();
     };
-    Err(Error::whole(problem, remedy))
+    let (&[first, ..], Some(&last)) = (&numbers[..], numbers.last()) else { return Vec::new() };
+    if !numbers.is_sorted_by(|a, b| a < b) {
+        return Vec::new();
+    }
+    let labels = reference.numbers.as_ref().or(reference.stamps.as_ref());
+    if let Some(labels) = labels.filter(|labels| labels.iter().all(|label| label.fract() == 0.0)) {
+        let find = |number: &usize| labels.iter().position(|&label| label == *number as f64);
+        let partners: Vec<Option<usize>> = numbers.iter().map(find).collect();
+        return if partners.contains(&None) {
+            Vec::new()
+        } else {
+            vec![Pairing { partners, words: ", poses by number" }]
+        };
+    }
+    let ways = [(0, ", rows by the numbers of the frames from 0"), (1, ", rows by the numbers of the frames from 1")];
+    let fits = |&(base, _): &(usize, &str)| first >= base && last - base < reference.num_rows();
+    let pairing = |(base, words)| Pairing {
+        partners: numbers.iter().map(|number| reference.index_of_row(number - base)).collect(),
+        words,
+    };
+    ways.into_iter().filter(fits).map(pairing).collect()
+}
+
+/// The number that a frame's name ends with, before its ending: 12 of `depth/frame-000012.depth.png`.
+pub(crate) fn number_in_name(name: &str) -> Option<usize> {
+    let stem = name.rsplit('/').next()?;
+    let digits = stem.split(|letter: char| !letter.is_ascii_digit()).rfind(|digits| !digits.is_empty())?;
+    digits.parse().ok()
 }
 
 #[cfg(test)]
@@ -113,6 +192,7 @@ mod tests {
     fn frames(poses: &[Option<Pose3>]) -> Vec<EstimatedFrame> {
         let frame = |(index, pose): (usize, &Option<Pose3>)| EstimatedFrame {
             index,
+            number: None,
             time: None,
             T_world_sensor: *pose,
             is_good: true,
@@ -188,5 +268,46 @@ mod tests {
         assert!(error.max < 1e-9 && error.num_matched == 5);
         let refused = compared([0.0, 0.1, 0.2, 0.3, 0.4]).unwrap_err().to_string();
         assert!(refused.contains("No time of the estimate"), "{refused}");
+    }
+
+    #[test]
+    fn frames_of_a_longer_recording_are_paired_by_their_numbers() {
+        let truth: Vec<Pose3> = (0..9).map(|i| pose(0.1 * f64::from(i * i), 0.1 * f64::from(i))).collect();
+        // Numbers of frames, their poses' places in the truth, and what is said.
+        let compared = |numbers: [usize; 4], base: usize, reference: Trajectory| {
+            let mut taken = frames(&numbers.map(|number| Some(truth[number - base])));
+            for (frame, number) in taken.iter_mut().zip(numbers) {
+                frame.number = Some(number);
+            }
+            spatial_error(&taken, 4, "ref.txt", &contents(reference), KnownConvention::default())
+        };
+        let rows = || Trajectory::from_poses(&truth);
+        let error = compared([0, 2, 5, 8], 0, rows()).unwrap();
+        assert!(error.max < 1e-9 && error.convention.ends_with("from 0"), "{}", error.convention);
+        let error = compared([1, 3, 6, 9], 1, rows()).unwrap();
+        assert!(error.max < 1e-9 && error.convention.ends_with("from 1"));
+        // Both may be: the poses tell.
+        assert!(compared([1, 3, 5, 7], 1, rows()).unwrap().convention.ends_with("from 1"));
+        assert!(compared([1, 3, 5, 7], 0, rows()).unwrap().convention.ends_with("from 0"));
+        let stamped = rows().with_stamps((3..12).map(f64::from).collect()).unwrap();
+        let error = compared([3, 5, 7, 11], 3, stamped).unwrap();
+        assert!(error.max < 1e-9 && error.convention.ends_with("by number"));
+        for numbers in [[0, 2, 5, 10], [5, 2, 3, 4]] {
+            let mut taken = frames(&[Some(truth[0]); 4]);
+            taken.iter_mut().zip(numbers).for_each(|(frame, number)| frame.number = Some(number));
+            assert!(spatial_error(&taken, 4, "ref.txt", &contents(rows()), KnownConvention::default()).is_err());
+        }
+        let names = ["depth/frame-000012.depth.png", "7.pcd", "a2/b", "scan_1_02.png"].map(number_in_name);
+        assert_eq!(names, [Some(12), Some(7), None, Some(2)]);
+    }
+
+    #[test]
+    fn positions_in_millimetres_become_metres() {
+        let truth: Vec<Pose3> = (0..30).map(|i| pose(0.2 * f64::from(i), 0.1 * f64::from(i))).collect();
+        let mut reference = Trajectory::from_poses(&truth);
+        reference.positions.iter_mut().for_each(|position| *position *= 1000.0);
+        let estimate = frames(&truth.iter().copied().map(Some).collect::<Vec<_>>());
+        let error = spatial_error(&estimate, 30, "ref.txt", &contents(reference), KnownConvention::default()).unwrap();
+        assert!(error.max < 1e-9 && error.convention.ends_with("positions in millimetres"), "{}", error.convention);
     }
 }

@@ -6,7 +6,7 @@ use super::SpatialReconstruction;
 use super::continuity;
 use super::stored_frames::Frame;
 use crate::error::Result;
-use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError};
+use crate::evaluation::trajectory_error::{EstimatedFrame, TrajectoryError, number_in_name};
 use crate::geometry::Pose3;
 use crate::odometry::assessment::Status;
 use crate::pipeline::assumptions::{ReadingSetting, own_focal_length_of_kinect};
@@ -123,6 +123,7 @@ impl SpatialReconstruction {
     fn compare(&self, reference: &Reference) -> Result<Option<TrajectoryError<SpatialPose>>> {
         let estimated = |((frame, pose), good): ((&Frame, Option<Pose3>), Option<Pose3>)| EstimatedFrame {
             index: frame.label.index,
+            number: number_in_name(&frame.label.name),
             time: frame.label.time,
             T_world_sensor: pose.map(|pose| with_origin(&pose, self.origin())),
             is_good: good.is_some(),

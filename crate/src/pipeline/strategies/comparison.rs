@@ -9,7 +9,7 @@ use crate::evaluation::metrics::{PoseRelation, rpe};
 use crate::evaluation::pairs::PairOptions;
 use crate::evaluation::path::Path;
 use crate::evaluation::statistics::Statistics;
-use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError};
+use crate::evaluation::trajectory_error::{EstimatedFrame, POSITIONS_ALONE, TrajectoryError, number_in_name};
 use crate::geometry::{PointCloud, Pose3};
 use crate::io::intrinsics::Intrinsics;
 use crate::io::trajectory::Contents;
@@ -215,13 +215,15 @@ impl StrategyComparison {
             .zip(places)
             .map(|(frame, &place)| EstimatedFrame {
                 index: frame.index,
+                number: number_in_name(&self.seen[place].0.name),
                 time: self.seen[place].0.time,
                 T_world_sensor: Some(frame.T_world_sensor.into()),
                 is_good: true,
             })
             .collect();
         let error = reference.error(&estimated, self.settings.known_convention())?;
-        let relative = (error.convention != POSITIONS_ALONE).then(|| relative_errors(&estimated, &error)).flatten();
+        let relative =
+            (!error.convention.starts_with(POSITIONS_ALONE)).then(|| relative_errors(&estimated, &error)).flatten();
         let (moved, turned) = relative.unzip();
         Ok(StrategyErrors {
             num_matched: error.num_matched,
