@@ -12,31 +12,13 @@ const MOST_BYTES = 2 ** 24;
 /** Files of equal length that differ so far are not the same, and are not compared as a whole. */
 const COMPARED_BYTES = 16_384;
 
-/** @returns null: no such file */
-type ReadHead = (path: string, length: number) => Promise<Uint8Array | null>;
-
 /** A note about each file that is a copy of another one. */
-export async function notesOnCopies(files: readonly ListedFile[], read: ReadHead): Promise<Note[]> {
-  const copies = await copiesAmong(files, read);
-  return copies.map(({ path, first }) => ({
-    file: path,
-    reason: `the same as ${first}, and used as a frame of its own; leave the copy out`,
-  }));
-}
-
-/** A note about depth images that are copies of others, as those of a simulated camera at rest are, too. */
-export async function noteOnCopiedImages(files: readonly ListedFile[], read: ReadHead): Promise<Note[]> {
-  const copies = await copiesAmong(files, read);
-  const [copy] = copies;
-  if (!copy) return [];
-  const some = copies.length === 1 ? '' : ` (and ${copies.length - 1} more of ${files.length} are copies)`;
-  const reason = `the same as ${copy.first}${some}: a camera at rest, or one image under two names, which is then a frame too many`;
-  return [{ file: copy.path, reason }];
-}
-
-async function copiesAmong(files: readonly ListedFile[], read: ReadHead): Promise<{ path: string; first: string }[]> {
+export async function notesOnCopies(
+  files: readonly ListedFile[],
+  read: (path: string, length: number) => Promise<Uint8Array | null>,
+): Promise<Note[]> {
   if (files.length > MOST_FILES) return [];
-  const copies: { path: string; first: string }[] = [];
+  const notes: Note[] = [];
   const long = files.filter(({ size }) => size >= MIN_BYTES);
   for (const alike of groupBy(long, ({ size }) => `${size}`).values()) {
     const known: Map<string, string> = new Map();
@@ -49,9 +31,9 @@ async function copiesAmong(files: readonly ListedFile[], read: ReadHead): Promis
       const first = text === null ? undefined : known.get(text);
       if (first !== undefined) {
         if ((await beginning(MOST_BYTES)) !== (await beginning(MOST_BYTES, first))) continue;
-        copies.push({ path, first });
+        notes.push({ file: path, reason: `the same as ${first}, and used as a frame of its own; leave the copy out` });
       } else if (text !== null) known.set(text, path);
     }
   }
-  return copies;
+  return notes;
 }

@@ -19,7 +19,7 @@ import {
 } from '../files/recording.js';
 import type { Frames, Read } from './cameras.js';
 import { classify, isSystemFile } from './classify.js';
-import { noteOnCopiedImages, notesOnCopies } from './copies.js';
+import { notesOnCopies } from './copies.js';
 import type { DepthImages, Peek } from './depth_images.js';
 import { nothing } from './nothing.js';
 import { unused } from './other_formats.js';
@@ -233,7 +233,6 @@ async function depthImages(
   );
   const picture = rest.intrinsics === null && size ? await findExif(frames[0]?.color ?? null, size, read) : null;
   const clouds = files.filter(isCloud);
-  const used = new Set(frames.map(({ depth }) => depth));
   return {
     ...rest,
     intrinsics: rest.intrinsics ?? picture?.file ?? null,
@@ -245,10 +244,6 @@ async function depthImages(
       ...notes,
       ...pairNotes,
       ...leftAside(chosen, others, pictures),
-      ...(await noteOnCopiedImages(
-        files.filter(({ path }) => used.has(path)),
-        read,
-      )),
       ...rest.notes,
       ...(picture ? [picture] : []),
       ...unused(clouds, 'a cloud beside depth images'),

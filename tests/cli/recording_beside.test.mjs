@@ -44,20 +44,6 @@ test('a pose file for each frame, numbered from 1 where the frames count from 0,
   assert.deepEqual(uneven.reference, []);
 });
 
-test('copies of a depth image are told in one line', async () => {
-  const noise = (/** @type {number} */ seed) =>
-    Uint8Array.from({ length: 600 }, (_, at) => (at * (seed + 1) * 31) % 251);
-  const image = (/** @type {number} */ seed) => Uint8Array.of(...DEPTH16, ...noise(seed));
-  const told = async (/** @type {number[]} */ seeds) => {
-    const images = Object.fromEntries(seeds.map((seed, at) => [`depth/${at}.png`, image(seed)]));
-    return (await understandAll(images)).notes.filter(({ reason }) => reason.startsWith('the same as'));
-  };
-  assert.deepEqual(await told([1, 2, 3, 4]), []);
-  const [note, ...others] = await told([1, 2, 1, 2]);
-  assert.deepEqual([note?.file, others], ['depth/2.png', []]);
-  assert.match(note?.reason ?? '', /the same as depth\/0\.png \(and 1 more of 4 are copies\)/);
-});
-
 test('the camera: beside the images or above them, the depth one first', async () => {
   const images = many([1, 2], (i) => `scene/depth/${i}.png`, DEPTH16);
   const K = '585 0 320\n0 585 240\n0 0 1\n';
