@@ -3,26 +3,30 @@
  * metric", ICRA 2008) writes them.
  */
 import { MOST_ANGLE } from '../files/laser_logs.js';
+
 import { MessageError } from './cdr.js';
 import type { ScanMessage } from './messages.js';
+
+const DEGREE = Math.PI / 180;
 
 /**
  * One line of the log. A reading is null where the message's own rules call it invalid: not a number, infinite, nearer
  * than `range_min` or farther than `range_max` (sensor_msgs/LaserScan, REP 117).
- * Drivers that leave `range_max` unset send 0.
+ * Drivers that leave `range_max` or `angle_increment` unset send 0; angles in degrees are left to the engine, which tells of them.
  * @param isUpsideDown whether the laser's z axis points down: in the robot's plane its readings turn the other way
  */
 export function scanLine(scan: ScanMessage, isUpsideDown = false) {
-  const { angleMin, angleIncrement, rangeMin, ranges, stamp } = scan;
+  const { angleMin, angleMax, rangeMin, ranges, stamp } = scan;
   const rangeMax = scan.rangeMax > 0 ? scan.rangeMax : Infinity;
   const nrays = ranges.length;
   if (nrays < 2) throw new MessageError(`The scan has ${nrays} readings`, 'Leave it out');
+  const angleIncrement = scan.angleIncrement === 0 ? (angleMax - angleMin) / (nrays - 1) : scan.angleIncrement;
   const last = angleMin + (nrays - 1) * angleIncrement;
   if (!Number.isFinite(last) || angleIncrement === 0) {
     throw new MessageError(`The scan's readings lie ${angleIncrement} rad apart, from ${angleMin} rad on`);
   }
-  if (Math.abs(last - angleMin) > MOST_ANGLE) {
-    const degrees = Math.round((Math.abs(last - angleMin) * 180) / Math.PI);
+  if (DEGREE * Math.abs(last - angleMin) > MOST_ANGLE) {
+    const degrees = Math.round(Math.abs(last - angleMin) / DEGREE);
     throw new MessageError(`The scan's readings cover ${degrees} degrees: its angles are not in radians`);
   }
   if (!(rangeMax > rangeMin)) {

@@ -40,6 +40,8 @@ export type CameraMessage = Header & {
 };
 export type ScanMessage = Header & {
   angleMin: number;
+  /** Told by the number of readings as well, and often wrong by one. */
+  angleMax: number;
   angleIncrement: number;
   rangeMin: number;
   rangeMax: number;
@@ -194,13 +196,14 @@ export function decodeScan(bytes: Uint8Array, hasEchoes = false): ScanMessage {
   const r = new CdrReader(bytes);
   const header = readHeader(r);
   const angleMin = r.f32('angle_min');
-  r.f32('angle_max'); // told by the number of readings, and often wrong by one
+  const angleMax = r.f32('angle_max');
   const angleIncrement = r.f32('angle_increment');
   r.f32('time_increment');
   r.f32('scan_time');
   return {
     ...header,
     angleMin,
+    angleMax,
     angleIncrement,
     rangeMin: r.f32('range_min'),
     rangeMax: r.f32('range_max'),

@@ -7,7 +7,7 @@ import { fileError, lost, type Note } from '../base/errors.js';
 import { groupBy } from '../files/names.js';
 import { pairUp } from '../files/pairs.js';
 import { empty, type Recording } from '../files/recording.js';
-import { MessageError } from './cdr.js';
+import { CdrReader, MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
 import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
 import { scanLine } from './laser_scans.js';
@@ -39,6 +39,25 @@ export interface BagContent {
   losses?: Note[];
 }
 export type BagRecording = { files: BagContent[]; recording: Recording };
+/** The camera of images of another width and the same shape; pixels have their middles at whole numbers. */
+function scaledTo(camera: NonNullable<ReturnType<typeof pinholeOf>>, width: number) {
+  const factor = width / camera.width;
+  const middle = (at: number) => (at + 0.5) * factor - 0.5;
+  const { fx, fy, cx, cy } = camera;
+  return {
+    ...camera,
+    width,
+    height: camera.height * factor,
+    fx: fx * factor,
+    fy: fy * factor,
+    cx: middle(cx),
+    cy: middle(cy),
+  };
+}
+
+/** Of scans that do not say the step between their readings. */
+const STEP_FROM_LIMITS = 'its angle_increment is 0: the readings are spread evenly from angle_min to angle_max';
+
 type TimedContent = BagContent & { time: bigint };
 
 /** Of a laser that hangs upside down the z axis points down to within 45 degrees. */
@@ -73,6 +92,8 @@ class Maker {
   #bag;
   #topics;
   #onProgress;
+  /** Topics that tell of the chosen ones. */
+  #optionsRead: string[] = [];
   #total = 0;
 
   constructor(bag: Bag, topics: readonly TopicFacts[], onProgress: (done: number, total: number) => void) {
@@ -168,11 +189,15 @@ class Maker {
     const read = async () => {
       const lines: string[] = [];
       const faults: string[] = [];
+      let numWithoutStep = 0;
+      const lineOf = (bytes: Uint8Array) => {
+        const scan = decodeScan(bytes, hasEchoes);
+        if (scan.angleIncrement === 0) numWithoutStep += 1;
+        return scanLine(scan, isUpsideDown);
+      };
       for (const { index } of messages) {
         try {
-          lines.push(
-            await this.#convert(topic, index, path, (bytes) => scanLine(decodeScan(bytes, hasEchoes), isUpsideDown)),
-          );
+          lines.push(await this.#convert(topic, index, path, lineOf));
         } catch (error) {
           faults.push(wordsOf(error));
         }
@@ -180,6 +205,7 @@ class Maker {
       if (lines.length === 0) throw fileError(path, `None of its scans can be read. ${faults[0] ?? ''}`);
       const some = `${plural(faults.length, 'scan')} of ${messages.length} left out: ${faults[0] ?? ''}`;
       losses.splice(0, Infinity, ...(faults.length > 0 ? [lost(topic.name, some)] : []));
+      if (numWithoutStep > 0) losses.push({ file: topic.name, reason: STEP_FROM_LIMITS });
       return new TextEncoder().encode(`${lines.join('\n')}\n`);
     };
     this.#files.push({ path, size: 1, read, losses });
@@ -214,7 +240,7 @@ class Maker {
   }
 
   finish(choice: Choice): BagRecording {
-    const used = new Set(Object.values(choice));
+    const used = new Set([...Object.values(choice), ...this.#optionsRead]);
     const faulty = this.#topics.filter(
       ({ problem, topic }) => problem !== '' && topic.count > 0 && !used.has(topic.name),
     );
@@ -233,18 +259,24 @@ class Maker {
         const message = decodeCamera(await this.#bag.read(topic, index));
         const camera = pinholeOf(message, topic.name, depthTopic.name);
         if (!camera) continue;
-        if (size && (camera.width !== size[0] || camera.height !== size[1])) {
-          const reason = `describes images of ${camera.width} x ${camera.height} pixels, and the depth has ${size[0]} x ${size[1]}; not used`;
-          this.#note(topic.name, reason);
+        const images = `describes images of ${camera.width} x ${camera.height} pixels, and the depth has ${size?.join(' x ')}`;
+        if (size && camera.width * size[1] !== camera.height * size[0]) {
+          this.#note(topic.name, `${images}; not used`);
           return;
         }
+        if (size && camera.width !== size[0]) this.#note(topic.name, `${images}: it is scaled to these`);
         if (message.d.some((value) => value !== 0) && !/rect/.test(depthTopic.name)) {
           this.#note(
             topic.name,
             `the lens distorts (${message.model || 'model unknown'}), which is not undone; rectified depth gives a more accurate map`,
           );
         }
-        const bytes = new TextEncoder().encode(`${JSON.stringify(camera)}\n`);
+        const unit = await this.#depthUnit(depthTopic.name);
+        const known = {
+          ...scaledTo(camera, size?.[0] ?? camera.width),
+          ...(unit !== null && { depth_scale: 1 / unit }),
+        };
+        const bytes = new TextEncoder().encode(`${JSON.stringify(known)}\n`);
         const path = `${this.#bag.path}/depth-camera.json`;
         this.#files.push({ path, size: bytes.length, read: async () => bytes.slice() });
         this.#recording.intrinsics = path;
@@ -253,6 +285,16 @@ class Maker {
         if (index === 0) this.#note(topic.name, `its first message cannot be used: ${wordsOf(error)}`);
       }
     }
+  }
+
+  /** Metres per unit of depth, where RealSense's viewer recorded that option of the sensor; null where it did not. */
+  async #depthUnit(depth: string) {
+    const [sensor = ''] = /^\/device_\d+\/sensor_\d+/.exec(depth) ?? [];
+    const option = this.#bag.topics.find(({ name }) => name === `${sensor}/option/Depth_Units/value`);
+    if (!option || option.type !== 'std_msgs/msg/Float32') return null;
+    const unit = new CdrReader(await this.#bag.read(option, 0)).f32('data');
+    this.#optionsRead.push(option.name);
+    return unit > 0 && unit < 1 ? Number(unit.toPrecision(7)) : null;
   }
 
   async #endingOf({ topic, encoding }: TopicFacts, rawEnding: (encoding: string) => string) {

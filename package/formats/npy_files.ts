@@ -19,10 +19,6 @@ const MIN_IMAGES = 3;
 /** Of one array of three columns alone, fewer rows may be a path. */
 const MIN_POINTS = 1000;
 const PATHS = /traj|pose|odom|path|truth|gt|ref|calib|time|extrin|intrin/i;
-/** Depth in metres has a median below this; beyond it, it is in millimetres. */
-const MAX_METRES = 60;
-/** So many values of an image tell its unit. */
-const LOOKED_INTO = 2000;
 /** Encodings of ROS of the values that depth has. */
 const ENCODINGS: Readonly<Record<string, string>> = { u1: '8UC1', u2: '16UC1', i2: '16SC1', f4: '32FC1', f8: '64FC1' };
 
@@ -83,48 +79,15 @@ function imageFile(
   }
   const image = { stamp: { sec: 0, nsec: 0 }, frame: '', width, height, bigEndian: header.isBigEndian, step, data };
   if (isColor) return colorFile({ ...image, encoding: channels === 4 ? 'rgba8' : 'rgb8' });
-  if (header.code.startsWith('f')) {
-    const millimetres = inMillimetres(data, valueBytes, header.isBigEndian);
-    if (millimetres) return depthFile({ ...image, ...millimetres, encoding: '16UC1', step: 2 * width });
-  }
   return depthFile({ ...image, encoding: ENCODINGS[header.code] ?? '' });
 }
 
 /** A depth image of numbers in metres or millimetres, row by row. */
 export function depthOfNumbers(values: Float32Array, width: number) {
-  const data = new Uint8Array(values.buffer);
   const bigEndian = new Uint8Array(Uint16Array.of(1).buffer)[0] === 0;
-  const image = {
-    stamp: { sec: 0, nsec: 0 },
-    frame: '',
-    width,
-    height: values.length / width,
-    bigEndian,
-    step: 0,
-    data,
-  };
-  const millimetres = inMillimetres(data, 4, bigEndian);
-  return depthFile(
-    millimetres ? { ...image, ...millimetres, encoding: '16UC1' } : { ...image, encoding: '32FC1', step: 4 * width },
-  );
-}
-
-/** Fractions that are millimetres, as whole numbers; null where they are metres. */
-function inMillimetres(data: Uint8Array, valueBytes: number, isBigEndian: boolean) {
-  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
-  const count = data.length / valueBytes;
-  const valueAt = (at: number) =>
-    valueBytes === 8 ? view.getFloat64(8 * at, !isBigEndian) : view.getFloat32(4 * at, !isBigEndian);
-  const stride = Math.ceil(count / LOOKED_INTO);
-  const some = Array.from({ length: Math.floor(count / stride) }, (_, at) => valueAt(at * stride));
-  const known = some.filter((value) => value > 0 && Number.isFinite(value)).sort((a, b) => a - b);
-  if (!((known[known.length >> 1] ?? 0) > MAX_METRES)) return null;
-  const whole = new DataView(new ArrayBuffer(2 * count));
-  for (let at = 0; at < count; at += 1) {
-    const value = valueAt(at);
-    whole.setUint16(2 * at, value > 0 && value < 65535.5 ? Math.round(value) : 0, true);
-  }
-  return { data: new Uint8Array(whole.buffer), bigEndian: false };
+  const size = { width, height: values.length / width, step: 4 * width };
+  const data = new Uint8Array(values.buffer);
+  return depthFile({ stamp: { sec: 0, nsec: 0 }, frame: '', ...size, bigEndian, data, encoding: '32FC1' });
 }
 
 /** One scan's ranges, as a table of one line. */

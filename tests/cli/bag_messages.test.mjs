@@ -314,8 +314,12 @@ test('laser scans: what the message calls invalid is null', () => {
   const turned = JSON.parse(scanLine(decodeScan(laserScan(STAMP, 1, -0.5, [0, 9], [1, 2, 3]))));
   assert.deepEqual([turned.min_theta, turned.max_theta, turned.readings], [0, 1, [3, 2, 1]]);
   assert.throws(() => scanLine(decodeScan(laserScan(STAMP, 0, 0, [0, 9], [1, 2]))), /lie 0 rad apart/);
-  const degrees = () => scanLine(decodeScan(laserScan(STAMP, -90, 1, [0, 9], Array(181).fill(2))));
-  assert.throws(degrees, /cover 10313 degrees: its angles are not in radians/);
+  const spread = scanLine({ ...decodeScan(laserScan(STAMP, 0, 0, [0, 9], [1, 2, 3])), angleMin: -0.5, angleMax: 1 });
+  assert.deepEqual([JSON.parse(spread).min_theta, JSON.parse(spread).max_theta], [-0.5, 1]);
+  const degrees = (/** @type {number} */ step) =>
+    scanLine(decodeScan(laserScan(STAMP, -90, step, [0, 9], Array(181).fill(2))));
+  assert.deepEqual([JSON.parse(degrees(1)).min_theta, JSON.parse(degrees(1)).max_theta], [-90, 90], 'the engine tells');
+  assert.throws(() => degrees(10), /cover 103132 degrees: its angles are not in radians/);
   assert.throws(
     () => scanLine(decodeScan(laserScan(STAMP, -1, 1, [9, 5], [1, 2]))),
     /between .* 9, and its range_max, 5/,
@@ -442,6 +446,27 @@ test('the camera of images that are binned and cut to a region has the size of t
   assert.ok(bag);
   const expected = { width: 4, height: 3, fx: 3, fy: 3, cx: 3, cy: 3 };
   assert.deepEqual(JSON.parse(await contentOf(bag, bag.recording.intrinsics)), expected);
+});
+
+test("RealSense's viewer records the unit of depth, and a camera of larger images is scaled", async () => {
+  const sensor = '/device_0/sensor_0';
+  const depth = { name: `${sensor}/Depth_0/image/data`, type: 'sensor_msgs/msg/Image' };
+  const info = { name: `${sensor}/Depth_0/info/camera_info`, type: 'sensor_msgs/msg/CameraInfo' };
+  const unit = { name: `${sensor}/option/Depth_Units/value`, type: 'std_msgs/msg/Float32' };
+  const pixels = { stamp: stampAt(5), width: 4, height: 3, encoding: 'mono16', data: new Uint8Array(24).fill(4) };
+  const messages = [
+    { topic: unit.name, time: 4n, data: Uint8Array.of(0, 1, 0, 0, ...new Uint8Array(Float32Array.of(0.00025).buffer)) },
+    { topic: info.name, time: 4n, data: cameraInfo(stampAt(0), 8, 6, [6, 6, 3.5, 2.5]) },
+    { topic: depth.name, time: 5n, data: image(pixels) },
+  ];
+  const [bag] = await recordingsOf([await listOne('l515.mcap', mcapBytes([depth, info, unit], messages))], {});
+  assert.ok(bag);
+  const expected = { width: 4, height: 3, fx: 3, fy: 3, cx: 1.5, cy: 1, depth_scale: 4000 };
+  assert.deepEqual(JSON.parse(await contentOf(bag, bag.recording.intrinsics)), expected);
+  assert.deepEqual(
+    bag.recording.notes.map(({ file }) => file),
+    [info.name],
+  );
 });
 
 /** @param {string} tum */

@@ -190,8 +190,12 @@ const CASES = {
     said: [/\/camera\/color\/image_raw: none of its times lies within 0\.02 s of a depth image: .*without colours/],
   },
   'a camera of other images': {
+    told: [depth(), camera(640, 400)],
+    said: [/\/camera\/depth\/camera_info: describes images of 640 x 400 pixels, and the depth has 4 x 3; not used/],
+  },
+  'a camera of larger images': {
     told: [depth(), camera(640, 480)],
-    said: [/\/camera\/depth\/camera_info: describes images of 640 x 480 pixels, and the depth has 4 x 3; not used/],
+    said: [/camera_info: describes images of 640 x 480 pixels, and the depth has 4 x 3: it is scaled to these/],
   },
   'depth without its camera': {
     told: [depth()],
@@ -213,9 +217,9 @@ const CASES = {
       /clouds\/100\.000000000\.pcd: Message 1 of \/points: The cloud is shorter than its header says: 9 x 1 points/,
     ],
   },
-  'angles in degrees': {
-    told: [scans('/scan', 'laser', 90)],
-    said: [/scan\.log: None of its scans can be read\..*cover 15470 degrees: its angles are not in radians/],
+  'angles in no unit': {
+    told: [scans('/scan', 'laser', 900)],
+    said: [/scan\.log: None of its scans can be read\..*cover 154699 degrees: its angles are not in radians/],
   },
   'limits that leave no reading': {
     told: [scans('/scan', 'laser', 0.1, [9, 0.1])],

@@ -116,14 +116,6 @@ test('the camera and the poses in an archive of images are files beside them', a
   assert.deepEqual(await files[3]?.read(), npy([2, 4, 4], numbers(32)));
 });
 
-test('fractions beyond 60 are millimetres', async () => {
-  const far = Array.from({ length: 24 * 24 }, (_, at) => (at === 0 ? Number.NaN : 1500.4));
-  const { files } = await converted({ 'depth/0.npy': npy([24, 24], far) });
-  const bytes = (await files[0]?.read()) ?? new Uint8Array();
-  const view = new DataView(bytes.buffer, bytes.byteOffset + bytes.length - 2 * 24 * 24);
-  assert.deepEqual([view.getUint16(0), view.getUint16(2)], [0, 1500]);
-});
-
 test('arrays of two columns are points or readings, of three clouds, of one scans; poses stay what they are', async () => {
   const rows = Array.from({ length: 40 }, (_, at) => at);
   const circle = rows.flatMap((at) => [3 * Math.cos(at / 20), 2 * Math.sin(at / 20)]);

@@ -30,6 +30,11 @@ fn metres_become_millimetres() {
         assert_eq!((image.width, image.height, image.bits), (3, 3, 32));
         assert_eq!(image.values, [0, 0, 2000, 0, 65535, 0, 1235, 0, 0], "rows from the top");
     }
+    // What cannot be metres, the sky aside, is in millimetres.
+    let far = pfm("Pf 5 1 -1\n", &[f32::NAN, 1500.4, 700.0, 65_504.0, 65_504.0], true);
+    assert_eq!(depth_image::read(&far).unwrap().values, [0, 1500, 700, 65_504, 65_504]);
+    let sky = pfm("Pf 4 1 -1\n", &[1.5, 65_504.0, 65_504.0, 65_504.0], true);
+    assert_eq!(depth_image::read(&sky).unwrap().values, [1500, 0, 0, 0]);
     let whole = pfm("Pf 2 1 -1\n", &[1.0, 2.0], true);
     assert!(refused(&whole[..whole.len() - 1]).contains("cut off: it ends in value 2 of 2"));
     assert!(refused(&pfm("Pf 0 1 -1\n", &[], true)).contains("pixels is empty"));

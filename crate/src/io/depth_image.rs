@@ -3,6 +3,7 @@
 //! Read are grey PNGs (an alpha channel is dropped), colour PNGs of 8 bits whose three channels are equal, PGM, binary
 //! (P5) and plain (P2), and grey PFM (Pf). Everything else is no depth image and refused with the reason.
 
+use super::length_unit::{METRE, MILLIMETRE};
 use super::limits::Packing;
 use super::netpbm::{self, next_whole, pfm_values};
 use super::png::{PNG_SIGNATURE, broken_png, check_size, first_picture, unknown_format};
@@ -130,15 +131,29 @@ fn read_pgm(bytes: &[u8]) -> Result<DepthImage> {
     image(width as usize, height as usize, values, if wide { 16 } else { 8 })
 }
 
-/// Metres as fractions: what is not a number, infinite, negative or zero was not measured. They are kept in whole
-/// millimetres, as depth cameras tell them; what lies beyond 65.535 m was not measured either.
+/// The median depth of an image is below this (m): beyond it, it is in millimetres.
+const MAX_MEDIAN_METRES: f32 = 60.0;
+/// The largest number of half precision, which renderers write for the sky.
+const SKY: f32 = 65_504.0;
+
+/// Metres per unit of fractions.
+fn unit_of(values: &[f32]) -> f64 {
+    let mut known: Vec<f32> = values.iter().copied().filter(|value| *value > 0.0 && *value < SKY).collect();
+    let middle = known.len() / 2;
+    let is_beyond = middle > 0 && *known.select_nth_unstable_by(middle, f32::total_cmp).1 > MAX_MEDIAN_METRES;
+    if is_beyond { MILLIMETRE.metres } else { METRE.metres }
+}
+
+/// Metres as fractions, or millimetres where they cannot be metres: what is not a number, infinite, negative or zero was not
+/// measured. They are kept in whole millimetres, as depth cameras tell them; what lies beyond 65.535 m was not measured either.
 fn read_pfm(bytes: &[u8]) -> Result<DepthImage> {
     let (width, height, values) = pfm_values(bytes, |pixels| {
         check_size(pixels[0], pixels[1], bytes.len() as u64 / 4)?;
         Ok(())
     })?;
-    let millimetres = |metres: f32| {
-        let value = (f64::from(metres) * 1000.0).round();
+    let per_unit = unit_of(&values) / MILLIMETRE.metres;
+    let millimetres = |value: f32| {
+        let value = (f64::from(value) * per_unit).round();
         if value >= 1.0 && value <= f64::from(u16::MAX) { value as u16 } else { 0 }
     };
     image(width, height, values.into_iter().map(millimetres).collect(), DepthImage::METRES)
