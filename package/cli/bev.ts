@@ -1,7 +1,7 @@
 /** `scanstitch bev`: pixels of a top view, found in a front view by way of the ground. */
 import { basename } from 'node:path';
 import type { BevParameter, BevPoint, BevRefinement, BevRole, BevScene, WholePixels } from '../../pkg/scanstitch.js';
-import { type Command, CommandError, type Engine, EXIT, oneOf, readArguments } from './command.js';
+import { type Command, CommandError, type Engine, EXIT, oneOf, optionsOf, readArguments } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { note, print } from './terminal.js';
@@ -11,18 +11,10 @@ const PARAMETERS = ['pitch', 'height', 'offset', 'ground'] as const;
 const REFINED = 'pitch,height,offset';
 
 const OPTIONS = {
-  scene: { type: 'string' },
-  preset: { type: 'string' },
-  points: { type: 'string' },
+  ...optionsOf({ texts: 'scene preset points pairs out', flags: 'truncate round polygon json' }),
   from: { type: 'string', default: 'top' },
-  truncate: { type: 'boolean', default: false },
-  round: { type: 'boolean', default: false },
-  polygon: { type: 'boolean', default: false },
-  pairs: { type: 'string' },
   refine: { type: 'string', default: REFINED },
   camera: { type: 'string', default: 'front' },
-  json: { type: 'boolean', default: false },
-  out: { type: 'string' },
 } as const;
 
 export const bev: Command = {

@@ -43,6 +43,29 @@ export function readArguments<T extends ParseArgsConfig>(command: string, config
   return parsed;
 }
 
+type Words<Text extends string> = Text extends `${infer First} ${infer Rest}` ? First | Words<Rest> : Text;
+const TEXT = { type: 'string' } as const;
+const LIST = { type: 'string', multiple: true } as const;
+const FLAG = { type: 'boolean', default: false } as const;
+
+/** Options by their names, separated by blanks: `texts` take a value, `lists` may be repeated, `flags` take none. */
+export function optionsOf<Texts extends string = never, Lists extends string = never, Flags extends string = never>({
+  texts,
+  lists,
+  flags,
+}: {
+  texts?: Texts;
+  lists?: Lists;
+  flags?: Flags;
+}) {
+  const all = (names: string | undefined, option: object) =>
+    Object.fromEntries(names?.split(' ').map((name) => [name, option]) ?? []);
+  type Options = Record<Words<Texts>, typeof TEXT> &
+    Record<Words<Lists>, typeof LIST> &
+    Record<Words<Flags>, typeof FLAG>;
+  return { ...all(texts, TEXT), ...all(lists, LIST), ...all(flags, FLAG) } as Options;
+}
+
 /** The value of an option, where it is one of its choices. */
 export function oneOf<T extends string>(option: string, value: string | undefined, choices: readonly T[]): T {
   const chosen = choices.find((choice) => choice === value);
@@ -84,6 +107,17 @@ export async function untilInterrupt<T>(work: (signal: AbortSignal) => Promise<T
 /** Whether it is bad input, told by the engine, and not a defect of the engine. */
 export function isScanstitchError(error: unknown): error is ScanstitchError {
   return error instanceof Error && error.name === 'ScanstitchError';
+}
+
+/** What is wrong with one input is reported, and the others go on. */
+export function attempt<T>(name: string, complain: (problem: string) => void, work: () => T): T[] {
+  try {
+    return [work()];
+  } catch (error) {
+    if (!isScanstitchError(error)) throw error;
+    complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
+    return [];
+  }
 }
 
 /** Characters of a cell that are shown at most. */

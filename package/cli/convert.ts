@@ -3,16 +3,12 @@ import { basename, extname } from 'node:path';
 import type { TrajectoryFormat } from '../../pkg/scanstitch.js';
 import { lookUp } from '../base/look_up.js';
 import { printable } from '../base/printable.js';
-import { type Command, CommandError, type Engine, EXIT, readArguments } from './command.js';
+import { type Command, CommandError, type Engine, EXIT, optionsOf, readArguments } from './command.js';
 import { writeWhole } from './disk.js';
 import { note, print } from './terminal.js';
 import { readTrajectory, TRAJECTORY_FORMATS, TRAJECTORY_HELP, trajectoryFormat } from './trajectories.js';
 
-const OPTIONS = {
-  from: { type: 'string' },
-  to: { type: 'string' },
-  times: { type: 'string' },
-} as const;
+const OPTIONS = optionsOf({ texts: 'from to times' });
 
 /** What the ending of a file's name stands for. */
 const BY_ENDING: Record<string, TrajectoryFormat> = {

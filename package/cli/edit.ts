@@ -1,7 +1,7 @@
 /** `scanstitch edit`: the map of planar scans, mended by the steps that a file keeps. */
 import { basename } from 'node:path';
 import { readSteps } from '../report/steps_file.js';
-import { type Command, CommandError, type Engine, readArguments } from './command.js';
+import { type Command, CommandError, type Engine, optionsOf, readArguments } from './command.js';
 import { openInputs, readRequired } from './inputs.js';
 import { withoutNamed } from './reconstruct.js';
 import { reconstructPlanar } from './reconstruct_planar.js';
@@ -9,14 +9,7 @@ import { readMapFormat } from './results.js';
 import { Complaints, tellNotes } from './terminal.js';
 
 const OPTIONS = {
-  reference: { type: 'string' },
-  odometry: { type: 'string' },
-  table: { type: 'string' },
-  set: { type: 'string', multiple: true },
-  'map-format': { type: 'string' },
-  g2o: { type: 'boolean' },
-  mcap: { type: 'boolean' },
-  workbench: { type: 'boolean' },
+  ...optionsOf({ texts: 'reference odometry table map-format', lists: 'set', flags: 'g2o mcap workbench' }),
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 

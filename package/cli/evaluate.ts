@@ -5,12 +5,13 @@ import { printable } from '../base/printable.js';
 import { comparePair, type RelationOptions, type Remedies } from '../evaluation/compare.js';
 import { columnsOf, csvOf, formatValue, markdownOf } from '../evaluation/table.js';
 import {
+  attempt,
   type Command,
   CommandError,
   type Engine,
-  isScanstitchError,
   numberIn,
   oneOf,
+  optionsOf,
   readArguments,
   table,
   wholeNumber,
@@ -55,29 +56,18 @@ const REMEDIES: Remedies = {
 };
 
 const OPTIONS = {
+  ...optionsOf({
+    texts: 'align-first max-diff offset delta delta-tolerance relations times format',
+    flags: 'interpolate all-pairs pairs-from-reference drift loops-only json errors',
+  }),
   align: { type: 'string', default: 'none' },
-  'align-first': { type: 'string' },
   by: { type: 'string', default: 'auto' },
-  'max-diff': { type: 'string' },
-  offset: { type: 'string' },
-  interpolate: { type: 'boolean', default: false },
   conventions: { type: 'string', default: 'detected' },
   metric: { type: 'string', default: 'ape' },
   relation: { type: 'string', default: 'translation_part' },
-  delta: { type: 'string' },
   'delta-unit': { type: 'string', default: 'frames' },
-  'all-pairs': { type: 'boolean', default: false },
-  'delta-tolerance': { type: 'string' },
-  'pairs-from-reference': { type: 'boolean', default: false },
-  drift: { type: 'boolean', default: false },
-  relations: { type: 'string' },
-  'loops-only': { type: 'boolean', default: false },
-  times: { type: 'string' },
-  format: { type: 'string' },
   sort: { type: 'string', default: 'rmse' },
   table: { type: 'string', default: 'text' },
-  json: { type: 'boolean', default: false },
-  errors: { type: 'boolean', default: false },
 } as const;
 
 export const evaluate: Command = {
@@ -216,7 +206,7 @@ function rank(
     const trajectory = readTrajectory(engine, path, read, complain);
     if (!trajectory) return [];
     tell(name, trajectory.notes);
-    try {
+    const comparison = attempt(name, complain, () => {
       const withErrors = values.errors ?? false;
       const { summary, ...errors } = comparePair(
         engine,
@@ -229,14 +219,10 @@ function rank(
       tell(name, summary.notes);
       const known =
         relations && compareRelations(engine, trajectory, name, relations, relationOptions(values), complain);
-      return [{ name, summary, errors, relations: known }];
-    } catch (error) {
-      if (!isScanstitchError(error)) throw error;
-      complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
-      return [];
-    } finally {
-      trajectory.free();
-    }
+      return { name, summary, errors, relations: known };
+    });
+    trajectory.free();
+    return comparison;
   });
   referenceTrajectory.free();
   if (results.length === 0) throw new CommandError('No estimate could be compared, so nothing was computed.');

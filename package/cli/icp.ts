@@ -10,6 +10,7 @@ import {
   type Engine,
   EXIT,
   isScanstitchError,
+  optionsOf,
   readArguments,
   table,
   wholeNumber,
@@ -21,17 +22,7 @@ import { print, tell } from './terminal.js';
 
 type Options = Partial<RegistrationOptions>;
 
-const OPTIONS = {
-  trace: { type: 'string' },
-  landscape: { type: 'string' },
-  basin: { type: 'string' },
-  own: { type: 'string' },
-  set: { type: 'string', multiple: true },
-  axes: { type: 'string' },
-  'half-widths': { type: 'string' },
-  size: { type: 'string' },
-  stride: { type: 'string' },
-} as const;
+const OPTIONS = optionsOf({ texts: 'trace landscape basin own axes half-widths size stride', lists: 'set' });
 
 export const icp: Command = {
   name: 'icp',

@@ -5,7 +5,7 @@ import type { Localization, LocalizationResult, OccupancyGrid } from '../../pkg/
 import { printable } from '../base/printable.js';
 import { localizationPixels } from '../report/localization_pixels.js';
 import { nextTurn } from '../run/spatial_run.js';
-import { type Command, CommandError, type Engine, readArguments, table, untilInterrupt } from './command.js';
+import { type Command, CommandError, type Engine, optionsOf, readArguments, table, untilInterrupt } from './command.js';
 import { writeResults } from './disk.js';
 import { openInputs, readRequired } from './inputs.js';
 import { png } from './png.js';
@@ -15,12 +15,8 @@ import { planarCatalogue, readSettings } from './settings.js';
 import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 
 const OPTIONS = {
+  ...optionsOf({ texts: 'resolution odometry table', lists: 'set', flags: 'json' }),
   out: { type: 'string', default: 'scanstitch-out' },
-  resolution: { type: 'string' },
-  odometry: { type: 'string' },
-  table: { type: 'string' },
-  set: { type: 'string', multiple: true },
-  json: { type: 'boolean', default: false },
 } as const;
 
 /** Largest size of a packed map when unpacked (bytes). */

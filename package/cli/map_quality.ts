@@ -4,11 +4,12 @@ import { basename, join } from 'node:path';
 import type { FrameResidual, MapQuality, MapQualityOptions } from '../../pkg/scanstitch.js';
 import { compareNaturally } from '../base/natural_order.js';
 import {
+  attempt,
   type Command,
   CommandError,
   type Engine,
-  isScanstitchError,
   numberIn,
+  optionsOf,
   readArguments,
   table,
 } from './command.js';
@@ -17,12 +18,7 @@ import { readInput } from './inputs.js';
 import { Complaints, print } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
 
-const OPTIONS = {
-  radius: { type: 'string' },
-  'max-points': { type: 'string' },
-  frames: { type: 'string' },
-  json: { type: 'boolean', default: false },
-} as const;
+const OPTIONS = optionsOf({ texts: 'radius max-points frames', flags: 'json' });
 
 export const mapQuality: Command = {
   name: 'map-quality',
@@ -127,17 +123,6 @@ function cloudNames(folder: string) {
   } catch (error) {
     if (error instanceof CommandError) throw error;
     throw new CommandError(`${folder}: ${fileProblem(error)}`);
-  }
-}
-
-/** What is wrong with one input is reported, and the others go on. */
-function attempt(name: string, complain: Complain, judge: () => Judged): Judged[] {
-  try {
-    return [judge()];
-  } catch (error) {
-    if (!isScanstitchError(error)) throw error;
-    complain(error.message.startsWith(name) ? error.message : `${name}: ${error.message}`);
-    return [];
   }
 }
 

@@ -4,7 +4,7 @@ import { printable } from '../base/printable.js';
 import type { Recording } from '../files/recording.js';
 import { isListName } from '../recording/lists.js';
 import type { OpenedRecording } from '../recording_reader.js';
-import { type Command, CommandError, type Engine, readArguments } from './command.js';
+import { type Command, CommandError, type Engine, optionsOf, readArguments } from './command.js';
 import { openInputs } from './inputs.js';
 import { readMeshOptions } from './mesh_options.js';
 import { type Options, readMapFormat } from './results.js';
@@ -13,22 +13,11 @@ import { Complaints, tellNotes } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 const OPTIONS = {
-  reference: { type: 'string' },
-  odometry: { type: 'string' },
-  intrinsics: { type: 'string' },
-  recording: { type: 'string' },
-  topic: { type: 'string', multiple: true },
-  table: { type: 'string' },
-  preset: { type: 'string' },
-  set: { type: 'string', multiple: true },
-  workers: { type: 'string' },
-  'map-format': { type: 'string' },
-  g2o: { type: 'boolean' },
-  mcap: { type: 'boolean' },
-  workbench: { type: 'boolean' },
-  mesh: { type: 'string' },
-  'mesh-voxel': { type: 'string' },
-  'mesh-triangles': { type: 'string' },
+  ...optionsOf({
+    texts: 'reference odometry intrinsics recording table preset workers map-format mesh mesh-voxel mesh-triangles',
+    lists: 'topic set',
+    flags: 'g2o mcap workbench',
+  }),
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 

@@ -5,7 +5,7 @@ import type { StrategyComparison } from '../../pkg/scanstitch.js';
 import { cell, columnsOf, csvOf, framesCsvOf, type Row } from '../report/strategy_table.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { StrategyRace, timed } from '../run/strategy_race.js';
-import { type Command, CommandError, type Engine, readArguments, table, untilInterrupt } from './command.js';
+import { type Command, CommandError, type Engine, optionsOf, readArguments, table, untilInterrupt } from './command.js';
 import { writeWhole } from './disk.js';
 import { openInputs, readFirst } from './inputs.js';
 import type { FrameJob } from './preparers.js';
@@ -16,19 +16,11 @@ import { runFrames } from './run_frames.js';
 import { type Catalogue, describeAll, readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, tellNotes } from './terminal.js';
 
-const OPTIONS = {
-  strategies: { type: 'string' },
-  strategy: { type: 'string', multiple: true },
-  reference: { type: 'string' },
-  intrinsics: { type: 'string' },
-  recording: { type: 'string' },
-  topic: { type: 'string', multiple: true },
-  set: { type: 'string', multiple: true },
-  workers: { type: 'string' },
-  out: { type: 'string' },
-  frames: { type: 'string' },
-  json: { type: 'boolean', default: false },
-} as const;
+const OPTIONS = optionsOf({
+  texts: 'strategies reference intrinsics recording workers out frames',
+  lists: 'strategy topic set',
+  flags: 'json',
+});
 
 type Chosen = { name: string; label: string; settings: Record<string, unknown> };
 

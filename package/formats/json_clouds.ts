@@ -5,7 +5,8 @@ import { pointsFile } from './ply.js';
 const MIN_POINTS = 24;
 /** The same number of points at the beginning of a list, as lists and as objects; a third coordinate that is not zero is that of space. */
 const NUMBER = String.raw`\s*-?[\d.]+(?:[eE][-+]?\d+)?\s*`;
-const LISTS = new RegExp(String.raw`\[(?:\s*\[${NUMBER},${NUMBER},${NUMBER}[^[\]]*\]\s*,){${MIN_POINTS - 1}}`);
+/** What follows the third number begins with a comma: digits that could be of either would be tried in all ways, of each list. */
+const LISTS = new RegExp(String.raw`\[(?:\s*\[${NUMBER},${NUMBER},${NUMBER}(?:,[^[\]]*)?\]\s*,){${MIN_POINTS - 1}}`);
 const OBJECTS = new RegExp(String.raw`\[(?:\s*\{[^{}]*["'][zZ]["']\s*:[^{}]*\}\s*,){${MIN_POINTS - 1}}`);
 
 type Point = [number, number, number];

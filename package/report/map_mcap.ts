@@ -1,4 +1,5 @@
 /** The map of planar scans as an MCAP file that Foxglove, rviz and other readers of ROS 2 open: grid, scans, poses and path. */
+import { joined } from '../base/bytes.js';
 import { CdrWriter } from '../bag/cdr_writer.js';
 import { McapWriter, type WrittenTopic } from '../bag/mcap_writer.js';
 
@@ -159,14 +160,4 @@ function inFrame(points: Float32Array, [x = 0, y = 0, , , , qz = 0, qw = 1]: num
     const [dx, dy] = [(points[point] ?? 0) - x, (points[point + 1] ?? 0) - y];
     return [cos * dx + sin * dy, cos * dy - sin * dx, 0][index % 3] ?? 0;
   });
-}
-
-function joined(parts: readonly Uint8Array[]) {
-  const all = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0));
-  let place = 0;
-  for (const part of parts) {
-    all.set(part, place);
-    place += part.length;
-  }
-  return all;
 }

@@ -18,6 +18,26 @@ export interface Column {
   shown: (value: number, result: StrategyResult) => string;
 }
 
+/** How a value is shown: in this unit, of which it has so many times its own, with so many digits. */
+type Shown = readonly [unit: string, times: number, digits: number];
+const MS: Shown = ['ms', 1, 1];
+const METRES: Shown = ['m', 1, 3];
+const MM: Shown = ['mm', 1e3, 1];
+const DEGREES: Shown = ['deg', 180 / Math.PI, 3];
+
+function fixed(name: string, label: string, [unit, times, digits]: Shown, about: string, value: Column['value']) {
+  return { name, label, unit, about, value, shown: (one: number) => (one * times).toFixed(digits) };
+}
+
+type ErrorName = `${'ape' | 'rpe'}_${'mean' | 'rmse' | 'max'}` | 'rpe_rotation_mean';
+function ofTruth(name: ErrorName, label: string, shown: Shown, about: string) {
+  return fixed(name, label, shown, about, ({ comparison }) => comparison?.[name] ?? null);
+}
+
+function ofMap(name: keyof NonNullable<StrategyResult['sharpness']>, label: string, shown: Shown, about: string) {
+  return fixed(name, label, shown, about, ({ sharpness }) => sharpness?.[name] ?? null);
+}
+
 export const COLUMNS: readonly Column[] = [
   {
     name: 'frames',
@@ -51,22 +71,14 @@ export const COLUMNS: readonly Column[] = [
     value: ({ map_bytes }) => map_bytes,
     shown: (value) => (value / 1e6).toFixed(value < 1e7 ? 2 : 1),
   },
-  {
-    name: 'ms_median',
-    label: 'Median time',
-    unit: 'ms',
-    about: 'Median time per frame, from the second frame on',
-    value: ({ timing }) => timing?.median ?? null,
-    shown: (value) => value.toFixed(1),
-  },
-  {
-    name: 'ms_last',
-    label: 'Last frame',
-    unit: 'ms',
-    about: 'Time that the last frame took',
-    value: ({ timing }) => timing?.last ?? null,
-    shown: (value) => value.toFixed(1),
-  },
+  fixed(
+    'ms_median',
+    'Median time',
+    MS,
+    'Median time per frame, from the second frame on',
+    ({ timing }) => timing?.median ?? null,
+  ),
+  fixed('ms_last', 'Last frame', MS, 'Time that the last frame took', ({ timing }) => timing?.last ?? null),
   {
     name: 'ms_slope',
     label: 'Time growth',
@@ -83,78 +95,25 @@ export const COLUMNS: readonly Column[] = [
     value: ({ growth }) => growth?.slope ?? null,
     shown: (value) => value.toFixed(0),
   },
-  {
-    name: 'ape_mean',
-    label: 'APE mean',
-    unit: 'm',
-    about: 'Mean distance to the ground truth, first poses aligned',
-    value: ({ comparison }) => comparison?.ape_mean ?? null,
-    shown: (value) => value.toFixed(3),
-  },
-  {
-    name: 'ape_rmse',
-    label: 'APE rmse',
-    unit: 'm',
-    about: 'Root mean square distance to the ground truth',
-    value: ({ comparison }) => comparison?.ape_rmse ?? null,
-    shown: (value) => value.toFixed(3),
-  },
-  {
-    name: 'ape_max',
-    label: 'APE max',
-    unit: 'm',
-    about: 'Largest distance to the ground truth',
-    value: ({ comparison }) => comparison?.ape_max ?? null,
-    shown: (value) => value.toFixed(3),
-  },
-  {
-    name: 'rpe_mean',
-    label: 'RPE mean',
-    unit: 'mm',
-    about: 'Mean translation error from each frame to the next',
-    value: ({ comparison }) => comparison?.rpe_mean ?? null,
-    shown: (value) => (1e3 * value).toFixed(1),
-  },
-  {
-    name: 'rpe_rmse',
-    label: 'RPE rmse',
-    unit: 'mm',
-    about: 'Root mean square of the error from each frame to the next',
-    value: ({ comparison }) => comparison?.rpe_rmse ?? null,
-    shown: (value) => (1e3 * value).toFixed(1),
-  },
-  {
-    name: 'rpe_max',
-    label: 'RPE max',
-    unit: 'mm',
-    about: 'Largest error from a frame to the next',
-    value: ({ comparison }) => comparison?.rpe_max ?? null,
-    shown: (value) => (1e3 * value).toFixed(1),
-  },
-  {
-    name: 'rpe_rotation_mean',
-    label: 'RPE rotation',
-    unit: 'deg',
-    about: 'Mean rotation error from each frame to the next',
-    value: ({ comparison }) => comparison?.rpe_rotation_mean ?? null,
-    shown: (value) => ((value * 180) / Math.PI).toFixed(3),
-  },
-  {
-    name: 'mean_map_entropy',
-    label: 'Entropy',
-    unit: 'nats',
-    about: 'Mean map entropy of the same points of all frames at the estimated poses: lower is sharper',
-    value: ({ sharpness }) => sharpness?.mean_map_entropy ?? null,
-    shown: (value) => value.toFixed(3),
-  },
-  {
-    name: 'mean_plane_variance',
-    label: 'Plane variance',
-    unit: 'mm²',
-    about: 'Mean plane variance of the same points: lower is sharper',
-    value: ({ sharpness }) => sharpness?.mean_plane_variance ?? null,
-    shown: (value) => (1e6 * value).toFixed(0),
-  },
+  ofTruth('ape_mean', 'APE mean', METRES, 'Mean distance to the ground truth, first poses aligned'),
+  ofTruth('ape_rmse', 'APE rmse', METRES, 'Root mean square distance to the ground truth'),
+  ofTruth('ape_max', 'APE max', METRES, 'Largest distance to the ground truth'),
+  ofTruth('rpe_mean', 'RPE mean', MM, 'Mean translation error from each frame to the next'),
+  ofTruth('rpe_rmse', 'RPE rmse', MM, 'Root mean square of the error from each frame to the next'),
+  ofTruth('rpe_max', 'RPE max', MM, 'Largest error from a frame to the next'),
+  ofTruth('rpe_rotation_mean', 'RPE rotation', DEGREES, 'Mean rotation error from each frame to the next'),
+  ofMap(
+    'mean_map_entropy',
+    'Entropy',
+    ['nats', 1, 3],
+    'Mean map entropy of the same points of all frames at the estimated poses: lower is sharper',
+  ),
+  ofMap(
+    'mean_plane_variance',
+    'Plane variance',
+    ['mm²', 1e6, 0],
+    'Mean plane variance of the same points: lower is sharper',
+  ),
 ];
 
 /** Columns of errors, which need a reference. */

@@ -13,9 +13,9 @@ const HERE = { x: 0, y: 0, theta: 0 };
 const WRONG = { action: 'add_loop', target: 0, source: 65, T_target_source: HERE };
 const TAKEN_OUT = { action: 'remove_loop', target: 65, source: 0 };
 
-/** @param {unknown[]} steps */
-function fileOf(...steps) {
-  return JSON.stringify({ scanstitch_steps: 1, num_scans: NUM_SCANS, settings: { max_range: 20 }, steps });
+/** @param {unknown[]} steps @param {number} [num_scans] */
+function fileOf(steps, num_scans = NUM_SCANS) {
+  return JSON.stringify({ scanstitch_steps: 1, num_scans, settings: { max_range: 20 }, steps });
 }
 
 const RESULTS = ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm'];
@@ -29,9 +29,9 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
   const folder = temporaryFolder(t);
   const [log = '', unchecked = '', checked = '', undone = ''] = writeFiles(folder, {
     'drive.log': driveLog(BUILDING, 0, NUM_SCANS),
-    'unchecked.json': fileOf({ ...WRONG, unchecked: true }),
-    'checked.json': fileOf(WRONG),
-    'undone.json': fileOf({ ...WRONG, unchecked: true }, TAKEN_OUT),
+    'unchecked.json': fileOf([{ ...WRONG, unchecked: true }]),
+    'checked.json': fileOf([WRONG]),
+    'undone.json': fileOf([{ ...WRONG, unchecked: true }, TAKEN_OUT]),
   });
   const out = (/** @type {string} */ name) => join(folder, name);
   const edited = (/** @type {string} */ steps, /** @type {string} */ name, /** @type {string[]} */ ...also) =>
@@ -70,23 +70,24 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
 
 test('wrong steps are told with their place', async (t) => {
   const folder = temporaryFolder(t);
-  const [log = ''] = writeFiles(folder, { 'drive.log': driveLog(BUILDING, 0, NUM_SCANS) });
+  const few = 6;
+  const [log = ''] = writeFiles(folder, { 'drive.log': driveLog(BUILDING, 0, few) });
   for (const [contents, message] of /** @type {const} */ ([
     ['{', /s\.json: This is no JSON, and so no file of steps\./],
     ['{}', /s\.json: This is no file of steps: it has no "scanstitch_steps"\./],
     ['{"scanstitch_steps": 7}', /s\.json: These steps are of version 7; this program reads 1\./],
-    [fileOf({ ...TAKEN_OUT, scan: 3 }), /s\.json: Step 1 has "scan", which no step has\./],
-    [fileOf(WRONG, { action: 'bend' }), /s\.json: Step 2: "target" is a whole number from 0, not missing\./],
-    [fileOf({ ...WRONG, action: 'bend' }), /s\.json: Step 1: "action" is remove_loop or add_loop, not "bend"\./],
+    [fileOf([{ ...TAKEN_OUT, scan: 3 }]), /s\.json: Step 1 has "scan", which no step has\./],
+    [fileOf([WRONG, { action: 'bend' }]), /s\.json: Step 2: "target" is a whole number from 0, not missing\./],
+    [fileOf([{ ...WRONG, action: 'bend' }]), /s\.json: Step 1: "action" is remove_loop or add_loop, not "bend"\./],
     [
-      fileOf({ ...WRONG, T_target_source: { ...HERE, y: '1' } }),
+      fileOf([{ ...WRONG, T_target_source: { ...HERE, y: '1' } }]),
       /s\.json: Step 1: "y" of "T_target_source" is a number, not "1"\./,
     ],
     [
-      fileOf({ ...TAKEN_OUT, source: 66 }),
-      /s\.json: Step 1 names scan 66, and the recording has 66\. Scans are counted/,
+      fileOf([{ ...TAKEN_OUT, target: 0, source: few }], few),
+      /s\.json: Step 1 names scan 6, and the recording has 6\. Scans are counted/,
     ],
-    [fileOf().replace('66', '67'), /s\.json: The steps are for a recording of 67 scans, and this one has 66\./],
+    [fileOf([], few + 1), /s\.json: The steps are for a recording of 7 scans, and this one has 6\./],
   ])) {
     const [steps = ''] = writeFiles(folder, { 's.json': contents });
     const { status, stderr } = await scanstitch(['edit', log, steps, '--out', join(folder, 'out')]);

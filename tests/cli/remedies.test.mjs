@@ -1,5 +1,5 @@
 // @ts-check
-/** What messages say to do: the options and settings that they name exist, and doing it helps. */
+/** What messages say to do: the options and settings that they name exist, and doing it helps; of recorded input, see reports.test.mjs. */
 import assert from 'node:assert/strict';
 import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -7,7 +7,7 @@ import { before, test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { greyPng, VIEWS } from './depth_room.mjs';
 import { bearings, PLACES, rangesAt } from './layout_room.mjs';
-import { DATA, ROOT, scanstitch, skipWithoutData as skip, temporaryFolder, writeFiles } from './support.mjs';
+import { ROOT, scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 before(() => engine.load());
 
@@ -54,51 +54,6 @@ test('what the page shows as well names no option of the command line but the te
     [],
   );
 });
-
-/**
- * What provokes a message in the shared reports, the message, and what it says to do.
- * @type {readonly { input: string, said: RegExp, remedy: string[], helps: RegExp }[]}
- */
-const REMEDIES = [
-  {
-    input: 'reports/laser_upside_down/clockwise_no_tf.bag',
-    said: /set laser_direction=mirrored/,
-    remedy: ['--set', 'laser_direction=mirrored'],
-    helps: /264 good, 0 doubtful/,
-  },
-  {
-    input: 'reports/scan_matrix',
-    said: /Set wheel_track to it \(m\), for example wheel_track=0\.3/,
-    remedy: ['--set', 'wheel_track=0.3'],
-    helps: /odom\.csv gives the first guess/,
-  },
-  {
-    input: 'reports/colour_depth_sizes',
-    said: /Set depth_scale to the right number/,
-    remedy: ['--set', 'depth_scale=5000'],
-    helps: /1 good, 0 doubtful/,
-  },
-  {
-    input: 'reports/ply_millimetres',
-    said: /--set cloud_unit=NUMBER/,
-    remedy: ['--set', 'cloud_unit=0.001'],
-    helps: /Clouds: a unit is 0\.001 m\n/,
-  },
-];
-
-for (const { input, said, remedy, helps } of REMEDIES) {
-  test(`${input}: ${remedy.join(' ')}`, { skip }, async (t) => {
-    const run = async (/** @type {string[]} */ ...options) => {
-      const out = join(temporaryFolder(t), 'out');
-      const { stdout, stderr } = await scanstitch(['reconstruct', join(DATA, input), '--out', out, ...options]);
-      return `${stderr}\n${stdout}`;
-    };
-    assert.match(await run(), said);
-    const after = await run(...remedy);
-    assert.doesNotMatch(after, said);
-    assert.match(after, helps);
-  });
-}
 
 /** A drive of a laser that looks over half a turn and counts its readings clockwise, in another unit than its format has. */
 const CLOCKWISE = PLACES.map((place) =>

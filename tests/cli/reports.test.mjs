@@ -52,14 +52,28 @@ for (const distance of [0, 20, 60]) {
   });
 }
 
-/** @type {readonly { path: string, args?: string[], check: (outcome: Outcome) => void }[]} */
+const OTHER_UNIT = /--set cloud_unit=NUMBER/;
+const SCALE_ASKED = /Set depth_scale to the right number/;
+const TRACK_ASKED = /Set wheel_track to it \(m\), for example wheel_track=0\.3/;
+
+/**
+ * `mended`: what the same input says where nothing is set, and no longer with these arguments, which it names.
+ * @type {readonly { path: string, args?: string[], mended?: RegExp, check: (outcome: Outcome) => void }[]}
+ */
 const ROWS = [
   {
     path: 'ply_millimetres',
     check: ({ said, report }) => {
       assert.equal(report.cloud_unit, 0.001);
       assert.match(said, /a unit is 0\.001 m \(assumed; supported by the size of the scene\)/);
+      assert.match(said, OTHER_UNIT);
     },
+  },
+  {
+    path: 'ply_millimetres',
+    args: ['--set', 'cloud_unit=0.001'],
+    mended: OTHER_UNIT,
+    check: ({ said }) => assert.match(said, /Clouds: a unit is 0\.001 m\n/),
   },
   {
     path: 'ply_list_in_vertex',
@@ -115,6 +129,7 @@ const ROWS = [
   {
     path: 'laser_upside_down/clockwise_no_tf.bag',
     args: ['--set', 'laser_direction=mirrored'],
+    mended: /set laser_direction=mirrored/,
     check: ({ frames }) => assert.equal(count(frames, 'good'), 264),
   },
   {
@@ -133,7 +148,14 @@ const ROWS = [
       const { fx, cx, cy } = report.camera;
       assert.deepEqual([fx, cx, cy, report.depth_scale], [262.5, 159.5, 119.5, 5000]);
       assert.match(said, /5000 raw values per metre are assumed/);
+      assert.match(said, SCALE_ASKED);
     },
+  },
+  {
+    path: 'colour_depth_sizes',
+    args: ['--set', 'depth_scale=5000'],
+    mended: SCALE_ASKED,
+    check: ({ said }) => assert.match(said, /1 good, 0 doubtful/),
   },
   {
     path: 'scan_matrix',
@@ -141,8 +163,14 @@ const ROWS = [
       assert.equal(frames.length, 65);
       assert.match(said, /scan_partition\.csv: not used: labels/);
       assert.match(said, /scan_partition_labels\.csv: not used: labels/);
-      assert.match(said, /Set wheel_track to it/);
+      assert.match(said, TRACK_ASKED);
     },
+  },
+  {
+    path: 'scan_matrix',
+    args: ['--set', 'wheel_track=0.3'],
+    mended: TRACK_ASKED,
+    check: ({ said }) => assert.match(said, /odom\.csv gives the first guess/),
   },
   {
     path: 'scan_matrix',
@@ -203,8 +231,12 @@ const ROWS = [
   })),
 ];
 
-for (const { path, args = [], check } of ROWS) {
-  test(`${[path, ...args].join(' ')}`, { skip }, async (t) => check(await reconstruct(t, path, ...args)));
+for (const { path, args = [], mended, check } of ROWS) {
+  test(`${[path, ...args].join(' ')}`, { skip }, async (t) => {
+    const outcome = await reconstruct(t, path, ...args);
+    if (mended) assert.doesNotMatch(outcome.said, mended);
+    check(outcome);
+  });
 }
 
 test('E57 and LAZ have all their points, in double precision where they are large', { skip }, async () => {

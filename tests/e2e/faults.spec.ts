@@ -194,6 +194,7 @@ async function loseContextAfter(page: Page, num_rows: number): Promise<boolean> 
 }
 
 spatial('a graphics context that is lost in mid-run costs nothing', async ({ drawn: app, page }) => {
+  await page.setViewportSize({ width: 900, height: 600 }); // they are emulated pixel by pixel
   await app.drop(recording(1));
   await app.stitched(); // the graphics are there, which take longer than some frames
   const losing = loseContextAfter(page, 1);

@@ -5,6 +5,8 @@ import { expect, test } from './scanstitch_page.js';
 import { bearings, LAST, PLACES, rangesAt } from '../cli/layout_room.mjs';
 import { stopAfter } from './stop.js';
 
+/** Of 1464: in these a loop closes. */
+const NUM_SCANS = 600;
 const FREIBURG = join(import.meta.dirname, '../../../shared/data/laser/fr079');
 
 /** A robot that drives 5 cm a scan ahead in a room, as CARMEN logs it. */
@@ -74,13 +76,17 @@ test('odometry in degrees is told with the remedy, and the scans are placed with
   await expect(app.messages).toContainText('Give them in radians');
 });
 
-test('1464 scans of a building, stopped before all are placed and again in the search for loops, and resumed', async ({
+test('scans of a building, stopped before all are placed and again in the search for loops, and resumed', async ({
   empty: app,
   page,
 }, info) => {
   test.skip(!existsSync(FREIBURG), '../shared/data is absent');
-  const file = (name: string) => ({ name, content: readFileSync(join(FREIBURG, name)) });
-  await app.drop([file('fr079.log'), file('fr079.odometry.txt')]);
+  const beginning = (name: string, scan: RegExp) => {
+    const lines = readFileSync(join(FREIBURG, name), 'utf8').split('\n');
+    const after = [...lines.keys()].filter((at) => scan.test(lines[at] ?? ''))[NUM_SCANS];
+    return { name, content: `${lines.slice(0, after).join('\n')}\n` };
+  };
+  await app.drop([beginning('fr079.log', /^ROBOTLASER1/), beginning('fr079.odometry.txt', /^\d/)]);
   await stopAfter(page, 'scanstitch-planar', 20);
   const stopped = page.locator('scanstitch-planar .activity');
   await expect(stopped).toContainText('Stopped: partial map');
@@ -90,7 +96,7 @@ test('1464 scans of a building, stopped before all are placed and again in the s
   await page.getByRole('button', { name: 'Continue' }).click();
   const { result, timing } = await app.stitched();
   info.annotations.push({ type: 'computing', description: `${timing.total.toFixed(0)} ms` });
-  expect(result.frames).toHaveLength(1464);
+  expect(result.frames).toHaveLength(NUM_SCANS);
   expect(result.comparison?.mean).toBeLessThan(0.08);
   await info.attach('map', { body: await page.screenshot(), contentType: 'image/png' });
 });

@@ -18,13 +18,13 @@ test('a long computation shows its progress, stops at once, keeps what it has an
 }, info) => {
   await app.setting('Strategy').selectOption('scan_to_map');
   await app.stitched();
-  await app.drop(longDrive(600));
+  await app.drop(longDrive(240));
   const { ms, before } = await stopAfter(page, 'scanstitch-planar', 20);
-  expect(before).toMatch(/Registering scan \d+ of 600/);
+  expect(before).toMatch(/Registering scan \d+ of 240/);
   info.annotations.push({ type: 'from stop to stopped', description: `${ms.toFixed(0)} ms` });
   const num_rows = Number(await app.table.getAttribute('aria-rowcount')) - 1;
   expect(num_rows).toBeGreaterThan(10);
-  expect(num_rows).toBeLessThan(600);
+  expect(num_rows).toBeLessThan(240);
   expect(await app.numPainted()).toBeGreaterThan(500);
   expect(await app.numStitched()).toBe(2);
   await expect(page.getByRole('button', { name: 'Export' })).toBeEnabled();
@@ -44,20 +44,20 @@ test('a long computation shows its progress, stops at once, keeps what it has an
     return button('Continue') !== undefined;
   });
   expect(restopped).toBe(true);
-  expect(Number(await app.table.getAttribute('aria-rowcount'))).toBeLessThan(600);
+  expect(Number(await app.table.getAttribute('aria-rowcount'))).toBeLessThan(240);
 
   await page.getByRole('button', { name: 'Continue' }).click();
-  expect((await app.stitched()).result.frames).toHaveLength(600);
+  expect((await app.stitched()).result.frames).toHaveLength(240);
 });
 
 test('all is removed in the middle of a run, and stays so', async ({ page }) => {
   const app = new ScanstitchPage(page);
   await noteAnswers(page);
   await app.open();
-  await app.drop(longDrive(400));
+  await app.drop(longDrive(150));
   await page.waitForFunction(() => {
     const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
-    const isRunning = /Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? '');
+    const isRunning = /Registering scan \d+ of 150/.test(view?.shadowRoot?.textContent ?? '');
     if (isRunning) (view as HTMLElement & { session: { clear(): void } }).session.clear();
     return isRunning;
   });
@@ -75,32 +75,32 @@ test('all is removed in the middle of a run, and stays so', async ({ page }) => 
 });
 
 test('a setting changed in the middle starts over with it', async ({ app }) => {
-  await app.drop(longDrive(400));
+  await app.drop(longDrive(150));
   // From within the page: seen from outside, the run may be over before the setting is changed.
   await app.setting('Strategy').evaluate(async (select: HTMLSelectElement) => {
     const view = document.querySelector('scanstitch-app')?.shadowRoot?.querySelector('scanstitch-planar');
-    while (!/Registering scan \d+ of 400/.test(view?.shadowRoot?.textContent ?? ''))
+    while (!/Registering scan \d+ of 150/.test(view?.shadowRoot?.textContent ?? ''))
       await new Promise(requestAnimationFrame);
     select.value = 'scan_to_scan';
     select.dispatchEvent(new Event('change', { bubbles: true }));
   });
   const { result } = await app.stitched();
   expect(result.settings.strategy).toBe('scan_to_scan');
-  expect(result.frames).toHaveLength(400);
+  expect(result.frames).toHaveLength(150);
 });
 
-test('a thousand rows scroll by keyboard, and only those in sight are in the document', async ({ app, page }) => {
+test('150 rows scroll by keyboard, and only those in sight are in the document', async ({ app, page }) => {
   await app.setting('Strategy').selectOption('scan_to_scan');
   await app.stitched();
-  await app.drop(longDrive(300));
+  await app.drop(longDrive(150));
   await app.stitched();
   await app.row('0.ply').getByRole('button').focus();
   await page.keyboard.press('End');
-  await expect(app.row('299.ply').getByRole('button')).toBeFocused();
+  await expect(app.row('149.ply').getByRole('button')).toBeFocused();
   expect(await app.table.getByRole('row').count()).toBeLessThan(80);
-  await expect(app.table).toHaveAttribute('aria-rowcount', '301');
+  await expect(app.table).toHaveAttribute('aria-rowcount', '151');
   await page.keyboard.press('ArrowUp');
-  await expect(app.row('298.ply').getByRole('button')).toBeFocused();
+  await expect(app.row('148.ply').getByRole('button')).toBeFocused();
   await page.keyboard.press('Home');
   await expect(app.row('0.ply').getByRole('button')).toBeFocused();
 });
@@ -110,7 +110,7 @@ test.describe('on a phone', () => {
 
   test('what goes on is told below the map, not on it', async ({ app, page }, info) => {
     await page.getByRole('tab', { name: 'Scans' }).tap();
-    await app.drop(longDrive(600));
+    await app.drop(longDrive(240));
     await stopAfter(page, 'scanstitch-planar', 20);
     await page.screenshot({ path: info.outputPath('phone.png') });
     await expect(page.getByRole('button', { name: 'Continue' })).toBeVisible();

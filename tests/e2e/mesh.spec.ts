@@ -26,13 +26,12 @@ async function exported(page: Page, format: string): Promise<Buffer> {
   return readFileSync(await taken.path());
 }
 
-test('the surface of the apartment is drawn in the place of the points, coloured by its deviation, and exported', async ({
+test('the surface of a room is drawn in the place of the points, coloured by its deviation, and exported', async ({
   drawn: spatial,
   page,
 }) => {
   await page.setViewportSize({ width: 700, height: 500 });
-  await page.getByRole('button', { name: 'Open' }).click();
-  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
+  await spatial.drop(recording(8));
   const { result } = await spatial.stitched();
   await page.setViewportSize({ width: 700, height: 560 }); // room for the line below the map
   const numWorkers = (): number => page.workers().filter((worker) => /surface-worker/.test(worker.url())).length;

@@ -72,6 +72,7 @@ test('the section cuts the ceiling, keys turn, move and zoom, and colours by hei
   drawn: spatial,
   page,
 }) => {
+  await page.setViewportSize({ width: 900, height: 600 }); // graphics are emulated pixel by pixel
   await spatial.drop(recording(6));
   await spatial.stitched();
   await spatial.settled();

@@ -30,13 +30,18 @@ export interface TruePose {
   heading: number;
 }
 
-/** An arc through the room. */
+/** So many steps lead along the arc, before the camera goes back: frames of one place are rendered once. */
+const NUM_STEPS = 15;
+
+/** An arc through the room, to and fro. */
 export function walk(num_frames: number): TruePose[] {
   return Array.from({ length: num_frames }, (_, i) => {
-    const heading = -i * 0.07;
-    return { x: -0.05 * i, z: 0.03 * i, heading };
+    const step = stepOf(i);
+    return { x: -0.05 * step, z: 0.03 * step, heading: -0.07 * step };
   });
 }
+
+const stepOf = (frame: number): number => Math.abs(((frame + NUM_STEPS) % (2 * NUM_STEPS)) - NUM_STEPS);
 
 /** depth/N.png (16 bits, so many values per metre), rgb/N.png, and the camera. */
 export function recording(num_frames: number, first = 0, per_metre = 1000): InputFile[] {
@@ -47,21 +52,23 @@ export function recording(num_frames: number, first = 0, per_metre = 1000): Inpu
   return [...files, { name: 'room/camera-intrinsics.txt', content: intrinsics }];
 }
 
-/** Frames that were rendered for tests before. */
-const rendered = new Map<string, readonly InputFile[]>();
+/** Depth and colours that were rendered for frames before. */
+const rendered = new Map<string, readonly [Buffer, Buffer]>();
 
 function frameFiles(pose: TruePose, number: number, per_metre: number): readonly InputFile[] {
-  const key = `${number} ${per_metre}`;
-  const known = rendered.get(key);
-  if (known) return known;
+  const key = `${stepOf(number - 1)} ${per_metre}`;
+  const [depth, color] = rendered.get(key) ?? imagesOf(pose, per_metre);
+  rendered.set(key, [depth, color]);
+  return [
+    { name: `room/depth/${number}.png`, content: depth },
+    { name: `room/rgb/${number}.png`, content: color },
+  ];
+}
+
+function imagesOf(pose: TruePose, per_metre: number): [Buffer, Buffer] {
   const { depth, color } = render(pose);
   const values = depth.map((value) => Math.round((value * per_metre) / 1000));
-  const files = [
-    { name: `room/depth/${number}.png`, content: png(values, 16, 'grey') },
-    { name: `room/rgb/${number}.png`, content: png(color, 8, 'colour') },
-  ];
-  rendered.set(key, files);
-  return files;
+  return [png(values, 16, 'grey'), png(color, 8, 'colour')];
 }
 
 /** The true path, as TUM writes it. */

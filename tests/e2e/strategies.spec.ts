@@ -8,7 +8,7 @@ import { recording, truth } from './spatial_recording.js';
 import { drawNothing, expect, test } from './spatial_page.js';
 import { stopAfter } from './stop.js';
 
-const NUM_FRAMES = 8;
+const NUM_FRAMES = 5;
 const LABELS = [
   'Plain',
   'Voxels 0.1 m',

@@ -17,6 +17,7 @@ import {
 import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
 import { cleaningWords, directionWords, frameSummary } from '../views/words.js';
+import { facts } from './facts.js';
 import { check } from './fields.js';
 import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
@@ -81,38 +82,23 @@ export class ScanstitchWhy extends LitElement {
   private renderFacts(frame: FrameResult): TemplateResult {
     const { T_world_sensor: pose, std } = frame;
     const error = this.errors[this.index] ?? null;
-    return html`<dl class="facts number">
-      <dt>Position</dt>
-      <dd>x ${formatCoordinate(pose.x)} m, y ${formatCoordinate(pose.y)} m</dd>
-      <dt>Heading</dt>
-      <dd>${formatAngle(pose.theta)}</dd>
-      ${
-        std
-          ? html`<dt>
-                <abbr title="One standard deviation, from the noise of the scan">Uncertainty</abbr>
-              </dt>
-              <dd>x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}</dd>`
-          : nothing
-      }
-      ${
-        error === null
-          ? nothing
-          : html`<dt><abbr title="Distance to ${baseName(this.referenceName)}">Error</abbr></dt>
-              <dd>${formatLength(error)}</dd>`
-      }
-      ${
-        frame.iterations > 0
-          ? html`<dt>
-                <abbr title="Share of its returns that agree with the scans before it">Agreement</abbr>
-              </dt>
-              <dd>${formatPercent(frame.agreement)} with the scans before</dd>`
-          : nothing
-      }
-      <dt>Points</dt>
-      <dd>${cleaningWords(frame.cleaning)}</dd>
-      <dt>Time</dt>
-      <dd>${formatDuration(this.ms[this.index] ?? 0)}</dd>
-    </dl>`;
+    return facts([
+      ['Position', `x ${formatCoordinate(pose.x)} m, y ${formatCoordinate(pose.y)} m`],
+      ['Heading', formatAngle(pose.theta)],
+      std && [
+        'Uncertainty',
+        `x ±${formatLength(std.x)}, y ±${formatLength(std.y)}, ±${formatAngle(std.theta, 3)}`,
+        'One standard deviation, from the noise of the scan',
+      ],
+      error !== null && ['Error', formatLength(error), `Distance to ${baseName(this.referenceName)}`],
+      frame.iterations > 0 && [
+        'Agreement',
+        `${formatPercent(frame.agreement)} with the scans before`,
+        'Share of its returns that agree with the scans before it',
+      ],
+      ['Points', cleaningWords(frame.cleaning)],
+      ['Time', formatDuration(this.ms[this.index] ?? 0)],
+    ]);
   }
 
   private renderRegistration(): TemplateResult {

@@ -1,4 +1,5 @@
 /** Beside the stage: what the iteration is and solves, and the course of the run. */
+import { facts } from '../components/facts.js';
 import { html, nothing, type TemplateResult } from 'lit';
 import type { Painter } from '../components/figure-view.js';
 import { iterationTable } from '../components/iteration-table.js';
@@ -30,7 +31,7 @@ export function stepPanel(has: StepFacts, chart: TemplateResult): TemplateResult
       <h2>${placeWords(at, count)}</h2>
       <span class="muted">${endWords(trace)}</span>
     </header>
-    ${iteration ? facts(iteration, before, has.num_source) : html`<p class="muted">The pairs are being searched…</p>`}
+    ${iteration ? iterationFacts(iteration, before, has.num_source) : html`<p class="muted">The pairs are being searched…</p>`}
     ${chart}
     ${
       iteration
@@ -52,40 +53,24 @@ function endWords(trace: LabTrace): string {
   return `${plural(numPoses(trace) - 1, 'iteration')}, ${endReasonWords(trace)}`;
 }
 
-function facts(iteration: LabIteration, costBefore: number | null, numAll: number): TemplateResult {
+function iterationFacts(iteration: LabIteration, costBefore: number | null, numAll: number): TemplateResult {
   const { cost, inlier_rmse, fitness, source, rotation_step, translation_step, num_points } = iteration;
   const rejected = rejectionCounts(iteration);
   const change = costBefore ? (cost - costBefore) / costBefore : null;
   const numRejected = rejected.reduce((a, b) => a + b, 0);
-  return html`<dl class="facts number">
-    <dt><abbr title="Mean robust loss of a source point (m²)">Cost</abbr></dt>
-    <dd>
-      ${formatNumber(cost)}
-      m²${change === null ? nothing : html` <span class="muted">${change > 0 ? '+' : ''}${formatPercent(change)}</span>`}
-    </dd>
-    <dt><abbr title="Root mean square of the residuals of the pairs that count">RMSE</abbr></dt>
-    <dd>${formatLength(inlier_rmse)}</dd>
-    <dt>Next step</dt>
-    <dd>${formatStep(translation_step)}, ${formatAngle(rotation_step, 3)}</dd>
-    <dt>Pairs</dt>
-    <dd>
-      ${formatCount(source.length)}
-      <span class="muted"
-        >(${formatPercent(fitness)} of
-        ${num_points < numAll ? `${formatCount(num_points)} sampled while it moves` : 'the source'})</span
-      >
-    </dd>
-    <dt>Rejected</dt>
-    <dd>
-      ${
-        numRejected === 0
-          ? 'none'
-          : rejected
-              .flatMap((number, reason) => (number > 0 ? [`${formatCount(number)} ${REJECTION_WORDS[reason]}`] : []))
-              .join(', ')
-      }
-    </dd>
-  </dl>`;
+  const changed =
+    change === null ? nothing : html` <span class="muted">${change > 0 ? '+' : ''}${formatPercent(change)}</span>`;
+  const drawn = num_points < numAll ? `${formatCount(num_points)} sampled while it moves` : 'the source';
+  const reasons = rejected.flatMap((number, reason) =>
+    number > 0 ? [`${formatCount(number)} ${REJECTION_WORDS[reason]}`] : [],
+  );
+  return facts([
+    ['Cost', html`${formatNumber(cost)} m²${changed}`, 'Mean robust loss of a source point (m²)'],
+    ['RMSE', formatLength(inlier_rmse), 'Root mean square of the residuals of the pairs that count'],
+    ['Next step', `${formatStep(translation_step)}, ${formatAngle(rotation_step, 3)}`],
+    ['Pairs', html`${formatCount(source.length)} <span class="muted">(${formatPercent(fitness)} of ${drawn})</span>`],
+    ['Rejected', numRejected === 0 ? 'none' : reasons.join(', ')],
+  ]);
 }
 
 /** The cost of each iteration of each method, on a logarithmic scale. */

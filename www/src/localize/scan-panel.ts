@@ -1,8 +1,9 @@
 /** What is known of a scan's place, in words and figures. */
 import { html, nothing, type TemplateResult } from 'lit';
+import { facts } from '../components/facts.js';
 import { icon } from '../components/icons.js';
 import { numberTable } from '../components/number-table.js';
-import { baseName, formatAngle, formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
+import { baseName, formatAngle, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { percent } from './paint.js';
 import type { LocatedPose, ScanDetails } from './protocol.js';
@@ -25,21 +26,19 @@ export function scanPanel({ index, scan }: ScanDetails): TemplateResult {
       <span class="muted name" title=${name}>${baseName(name)}</span>
       ${scanBadge(status)}
     </header>
-    <p>${reason ? sentenceOf(reason) : certainWords(is_known_at_once)}</p>
+    <p>${reason ? sentence(reason) : certainWords(is_known_at_once)}</p>
     ${
       place
-        ? html`<dl>
-            <dt>Position</dt>
-            <dd class="number">${positionWords(place)}</dd>
-            <dt>Heading</dt>
-            <dd class="number">${headingWords(place)}</dd>
-            <dt>Probability</dt>
-            <dd class="number">${percent(place.probability)}</dd>
-            <dt>Of being elsewhere</dt>
-            <dd class="number">${percent(elsewhere)}</dd>
-            <dt>Beams on walls</dt>
-            <dd class="number">${formatPercent(agreement)}</dd>
-          </dl>`
+        ? facts(
+            [
+              ['Position', positionWords(place)],
+              ['Heading', headingWords(place)],
+              ['Probability', percent(place.probability)],
+              ['Of being elsewhere', percent(elsewhere)],
+              ['Beams on walls', formatPercent(agreement)],
+            ],
+            'number',
+          )
         : nothing
     }
     ${rivals.length > 0 ? rivalTable(rivals) : nothing}
@@ -80,10 +79,6 @@ function positionWords({ T_world_sensor: { x, y }, covariance }: LocatedPose): s
 
 function headingWords({ T_world_sensor: { theta }, covariance }: LocatedPose): string {
   return `${formatAngle(theta, 1)} ± ${formatAngle(Math.sqrt(Math.max(covariance[8] ?? 0, 0)), 1)}`;
-}
-
-function sentenceOf(reason: string): string {
-  return `${reason.charAt(0).toUpperCase()}${reason.slice(1)}.`;
 }
 
 /** The map and the selected scan, for those who do not see them. */

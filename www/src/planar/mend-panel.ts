@@ -1,6 +1,7 @@
 /** The panel beside a map that is mended: its loops, the one that is looked at, the step that is prepared. */
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
+import { facts } from '../components/facts.js';
 import { fire } from '../components/fire.js';
 import { icon } from '../components/icons.js';
 import { panelStyles, shared, statusStyles } from '../components/theme.js';
@@ -107,18 +108,16 @@ export class ScanstitchMend extends LitElement {
       <p class="explanation">
         Both scans are drawn as the loop lays them on each other: the first green, the second pink.
       </p>
-      <dl>
-        <dt>Fit</dt>
-        <dd>${badge(loop)}</dd>
-        <dt>Chi-squared</dt>
-        <dd class="number">${told}</dd>
-        <dt>The second from the first</dt>
-        <dd class="number">${formatFixed(x, 2)}, ${formatFixed(y, 2)} m, ${formatAngle(theta, 1)}</dd>
-        <dt>Known to</dt>
-        <dd class="number">${formatLength(loop.position_sigma)}, ${formatAngle(loop.heading_sigma, 1)}</dd>
-        <dt>Returns that agree</dt>
-        <dd class="number">${loop.is_unchecked ? 'put in without a match' : formatPercent(loop.agreement)}</dd>
-      </dl>
+      ${facts(
+        [
+          ['Fit', badge(loop)],
+          ['Chi-squared', told],
+          ['The second from the first', `${formatFixed(x, 2)}, ${formatFixed(y, 2)} m, ${formatAngle(theta, 1)}`],
+          ['Known to', `${formatLength(loop.position_sigma)}, ${formatAngle(loop.heading_sigma, 1)}`],
+          ['Returns that agree', loop.is_unchecked ? 'put in without a match' : formatPercent(loop.agreement)],
+        ],
+        'number',
+      )}
       ${this.renderConsequence('Remove this loop')}
     </section>`;
   }

@@ -1,5 +1,6 @@
 import { css, html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query } from 'lit/decorators.js';
+import { facts } from '../components/facts.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
 import { doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
@@ -149,38 +150,23 @@ export class ScanstitchFramePanel extends LitElement {
     const turned = comparison?.rotation_errors[index] ?? null;
     const isMatched = frame.history.length > 0 || index > 0;
     const invalid = this.images.depth?.invalid ?? 0;
-    return html`<dl class="facts number">
-      <dt>Position</dt>
-      <dd>x ${formatCoordinate(pose.x)}, y ${formatCoordinate(pose.y)}, z ${formatCoordinate(pose.z)} m</dd>
-      ${
-        camera
-          ? html`<dt>Heading</dt>
-              <dd>${formatAngle(heading(pose), 1)} to the right of the first frame</dd>`
-          : nothing
-      }
-      ${
-        error === null
-          ? nothing
-          : html`<dt><abbr title="Distance and angle to ground truth">Error</abbr></dt>
-              <dd>${formatLength(error)}${turned === null ? nothing : html`, ${formatAngle(turned)}`}</dd>`
-      }
-      ${
-        isMatched
-          ? html`<dt><abbr title="Share of its points that agree with the map before it">Agreement</abbr></dt>
-              <dd>${formatPercent(frame.agreement)}; ${formatPercent(frame.overlap)} seen before</dd>
-              <dt>Registration</dt>
-              <dd>${frameSummary(frame, index)}</dd>`
-          : nothing
-      }
-      ${
-        invalid > 0.0005
-          ? html`<dt>Pixels without depth</dt>
-              <dd>${formatPercent(invalid)} of the pixels</dd>`
-          : nothing
-      }
-      <dt>Time</dt>
-      <dd>${formatDuration(this.ms[index] ?? 0)}</dd>
-    </dl>`;
+    return facts([
+      ['Position', `x ${formatCoordinate(pose.x)}, y ${formatCoordinate(pose.y)}, z ${formatCoordinate(pose.z)} m`],
+      camera && ['Heading', `${formatAngle(heading(pose), 1)} to the right of the first frame`],
+      error !== null && [
+        'Error',
+        `${formatLength(error)}${turned === null ? '' : `, ${formatAngle(turned)}`}`,
+        'Distance and angle to ground truth',
+      ],
+      isMatched && [
+        'Agreement',
+        `${formatPercent(frame.agreement)}; ${formatPercent(frame.overlap)} seen before`,
+        'Share of its points that agree with the map before it',
+      ],
+      isMatched && ['Registration', frameSummary(frame, index)],
+      invalid > 0.0005 && ['Pixels without depth', `${formatPercent(invalid)} of the pixels`],
+      ['Time', formatDuration(this.ms[index] ?? 0)],
+    ]);
   }
 
   private renderCharts({ frames, comparison }: SpatialResult): TemplateResult | typeof nothing {
