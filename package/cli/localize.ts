@@ -89,7 +89,7 @@ async function run(engine: Engine, args: string[]) {
   return complaints.exitCode;
 }
 
-function readMap({ OccupancyGrid, map_image_name }: Engine, path: string, resolution: string | undefined) {
+export function readMap({ OccupancyGrid, map_image_name }: Engine, path: string, resolution: string | undefined) {
   const name = basename(path);
   const bytes = unpacked(name, readRequired({ name, path }));
   if (/\.ya?ml$/i.test(name)) {

@@ -13,6 +13,7 @@ const COMMANDS: Record<string, () => Promise<Command>> = {
   reconstruct: async () => (await import('./reconstruct.js')).reconstruct,
   edit: async () => (await import('./edit.js')).edit,
   localize: async () => (await import('./localize.js')).localize,
+  export: async () => (await import('./export.js')).exportMap,
   evaluate: async () => (await import('./evaluate.js')).evaluate,
   convert: async () => (await import('./convert.js')).convert,
   'map-quality': async () => (await import('./map_quality.js')).mapQuality,

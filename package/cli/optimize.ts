@@ -1,6 +1,6 @@
 /** `scanstitch optimize`: the poses of a pose graph's file, moved to where its measured motions fit best. */
 import { basename } from 'node:path';
-import type { GraphReport, GraphStart, Optimization } from '../../pkg/scanstitch.js';
+import type { GraphReport, GraphStart, Optimization, PoseGraph } from '../../pkg/scanstitch.js';
 import {
   type Command,
   CommandError,
@@ -39,7 +39,8 @@ follow from the edges alone (chordal relaxation); the better of both results is 
 Printed: chi squared before and after, and the edges that the others contradict most.
 
 Options:
-  --out FILE        the optimised graph: g2o, or where the name ends in .tum the poses, numbered, as a trajectory
+  --out FILE        the optimised graph: g2o; where the name ends in .graph, TORO's lines, of a graph in the plane and
+                    without what is fixed; where it ends in .tum, the poses, numbered, as a trajectory
   --start START     ${STARTS.join(' | ')} (default: both)
   --iterations N    steps of each search at most (default: 200)
   --json            the report as JSON
@@ -64,13 +65,31 @@ async function run(engine: Engine, args: string[]) {
     const report = graph.optimize({ start, ...(iterations !== undefined && { max_iterations: iterations }) });
     print(values.json ? `${JSON.stringify({ graph: path, ...report }, null, 2)}\n` : printed(report));
     tellDoubts(report);
-    if (values.out !== undefined) {
-      await writeWhole(values.out, values.out.endsWith('.tum') ? trajectoryOf(graph.poses()) : graph.to_g2o());
-    }
+    if (values.out !== undefined) await writeWhole(values.out, written(graph, values.out));
     return EXIT.done;
   } finally {
     graph.free();
   }
+}
+
+function written(graph: PoseGraph, name: string) {
+  if (name.endsWith('.tum')) return trajectoryOf(graph.poses());
+  return name.endsWith('.graph') ? toro(graph.to_g2o()) : graph.to_g2o();
+}
+
+/** A graph in the plane as TORO has it, which GTSAM's load2D reads: another order of the numbers of an information matrix. */
+function toro(g2o: string) {
+  const rows = g2o.split('\n').map((line) => line.split(' '));
+  if (rows.some(([kind]) => kind?.startsWith('VERTEX_SE3'))) {
+    throw new CommandError('A graph in space is written as g2o: end the name of --out in .g2o');
+  }
+  const lines = rows.flatMap(([kind, ...numbers]) => {
+    if (kind === 'VERTEX_SE2') return [['VERTEX2', ...numbers]];
+    if (kind !== 'EDGE_SE2') return [];
+    const [xx, xy, xt, yy, yt, tt] = numbers.slice(5);
+    return [['EDGE2', ...numbers.slice(0, 5), xx, xy, yy, tt, xt, yt]];
+  });
+  return lines.map((line) => `${line.join(' ')}\n`).join('');
 }
 
 function printed({

@@ -31,6 +31,24 @@ test('a square that does not close: the error is spread, and the result is a g2o
   assert.ok(Math.abs(again.from_file.initial_chi_squared - file.chi_squared) < 1e-9);
   assert.deepEqual([again.num_composed, again.from_chordal], [0, null]);
 
+  // TORO's order, read by position: xx xy yy tt xt yt.
+  const skewed = writeFiles(folder, { 'skewed.g2o': 'EDGE_SE2 3 5 1 2 0.5 10 1 2 20 3 30\nFIX 3\n' })[0] ?? '';
+  const graph = join(folder, 'out.graph');
+  assert.equal((await scanstitch(['optimize', skewed, '--out', graph])).status, 0);
+  const lines = readFileSync(graph, 'utf8').trimEnd().split('\n');
+  const fields = lines.map((line) => line.split(' ')).map(([kind, ...numbers]) => [kind, ...numbers.map(Number)]);
+  assert.deepEqual(fields, [
+    ['VERTEX2', 3, 0, 0, 0],
+    ['VERTEX2', 5, 1, 2, 0.5],
+    ['EDGE2', 3, 5, 1, 2, 0.5, 10, 1, 20, 30, 2, 3],
+  ]);
+  const read = JSON.parse((await scanstitch(['optimize', graph, '--json', '--start', 'file'])).stdout);
+  assert.ok(read.num_edges === 1 && read.from_file.initial_chi_squared < 1e-20);
+  const [deep = ''] = writeFiles(folder, {
+    'deep.g2o': 'EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n',
+  });
+  assert.match((await scanstitch(['optimize', deep, '--out', graph])).stderr, /in space is written as g2o/);
+
   const tum = join(folder, 'poses.tum');
   const plain = await scanstitch(['optimize', path, '--out', tum]);
   assert.match(plain.stdout, /4 poses and 4 measured motions in the plane; .*chi squared is about 3\n/);

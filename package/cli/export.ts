@@ -1,0 +1,92 @@
+/** `scanstitch export`: a map for planners, drawings and maps of the world. */
+import { basename } from 'node:path';
+import { printable } from '../base/printable.js';
+import { maskFiles, readAreas } from '../report/area_masks.js';
+import { dxf, svg, worldFile } from '../report/map_drawings.js';
+import { wallLines } from '../report/wall_lines.js';
+import { type Command, CommandError, type Engine, readArguments } from './command.js';
+import { writeResults } from './disk.js';
+import { readRequired } from './inputs.js';
+import { readMap } from './localize.js';
+import { png } from './png.js';
+import { Complaints, print } from './terminal.js';
+
+const OPTIONS = {
+  out: { type: 'string', default: 'scanstitch-out' },
+  resolution: { type: 'string' },
+} as const;
+
+export const exportMap: Command = {
+  name: 'export',
+  about: 'a map as walls (DXF, SVG), with a world file, and as masks for nav2',
+  help: () => `scanstitch export MAP [AREAS] [OPTION]...
+
+Writes an occupancy grid, as scanstitch localize reads it, for other programs. AREAS is a file of polygons in the world
+of the map (m), for the masks of nav2's costmap filters:
+  {
+   "scanstitch_areas": 1,
+   "areas": [
+    { "kind": "keepout", "polygon": [[1, 0], [3, 0], [3, 2]] },
+    { "kind": "speed", "percent": 40, "polygon": [[3, 0], [6, 0], [6, 2], [3, 2]] }
+   ]
+  }
+percent is of the full speed, from 1 to 99. Where areas overlap, the lower speed holds. A cell is in an area with its
+middle.
+
+Options:
+  --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
+  --resolution M     side of a pixel of a picture without a YAML file (m)
+
+Written into DIR:
+  map.pgm, map.yaml  the map as map_server reads it
+  map.png, map.pgw   its picture with its world file, for QGIS and others
+  walls.dxf          the outlines of the walls as closed polylines (m), within a cell
+  walls.svg          the same as a drawing
+  keepout_mask.pgm, keepout_mask.yaml
+                     100 in areas to keep out of, else 0; costmap_filter_info_server: type 0, base 0.0, multiplier 1.0
+  speed_mask.pgm, speed_mask.yaml
+                     100 less the per cent, 0 where there is no limit; type 1, base 100.0, multiplier -1.0
+
+Example:
+  scanstitch export map.yaml areas.json --out for_nav2
+`,
+  run,
+};
+
+async function run(engine: Engine, args: string[]) {
+  const { values, positionals } = readArguments('export', { args, options: OPTIONS, allowPositionals: true });
+  const [map, areas, ...others] = positionals;
+  if (map === undefined || others.length > 0) {
+    throw new CommandError('Name a map, and a file of areas if there is one. See: scanstitch export --help');
+  }
+  const complaints = new Complaints();
+  const grid = readMap(engine, map, values.resolution);
+  const lines = wallLines(grid);
+  const files = {
+    'map.pgm': grid.pgm(),
+    'map.yaml': grid.yaml('map.pgm'),
+    'map.png': png(grid.width, grid.height, rgbOf(grid.grey_values())),
+    'map.pgw': worldFile(grid),
+    'walls.dxf': dxf(lines),
+    'walls.svg': svg(lines),
+    ...(areas !== undefined && maskFiles(grid, read(areas), complaints.complain)),
+  };
+  await writeResults(values.out, files);
+  print(`${lines.length} outlines of walls\nWritten to ${printable(values.out)}\n`);
+  return complaints.exitCode;
+}
+
+function rgbOf(grey: Uint8Array) {
+  const rgb = new Uint8Array(3 * grey.length);
+  grey.forEach((value, index) => rgb.fill(value, 3 * index, 3 * index + 3));
+  return rgb;
+}
+
+function read(path: string) {
+  const bytes = readRequired({ name: basename(path), path });
+  try {
+    return readAreas(new TextDecoder().decode(bytes));
+  } catch (error) {
+    throw new CommandError(`${basename(path)}: ${(error as Error).message}.`);
+  }
+}
