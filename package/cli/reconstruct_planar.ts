@@ -16,6 +16,7 @@ import { writeResults } from './disk.js';
 import { readInput, readSource } from './inputs.js';
 import { accepted, errorFigures, mapFile, millimetres, type Options, reportFile, type Task } from './results.js';
 import { planarCatalogue, readSettings } from './settings.js';
+import { trajectoryBytes } from '../recording/pose_file.js';
 import { note, print, progressLine, tellDoubtful, tellNotes } from './terminal.js';
 
 /** Archives of the same files have the same bytes. */
@@ -120,7 +121,9 @@ export async function addOdometry(
 ) {
   const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
-  return bytes && accepted(() => reconstruction.set_odometry(name, bytes), complain) ? name : null;
+  return bytes && accepted(() => reconstruction.set_odometry(name, trajectoryBytes(name, bytes)), complain)
+    ? name
+    : null;
 }
 
 /** A reference that was named, or that lies beside the scans. */
@@ -132,7 +135,7 @@ async function addReference(
 ) {
   const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
-  if (bytes) accepted(() => reconstruction.set_reference(name, bytes), complain);
+  if (bytes) accepted(() => reconstruction.set_reference(name, trajectoryBytes(name, bytes)), complain);
 }
 
 /** A file that was named, or otherwise the one that was found. */

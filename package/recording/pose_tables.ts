@@ -156,7 +156,7 @@ function ofNames(lines: readonly string[]): string | null {
   if (!table) return null;
   const columns = table.names.map((name, at) => columnOf(name, at));
   const find = (pattern: RegExp) => columns.find(({ stem }) => pattern.test(stem));
-  const time = find(/^(u?time(stamp)?|stamp|t|date(time)?|zeit(stempel)?|temps)$/);
+  const time = find(/^(u?time(stamp)?|(header)?stamp|t|date(time)?|zeit(stempel)?|temps)$/);
   const axes = ['x', 'y', 'z'].map((axis) => find(new RegExp(`^(p|t|pos(ition)?|trans(lation)?)?${axis}$`)));
   const quaternion = ['x', 'y', 'z', 'w'].map((axis) =>
     find(new RegExp(`^(q|r|quat(ernion)?|rot(ation)?|orientation)${axis}$`)),
@@ -167,7 +167,9 @@ function ofNames(lines: readonly string[]): string | null {
   const isGlobal = globe[0] !== undefined && globe[1] !== undefined && !axes[0];
   const heading = find(/^(yaw|heading|theta)$/);
   const isHeading = heading?.unit.startsWith('deg') && !angles[0];
-  const isTurned = quaternion.includes(undefined) && (isHeading || !angles.includes(undefined));
+  // Of a turn in the plane the other two are 0.
+  const isFlat = !quaternion[0] && !quaternion[1] && quaternion[2] !== undefined && quaternion[3] !== undefined;
+  const isTurned = !isFlat && quaternion.includes(undefined) && (isHeading || !angles.includes(undefined));
   const times =
     time &&
     timesOf(
@@ -175,7 +177,7 @@ function ofNames(lines: readonly string[]): string | null {
       time.unit,
     );
   const inOtherUnit = axes.some((axis) => axis !== undefined && LENGTH_UNITS[axis.unit] !== undefined);
-  if (!(isGlobal || isTurned || inOtherUnit || times?.isConverted || isDecimal(lines))) return null;
+  if (!(isGlobal || isTurned || isFlat || inOtherUnit || times?.isConverted || isDecimal(lines))) return null;
   if (!isGlobal && (!axes[0] || !axes[1])) return null;
   const positions = isGlobal
     ? onTangentPlane(globe.map(numbers))
@@ -185,7 +187,7 @@ function ofNames(lines: readonly string[]): string | null {
         (isHeading ? [undefined, undefined, heading] : angles).map(numbers),
         (isHeading ? heading : angles[0])?.unit ?? '',
       )
-    : quaternion.map((column) => column && numbers(column));
+    : quaternion.map((column) => (column ? numbers(column) : isFlat ? table.rows.map(() => 0) : undefined));
   const count = find(/^(frame|id|index|number)$/);
   const parts: [string, number[] | undefined][] = [
     ['frame', count && numbers(count)],
@@ -220,12 +222,17 @@ function tableOf(lines: readonly string[]): Table | null {
 
 function columnOf(name: string, at: number): Column {
   const SUFFIX = /[_ ](deg(rees)?|rad(ians)?|mm|cm|m|[mun]?s(ec)?)$/i;
-  const unit = /[[(]\s*([a-z°]+)\s*[\])]/i.exec(name)?.[1] ?? SUFFIX.exec(name)?.[1] ?? '';
+  // `rostopic echo -p` has all times in nanoseconds.
+  const told = /^field\..*stamp$/.test(name)
+    ? 'ns'
+    : (/[[(]\s*([a-z°]+)\s*[\])]/i.exec(name)?.[1] ?? SUFFIX.exec(name)?.[1]);
   const bare = name
     .replace(/[[(].*$/, '')
     .trim()
     .replace(SUFFIX, '');
-  return { at, stem: bare.toLowerCase().replaceAll(/[^a-z]/g, ''), unit: unit.toLowerCase() };
+  // `pose.pose.position.x` is a message's field.
+  const field = bare.split('.').slice(-2).join('');
+  return { at, stem: field.toLowerCase().replaceAll(/[^a-z]/g, ''), unit: (told ?? '').toLowerCase() };
 }
 
 /** Times in seconds, and whether they were not so: dates, and numbers in another unit. */
@@ -233,7 +240,8 @@ function timesOf(cells: readonly string[], unit: string) {
   const numbers = numbersOf(cells);
   if (numbers.some(Number.isFinite)) {
     const first = numbers.find(Number.isFinite) ?? 0;
-    const divisor = SINCE_1970.find(([least]) => first >= least)?.[1] ?? TIME_UNITS[unit] ?? 1;
+    const since1970 = SINCE_1970.find(([least]) => first >= least)?.[1];
+    const divisor = unit === 'ns' ? 1e9 : (since1970 ?? TIME_UNITS[unit] ?? 1);
     return { seconds: numbers.map((number) => number / divisor), isConverted: divisor !== 1 };
   }
   return { seconds: cells.map(secondsOf), isConverted: true };

@@ -160,6 +160,11 @@ test('tables in other conventions become poses in seconds and metres', () => {
   // A heading in degrees; radians stay with the engine.
   close(rows('x,y,yaw_deg\n1,2,90\n').rows[0], [1, 2, ...turned]);
   assert.equal(rows('x,y,yaw\n1,2,1.5\n').head, 'x,y,yaw');
+  // A message's fields, of a turn in the plane; all times in nanoseconds, since whenever.
+  const fields =
+    'field.header.stamp,field.pose.pose.position.x,field.pose.pose.position.y,field.pose.pose.orientation.z,field.pose.pose.orientation.w';
+  const flat = rows(`${fields}\n1211520329000,1,2,${Math.SQRT1_2},${Math.SQRT1_2}\n`);
+  close(flat.rows[0], [1211.520329, 1, 2, ...turned]);
   // Dates, with and without an offset.
   const dated = rows('time,x,y,z\n2014-06-24T21:03:00.25+02:00,1,2,3\n2014-06-24 19:03:01Z,1,2,3\n').rows;
   close(dated[0], [1403636580.25, 1, 2, 3]);
