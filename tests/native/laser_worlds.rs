@@ -99,10 +99,10 @@ fn outcomes(kind: Ambiguity, with_odometry: bool) -> Outcome {
 /// first scan of a drive is the only good one from scans alone.
 fn least_good(kind: Ambiguity) -> [usize; 2] {
     match kind {
-        Ambiguity::RepeatedCorridor => [10, 73],
+        Ambiguity::RepeatedCorridor => [10, 75],
         Ambiguity::SquareRoom => [10, 120],
-        Ambiguity::PillarLattice => [10, 25],
-        Ambiguity::TwoBuildings => [59, 95],
+        Ambiguity::PillarLattice => [10, 27],
+        Ambiguity::TwoBuildings => [59, 104],
         Ambiguity::MirroredHalf => [109, 120],
     }
 }

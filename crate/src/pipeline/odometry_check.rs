@@ -8,6 +8,7 @@ use super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, p
 use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
 use crate::io::trajectory::Trajectory;
+use crate::registration::free_space::beams::RELATIVE_TOLERANCE;
 
 /// About this many pairs of scans are compared, and always fewer than twice as many.
 const MAX_PAIRS: usize = 60;
@@ -25,10 +26,8 @@ const MAX_RETURNS: usize = 60;
 const NUM_BEARINGS: usize = 360;
 /// Of the returns, at least this share has to lie in the other's view.
 const MIN_IN_VIEW: f64 = 0.2;
-/// A return agrees with a range that differs by at most this (m) ...
+/// A return agrees with a range that differs by at most this (m), beside the share of it by which ranges differ anyway.
 const RANGE_TOLERANCE: f64 = 0.1;
-/// ... and by this share of it in addition.
-const RANGE_SHARE: f64 = 0.03;
 /// Another reading has to make this much more agree than the odometry as it is, ...
 const MIN_GAIN: f64 = 0.2;
 /// ... and this much in all.
@@ -374,7 +373,7 @@ impl ScanPair {
             let off = nearby.into_iter().map(f64::abs).filter(|off| off.is_finite()).fold(f64::NAN, f64::min);
             if off.is_finite() {
                 in_view += 1;
-                agreed += usize::from(off < RANGE_TOLERANCE + RANGE_SHARE * range);
+                agreed += usize::from(off < RANGE_TOLERANCE + RELATIVE_TOLERANCE * range);
             }
         }
         let is_seen = f64::from(in_view) >= MIN_IN_VIEW * self.returns.len() as f64 && in_view > 0;

@@ -10,7 +10,7 @@ use scanstitch::pipeline::planar::Reconstruction;
 use scanstitch::pipeline::report::Stage;
 use scanstitch_scene::campus::{CampusOptions, generate};
 
-use super::{PlanarFrame, WRONG, calibration, num_pieces, pieces};
+use super::{PlanarFrame, WRONG, calibration, num_pieces, pieces, small_pieces};
 use crate::arguments::arguments;
 
 /// Scans are compared with those after this way (m) and those at one place after this way, which are so near (m).
@@ -38,7 +38,9 @@ pub fn print_table(settings: &serde_json::Value, out: Option<&str>) {
             100.0 * none
         );
         let log = laser_log::read(drive.carmen().as_bytes()).expect("the log is sound");
-        for mode in ["log", "none"] {
+        let named = arguments.iter().position(|a| a == "--mode").and_then(|at| arguments.get(at + 1));
+        let is_run = |(_, name): &(&str, &str)| named.is_none_or(|named| named == name);
+        for (mode, _) in [("log", "odometry"), ("none", "alone")].into_iter().filter(is_run) {
             let mut settings = settings.clone();
             settings["odometry"] = mode.into();
             let mut reconstruction =
@@ -60,6 +62,7 @@ pub fn print_table(settings: &serde_json::Value, out: Option<&str>) {
                 pieces(&result.frames)
             );
             print_pairs(&drive.T_world_robot, &poses, &result.frames);
+            println!("    {}", small_pieces(|scan| drive.T_world_robot.get(scan).copied(), &poses, &result.frames));
             if let Some(calibration) = calibration(|scan| drive.T_world_robot.get(scan).copied(), &reconstruction) {
                 println!("    {calibration}");
             }

@@ -227,6 +227,7 @@ fn score(
         println!("    {name:10} {}", summary(&list, input, &poses, &result.frames));
     }
     println!("    {}", steps(input, &poses, &result.frames));
+    println!("    {}", small_pieces(|scan| input.log.scans[scan].reference, &poses, &result.frames));
     let reference = |scan: usize| input.log.scans[scan].reference;
     if let Some(calibration) = case.odometry.and_then(|_| calibration(reference, &reconstruction)) {
         println!("    {calibration}");
@@ -309,6 +310,24 @@ fn steps(input: &Input, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
     }
     wrong.truncate(30);
     format!("good steps that are wrong: {wrong:?}")
+}
+
+/// Pairs of good frames of pieces with fewer frames than the pairs of the stretches are apart: how many, and how many are wrong by
+/// these poses, those in the log where a program corrected them.
+fn small_pieces(reference: impl Fn(usize) -> Option<Pose2>, poses: &[Pose2], frames: &[PlanarFrame]) -> String {
+    let (mut count, mut wrong) = (0, 0);
+    for piece in 1..num_pieces(frames) {
+        let of: Vec<usize> = (0..frames.len()).filter(|&frame| frames[frame].piece == piece).collect();
+        let good: Vec<usize> = of.iter().copied().filter(|&frame| frames[frame].status == Status::Good).collect();
+        let pairs = good.iter().flat_map(|&a| good.iter().map(move |&b| (a, b))).filter(|(a, b)| a < b);
+        for (a, b) in pairs.filter(|_| of.len() < 20) {
+            let (Some(from), Some(to)) = (reference(a), reference(b)) else { continue };
+            let off = (from.inverse() * to).inverse() * (poses[a].inverse() * poses[b]);
+            count += 1;
+            wrong += usize::from(off.translation_norm() > WRONG.0 || off.rotation_angle() > WRONG.1.to_radians());
+        }
+    }
+    format!("small pieces {count} pairs of good frames, wrong {wrong}")
 }
 
 /// Ways of this length (m) tell how far predicted errors are right.

@@ -11,13 +11,12 @@ use crate::odometry::planar::assess::MIN_POINTS;
 use crate::odometry::planar::motion_noise::MotionNoise;
 use crate::pipeline::recorded_scan::RecordedScan;
 use crate::pipeline::settings::Settings;
+use crate::registration::free_space::beams::{MIN_TOLERANCE, RELATIVE_TOLERANCE};
 
 /// Pairs of scans that are compared.
 const NUM_PAIRS: usize = 24;
 /// Of the readings of a pair, this share differs by more than noise: one of the two scans was taken from elsewhere.
 const MIN_DIFFERING: f64 = 0.5;
-/// Ranges differ beyond this (m) and this share of the range.
-const SAME_RANGE: (f32, f32) = (0.15, 0.03);
 /// Largest number of scans between the two of a pair.
 const MAX_APART: usize = 16;
 /// The fans of lasers (degrees): what they are sold with.
@@ -161,7 +160,8 @@ fn pairs(scans: &[LaserScan]) -> Vec<(usize, usize)> {
 /// Whether two scans have readings that differ, beam by beam.
 fn differ(first: &LaserScan, second: &LaserScan) -> bool {
     let both = first.ranges.iter().zip(&second.ranges).filter(|(a, b)| a.is_finite() && b.is_finite());
-    let differs = both.map(|(a, b)| (a - b).abs() > SAME_RANGE.0 + SAME_RANGE.1 * a.min(*b));
+    let differs =
+        both.map(|(&a, &b)| f64::from((a - b).abs()) > MIN_TOLERANCE + RELATIVE_TOLERANCE * f64::from(a.min(b)));
     let (all, differing) =
         differs.fold((0, 0), |(all, differing), differs| (all + 1, differing + usize::from(differs)));
     differing as f64 > MIN_DIFFERING * f64::from(all)

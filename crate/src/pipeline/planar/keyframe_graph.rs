@@ -53,6 +53,8 @@ pub struct KeyframeGraph {
     is_long: bool,
     /// Whether there is measured motion for any frame.
     has_measured_motion: bool,
+    /// Whether a keyframe is registered where the odometry leads from the one before it.
+    is_confirmed: Vec<bool>,
     /// Whether a keyframe was placed by measured motion alone.
     is_carried: Vec<bool>,
     without: Ablation,
@@ -82,16 +84,19 @@ impl KeyframeGraph {
             }
         };
         let mut links: Vec<ChainLink> = nodes.iter().map(link).collect();
-        let mut chain = Vec::new();
+        let (mut chain, mut is_confirmed) = (Vec::new(), vec![false]);
         for (node, pair) in nodes.windows(2).enumerate() {
             let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, odometry);
             links[node + 1].is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
             links[node + 1].is_broken = relations.openness.is_none();
+            let is_registered = estimates[pair[1]].link == Link::Registered;
+            is_confirmed.push(is_registered && odometry.between(pair[0], pair[1]).is_some());
             chain.extend(relations.between_nodes(node, without));
         }
         Self {
             is_carried: nodes.iter().map(|&node| estimates[node].link == Link::Carried).collect(),
             has_measured_motion: odometry.is_measured(),
+            is_confirmed,
             closure: LoopClosure::new(links, chain, without),
             nodes,
             hangs_on,
@@ -196,18 +201,22 @@ impl KeyframeGraph {
         (0..self.hangs_on.len()).filter(|&frame| hang[self.hangs_on[frame].0]).collect()
     }
 
-    /// Frames of pieces that are too small to be sure of: of the main one all but the first frame, where a doubt came before
-    /// the motion was known.
+    /// Frames of pieces that are too small to be sure of, unless the odometry confirms every step between their keyframes: of the main
+    /// piece all but the first frame, where a doubt came before the motion was known.
     pub fn in_small_pieces(&self, pieces: &[usize]) -> Vec<usize> {
-        let mut sizes = vec![0; pieces.iter().max().map_or(0, |last| last + 1)];
-        for &node in &self.nodes {
-            sizes[pieces[node]] += 1;
+        let mut nodes = vec![Vec::new(); pieces.iter().max().map_or(0, |last| last + 1)];
+        for (number, &node) in self.nodes.iter().enumerate() {
+            nodes[pieces[node]].push(number);
         }
-        let is_unsure = sizes.len() > 1 && !self.has_measured_motion && sizes[0] <= MIN_FRAMES_KNOWN_MOTION + 1;
+        let is_unsure = nodes.len() > 1 && !self.has_measured_motion && !is_motion_known(&nodes[0]);
         let first = pieces.iter().position(|&piece| piece == 0);
+        let is_step_sure = |pair: &[usize]| pair[0] + 1 == pair[1] && self.is_confirmed[pair[1]];
+        let is_sure =
+            |of: &Vec<usize>| of.len() >= MIN_SURE || (is_motion_known(of) && of.windows(2).all(is_step_sure));
+        let are_sure: Vec<bool> = nodes.iter().map(is_sure).collect();
         let is_small = |&frame: &usize| match pieces[frame] {
             0 => is_unsure && Some(frame) != first,
-            piece => sizes[piece] < MIN_SURE,
+            piece => !are_sure[piece],
         };
         (0..pieces.len()).filter(is_small).collect()
     }
@@ -254,6 +263,11 @@ impl KeyframeGraph {
         let all = self.closure.num_points(first) + self.closure.num_points(second);
         seen.agreement() > PLAUSIBLE_AGREEMENT && seen.agreeing as f64 > MIN_EDGE_SHARE * all as f64
     }
+}
+
+/// Whether there are more keyframes than those before the motion is known.
+fn is_motion_known(nodes: &[usize]) -> bool {
+    nodes.len() > MIN_FRAMES_KNOWN_MOTION + 1
 }
 
 /// The relations between two keyframes that follow each other, and what they leave open together.

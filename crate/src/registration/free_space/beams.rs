@@ -32,9 +32,9 @@ struct Beam {
 }
 
 /// Smallest tolerance for a difference of ranges (m).
-const MIN_TOLERANCE: f64 = 0.15;
+pub(crate) const MIN_TOLERANCE: f64 = 0.15;
 /// Tolerance for a difference of ranges, as a share of the range: a small error in heading moves far walls.
-const RELATIVE_TOLERANCE: f64 = 0.03;
+pub(crate) const RELATIVE_TOLERANCE: f64 = 0.03;
 
 impl RangeProfile {
     /// Sorts the returns (m, sensor frame) by bearing.
