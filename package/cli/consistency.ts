@@ -1,16 +1,7 @@
 /** `scanstitch consistency`: how well depth images agree with each other at the poses of a trajectory. */
 import { basename } from 'node:path';
 import type { ConsistencyReport, DepthConsistency, StepConsistency, Trajectory } from '../../pkg/scanstitch.js';
-import {
-  type Command,
-  CommandError,
-  type Engine,
-  EXIT,
-  isScanstitchError,
-  optionsOf,
-  readArguments,
-  table,
-} from './command.js';
+import { type Command, CommandError, type Engine, EXIT, isScanstitchError, readArguments, table } from './command.js';
 import { openInputs, readSource } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { wishesOf } from './reconstruct.js';
@@ -20,7 +11,15 @@ import { readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 import { readTrajectory } from './trajectories.js';
 
-const OPTIONS = optionsOf({ texts: 'intrinsics recording format times', lists: 'topic set', flags: 'json' });
+const OPTIONS = {
+  intrinsics: { type: 'string' },
+  recording: { type: 'string' },
+  topic: { type: 'string', multiple: true },
+  set: { type: 'string', multiple: true },
+  format: { type: 'string' },
+  times: { type: 'string' },
+  json: { type: 'boolean', default: false },
+} as const;
 
 export const consistency: Command = {
   name: 'consistency',

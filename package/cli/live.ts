@@ -4,16 +4,7 @@ import { join } from 'node:path';
 import { printable } from '../base/printable.js';
 import type { Offered, OpenSocket, Socket } from '../live/source.js';
 import { type End, LiveStream } from '../live/stream.js';
-import {
-  type Command,
-  CommandError,
-  type Engine,
-  EXIT,
-  optionsOf,
-  readArguments,
-  table,
-  untilInterrupt,
-} from './command.js';
+import { type Command, CommandError, type Engine, EXIT, readArguments, table, untilInterrupt } from './command.js';
 import { invocation } from './invocation.js';
 import { LiveMap } from './live_map.js';
 import { reconstruct } from './reconstruct.js';
@@ -21,7 +12,10 @@ import { note, print, tell } from './terminal.js';
 import { readWishes } from './wishes.js';
 
 const OPTIONS = {
-  ...optionsOf({ texts: 'seconds preset', lists: 'topic set' }),
+  topic: { type: 'string', multiple: true },
+  seconds: { type: 'string' },
+  preset: { type: 'string' },
+  set: { type: 'string', multiple: true },
   out: { type: 'string', default: 'scanstitch-live' },
 } as const;
 /** Name of the recording in the folder of the results. */

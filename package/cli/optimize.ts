@@ -1,17 +1,7 @@
 /** `scanstitch optimize`: the poses of a pose graph's file, moved to where its measured motions fit best. */
 import { basename } from 'node:path';
 import type { GraphReport, GraphStart, Optimization, PoseGraph } from '../../pkg/scanstitch.js';
-import {
-  type Command,
-  CommandError,
-  type Engine,
-  EXIT,
-  oneOf,
-  optionsOf,
-  readArguments,
-  table,
-  wholeNumber,
-} from './command.js';
+import { type Command, CommandError, type Engine, EXIT, oneOf, readArguments, table, wholeNumber } from './command.js';
 import { readPiped, writeWhole } from './disk.js';
 import { readRequired } from './inputs.js';
 import { note, print } from './terminal.js';
@@ -19,8 +9,10 @@ import { note, print } from './terminal.js';
 const STARTS = ['both', 'file', 'chordal'] as const;
 
 const OPTIONS = {
-  ...optionsOf({ texts: 'out iterations', flags: 'json' }),
+  out: { type: 'string' },
   start: { type: 'string', default: 'both' },
+  iterations: { type: 'string' },
+  json: { type: 'boolean', default: false },
 } as const;
 
 export const optimize: Command = {
