@@ -346,6 +346,7 @@ test('a file that is there twice is told', async (t) => {
 test('a range_max of 0 is none, and a laser that hangs upside down turns the other way', () => {
   const scan = {
     angleMin: -1,
+    angleMax: 1,
     angleIncrement: 0.5,
     rangeMin: 0.1,
     rangeMax: 0,
