@@ -184,7 +184,7 @@ test('wrong commands: one line each, exit code 1', async (t) => {
   const cases = /** @type {[string[], RegExp][]} */ ([
     [
       [],
-      /No command was given\. There are: reconstruct, edit, localize, evaluate, convert, map-quality, consistency, strategies, live, optimize, bev, icp, topics, settings/,
+      /No command was given\. There are: reconstruct, edit, localize, export, evaluate, convert, map-quality, consistency, strategies, live, optimize, bev, icp, topics, settings/,
     ],
     [['reconstrukt'], /There is no command "reconstrukt"/],
     [['reconstruct'], /No input was given/],
