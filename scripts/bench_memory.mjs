@@ -104,12 +104,12 @@ while (reconstruction.step().stage !== 'done');
 const finished = performance.now() - start;
 const { frames, notes, loops } = reconstruction.result();
 const last = reconstruction.trajectory_tum().trim().split('\n').at(-1)?.split(' ').map(Number) ?? [];
-const error = Math.hypot((last[1] ?? 0) - NUM_SWEEPS + 1, last[2] ?? 0, last[3] ?? 0);
+const error = [(last[1] ?? 0) - NUM_SWEEPS + 1, last[2] ?? 0, last[3] ?? 0].map((value) => value.toFixed(1));
 const num_points = reconstruction.map_positions().length / 3;
 console.log(
   `engine ${(memory.buffer.byteLength / 2 ** 20).toFixed(0)} MB after the end, which took ${finished.toFixed(0)} ms`,
 );
 console.log(
-  `${num_points} points of the map, ${frames.filter(({ status }) => status === 'good').length} good of ${frames.length}, ${loops.num_closed} loops, the last pose ${error.toFixed(1)} m off of ${NUM_SWEEPS - 1} m`,
+  `${num_points} points of the map, ${frames.filter(({ status }) => status === 'good').length} good of ${frames.length}, ${loops.num_closed} loops, the last pose (${error}) m off of ${NUM_SWEEPS - 1} m`,
 );
 for (const note of notes) console.log(note);

@@ -291,8 +291,9 @@ fn sweeps_without_times_are_straightened_by_their_azimuth_where_the_data_confirm
         let mut reconstruction = reconstruct(SpatialSettings::default(), &clouds, |index| Some(start(index)));
         let notes = reconstruction.result().notes.join("\n");
         assert!(notes.contains(told) && notes.contains("Sweeps are straightened"), "{notes}");
+        // The map begins anew with the decision: the first sweeps after it have no more to rest on than the one before.
         let (metres, radians) = errors_of_steps(&reconstruction.poses(), 11, is_kitti);
-        assert!(metres < 0.02 && radians < 0.005, "{metres} m, {radians} rad");
+        assert!(metres < 0.02 && radians < 0.01, "{metres} m, {radians} rad");
         if !is_kitti {
             // Sweeps before the decision are straight, too, as seen from where they were found.
             let first = pose(start(3) + 0.05) * reconstruction.poses()[3].inverse();
