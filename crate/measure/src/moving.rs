@@ -72,7 +72,10 @@ pub fn main() {
     let number = |name, default| argument(name).and_then(|count| count.parse().ok()).unwrap_or(default);
     let (num_sweeps, num_seeds) = (number("--sweeps", 60), number("--seeds", 5) as u64);
     println!("| street | points of what moves | left out | points at rest | left out |\n|---|---|---|---|---|");
-    (1..=num_seeds).for_each(|seed| [true, false].map(|moves| street(seed, moves, num_sweeps)).into_iter().collect());
+    for seed in 1..=num_seeds {
+        street(seed, true, num_sweeps);
+        street(seed, false, num_sweeps);
+    }
     for folder in arguments().iter().filter(|argument| Path::new(argument).is_dir()) {
         let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.retain(|path| path.extension().is_some_and(|ending| ending == "pcd" || ending == "ply"));
