@@ -71,12 +71,12 @@ impl AzimuthGuess {
         }
         self.velocities.push((frame, velocity));
         if bend(&cloud, &velocity) >= options.voxel_size {
-            self.compare([last.cloud, cloud], &velocity, &motion, options);
+            self.compare(&[last.cloud, cloud], &velocity, &motion, options);
         }
         self.judged()
     }
 
-    fn compare(&mut self, clouds: [PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
+    fn compare(&mut self, clouds: &[PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
         self.num_compared += 1;
         let prepared = |cloud| PreparedCloud::with_normals(cloud, options);
         let as_they_are = clouds.clone().map(prepared);
