@@ -38,6 +38,8 @@ export type CameraMessage = Header & {
   binning: [number, number];
   region: Region;
 };
+/** rate: angular velocity in the frame of the message (rad/s); null where it says that it has none */
+export type ImuMessage = Header & { rate: Vector | null };
 export type ScanMessage = Header & {
   angleMin: number;
   /** Told by the number of readings as well, and often wrong by one. */
@@ -70,6 +72,7 @@ export const TYPES = Object.freeze({
   'livox_ros_driver2/msg/CustomMsg': 'livox cloud',
   'sensor_msgs/msg/LaserScan': 'laser scan',
   'sensor_msgs/msg/MultiEchoLaserScan': 'laser scan',
+  'sensor_msgs/msg/Imu': 'imu',
   'nav_msgs/msg/Odometry': 'pose',
   'geometry_msgs/msg/PoseStamped': 'pose',
   'geometry_msgs/msg/PoseWithCovarianceStamped': 'pose',
@@ -189,6 +192,17 @@ export function decodeLivoxCloud(bytes: Uint8Array): CloudMessage {
   const fields = [...['x', 'y', 'z'].map((name, at) => field(name, at, FLOAT32)), field('offset_time', 3, UINT32)];
   const layout = { height: 1, width, fields, bigEndian: false, pointStep: 16, rowStep: 16 * width };
   return { ...header, ...layout, data };
+}
+
+export function decodeImu(bytes: Uint8Array): ImuMessage {
+  const r = new CdrReader(bytes);
+  const header = readHeader(r);
+  r.f64s(4, 'orientation');
+  r.f64s(9, 'orientation_covariance');
+  const [x = 0, y = 0, z = 0] = r.f64s(3, 'angular_velocity');
+  // By its definition, -1 first stands for a measurement that is missing.
+  const [isKnown] = r.f64s(9, 'angular_velocity_covariance');
+  return { ...header, rate: isKnown === -1 ? null : [x, y, z] };
 }
 
 /** @param hasEchoes whether a reading has several, of which the first is taken */

@@ -68,7 +68,7 @@ function readWithChunk(bag: Bag, topic: Topic, index: number) {
 }
 
 /** Without the chunk around it, where the bag is not packed. */
-async function readAlone(bag: Bag, topic: Topic, index: number) {
+export async function readAlone(bag: Bag, topic: Topic, index: number) {
   const head = await bag.readHead(topic, index, POSE_BYTES);
   return head.length < POSE_BYTES ? head : bag.read(topic, index);
 }

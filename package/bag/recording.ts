@@ -3,12 +3,14 @@
  * how they belong together.
  */
 import { append } from '../base/append.js';
+import { joined } from '../base/bytes.js';
 import { fileError, lost, type Note } from '../base/errors.js';
 import { groupBy } from '../files/names.js';
 import { pairUp } from '../files/pairs.js';
 import { empty, type Recording } from '../files/recording.js';
 import { CdrReader, MessageError } from './cdr.js';
 import { cloudFile } from './clouds.js';
+import { Gyroscope } from './gyro.js';
 import { colorEnding, colorFile, depthEnding, depthFile } from './images.js';
 import { scanLine } from './laser_scans.js';
 import {
@@ -77,9 +79,9 @@ export async function recordingOfBag(
   const [depth, clouds, scans] = [chosen('depth'), chosen('clouds'), chosen('scans')];
   const source = depth ?? clouds ?? scans;
   if (depth) await made.takeDepth(depth, chosen('color'), chosen('camera'));
-  else if (clouds) await made.takeClouds(clouds);
+  else if (clouds) await made.takeClouds(clouds, chosen('imu'));
   else if (scans) await made.takeScans(scans);
-  else made.tellOfPictures();
+  else made.tellOfWhatLacksAMap();
   const [odometry, reference] = [chosen('odometry'), chosen('reference')];
   if (scans && odometry) await made.takeOdometry(odometry, scans);
   if (source && reference) await made.takeReference(reference, source);
@@ -118,8 +120,11 @@ class Maker {
     );
   }
 
-  /** What a bag lacks that has nothing but pictures. */
-  tellOfPictures() {
+  /** What a bag lacks that has nothing but pictures, or an inertial unit. */
+  tellOfWhatLacksAMap() {
+    for (const { topic, uses } of this.#topics) {
+      if (uses.includes('imu')) this.#note(topic.name, 'not used: it helps to register clouds, and there are none');
+    }
     const pictures = this.#topics.find(({ topic, uses }) => uses.includes('color') && topic.count > 0);
     if (!pictures) return;
     const { name } = pictures.topic;
@@ -161,15 +166,30 @@ class Maker {
     if (camera) await this.#takeCamera(camera, depth);
   }
 
-  async takeClouds(clouds: TopicFacts) {
+  async takeClouds(clouds: TopicFacts, imu: TopicFacts | null) {
     const { topic } = clouds;
     this.#tellOfOthers(clouds, 'clouds');
     this.#total = topic.count;
     const decode = topic.type.endsWith('/CustomMsg') ? decodeLivoxCloud : decodeCloud;
     const contents = await this.#contents(topic, 'clouds', 'pcd', (bytes) => cloudFile(decode(bytes)));
+    if (imu) await this.#addGyroscope(contents, imu, clouds);
     this.#recording.clouds = contents.map(({ path }) => path);
     this.#recording.cloud_times = contents.map(({ time }) => Number(time) / 1e9);
     if (contents.length > 0) this.#recording.kind = 'clouds';
+  }
+
+  /** What an inertial unit measured around each cloud goes into its file. */
+  async #addGyroscope(contents: TimedContent[], imu: TopicFacts, clouds: TopicFacts) {
+    const { gyroscope, notes } = await Gyroscope.open(this.#bag, this.#topics, imu, clouds);
+    append(this.#recording.notes, notes);
+    for (const [index, content] of contents.entries()) {
+      const [before = content, after = content] = [contents[index - 1], contents[index + 1]];
+      const { read } = content;
+      content.read = async () => {
+        const file = await read();
+        return joined([await gyroscope.comments([before.time, content.time, after.time]), file]);
+      };
+    }
   }
 
   /** One log of all scans. */

@@ -1,6 +1,6 @@
 /** What a topic of a bag can be used as. */
 
-export type Role = 'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'odometry' | 'reference';
+export type Role = 'depth' | 'color' | 'camera' | 'clouds' | 'scans' | 'imu' | 'odometry' | 'reference';
 
 export const ROLES: readonly Role[] = Object.freeze([
   'depth',
@@ -8,6 +8,7 @@ export const ROLES: readonly Role[] = Object.freeze([
   'camera',
   'clouds',
   'scans',
+  'imu',
   'odometry',
   'reference',
 ]);

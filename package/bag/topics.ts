@@ -65,6 +65,7 @@ function usesOfKind(kind: string): Role[] {
   if (kind === 'laser scan') return ['scans'];
   if (kind === 'camera') return ['camera'];
   if (kind === 'image' || kind === 'packed image') return ['depth', 'color'];
+  if (kind === 'imu') return ['imu'];
   return kind === 'path' ? ['reference'] : ['odometry', 'reference'];
 }
 
@@ -130,6 +131,8 @@ export function complete(
   };
   fill('color', depth && best(topics, 'color', (facts) => colorRank(facts, depth)));
   fill('camera', depth && cameraOf(topics, depth));
+  const clouds = topics.find(({ topic }) => topic.name === choice.clouds);
+  fill('imu', clouds && best(topics, 'imu', (facts) => imuRank(facts, clouds)));
   fill('odometry', choice.scans === undefined ? null : best(topics, 'odometry', odometryRank));
   const others = topics.filter(({ topic }) => topic.name !== made.odometry);
   fill('reference', SOURCES.some((role) => choice[role]) ? best(others, 'reference', referenceRank) : null);
@@ -179,6 +182,12 @@ function cameraOf(topics: readonly TopicFacts[], depth: TopicFacts) {
 export function cloudRank({ topic: { name } }: TopicFacts) {
   if (/(^|[/_])(map|octomap|costmap|global|obstacles?|ground|voxels?|plane)/i.test(name)) return 1;
   return /depth|camera/i.test(name) ? 2 : 3;
+}
+
+/** The inertial unit in the same device as the lidar comes first. */
+function imuRank({ topic, frame }: TopicFacts, clouds: TopicFacts) {
+  const isInCamera = /camera|realsense|zed|depth/i.test(topic.name);
+  return 1 + 2 * sharedParts(topic.name, clouds.topic.name) + 4 * Number(frame === clouds.frame) - Number(isInCamera);
 }
 
 /** A topic named as ground truth comes first; wheel odometry comes last. */

@@ -16,6 +16,11 @@ export function compose(a: Transform, b: Transform): Transform {
   return { translation: [u + x, v + y, w + z], rotation: multiply(a.rotation, b.rotation) };
 }
 
+function inverse({ translation, rotation: [x, y, z, w] }: Transform): Transform {
+  const rotation: Quaternion = [-x, -y, -z, w];
+  return { translation: rotate(rotation, translation.map((value) => -value) as Vector), rotation };
+}
+
 function multiply([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Quaternion {
   return [
     aw * bx + ax * bw + ay * bz - az * by,
@@ -25,7 +30,7 @@ function multiply([ax, ay, az, aw]: Quaternion, [bx, by, bz, bw]: Quaternion): Q
   ];
 }
 
-function rotate([x, y, z, w]: Quaternion, v: Vector): Vector {
+export function rotate([x, y, z, w]: Quaternion, v: Vector): Vector {
   // v + 2 w (q x v) + 2 q x (q x v), for a unit quaternion.
   const cross = ([a, b, c]: Vector) => [y * c - z * b, z * a - x * c, x * b - y * a] as Vector;
   const once = cross(v);
@@ -107,6 +112,17 @@ export class TransformTree {
       if (edge.parent === goal) return pose;
     }
     return bare(frame) === goal ? pose : null;
+  }
+
+  /** T_a_b where nothing moves between two frames that hang on one; null otherwise. */
+  between(a: string, b: string): Transform | null {
+    const ancestors = [a, ...this.#up(a).map(({ parent }) => parent)];
+    for (const ancestor of ancestors) {
+      const [T_ancestor_a, T_ancestor_b] = [this.fixed(ancestor, a), this.fixed(ancestor, b)];
+      if (!T_ancestor_a) return null;
+      if (T_ancestor_b) return compose(inverse(T_ancestor_a), T_ancestor_b);
+    }
+    return null;
   }
 
   /**

@@ -36,8 +36,8 @@ all messages are reconstructed, as scanstitch reconstruct DIR/${RECORDING} does.
 
 Options:
   --out DIR          folder of the recording and the results, created if missing (default: ${OPTIONS.out.default})
-  --topic ROLE=NAME  a topic to use as depth, color, camera, clouds, scans, odometry or reference; then no others are
-                     asked for but transforms (default: all that are read)
+  --topic ROLE=NAME  a topic to use as depth, color, camera, clouds, scans, imu, odometry or reference; then no others
+                     are asked for but transforms (default: all that are read)
   --seconds N        stop after this time
   --preset NAME, --set NAME=VALUE   as of scanstitch reconstruct
 

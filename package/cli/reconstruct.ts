@@ -52,7 +52,7 @@ Options:
   --intrinsics FILE  the depth camera: a 3 x 3 matrix or fx fy cx cy in pixels, or what OpenCV, ROS (camera_info),
                      Open3D, RealSense, Kalibr, ORB-SLAM, ScanNet, BOP, nerfstudio or Azure Kinect write
   --recording DIR    which recording to use, where a folder or archive holds several (default: the longest)
-  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, odometry or reference;
+  --topic ROLE=NAME  a topic of a bag to use as depth, color, camera, clouds, scans, imu, odometry or reference;
                      none: do without
   --map-format NAME  of the map: ply (default) or pcd, both binary; ply-ascii, pcd-ascii; pcd-compressed
   --g2o              of planar scans: graph.g2o as well, the keyframes and the motions between them with their

@@ -18,7 +18,7 @@ archives of them): how many messages each has, how many a second, what they hold
 A bag of several files is one where they are given together.
 
 Options:
-  --topic ROLE=NAME  use this topic as depth, color, camera, clouds, scans, odometry or reference; none: do
+  --topic ROLE=NAME  use this topic as depth, color, camera, clouds, scans, imu, odometry or reference; none: do
                      without
 
 Examples:

@@ -172,6 +172,14 @@ export function odometry(stamp, frame, child, pose) {
   return writer.f64(...Array(6).fill(0), ...Array(36).fill(0)).done();
 }
 
+/** Without an orientation and an acceleration; `isMissing`: without an angular velocity either. @param {Stamp} stamp @param {string} frame @param {number[]} rate rad/s */
+export function imu(stamp, frame, rate, isMissing = false) {
+  const [unknown, zeros] = [[-1, ...Array(8).fill(0)], Array(9).fill(0)];
+  const head = new CdrWriter().header(stamp, frame).f64(0, 0, 0, 1, ...unknown);
+  const writer = head.f64(...rate, ...(isMissing ? unknown : zeros));
+  return writer.f64(0, 0, 9.81, ...zeros).done();
+}
+
 /** @param {Stamp} stamp @param {string} frame @param {Pose} pose */
 export function poseStamped(stamp, frame, pose) {
   return new CdrWriter()

@@ -95,13 +95,14 @@ function cbor(value) {
 }
 
 /**
- * Plays messages by rosbridge's protocol.
+ * Plays messages by rosbridge's protocol; `until` waits for the time of a message.
  * @param {Closing} t @param {TopicToWrite[]} topics @param {MessageToWrite[]} messages
+ * @param {(time: bigint) => Promise<void> | null} [until]
  */
-export function playRosbridge(t, topics, messages) {
+export function playRosbridge(t, topics, messages, until = () => null) {
   return listen(t, { handleProtocols: () => false }, (connection) => {
     let missing = topics.length;
-    connection.on('message', (data) => {
+    connection.on('message', async (data) => {
       const { op, service, id, compression } = JSON.parse(String(data));
       if (op === 'call_service' && service === '/rosapi/topics') {
         const values = { topics: topics.map(({ name }) => name), types: topics.map(({ type }) => type) };
@@ -109,6 +110,7 @@ export function playRosbridge(t, topics, messages) {
       } else if (op === 'subscribe' && compression === 'cbor-raw') missing -= 1;
       if (op !== 'subscribe' || missing !== 0) return;
       for (const { topic, time, data: bytes } of messages) {
+        await until(time);
         const [secs, nsecs] = [Number(time / 1_000_000_000n), Number(time % 1_000_000_000n)];
         connection.send(cbor({ op: 'publish', topic, msg: { secs, nsecs, bytes } }));
       }

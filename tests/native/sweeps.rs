@@ -1,6 +1,6 @@
 //! Lidars that move while they turn: sweeps are straightened by the times of their points.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::cloud::{CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud, SweepOdometry};
@@ -111,7 +111,7 @@ fn a_sweep_that_is_straightened_is_as_good_as_one_without_skew() {
         // Noise and places of the points differ between the two.
         assert!(found.0 < 0.01 + 1.2 * without.0 && found.0 < 0.05 && found.1 < 0.005, "{lidar:?}: {about}");
         assert!(left_in.0 > 3.0 * found.0, "{lidar:?}: {about}");
-        assert!(odometry.note().contains("Sweeps are straightened"), "{}", odometry.note());
+        assert!(odometry.notes()[0].contains("Sweeps are straightened"), "{:?}", odometry.notes());
     }
 }
 
@@ -133,7 +133,7 @@ fn sweeps_that_are_straight_already_are_left_as_they_are() {
     let clouds: Vec<PointCloud> =
         Place::Room.sweeps(&MovingLidar::rings(16, 600), 14, true).into_iter().map(straight).collect();
     let (poses, odometry) = straightened(&clouds, 0.12);
-    assert!(odometry.is_refuted() && odometry.note().contains("straightened already"), "{}", odometry.note());
+    assert!(odometry.is_refuted() && odometry.notes()[0].contains("straightened already"), "{:?}", odometry.notes());
     // Motions of the last sweeps, which are registered as they are.
     let step = |poses: &[Pose3]| poses[12].inverse() * poses[13];
     let truth: Vec<Pose3> = (0..14).map(|number| pose(start(number))).collect();
@@ -162,7 +162,7 @@ fn the_second_usable_sweep_tells_the_velocity_of_the_first_one() {
     assert_eq!(numbers, [vec![], vec![2, 1]]);
 }
 
-fn pcd(cloud: &PointCloud) -> Vec<u8> {
+pub(crate) fn pcd(cloud: &PointCloud) -> Vec<u8> {
     let count = cloud.len();
     let (name, offsets) = match &cloud.times {
         Some(times) => ("t", times.offsets.clone()),
@@ -236,8 +236,13 @@ fn a_map_is_made_of_straightened_sweeps_the_first_one_included() {
 
 /// Whether what a sweep gave to the map lies on the walls of the room. A tenth are pillars; bent, a sweep is a decimetre off at its end.
 fn assert_lies_on_walls(reconstruction: &mut SpatialReconstruction, sweep: u32) {
+    assert_lies_on_walls_from(reconstruction, sweep, pose(0.0));
+}
+
+/// The same where the world's origin is at this pose in the room.
+fn assert_lies_on_walls_from(reconstruction: &mut SpatialReconstruction, sweep: u32, first: Pose3) {
     let off_walls = |point: &glam::Vec3| {
-        let point = (pose(0.0) * nalgebra::Point3::new(point.x, point.y, point.z).cast::<f64>()).coords;
+        let point = (first * nalgebra::Point3::new(point.x, point.y, point.z).cast::<f64>()).coords;
         (0..3).map(|axis| (HALF[axis] - point[axis].abs()).abs()).fold(f64::INFINITY, f64::min)
     };
     let (points, frames) = (reconstruction.map().cloud().positions, reconstruction.map().frames());
@@ -246,4 +251,64 @@ fn assert_lies_on_walls(reconstruction: &mut SpatialReconstruction, sweep: u32) 
     off.sort_by(f64::total_cmp);
     let most = off[off.len() * 8 / 10];
     assert!(off.len() > 1000 && most < 0.05, "{} points, {most} m", off.len());
+}
+
+/// Sweeps without times; `is_kitti`: ring after ring, from behind, and clockwise, in a room that is mirrored.
+fn without_times(clouds: Vec<PointCloud>, is_kitti: bool) -> Vec<PointCloud> {
+    let ring_by_ring = |points: Vec<glam::Vec3>| -> Vec<glam::Vec3> {
+        let mut points: Vec<_> = points.iter().map(|p| glam::Vec3::new(-p.x, p.y, p.z)).collect();
+        let elevation = |p: &glam::Vec3| (p.z / p.truncate().length()).atan().to_degrees().round() as i32;
+        points.sort_by_key(elevation);
+        points
+    };
+    let file = |cloud: PointCloud| {
+        PointCloud::from_positions(if is_kitti { ring_by_ring(cloud.positions) } else { cloud.positions })
+    };
+    clouds.into_iter().map(file).collect()
+}
+
+/// Largest errors (m, rad) of the motions from cloud to cloud, from this one on, of sensors that are seen in the middle of a sweep.
+fn errors_of_steps(poses: &[Pose3], first: usize, is_mirrored: bool) -> (f64, f64) {
+    let truth = |number: usize| {
+        let step = (pose(start(number) + 0.05).inverse() * pose(start(number + 1) + 0.05)).log();
+        let sign = if is_mirrored { -1.0 } else { 1.0 };
+        // Mirrored along x: turns about y and z, and the way along x.
+        Pose3::exp(&Vector6::new(step[0], sign * step[1], sign * step[2], sign * step[3], step[4], step[5]))
+    };
+    let off = |number: usize| {
+        let error = truth(number).inverse() * (poses[number].inverse() * poses[number + 1]);
+        (error.translation_norm(), error.rotation_angle())
+    };
+    (first..poses.len() - 1).map(off).fold((0.0, 0.0), |(a, b), (c, d)| (f64::max(a, c), f64::max(b, d)))
+}
+
+/// KITTI's raw sweeps have no times: their azimuth tells them, whichever way the lidar turns, if the data confirm that.
+#[test]
+fn sweeps_without_times_are_straightened_by_their_azimuth_where_the_data_confirm_it() {
+    for (is_kitti, told) in [(false, "turns counterclockwise"), (true, "turns clockwise")] {
+        let clouds = Place::Room.sweeps(&MovingLidar::rings(16, 600), 16, true);
+        let clouds = without_times(clouds, is_kitti);
+        let mut reconstruction = reconstruct(SpatialSettings::default(), &clouds, |index| Some(start(index)));
+        let notes = reconstruction.result().notes.join("\n");
+        assert!(notes.contains(told) && notes.contains("Sweeps are straightened"), "{notes}");
+        // The map begins anew with the decision: the first sweeps after it have no more to rest on than the one before.
+        let (metres, radians) = errors_of_steps(&reconstruction.poses(), 11, is_kitti);
+        assert!(metres < 0.02 && radians < 0.01, "{metres} m, {radians} rad");
+        if !is_kitti {
+            // Sweeps before the decision are straight, too, as seen from where they were found.
+            let first = pose(start(3) + 0.05) * reconstruction.poses()[3].inverse();
+            assert_lies_on_walls_from(&mut reconstruction, 3, first);
+        }
+    }
+}
+
+/// Those of KITTI's odometry benchmark are straight.
+#[test]
+fn straight_sweeps_without_times_are_left_as_they_are() {
+    let clouds = without_times(Place::Room.sweeps(&MovingLidar::rings(16, 600), 12, false), true);
+    let reconstruction = reconstruct(SpatialSettings::default(), &clouds, |index| Some(start(index)));
+    let notes = reconstruction.result().notes.join("\n");
+    assert!(notes.contains("Clouds fit one another better as they are") && !notes.contains("Sweeps are"), "{notes}");
+    let (metres, radians) = errors_of_steps(&reconstruction.poses(), 0, true);
+    assert!(metres < 0.02 && radians < 0.005, "{metres} m, {radians} rad");
 }

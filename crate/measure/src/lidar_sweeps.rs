@@ -1,5 +1,5 @@
 //! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
-//! straightened, and with skew left in, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
+//! straightened, with skew left in, and straightened by the true motion, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
 //! `--write DIR` to write the sweeps for other programs (x y z t as
 //! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
 
@@ -10,6 +10,7 @@ use scanstitch::geometry::{PointCloud, Pose3, RigidMotion};
 use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::cloud::{CloudOdometry, CloudOptions, PreparedCloud, SweepOdometry};
 use scanstitch::pipeline::SpatialSettings;
+use scanstitch::preprocess::deskew::deskew;
 use scanstitch_scene::moving_lidar::MovingLidar;
 use scanstitch_scene::plaza::{around_the_plaza, plaza};
 use scanstitch_scene::space::Space;
@@ -99,6 +100,13 @@ fn straightened(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
     within_largest_part(found, &odometry.are_in_largest_part())
 }
 
+/// Straightened by the motion that the drive has in truth.
+fn by_true_motion(drive: &Drive, clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
+    let velocity = (drive.pose(0.0).inverse() * drive.pose(drive.lidar.period)).log() / drive.lidar.period;
+    let straight = |cloud: &PointCloud| deskew(cloud.clone(), &velocity, 0.0);
+    without_times(&clouds.iter().map(straight).collect::<Vec<_>>())
+}
+
 fn write(folder: &Path, drive: &Drive, clouds: &[PointCloud]) {
     std::fs::create_dir_all(folder).unwrap();
     let mut truth = String::new();
@@ -165,7 +173,10 @@ pub fn main() {
     if flag("--time") {
         return time(&worlds[0], num_sweeps);
     }
-    println!("{:26} {:>22} {:>22} {:>22}", "rmse / most (mm), good", "no skew", "straightened", "skew left in");
+    println!(
+        "{:26} {:>22} {:>22} {:>22} {:>22}",
+        "rmse / most (mm), good", "no skew", "straightened", "skew left in", "by the true motion"
+    );
     for (name, lidar) in [
         ("16 rings", MovingLidar::rings(16, 1800)),
         ("32 rings", MovingLidar::rings(32, 1024)),
@@ -176,11 +187,12 @@ pub fn main() {
             continue;
         }
         for (speed, rate) in [(0.5, 1.0), (2.0, 1.0), (10.0, 1.0), (0.5, 2.0), (2.0, 2.0), (10.0, 2.0)] {
-            let mut columns = [(); 3].map(|()| Vec::new());
+            let mut columns = [(); 4].map(|()| Vec::new());
             for (space, seed) in worlds.iter().zip(1..) {
                 let drive = Drive { space, lidar, speed, rate, num_sweeps, seed };
                 let (still, skewed) = (drive.sweeps(false), drive.sweeps(true));
-                let all = [without_times(&still), straightened(&skewed), without_times(&skewed)];
+                let left_in = without_times(&skewed);
+                let all = [without_times(&still), straightened(&skewed), left_in, by_true_motion(&drive, &skewed)];
                 for (column, poses) in columns.iter_mut().zip(&all) {
                     column.push(drive.errors(poses));
                 }
@@ -189,8 +201,8 @@ pub fn main() {
                     write(&Path::new(&folder).join(&name), &drive, &skewed);
                 }
             }
-            let [a, b, c] = columns.map(|column| cell(&column));
-            println!("{:26} {a:>22} {b:>22} {c:>22}", format!("{name}, {speed} m/s, {rate} rad/s"));
+            let [a, b, c, d] = columns.map(|column| cell(&column));
+            println!("{:26} {a:>22} {b:>22} {c:>22} {d:>22}", format!("{name}, {speed} m/s, {rate} rad/s"));
         }
     }
 }

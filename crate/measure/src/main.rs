@@ -15,12 +15,14 @@ mod depth_scores;
 mod depth_values;
 mod global;
 mod global_pairs;
+mod gyro;
 mod hand_held;
 mod kitti_pair;
 mod laser_log;
 mod laser_scores;
 mod lidar_sweeps;
 mod localize;
+mod moving;
 mod render_and_register;
 mod render_apartment;
 mod render_laser_log;
@@ -40,12 +42,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         "depth_scores" => depth_scores::main(),
         "depth_values" => depth_values::main(),
         "global_pairs" => global_pairs::main(),
+        "gyro" => gyro::main(),
         "hand_held" => hand_held::main(),
         "kitti_pair" => kitti_pair::main(),
         "laser_log" => laser_log::main(),
         "laser_scores" => laser_scores::main(),
         "lidar_sweeps" => lidar_sweeps::main(),
         "localize" => localize::main(),
+        "moving" => moving::main(),
         "render_and_register" => render_and_register::main()?,
         "render_apartment" => render_apartment::main()?,
         "render_laser_log" => render_laser_log::main()?,

@@ -2,6 +2,7 @@
 //!
 //! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
 //! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`], [`surface`] (triangles).
+//! - What is left out of a result: `seen_through`.
 //!
 //! Read `local` first: the others do in space what it does in the plane.
 
@@ -10,6 +11,7 @@ pub(crate) mod keyframes;
 pub(crate) mod local;
 pub mod occupancy_grid;
 pub mod picture;
+pub(crate) mod seen_through;
 pub mod surface;
 pub(crate) mod surfel;
 pub mod voxel;

@@ -39,6 +39,8 @@ pub struct SpatialResult {
     pub frames: Vec<FrameResult<SpatialPose, ()>>,
     /// Places that came into view again, and what came of it.
     pub loops: LoopReport,
+    /// Points of clouds that are left out of the map, as later sweeps see through the places where they were.
+    pub num_moved_points: usize,
     /// Errors against the reference, where one was given and fits.
     pub comparison: Option<TrajectoryError<SpatialPose>>,
     /// What would make the estimate as large as the reference, where they differ by a factor. An offer: the estimate does not

@@ -2,11 +2,12 @@
 //!
 //! - Planar scans: [`clean`], `beam_normals`, [`planar_scan`].
 //! - Clouds: [`voxel_downsample`] with its `voxel_hash`, [`estimate_normals`]; of a lidar that moves while it turns [`point_clock`],
-//!   [`deskew`].
+//!   [`azimuth_clock`], [`deskew`].
 //! - Depth images: [`wrap_around`], [`depth_noise`], [`color_registration`], [`depth_surfels`], [`depth_cloud`], [`map_image`].
 //!
 //! Read [`planar_scan`] first.
 
+pub mod azimuth_clock;
 pub(crate) mod beam_normals;
 pub mod clean;
 pub mod color_registration;

@@ -28,6 +28,7 @@ const WORDS: Readonly<Record<Role, string>> = {
   camera: 'depth camera',
   clouds: 'clouds',
   scans: 'laser scans',
+  imu: 'inertial unit',
   odometry: 'odometry',
   reference: 'ground truth',
 };

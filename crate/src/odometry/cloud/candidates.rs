@@ -68,6 +68,15 @@ impl Candidate {
         self.overlap() >= LIMITS.doubtful_overlap && self.assessment.agreement >= LIMITS.doubtful_agreement
     }
 
+    pub(super) fn is_good(&self) -> bool {
+        self.assessment.status == Status::Good
+    }
+
+    /// Whether its status is as good as that of another one and its score no lower, or its status better.
+    pub(super) fn is_no_worse_than(&self, other: &Self) -> bool {
+        (other.assessment.status as u8, self.score()) >= (self.assessment.status as u8, other.score())
+    }
+
     /// Score by which candidates are compared: overlap, less twice the share of points that contradict free space.
     fn score(&self) -> f64 {
         self.overlap() - 2.0 * (1.0 - self.assessment.agreement)

@@ -4,7 +4,9 @@
 //! model is trusted: the initial guess is chosen by how well it fits, and global registration is tried where the result is
 //! doubtful. Read [`CloudOdometry::register_frame`] first. [`SweepOdometry`] straightens the sweeps of a lidar that moves while it turns.
 
+mod azimuth;
 mod candidates;
+mod gyro;
 pub mod options;
 mod parts;
 pub mod prepared;
@@ -13,6 +15,7 @@ pub mod sweeps;
 
 use nalgebra::Matrix6;
 
+pub(crate) use self::azimuth::{AzimuthGuess, Guess};
 pub(crate) use self::candidates::FREE_SPACE_TOLERANCE;
 use self::candidates::{Candidate, CloudTarget, Task};
 pub use self::options::{CloudMethod, CloudOptions, GlobalRegistrationUse};

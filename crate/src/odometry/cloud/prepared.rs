@@ -62,7 +62,7 @@ impl PreparedCloud {
     /// Estimates the normals of the points to be registered of a cloud that is [`downsampled`](Self::downsampled).
     pub(crate) fn with_normals(mut cloud: PointCloud, options: &CloudOptions) -> Self {
         let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-        let chosen = chosen(cloud.len(), options.max_points);
+        let chosen = evenly_chosen(cloud.len(), options.max_points);
         let normals = if options.clear_normals {
             estimate_clear_normals(&cloud.positions, &tree, &chosen, options.normals, options.viewpoint)
         } else {
@@ -140,7 +140,7 @@ impl PreparedCloud {
 }
 
 /// At most `most` of `count` points, evenly spread over their order.
-fn chosen(count: usize, most: usize) -> Vec<usize> {
+pub(crate) fn evenly_chosen(count: usize, most: usize) -> Vec<usize> {
     let share = most as f64 / count.max(1) as f64;
     (0..count).filter(|&point| (GOLDEN_RATIO * point as f64).fract() < share).collect()
 }

@@ -18,7 +18,7 @@ const SIGNIFICANT: f64 = 5.0;
 #[derive(Default)]
 pub(super) struct SkewTest {
     log_ratios: Vec<f64>,
-    /// Whether they are bent.
+    /// Whether they are bent, where that is significant.
     pub(super) verdict: Option<bool>,
 }
 
@@ -39,9 +39,8 @@ impl SkewTest {
         let mean = self.log_ratios.iter().sum::<f64>() / count;
         let square: f64 = self.log_ratios.iter().map(|ratio| (ratio - mean) * (ratio - mean)).sum();
         let error = (square / ((count - 1.0) * count)).sqrt();
-        if self.log_ratios.len() >= MIN_SWEEPS && mean.abs() > SIGNIFICANT * error {
-            self.verdict = Some(mean > 0.0);
-        }
+        let is_significant = self.log_ratios.len() >= MIN_SWEEPS && mean.abs() > SIGNIFICANT * error;
+        self.verdict = is_significant.then_some(mean > 0.0);
     }
 }
 

@@ -3,10 +3,12 @@
 //! Each point has its time, and the sensor is taken to move with a constant velocity during a sweep: at first that of the last one,
 //! then that from the last sweep to this one (Vizzo et al., "KISS-ICP", RA-L 8 (2023), section III-A, straightens once, with the last
 //! velocity). Sweeps are registered as they are seen from their middle, where an error of the velocity does the least harm. The first
-//! one is straightened when the second one is there. Where sweeps fit one another better as they are, they are left so.
+//! one is straightened when the second one is there. Where sweeps fit one another better as they are, they are left so. A gyroscope, where
+//! there is one, proposes another motion to begin with.
 
-use nalgebra::Vector6;
+use nalgebra::{Translation3, UnitQuaternion, Vector3, Vector6};
 
+use super::gyro::Gyro;
 use super::options::CloudOptions;
 use super::prepared::PreparedCloud;
 use super::skew_test::SkewTest;
@@ -47,11 +49,13 @@ pub struct SweepOdometry {
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
     velocity: Option<Vector6<f64>>,
+    gyro: Gyro,
     skew_test: SkewTest,
     /// The last sweep as it is, where the test is open.
     last_as_it_is: Option<PreparedCloud>,
     /// Furthest that the ends of a sweep were moved against each other (m).
     largest_bend: f64,
+    has_times: bool,
 }
 
 /// A sweep as it was measured.
@@ -69,6 +73,9 @@ struct Sweep {
     /// Median distance of the points from the sensor (m).
     range: f64,
 }
+
+/// A sweep that was found: its velocity, as it was registered, and where.
+type FoundSweep = (Vector6<f64>, PreparedCloud, Found);
 
 impl Sweep {
     fn new(mut cloud: PointCloud, stamp: Option<f64>) -> Self {
@@ -122,24 +129,49 @@ impl SweepOdometry {
             T_world_stamp_of_first: Pose3::identity(),
             last_time: None,
             velocity: None,
+            gyro: Gyro::default(),
             skew_test: SkewTest::default(),
             last_as_it_is: None,
             largest_bend: 0.0,
+            has_times: false,
         })
     }
 
-    /// What was done about the motion of the sensor during sweeps, in a whole sentence.
-    pub fn note(&self) -> String {
-        if self.is_refuted() {
-            return "The times of points are not used: sweeps fit one another better as they are. They seem to have been \
-                    straightened already"
-                .to_owned();
-        }
-        format!(
-            "Sweeps are straightened: the motion of the sensor moves the end of a sweep against its beginning by up to {:.2} m, at \
-             the median range of its points",
-            self.largest_bend
-        )
+    /// Goes on with an odometry whose clouds turned out to be bent: the last one, of the frame before `num_sweeps`, with its times and its stamp
+    /// (s), was measured with this velocity.
+    pub(crate) fn resumed(
+        clouds: CloudOdometry,
+        (last, stamp): (PointCloud, Option<f64>),
+        velocity: Vector6<f64>,
+        num_sweeps: usize,
+    ) -> Result<Self> {
+        let options = clouds.options;
+        let (mut resumed, mut last) = (Self::new(options)?, Sweep::new(last, stamp));
+        (resumed.clouds, resumed.num_sweeps, resumed.has_times) = (clouds, num_sweeps, true);
+        resumed.clouds.begin(last.straight(&velocity, &options));
+        (resumed.last_time, resumed.velocity) = (last.time, Some(velocity));
+        (resumed.largest_bend, resumed.skew_test.verdict) = (last.bend(&velocity), Some(true));
+        Ok(resumed)
+    }
+
+    /// What was done about the motion of the sensor during sweeps, and what became of a gyroscope, in whole sentences.
+    pub fn notes(&self) -> Vec<String> {
+        let on_skew = if self.is_refuted() {
+            Some(
+                "The times of points are not used: sweeps fit one another better as they are. They seem to have been straightened \
+                 already"
+                    .to_owned(),
+            )
+        } else {
+            self.has_times.then(|| {
+                format!(
+                    "Sweeps are straightened: the motion of the sensor moves the end of a sweep against its beginning by up to {:.2} m, \
+                     at the median range of its points",
+                    self.largest_bend
+                )
+            })
+        };
+        on_skew.into_iter().chain(self.gyro.note()).collect()
     }
 
     /// Whether sweeps fit one another better as they are than straightened: they seem to have been straightened already.
@@ -167,10 +199,17 @@ impl SweepOdometry {
         self.clouds.connect(clouds);
     }
 
+    /// Adds what a gyroscope measured, up to the end of the next sweep: times (s, as the stamps of sweeps) and angular velocities in the
+    /// frame of the lidar (rad/s). It is used where registrations do not refute it.
+    pub fn add_gyro(&mut self, readings: &[(f64, Vector3<f64>)]) {
+        self.gyro.add(readings);
+    }
+
     /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
     pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
         let (mut sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
         self.num_sweeps += 1;
+        self.has_times |= sweep.cloud.times.is_some();
         if self.clouds.last.is_none() {
             return self.begin(number, sweep);
         }
@@ -184,6 +223,7 @@ impl SweepOdometry {
             velocities.push((first_number, velocity));
         }
         self.test_skew(&mut sweep, &velocity, &frame, &found);
+        self.compare_gyro(&sweep, &found);
         let mut estimate = self.clouds.accept(frame, found);
         if let Some(as_it_is) = self.last_as_it_is.take_if(|_| self.skew_test.verdict.is_some())
             && self.is_refuted()
@@ -197,13 +237,61 @@ impl SweepOdometry {
         SweepEstimate { estimate, velocities }
     }
 
+    /// Registers a sweep from the last velocity, and from what a gyroscope says of it: from that alone where it is confirmed and comes to a
+    /// good end, and otherwise from where it comes to the better one.
+    fn find(&mut self, sweep: &mut Sweep) -> std::result::Result<FoundSweep, Box<CloudEstimate>> {
+        let (velocity, motion) =
+            (self.velocity.filter(|_| !self.is_refuted()).unwrap_or_default(), self.clouds.last_motion);
+        let Some(measured) = self.motion_by_gyro(sweep) else { return self.find_from(sweep, velocity) };
+        self.clouds.last_motion = measured;
+        let velocity_by_gyro = if self.is_refuted() { velocity } else { measured.log() / self.interval(sweep) };
+        self.straighten_first(&velocity_by_gyro);
+        let by_gyro = self.find_from(sweep, velocity_by_gyro);
+        self.clouds.last_motion = motion;
+        if self.gyro.is_confirmed() && by_gyro.as_ref().is_ok_and(|(_, _, found)| found.candidate.is_good()) {
+            return by_gyro;
+        }
+        self.straighten_first(&velocity);
+        let from_last = self.find_from(sweep, velocity);
+        match (by_gyro, from_last) {
+            (Ok(by_gyro), Ok(from_last)) if from_last.2.candidate.is_no_worse_than(&by_gyro.2.candidate) => {
+                Ok(from_last)
+            }
+            (Err(_), from_last) => from_last,
+            (Ok(by_gyro), _) => {
+                self.straighten_first(&by_gyro.0);
+                Ok(by_gyro)
+            }
+        }
+    }
+
+    /// The motion from the last sweep to this one with the turn that a gyroscope measured, and the rest as it was the last time.
+    fn motion_by_gyro(&self, sweep: &Sweep) -> Option<Pose3> {
+        let (from, to) = self.last_time.zip(sweep.time)?;
+        let turn = UnitQuaternion::from_scaled_axis(self.gyro.rate(from, to)? * (to - from));
+        Some(Pose3::from_parts(Translation3::from(self.clouds.last_motion.translation.vector), turn))
+    }
+
+    /// Compares a gyroscope with the turn that a good registration found.
+    fn compare_gyro(&mut self, sweep: &Sweep, found: &Found) {
+        let Some((from, to)) = self.last_time.zip(sweep.time).filter(|_| found.candidate.is_good()) else { return };
+        self.gyro.compare(from, to, &(self.clouds.T_world_last.inverse() * found.T_world_sensor).rotation);
+    }
+
+    /// Straightens the first sweep, as long as that can still be done.
+    fn straighten_first(&mut self, velocity: &Vector6<f64>) {
+        if let Some((_, first)) = &mut self.first {
+            self.clouds.begin(first.straight(velocity, &self.options));
+        }
+    }
+
     /// Registers a sweep and straightens it by what that finds, until both agree.
-    fn find(
+    fn find_from(
         &mut self,
         sweep: &mut Sweep,
-    ) -> std::result::Result<(Vector6<f64>, PreparedCloud, Found), Box<CloudEstimate>> {
+        mut velocity: Vector6<f64>,
+    ) -> std::result::Result<FoundSweep, Box<CloudEstimate>> {
         let interval = self.interval(sweep);
-        let mut velocity = self.velocity.filter(|_| !self.is_refuted()).unwrap_or_default();
         let mut frame = sweep.straight(&velocity, &self.options);
         let mut found = self.clouds.find(&frame)?;
         let mut num_passes = 1;
@@ -219,9 +307,7 @@ impl SweepOdometry {
             }
             num_passes += 1;
             velocity = next;
-            if let Some((_, first)) = &mut self.first {
-                self.clouds.begin(first.straight(&velocity, &self.options));
-            }
+            self.straighten_first(&velocity);
             self.clouds.last_motion = motion;
             frame = sweep.straight(&velocity, &self.options);
             found = self.clouds.find(&frame)?;

@@ -25,6 +25,7 @@ struct Header {
     label: FrameLabel,
     notes: Vec<FrameNote>,
     fills_range: bool,
+    gyro: Vec<[f64; 4]>,
     surfaces: SurfacesHeader,
     map_points: MapPointsHeader,
 }
@@ -79,7 +80,8 @@ impl PreparedFrame {
             MapPoints::Cloud(cloud) => MapPointsHeader::Cloud(cloud_header(cloud)),
         };
         let (label, notes) = (self.label.clone(), self.notes.clone());
-        let header = Header { label, notes, fills_range: self.fills_range, surfaces, map_points };
+        let gyro = self.gyro.clone();
+        let header = Header { label, notes, fills_range: self.fills_range, gyro, surfaces, map_points };
         let mut bytes = Vec::with_capacity(self.most_bytes());
         put(&mut bytes, &serde_json::to_vec(&header).unwrap_or_default());
         match &self.surfaces {
@@ -153,8 +155,8 @@ impl PreparedFrame {
             }
             MapPointsHeader::Cloud(header) => MapPoints::Cloud(take_cloud(&header, &mut rest)?),
         };
-        let Header { label, notes, fills_range, .. } = header;
-        Ok(Self { label, surfaces, map_points, notes, fills_range })
+        let Header { label, notes, fills_range, gyro, .. } = header;
+        Ok(Self { label, surfaces, map_points, gyro, notes, fills_range })
     }
 }
 

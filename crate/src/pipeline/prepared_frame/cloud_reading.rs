@@ -4,6 +4,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::gyro_comments::gyro_readings;
 use super::sensor_place::{Extent, is_sensor_at_origin};
 use crate::geometry::PointCloud;
 use crate::geometry::quantile::quantile;
@@ -12,6 +13,7 @@ use crate::io::length_unit::{
 };
 use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
+use crate::preprocess::azimuth_clock::AzimuthClock;
 use crate::preprocess::point_clock::PointClock;
 
 /// How clouds are read.
@@ -27,6 +29,10 @@ pub struct CloudReading {
     pub is_sensor_at_origin: bool,
     /// How the times of points are read; none where the points have no times that could be those of a sweep.
     pub clock: Option<PointClock>,
+    /// Where turns of a spinning lidar begin by azimuth (rad), where the points have no times.
+    pub seam: Option<f64>,
+    /// Whether clouds have readings of a gyroscope.
+    pub has_gyro: bool,
     /// Whether all points of a cloud are registered, however many.
     pub is_whole: bool,
     /// What was assumed.
@@ -73,7 +79,21 @@ impl CloudReading {
         let notes = on_place.into_iter().chain(on_clock).collect();
         let assumptions = assumption.into_iter().collect();
         let (origin, viewpoint) = (origin.to_array(), viewpoint.to_array());
-        let reading = Self { unit, origin, viewpoint, is_sensor_at_origin, clock, is_whole: false, assumptions, notes };
+        let has_no_times = is_sensor_at_origin && cloud.times.is_none();
+        let seam = has_no_times.then(|| AzimuthClock::seam_of(&cloud.positions)).flatten();
+        let has_gyro = is_sensor_at_origin && gyro_readings(bytes).is_some();
+        let reading = Self {
+            unit,
+            origin,
+            viewpoint,
+            is_sensor_at_origin,
+            clock,
+            seam,
+            has_gyro,
+            is_whole: false,
+            assumptions,
+            notes,
+        };
         (reading, unit * quantile(&mut sizes.clone(), 0.5).unwrap_or(1.0))
     }
 

@@ -26,6 +26,7 @@ mod decode_config;
 mod depth_values;
 mod files;
 mod frame_note;
+mod gyro_comments;
 mod sensor_place;
 mod single_precision;
 
@@ -79,6 +80,8 @@ pub struct PreparedFrame {
     pub surfaces: Surfaces,
     /// What it gives to the map.
     pub map_points: MapPoints,
+    /// What a gyroscope measured around it: times from its stamp (s), angular velocities in the sensor's frame (rad/s).
+    pub gyro: Vec<[f64; 4]>,
     /// What could not be used of it.
     pub notes: Vec<FrameNote>,
     /// Whether its depth reaches just to the largest value that the file can hold.
@@ -189,7 +192,7 @@ impl PreparedFrame {
             let options = CloudOptions { clear_normals: false, max_points: usize::MAX, ..settings.cloud_options() };
             Surfaces::Cloud(PreparedCloud::new(&cloud, &options)?.into_cloud())
         };
-        Ok(Self { label, surfaces, map_points, notes, fills_range: image.fills_range() })
+        Ok(Self { label, surfaces, map_points, gyro: Vec::new(), notes, fills_range: image.fills_range() })
     }
 
     /// Reads and prepares a cloud, in the frame of the sensor that took it.
@@ -223,7 +226,8 @@ impl PreparedFrame {
             prepared.clone()
         };
         let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
-        Ok(Self { label, surfaces, map_points, notes: Vec::new(), fills_range: false })
+        let gyro = gyro_comments::gyro_readings(bytes).unwrap_or_default();
+        Ok(Self { label, surfaces, map_points, gyro, notes: Vec::new(), fills_range: false })
     }
 }
 

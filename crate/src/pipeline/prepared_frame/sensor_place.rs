@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::quantile::{OUTLIER_SHARE, quantile};
+use crate::odometry::cloud::prepared::evenly_chosen;
 use crate::preprocess::estimate_normals::{NORMAL_NEIGHBORS, estimate_clear_normals};
 use crate::search::KdTree;
 
@@ -57,8 +58,7 @@ impl Extent {
 
 /// Whether a sensor at the origin can have taken these points.
 pub(super) fn is_sensor_at_origin(points: &[DVec3], extent: &Extent) -> bool {
-    let step = points.len().div_ceil(MAX_POINTS).max(1);
-    let points: Vec<DVec3> = points.iter().copied().step_by(step).collect();
+    let points: Vec<DVec3> = evenly_chosen(points.len(), MAX_POINTS).iter().map(|&point| points[point]).collect();
     let distance = extent.distance();
     distance <= MAX_DISTANCE * extent.diagonal()
         && edge_on_share(&points, extent.center()) <= MAX_EDGE_ON

@@ -1,16 +1,18 @@
 //! The run itself, once for each possible quantisation of the depth, until the data decide.
 
+use super::azimuth_times::AzimuthTimes;
 use crate::error::Result;
 use crate::geometry::Pose3;
 use crate::graph::loops::clouds::CloudLoops;
 use crate::graph::loops::spatial::{FrameMotions, LoopReport, SpatialLoops};
 use crate::odometry::assessment::Status;
-use crate::odometry::cloud::{CloudEstimate, CloudOdometry, PreparedCloud, SweepEstimate, SweepOdometry};
+use crate::odometry::cloud::{CloudEstimate, CloudOdometry, Guess, PreparedCloud, SweepEstimate, SweepOdometry};
 use crate::odometry::depth::{DepthOdometry, DepthOptions, PoseUpdate, SpatialEstimate, UnresolvedFrames};
-use crate::pipeline::prepared_frame::{DecodeConfig, Surfaces};
+use crate::pipeline::prepared_frame::{DecodeConfig, PreparedFrame, Surfaces};
 use crate::pipeline::spatial_settings::{LoopClosing, Method, Quantisation};
+use crate::preprocess::azimuth_clock::AzimuthClock;
 use crate::registration::free_space::DepthNoise;
-use nalgebra::Vector6;
+use nalgebra::{Vector3, Vector6};
 
 /// Registered frames that decide how depth was rounded. On both real floors the wrong reading has 1.13 to 1.5 times the misfit of the other
 /// after half as many, and 1.2 to 1.6 times as much in the end.
@@ -34,9 +36,9 @@ impl Hypotheses {
 
     /// Registers a frame and closes the loops that it completes. Drops the reading that fits worse, once enough frames have
     /// been registered, and returns the one that is left.
-    pub(super) fn register(&mut self, surfaces: &Surfaces, stamp: Option<f64>) -> Option<Quantisation> {
+    pub(super) fn register(&mut self, frame: &PreparedFrame) -> Option<Quantisation> {
         for hypothesis in &mut self.0 {
-            hypothesis.add(surfaces, stamp);
+            hypothesis.add(frame);
             hypothesis.close_loops();
         }
         if !self.is_decided() {
@@ -54,11 +56,18 @@ impl Hypotheses {
         self.0.first_mut().map(|hypothesis| std::mem::take(&mut hypothesis.velocities)).unwrap_or_default()
     }
 
-    /// What was done about the motion of the sensor during sweeps, in a whole sentence; `None` where points have no times.
-    pub(super) fn note_on_sweeps(&self) -> Option<String> {
-        match &self.best()?.odometry {
-            Odometry::Sweep(odometry) => Some(odometry.note()),
-            Odometry::Depth(_) | Odometry::Cloud(_) => None,
+    /// What was done about the motion of the sensor during sweeps, and what became of a gyroscope, in whole sentences.
+    pub(super) fn notes_on_sweeps(&self) -> Vec<String> {
+        let Some(best) = self.best() else { return Vec::new() };
+        let of_sweeps = if let Odometry::Sweep(odometry) = &best.odometry { odometry.notes() } else { Vec::new() };
+        best.azimuth_times.note().into_iter().chain(of_sweeps).collect()
+    }
+
+    /// By which clouds without times are straightened, if they are.
+    pub(super) fn azimuth_clock(&self) -> Option<AzimuthClock> {
+        match self.0.first()?.azimuth_times {
+            AzimuthTimes::Confirmed(clock) => Some(clock),
+            _ => None,
         }
     }
 
@@ -134,6 +143,7 @@ pub(super) struct QuantisationHypothesis {
     pub estimates: Vec<SpatialEstimate>,
     loops: Option<SpatialLoops>,
     cloud_loops: Option<CloudLoops>,
+    azimuth_times: AzimuthTimes,
     /// Velocities of the sensor during sweeps, by the number of the frame, that have been found since they were last taken.
     velocities: Vec<(usize, Vector6<f64>)>,
     /// Sum over the registered frames of the mean square residual over the mean square depth: a reading that makes
@@ -166,7 +176,7 @@ impl QuantisationHypothesis {
             Method::SurfelMap => {
                 Odometry::Depth(Box::new(DepthOdometry::new(DepthOptions { noise, ..settings.depth_options() })))
             }
-            _ if config.cloud.as_ref().is_some_and(|cloud| cloud.clock.is_some()) => {
+            _ if config.cloud.as_ref().is_some_and(|cloud| cloud.clock.is_some() || cloud.has_gyro) => {
                 Odometry::Sweep(Box::new(SweepOdometry::new(config.cloud_options())?))
             }
             _ => Odometry::Cloud(Box::new(CloudOdometry::new(config.cloud_options())?)),
@@ -178,14 +188,15 @@ impl QuantisationHypothesis {
             estimates: Vec::new(),
             loops: is_closing(Method::SurfelMap).then(|| SpatialLoops::new(settings.motion)),
             cloud_loops: is_closing(Method::CloudMap).then(|| CloudLoops::new(config.cloud_options())),
+            azimuth_times: AzimuthTimes::new(config),
             velocities: Vec::new(),
             misfit: 0.0,
             num_registered: 0,
         })
     }
 
-    fn add(&mut self, surfaces: &Surfaces, stamp: Option<f64>) {
-        let mut estimate = match (&mut self.odometry, surfaces) {
+    fn add(&mut self, frame: &PreparedFrame) {
+        let mut estimate = match (&mut self.odometry, &frame.surfaces) {
             (Odometry::Depth(odometry), Surfaces::Surfels(images)) => {
                 let Some((_, surfels)) = images.iter().find(|(quantisation, _)| *quantisation == self.quantisation)
                 else {
@@ -210,7 +221,13 @@ impl QuantisationHypothesis {
                 of_cloud(odometry.register_frame(PreparedCloud::from_cloud(cloud.clone())))
             }
             (Odometry::Sweep(odometry), Surfaces::Cloud(cloud)) => {
-                let SweepEstimate { estimate, velocities } = odometry.register_sweep(cloud.clone(), stamp);
+                let stamp = frame.label.time;
+                odometry.add_gyro(&readings_of(frame));
+                let mut cloud = cloud.clone();
+                if let AzimuthTimes::Confirmed(clock) = &self.azimuth_times {
+                    cloud.times = Some(clock.times(&cloud.positions));
+                }
+                let SweepEstimate { estimate, velocities } = odometry.register_sweep(cloud, stamp);
                 self.velocities.extend(velocities);
                 of_cloud(estimate)
             }
@@ -218,6 +235,7 @@ impl QuantisationHypothesis {
             _ => return,
         };
         self.add_to_cloud_loops(&mut estimate);
+        self.test_azimuth(frame.label.time, &estimate);
         if let Some(registration) = &mut estimate.registration {
             // The bulk of a result, and nobody asks for it.
             registration.correspondences = Vec::new();
@@ -237,6 +255,34 @@ impl QuantisationHypothesis {
             loops.add(self.estimates.len() as u32, &registered);
         }
         estimate.T_world_sensor = self.odometry.of_poses(&loops.correction()) * estimate.T_world_sensor;
+    }
+
+    /// Tests whether a cloud without times is bent as its azimuth would have it; goes on with straightened ones where that is so.
+    fn test_azimuth(&mut self, stamp: Option<f64>, estimate: &SpatialEstimate) {
+        let (AzimuthTimes::Open(guess, options), Odometry::Cloud(odometry)) =
+            (&mut self.azimuth_times, &mut self.odometry)
+        else {
+            return;
+        };
+        let number = self.estimates.len();
+        let Some(registered) = odometry.last_registered().filter(|_| estimate.assessment.status == Status::Good) else {
+            return;
+        };
+        match guess.add((number, stamp), &registered, options) {
+            Guess::Open => {}
+            Guess::Dropped(is_refuted) => self.azimuth_times = AzimuthTimes::Dropped { is_refuted },
+            Guess::Confirmed(clock, velocities) => {
+                let mut last = registered.cloud.cloud().clone();
+                last.times = Some(clock.times(&last.positions));
+                let velocity = velocities.last().map(|(_, velocity)| *velocity).unwrap_or_default();
+                let Ok(empty) = CloudOdometry::new(**options) else { return };
+                let clouds = std::mem::replace(&mut **odometry, empty);
+                let Ok(resumed) = SweepOdometry::resumed(clouds, (last, stamp), velocity, number + 1) else { return };
+                self.odometry = Odometry::Sweep(Box::new(resumed));
+                self.velocities = velocities;
+                self.azimuth_times = AzimuthTimes::Confirmed(clock);
+            }
+        }
     }
 
     /// Moves all frames, and what they have shown, to where open loops want them.
@@ -281,6 +327,12 @@ impl QuantisationHypothesis {
         apply_pose_updates_of(odometry, &mut self.estimates, self.loops.as_mut());
         is_more
     }
+}
+
+/// What a gyroscope measured around a frame, by the clock of the frames.
+fn readings_of(frame: &PreparedFrame) -> Vec<(f64, Vector3<f64>)> {
+    let Some(stamp) = frame.label.time else { return Vec::new() };
+    frame.gyro.iter().map(|&[time, x, y, z]| (stamp + time, Vector3::new(x, y, z))).collect()
 }
 
 fn of_cloud(estimate: CloudEstimate) -> SpatialEstimate {

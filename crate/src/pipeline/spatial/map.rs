@@ -78,7 +78,8 @@ impl SpatialReconstruction {
         let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
         let map_points = MapPoints::Image(image.shifted(shift), self.map_quantisation());
         let (label, surfaces) = (frame.label.clone(), Surfaces::Surfels(Vec::new()));
-        Some(PreparedFrame { label, surfaces, map_points, notes: Vec::new(), fills_range: false }.to_bytes())
+        let (gyro, notes) = (Vec::new(), Vec::new());
+        Some(PreparedFrame { label, surfaces, map_points, gyro, notes, fills_range: false }.to_bytes())
     }
 
     /// What the map would take in voxels of other sizes (m, positive).

@@ -1,8 +1,10 @@
 //! The whole run in space: prepared frames in, trajectory and map out, one frame after the other.
 
+mod azimuth_times;
 mod continuity;
 mod hypotheses;
 mod map;
+mod moved;
 mod pose_history;
 mod range_use;
 mod result;
@@ -14,6 +16,7 @@ use std::collections::VecDeque;
 use glam::DVec3;
 
 use self::hypotheses::{Hypotheses, QuantisationHypothesis};
+use self::moved::Moved;
 use self::pose_history::PoseHistory;
 use self::range_use::RangeUse;
 use self::stitched_map::StitchedMap;
@@ -50,6 +53,7 @@ pub struct SpatialReconstruction {
     notes: Vec<FrameNote>,
     range_use: RangeUse,
     stitched: Option<StitchedMap>,
+    moved: Moved,
     /// Whether it has been said that no frame will follow.
     is_complete: bool,
     /// Whether what comes after the last frame has been done.
@@ -74,6 +78,7 @@ impl SpatialReconstruction {
             notes: Vec::new(),
             range_use: RangeUse::default(),
             stitched: None,
+            moved: Moved::default(),
             is_complete: false,
             is_finished: false,
         })
@@ -123,6 +128,7 @@ impl SpatialReconstruction {
         self.notes.extend(frame.notes.iter().cloned());
         self.waiting.push_back(frame);
         (self.is_complete, self.is_finished) = (false, false);
+        self.moved.stop();
         Ok(())
     }
 
@@ -135,7 +141,7 @@ impl SpatialReconstruction {
     /// Does one bounded piece of work: registers a frame, relocalizes one that was not found, or closes a loop.
     pub fn step(&mut self) -> Progress {
         if let Some(frame) = self.waiting.pop_front() {
-            let decided = self.hypotheses.register(&frame.surfaces, frame.label.time);
+            let decided = self.hypotheses.register(&frame);
             return self.store(frame, decided);
         }
         if self.is_complete && !self.is_finished && self.hypotheses.relocalize_next() {
@@ -143,8 +149,10 @@ impl SpatialReconstruction {
             return Progress { stage: Stage::Retry, done: total, total, frame: None };
         }
         if self.is_complete && !self.is_finished {
-            self.is_finished = true;
-            self.hypotheses.finish();
+            if !self.moved.is_searching() {
+                self.hypotheses.finish();
+            }
+            self.is_finished = !self.look_for_moved();
             let total = self.frames.len();
             return Progress { stage: Stage::Loops, done: total, total, frame: None };
         }
@@ -162,6 +170,9 @@ impl SpatialReconstruction {
         }
         let mut is_map_stale = self.frames.push(Frame::new(frame.label, frame.map_points));
         for (number, velocity) in self.hypotheses.take_velocities() {
+            if let Some(clock) = self.hypotheses.azimuth_clock() {
+                self.frames.set_times(number, &clock);
+            }
             self.frames.straighten(number, &velocity);
             // That of a frame before this one may be in the map already.
             is_map_stale |= number + 1 < self.frames.len();

@@ -74,6 +74,7 @@ impl SpatialReconstruction {
                 })
                 .collect(),
             loops: self.loop_report(),
+            num_moved_points: self.moved.num_points,
             comparison,
             suggestion,
             notes,
@@ -85,6 +86,7 @@ impl SpatialReconstruction {
         let mut notes = merged(&self.notes);
         notes.extend(self.decode_config.iter().flat_map(DecodeConfig::notes).cloned());
         notes.extend(self.frames.note());
+        notes.extend(self.moved.note(self.frames.num_points()));
         if self.hypotheses.have_misaligned_colors() {
             notes.push(MISALIGNED_COLORS.to_owned());
             let depth = self.depth();
@@ -92,7 +94,7 @@ impl SpatialReconstruction {
         }
         notes.extend(self.note_on_rest());
         notes.extend(self.range_use.note());
-        notes.extend(self.hypotheses.note_on_sweeps());
+        notes.extend(self.hypotheses.notes_on_sweeps());
         notes.extend(self.loop_report().note());
         notes.extend(self.unresolved_note());
         notes

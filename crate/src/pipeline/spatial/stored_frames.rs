@@ -4,10 +4,12 @@
 //! gives to a page: then all frames are thinned out alike, those to come as well. Which points go depends on the frames
 //! alone, so the same recording gives the same map everywhere.
 
+use glam::Vec3;
 use nalgebra::Vector6;
 
 use crate::geometry::PointCloud;
 use crate::pipeline::prepared_frame::{FrameLabel, MapPoints};
+use crate::preprocess::azimuth_clock::AzimuthClock;
 use crate::preprocess::deskew::deskew;
 
 /// Kept points take at most this much (bytes): 416 frames of 640 x 480 pixels with colours as they come, four times as
@@ -71,6 +73,30 @@ impl StoredFrames {
         *straightened_by = *velocity;
     }
 
+    /// Gives a cloud without times those of this clock.
+    pub(super) fn set_times(&mut self, number: usize, clock: &AzimuthClock) {
+        if let Some(Frame { map_points: MapPoints::Cloud(cloud), .. }) = self.frames.get_mut(number) {
+            cloud.times.get_or_insert_with(|| clock.times(&cloud.positions));
+        }
+    }
+
+    /// Takes points out of a frame; how many there were.
+    pub(super) fn take_out(&mut self, number: usize, is_out: impl Fn(&Vec3) -> bool) -> usize {
+        let Some(Frame { map_points: MapPoints::Cloud(cloud), .. }) = self.frames.get_mut(number) else { return 0 };
+        let kept: Vec<usize> = (0..cloud.len()).filter(|&point| !is_out(&cloud.positions[point])).collect();
+        let num_out = cloud.len() - kept.len();
+        if num_out > 0 {
+            *cloud = cloud.selected(&kept);
+        }
+        num_out
+    }
+
+    /// Number of points of all frames that are clouds.
+    pub(super) fn num_points(&self) -> usize {
+        let of = |frame: &Frame| if let MapPoints::Cloud(cloud) = &frame.map_points { cloud.len() } else { 0 };
+        self.frames.iter().map(of).sum()
+    }
+
     pub(super) fn len(&self) -> usize {
         self.frames.len()
     }
@@ -99,8 +125,6 @@ impl StoredFrames {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::camera::Pinhole;
     use crate::geometry::PointCloud;

@@ -35,20 +35,11 @@ impl SphericalView {
 
     /// What the view says of a point, give or take `tolerance` (m).
     pub fn classify(&self, point: &Vector3<f64>, tolerance: f64) -> FreeSpaceTest {
-        let line = point - self.viewpoint;
-        let Some((face, u, v)) = cell(&line) else { return FreeSpaceTest::Unknown };
-        let range = line.norm();
-        let (mut seen, mut through) = (0, 0);
-        for v in v.saturating_sub(1)..(v + 2).min(CELLS_PER_EDGE) {
-            for u in u.saturating_sub(1)..(u + 2).min(CELLS_PER_EDGE) {
-                let nearest = self.nearest[(face * CELLS_PER_EDGE + v) * CELLS_PER_EDGE + u];
-                if (nearest - range).abs() <= tolerance {
-                    return FreeSpaceTest::Agreeing(());
-                }
-                seen += usize::from(nearest.is_finite());
-                through += usize::from(nearest.is_finite() && nearest > range + tolerance);
-            }
+        let Some(around) = self.around(point, tolerance) else { return FreeSpaceTest::Unknown };
+        if around.agrees {
+            return FreeSpaceTest::Agreeing(());
         }
+        let (seen, through) = (around.seen.count_ones() as usize, around.through.count_ones() as usize);
         if seen >= MIN_SEEN && through == seen {
             FreeSpaceTest::InFreeSpace
         } else if seen > 0 && through == 0 {
@@ -57,7 +48,51 @@ impl SphericalView {
             FreeSpaceTest::Unknown
         }
     }
+
+    /// Whether a point is in free space, and what is behind it was seen on all four sides of its direction: of a wall at a grazing angle, sparse
+    /// points may all lie behind it.
+    pub fn is_surrounded_by_free_space(&self, point: &Vector3<f64>, tolerance: f64) -> bool {
+        let Some(around) = self.around(point, tolerance) else { return false };
+        let is_on_all_sides = SIDES.iter().all(|side| around.seen & side != 0);
+        !around.agrees && is_on_all_sides && around.through == around.seen
+    }
+
+    /// What the nine cells around the direction of a point saw; `None` for the viewpoint itself.
+    fn around(&self, point: &Vector3<f64>, tolerance: f64) -> Option<Around> {
+        let line = point - self.viewpoint;
+        let ((face, u, v), range) = (cell(&line)?, line.norm());
+        let mut around = Around::default();
+        for (row, v) in beside(v).filter(|(_, v)| *v < CELLS_PER_EDGE) {
+            for (column, u) in beside(u).filter(|(_, u)| *u < CELLS_PER_EDGE) {
+                let nearest = self.nearest[(face * CELLS_PER_EDGE + v) * CELLS_PER_EDGE + u];
+                around.agrees |= (nearest - range).abs() <= tolerance;
+                let bit = 1 << (3 * row + column);
+                around.seen |= if nearest.is_finite() { bit } else { 0 };
+                around.through |= if nearest.is_finite() && nearest > range + tolerance { bit } else { 0 };
+            }
+        }
+        Some(around)
+    }
 }
+
+/// A coordinate and its neighbours, numbered from 0; beyond the edge of a face where that is no cell.
+fn beside(place: usize) -> impl Iterator<Item = (usize, usize)> {
+    [place.wrapping_sub(1), place, place + 1].into_iter().enumerate()
+}
+
+/// The nine cells around a direction, a bit each, row by row.
+#[derive(Default)]
+struct Around {
+    /// Whether one saw something at the range of the point.
+    agrees: bool,
+    /// Those that saw something, ...
+    seen: u16,
+    /// ... and of these those that saw it behind the point.
+    through: u16,
+}
+
+/// The cells on each side of the middle one.
+const SIDES: [u16; 4] = [0b000_000_111, 0b111_000_000, 0b001_001_001, 0b100_100_100];
 
 /// The face of the cube that a line goes through, and where; `None` for a line without direction.
 fn cell(line: &Vector3<f64>) -> Option<(usize, usize, usize)> {
@@ -98,6 +133,14 @@ mod tests {
             assert_eq!(at(1.1), FreeSpaceTest::Hidden);
         }
         assert_eq!(view.classify(&center, 0.1), FreeSpaceTest::Unknown);
+        // Of points on one side nothing is known of the other.
+        let is_seen_through =
+            |view: &SphericalView, x| view.is_surrounded_by_free_space(&(center + Vector3::new(x, 0.01, 0.01)), 0.1);
+        assert!(is_seen_through(&view, 2.0) && !is_seen_through(&view, 3.0) && !is_seen_through(&view, 4.0));
+        let half: Vec<Vector3<f64>> = sphere(center).into_iter().filter(|point| point.y > center.y).collect();
+        let half = SphericalView::new(&half, center);
+        assert_eq!(half.classify(&(center + Vector3::new(2.0, 0.01, 0.01)), 0.1), FreeSpaceTest::InFreeSpace);
+        assert!(!is_seen_through(&half, 2.0));
         let nothing = SphericalView::new(&[], center);
         assert_eq!(nothing.classify(&Vector3::zeros(), 0.1), FreeSpaceTest::Unknown);
     }
