@@ -37,7 +37,7 @@ import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
 import { RunSurface } from './surface.js';
-import { surfaceWords } from './surface-bar.js';
+import { type SurfaceChange, surfaceWords } from './surface-bar.js';
 
 const SPATIAL: RunKind = {
   kind: 'spatial',
@@ -222,7 +222,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @surface-wanted=${({ detail }: CustomEvent<number | undefined>) => this.runSurface.make(session, detail ?? undefined)}
-      @triangles-wanted=${({ detail }: CustomEvent<number>) => this.runSurface.decimate(detail)}
+      @surface-changed=${({ detail }: CustomEvent<SurfaceChange>) => this.runSurface.change(detail)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;
