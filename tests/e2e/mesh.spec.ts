@@ -17,14 +17,17 @@ async function counts({ map }: SpatialPage): Promise<{ triangles: number; frames
 }
 
 /** What the menu of exports gives. */
-async function exported(page: Page, format: string): Promise<Buffer> {
+async function taken(page: Page, item: string, name: string): Promise<Buffer> {
   await page.getByRole('button', { name: 'Export' }).click();
   const download = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: `Surface as ${format}` }).click();
-  const taken = await download;
-  expect(taken.suggestedFilename()).toBe(`surface.${format.toLowerCase()}`);
-  return readFileSync(await taken.path());
+  await page.getByRole('menuitem', { name: item }).click();
+  const file = await download;
+  expect(file.suggestedFilename()).toBe(name);
+  return readFileSync(await file.path());
 }
+
+const exported = (page: Page, format: string): Promise<Buffer> =>
+  taken(page, `Surface as ${format}`, `surface.${format.toLowerCase()}`);
 
 test('the surface of the apartment is drawn in the place of the points, coloured by its deviation, and exported', async ({
   drawn: spatial,
@@ -82,7 +85,26 @@ test('the surface of the apartment is drawn in the place of the points, coloured
   await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
   await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
   expect((await counts(spatial)).triangles).toBeLessThan(triangles / 3);
+
+  await page.getByRole('combobox', { name: 'Holes' }).selectOption('filled up to 50 cm');
+  await expect(spatial.map.getByText(/; [\d\s]+ of them fill holes/)).toBeVisible();
+  await expect(spatial.map.getByText('filled, not measured')).toBeVisible();
+  expect((await exported(page, 'PLY')).toString('latin1', 0, 600)).toContain('property uchar filled\n');
+  await page.getByRole('combobox', { name: 'Holes' }).selectOption('open');
+  await expect(spatial.map.getByText('filled, not measured')).toBeHidden();
+
+  const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
+  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00041.jpg'])
+    expect(zip).toContain(path);
   await useTools(spatial, page);
+  // The eight seconds of a turn go by in one.
+  await page.evaluate(() => {
+    const now = performance.now.bind(performance);
+    performance.now = () => 8 * now();
+  });
+  const video = await taken(page, 'Turntable', 'turntable.webm');
+  expect(video.readUInt32BE(0)).toBe(0x1a45dfa3); // EBML
+  expect(video.length).toBeGreaterThan(20_000);
 });
 
 /** On foot, along the camera's path, measuring and cutting, on a map with a surface. */

@@ -151,6 +151,20 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return scene.toPng(this.viewpoint.orbit, this.look(), this.survey.R_view_map[1], 2);
   }
 
+  /** The map as it turns once, from aside, as a video. */
+  async turntable(): Promise<Blob> {
+    this.tools.end();
+    const { recordTurn } = await import('./turntable.js');
+    const before = this.viewpoint.orbit;
+    const aside = this.toAll({ ...before, elevation: Math.PI / 5, projection: 'perspective' });
+    try {
+      const show = (share: number): void => this.move({ ...aside, azimuth: aside.azimuth + 2 * Math.PI * share });
+      return await recordTurn(this.canvas, show);
+    } finally {
+      this.move(before);
+    }
+  }
+
   protected override render(): TemplateResult {
     const section = { heights: this.survey.heights, cut: this.cut() };
     return mapFrame({

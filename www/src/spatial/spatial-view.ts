@@ -149,7 +149,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   override get exports(): readonly MenuItem[] {
-    return this.session.snapshot?.result.camera ? withSurface(super.exports) : super.exports;
+    return this.session.snapshot?.result.camera
+      ? withSurface(super.exports, this.session.points.colors.length > 0)
+      : super.exports;
   }
 
   /** What of the surface is stopped or fails has been told. */
@@ -164,6 +166,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ask: (kind) => session.ask(kind),
       surface: (format) => this.runSurface.file(session, format),
       picture: () => this.map.picture(),
+      turntable: () => this.map.turntable(),
+      splats: async () => (await import('./splats.js')).splatsOf(session, result),
       errors: () => errorCsv(result, session.frameMs),
       frameNames: result.frames.map(({ name }) => name),
       report: this.reportSource(result, session.points.positions),
