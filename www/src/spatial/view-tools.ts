@@ -105,9 +105,10 @@ export class ViewTools {
                 type="radio"
                 name="tool"
                 .checked=${this.#name === name}
-                @change=${() => {
-                  this.choose(name);
-                  this.#host.stage.focus();
+                @change=${() => this.choose(name)}
+                @click=${({ detail }: MouseEvent) => {
+                  // Keys are the tool's next; one who has come here by the keyboard stays among the tools.
+                  if (detail > 0) this.#host.stage.focus();
                 }}
               />${TOOLS[name].label}</label
             >`,
