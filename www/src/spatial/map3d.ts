@@ -132,14 +132,14 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** Shows the whole map, from the present viewpoint. */
   fit(atOnce = false): void {
-    this.tools.now?.choose('turn');
+    this.tools.now?.goOutside();
     this.viewpoint.isMoved = false;
     this.fly(this.toAll(this.straightened()), atOnce);
   }
 
   /** Looks straight down. */
   fromAbove(): void {
-    this.tools.now?.choose('turn');
+    this.tools.now?.goOutside();
     this.viewpoint.isMoved = false;
     this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: this.survey.straight, elevation: STRAIGHT_DOWN }), false);
   }

@@ -84,6 +84,11 @@ export class ViewTools {
     this.#host.requestPaint();
   }
 
+  /** Looks at the map from outside. */
+  goOutside(): void {
+    if (this.isInside) this.choose('turn');
+  }
+
   /** The map as it was before. */
   end(): void {
     this.choose('turn');

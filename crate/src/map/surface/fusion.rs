@@ -1,5 +1,7 @@
 //! Depth images into the field, and the field to a mesh.
 
+#![allow(clippy::cast_possible_wrap, reason = "blocks have eight voxels along a side")]
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 

@@ -60,9 +60,9 @@ fn chains(edges: &[[u32; 2]]) -> Vec<Vec<u32>> {
             path.push(from);
             if let Some(&place) = places.get(&to) {
                 let part = path.split_off(place);
-                part.iter().for_each(|vertex| {
+                for vertex in &part {
                     places.remove(vertex);
-                });
+                }
                 closed.push(part);
             }
             let first = edges.partition_point(|&[vertex, _]| vertex < to);
