@@ -14,7 +14,8 @@ import { readWishes } from './wishes.js';
 
 const OPTIONS = {
   ...optionsOf({
-    texts: 'reference odometry intrinsics recording table preset workers map-format mesh mesh-voxel mesh-triangles',
+    texts:
+      'reference odometry intrinsics recording table preset workers map-format mesh mesh-voxel mesh-triangles fill-holes splats',
     lists: 'topic set',
     flags: 'g2o mcap workbench',
   }),
@@ -65,6 +66,10 @@ Options:
   --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
   --mesh-triangles N
                      fewer triangles: N at most
+  --fill-holes SIZE  fill its holes up to this extent (m), or auto: ten voxels; what was seen to be empty stays open,
+                     and .ply marks the vertices of the filling as filled
+  --splats FOLDER    of depth images with colours: images, poses and points as nerfstudio (transforms.json) and COLMAP
+                     (sparse/0) have them, for trainers of Gaussian splats
   --workers N        threads that prepare frames in advance; 0: none (default: one for each core)
   --preset NAME      settings for one purpose, see below (default: ${engine.presets()[0]?.name}, or ${engine.spatial_presets()[0]?.name})
   --set NAME=VALUE   one setting, see below; may be repeated. Angles are radians, or degrees as 35deg
@@ -100,10 +105,10 @@ async function run(engine: Engine, args: string[]) {
       'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch reconstruct --help',
     );
   }
-  const { out, reference, odometry, intrinsics, table, preset, g2o, mcap, workbench, set = [] } = values;
+  const { out, reference, odometry, intrinsics, table, preset, g2o, mcap, workbench, splats, set = [] } = values;
   const [workers, mapFormat] = [readWorkers(values.workers), readMapFormat(values['map-format'])];
-  const mesh = readMeshOptions(values.mesh, values['mesh-voxel'], values['mesh-triangles']);
-  const also = { g2o, mcap, workbench };
+  const mesh = readMeshOptions(values.mesh, values['mesh-voxel'], values['mesh-triangles'], values['fill-holes']);
+  const also = { g2o, mcap, workbench, splats };
   const options = { out, reference, odometry, intrinsics, table, preset, set, workers, mapFormat, mesh, ...also };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
@@ -164,7 +169,7 @@ export function withoutNamed({ notes, files, ...recording }: OpenedRecording, co
 /** Options that say nothing to recordings of this kind. */
 function complainOfOptions(
   { kind }: Recording,
-  { intrinsics, odometry, mesh, g2o, mcap, workbench }: Options,
+  { intrinsics, odometry, mesh, splats, g2o, mcap, workbench }: Options,
   complain: (problem: string) => void,
 ) {
   const what = kind === 'planar_scans' ? 'planar scans' : kind === 'clouds' ? 'clouds' : 'depth images';
@@ -173,6 +178,9 @@ function complainOfOptions(
   }
   if (mesh !== undefined && kind === 'planar_scans') {
     complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
+  }
+  if (splats !== undefined && kind !== 'depth_images') {
+    complain(`--splats ${splats}: not used, for ${what} have no pictures.`);
   }
   for (const [name, isGiven] of Object.entries({ g2o, mcap, workbench })) {
     if (isGiven && kind !== 'planar_scans') complain(`--${name}: not used, for it is written of planar scans alone.`);

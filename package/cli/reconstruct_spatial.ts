@@ -66,6 +66,10 @@ export async function reconstructSpatial(task: Task) {
     const { writeSurface } = await import('./surface.js');
     await writeSurface(engine, reconstruction, jobs, options.mesh, complain);
   }
+  if (options.splats) {
+    const { writeSplats } = await import('./surface.js');
+    await writeSplats(reconstruction, jobs, options.splats, complain);
+  }
 }
 
 /**

@@ -40,6 +40,8 @@ export interface Options {
   workbench?: boolean | undefined;
   /** Of depth images. */
   mesh?: MeshOptions | undefined;
+  /** Folder for trainers of splats. */
+  splats?: string | undefined;
 }
 
 type MapFormat = Parameters<SpatialReconstruction['map_file']>[0];

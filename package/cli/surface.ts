@@ -1,11 +1,13 @@
 /** The surface of a run of depth images: its files again, at the poses that the run gave them. */
+import { basename, dirname, join } from 'node:path';
 import type { SpatialReconstruction, SpatialResult, Surface } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
 import { decimate } from '../mesh/decimate.js';
 import { meshFile } from '../mesh/files.js';
-import { addFrames, MEMORY_MB, placedFrames, VOXEL_SIZE } from '../mesh/frames.js';
+import { addFrames, HOLE_VOXELS, MEMORY_MB, placedFrames, VOXEL_SIZE } from '../mesh/frames.js';
 import { type Engine, isScanstitchError } from './command.js';
-import { writeWhole } from './disk.js';
+import { writeResults, writeWhole } from './disk.js';
+import { splatFiles } from '../mesh/splats.js';
 import { formatOf, type MeshOptions } from './mesh_options.js';
 import type { FrameJob } from './preparers.js';
 import { readFirst } from './inputs.js';
@@ -16,7 +18,7 @@ export async function writeSurface(
   engine: Engine,
   reconstruction: SpatialReconstruction,
   jobs: FrameJob[],
-  { path, voxelSize, maxTriangles }: MeshOptions,
+  { path, voxelSize, maxTriangles, fillHoles }: MeshOptions,
   complain: (problem: string) => void,
 ) {
   const format = formatOf(path) ?? 'ply';
@@ -40,17 +42,53 @@ export async function writeSurface(
     if (surface.voxel_size > (voxelSize ?? VOXEL_SIZE)) {
       note(`The surface has voxels of ${surface.voxel_size} m: smaller ones do not fit into ${MEMORY_MB} MB.`);
     }
+    const holeSize = fillHoles === 'auto' ? HOLE_VOXELS * surface.voxel_size : (fillHoles ?? 0);
+    surface.set_max_hole_size(holeSize);
     const moved = maxTriangles === undefined ? 0 : await decimate(surface, maxTriangles);
     if (moved > 0) note(`Fewer triangles: the surface moves by up to ${(1000 * moved).toFixed(1)} mm.`);
     await writeWhole(path, await meshFile(surface, format));
     const seconds = ((performance.now() - start) / 1000).toFixed(1);
+    const filled =
+      holeSize > 0 ? `, ${surface.num_filled} of them over holes of up to ${toMillimetres(holeSize)} m` : '';
     print(
-      `Surface of ${surface.num_frames} frames: ${surface.num_triangles} triangles in ${seconds} s, written to ${printable(path)}\n`,
+      `Surface of ${surface.num_frames} frames: ${surface.num_triangles} triangles in ${seconds} s${filled}, written to ${printable(path)}\n`,
     );
   } finally {
     surface.free();
   }
 }
+
+/** Writes the folder that trainers of splats open. */
+export async function writeSplats(
+  reconstruction: SpatialReconstruction,
+  jobs: FrameJob[],
+  folder: string,
+  complain: (problem: string) => void,
+) {
+  const result = reconstruction.result();
+  if (!result.camera) {
+    complain(`--splats ${folder}: not used, for clouds have no pictures.`);
+    return;
+  }
+  const points = { positions: reconstruction.map_positions(), colors: reconstruction.map_colors() };
+  const count = await splatFiles(
+    result.camera,
+    placedFrames(result),
+    points,
+    async ({ index }) => {
+      const color = jobs[index]?.color;
+      return color ? readFirst(color.path, color) : null;
+    },
+    (path, bytes) => writeResults(join(folder, dirname(path)), { [basename(path)]: bytes }),
+  );
+  if (count === 0) {
+    complain(`--splats ${folder}: no frame with a good pose has colours as PNG or JPEG, so nothing was written.`);
+    return;
+  }
+  print(`${count} images with their poses for nerfstudio and COLMAP, written to ${printable(folder)}\n`);
+}
+
+const toMillimetres = (metres: number) => Number(metres.toFixed(3));
 
 async function addAll(surface: Surface, result: SpatialResult, jobs: FrameJob[], complain: (problem: string) => void) {
   const placed = placedFrames(result);

@@ -4,6 +4,8 @@ import type { SpatialResult } from '../../pkg/scanstitch.js';
 /** Side of a voxel (m) and memory of the field (MB), by default: the engine's own. */
 export const VOXEL_SIZE = 0.02;
 export const MEMORY_MB = 400;
+/** Holes are filled up to so many sides of a voxel where no size is given: as large as the smallest part that is kept. */
+export const HOLE_VOXELS = 10;
 
 /** A frame whose pose counts. */
 export interface PlacedFrame {

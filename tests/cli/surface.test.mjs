@@ -45,6 +45,79 @@ test('a surface in each format holds the same triangles', async (t) => {
   assert.equal(json.accessors[indices].count, 3 * triangles);
 });
 
+/**
+ * A vector turned by a quaternion: q v q*, by Hamilton's product.
+ * @param {number[]} q x y z w
+ * @param {number[]} v
+ */
+function turned([x = 0, y = 0, z = 0, w = 0], v) {
+  const product = (/** @type {number[]} */ [ax = 0, ay = 0, az = 0, aw = 0], /** @type {number[]} */ b) => {
+    const [bx = 0, by = 0, bz = 0, bw = 0] = b;
+    return [
+      aw * bx + ax * bw + ay * bz - az * by,
+      aw * by - ax * bz + ay * bw + az * bx,
+      aw * bz + ax * by - ay * bx + az * bw,
+      aw * bw - ax * bx - ay * by - az * bz,
+    ];
+  };
+  return product(product([x, y, z, w], [...v, 0]), [-x, -y, -z, w]).slice(0, 3);
+}
+
+test('the folder for trainers of splats has the trajectory in both conventions, and the pictures as they were', async (t) => {
+  const folder = temporaryFolder(t);
+  const [out, splats] = [join(folder, 'out'), join(folder, 'splats')];
+  const frames = [1, 2, 3].flatMap((n) => [join(APARTMENT, 'depth', `${n}.png`), join(APARTMENT, 'rgb', `${n}.jpg`)]);
+  const { status, stdout, stderr } = await scanstitch(['reconstruct', ...frames, '--out', out, '--splats', splats]);
+  assert.equal(status, 0, stderr);
+  assert.match(stdout, /3 images with their poses for nerfstudio and COLMAP/);
+  const numbers = (/** @type {string} */ line) => line.split(' ').map(Number);
+  const lines = (/** @type {string[]} */ ...path) =>
+    readFileSync(join(...path), 'utf8')
+      .split('\n')
+      .filter((line) => line !== '' && !line.startsWith('#'));
+  const poses = lines(out, 'trajectory.tum').map((line) => numbers(line).slice(1));
+  const { camera } = JSON.parse(readFileSync(join(out, 'report.json'), 'utf8'));
+  const nerf = JSON.parse(readFileSync(join(splats, 'transforms.json'), 'utf8'));
+  const colmap = lines(splats, 'sparse', '0', 'images.txt').map((line) => line.split(' '));
+  const [, model, ...lens] = (lines(splats, 'sparse', '0', 'cameras.txt')[0] ?? '').split(' ');
+  assert.equal(model, 'PINHOLE');
+  // The middle of the first pixel is at 0.5.
+  const expected = [512, 512, camera.fx, camera.fy, camera.cx + 0.5, camera.cy + 0.5];
+  assert.deepEqual(lens.map(Number), expected);
+  assert.deepEqual([nerf.w, nerf.h, nerf.fl_x, nerf.fl_y, nerf.cx, nerf.cy], expected);
+  const points = lines(splats, 'sparse', '0', 'points3D.txt').map((line) => numbers(line).slice(1, 4));
+  assert.ok(points.length > 10_000);
+  assert.match(readFileSync(join(splats, 'sparse_pc.ply'), 'utf8'), new RegExp(`element vertex ${points.length}\n`));
+  for (const [i, [x = 0, y = 0, z = 0, ...q]] of poses.entries()) {
+    const { file_path, transform_matrix: M } = nerf.frames[i];
+    assert.deepEqual(readFileSync(join(splats, file_path)), readFileSync(frames[2 * i + 1] ?? ''));
+    assert.equal(`images/${colmap[i]?.[9]}`, file_path);
+    let num_inside = 0;
+    for (const point of points.filter((_, at) => at % 97 === 0)) {
+      // Where the trajectory says that the camera sees it: x right, y down, z ahead.
+      const away = point.map((value, k) => value - ([x, y, z][k] ?? 0));
+      const [sx = 0, sy = 0, sz = 0] = turned(
+        q.map((value, k) => (k < 3 ? -value : value)),
+        away,
+      );
+      // OpenGL's camera: y up, looking along -z.
+      const [gx = 0, gy = 0, gz = 0] = [0, 1, 2].map((column) =>
+        point.reduce((sum, value, row) => sum + M[row][column] * (value - M[row][3]), 0),
+      );
+      // COLMAP's pose leads from the world to the camera, w first.
+      const [, qw = 0, qx = 0, qy = 0, qz = 0, tx = 0, ty = 0, tz = 0] = (colmap[i] ?? []).map(Number);
+      const [cx = 0, cy = 0, cz = 0] = turned([qx, qy, qz, qw], point).map(
+        (value, k) => value + ([tx, ty, tz][k] ?? 0),
+      );
+      const apart = Math.max(Math.hypot(gx - sx, -gy - sy, -gz - sz), Math.hypot(cx - sx, cy - sy, cz - sz));
+      assert.ok(apart < 1e-5, `${file_path}: ${apart} m`);
+      const [u, v] = [(nerf.fl_x * sx) / sz + nerf.cx, (nerf.fl_y * sy) / sz + nerf.cy];
+      if (sz > 0 && u > 0 && u < nerf.w && v > 0 && v < nerf.h) num_inside++;
+    }
+    assert.ok(num_inside > 100, `${file_path} sees ${num_inside} points`);
+  }
+});
+
 test('a surface with fewer triangles: at most as many as were asked for, and by how much that moves it', async (t) => {
   const folder = temporaryFolder(t);
   const path = join(folder, 'room.stl');
@@ -56,6 +129,39 @@ test('a surface with fewer triangles: at most as many as were asked for, and by 
   const count = Number(/Surface of 1 frames: (\d+) triangles in/.exec(stdout)?.[1]);
   assert.ok(count > 100 && count <= 500, stdout);
   assert.equal(readFileSync(path).readUInt32LE(80), count);
+});
+
+test('holes are filled up to a size, counted, and marked in the PLY file', async (t) => {
+  const folder = temporaryFolder(t);
+  const path = join(folder, 'room.ply');
+  const mesh = ['--mesh', path, '--mesh-voxel', '0.05', '--fill-holes'];
+  const frames = [1, 2, 3].map((n) => join(APARTMENT, 'depth', `${n}.png`));
+  const run = (/** @type {string} */ size) =>
+    scanstitch(['reconstruct', ...frames, '--out', join(folder, 'out'), ...mesh, size]);
+  const counts = [];
+  for (const [size, extent] of /** @type {const} */ ([
+    ['auto', 0.5],
+    ['1', 1],
+  ])) {
+    const { status, stdout, stderr } = await run(size);
+    assert.equal(status, 0, stderr);
+    const told = /: (\d+) triangles in .* s, (\d+) of them over holes of up to (.*) m, written/.exec(stdout) ?? [];
+    const [triangles = 0, filled = 0, up_to] = told.slice(1).map(Number);
+    assert.equal(up_to, extent);
+    counts.push(filled);
+    const ply = readFileSync(path);
+    const header = ply.toString('latin1', 0, ply.indexOf('end_header\n') + 11);
+    assert.match(header, /property float deviation\nproperty uchar filled\nelement face/);
+    const num_vertices = Number(/element vertex (\d+)/.exec(header)?.[1]);
+    // x y z nx ny nz, deviation, filled.
+    const isFilled = (/** @type {number} */ vertex) => ply[header.length + vertex * 29 + 28] === 1;
+    const faces = header.length + 29 * num_vertices;
+    const corners = (/** @type {number} */ face) => [1, 5, 9].map((at) => ply.readInt32LE(faces + 13 * face + at));
+    const found = Array.from({ length: triangles }, (_, face) => corners(face)).filter((face) => face.some(isFilled));
+    assert.equal(found.length, filled);
+  }
+  const [few = 0, many = 0] = counts;
+  assert.ok(few > 0 && many > few, `${few} ${many}`);
 });
 
 test('what has no surface and what is no format is said', async (t) => {
@@ -71,6 +177,8 @@ test('what has no surface and what is no format is said', async (t) => {
     [['--mesh', 'a.ply', '--mesh-triangles', '1.5'], /--mesh-triangles 1\.5: give a whole number from 100 to/],
     [['--mesh-triangles', '500'], /--mesh-triangles is how many triangles --mesh FILE has/],
     [['--mesh-voxel', '0.1'], /--mesh-voxel is the size of the voxels of --mesh FILE/],
+    [['--mesh', 'a.ply', '--fill-holes', '0'], /--fill-holes 0: give a number of metres up to 10, or auto/],
+    [['--fill-holes', 'auto'], /--fill-holes is how large holes of --mesh FILE are filled/],
   ])) {
     const { status, stderr } = await scanstitch(['reconstruct', ...scans, '--out', out, ...args]);
     assert.equal(status, 1);

@@ -17,14 +17,17 @@ async function counts({ map }: SpatialPage): Promise<{ triangles: number; frames
 }
 
 /** What the menu of exports gives. */
-async function exported(page: Page, format: string): Promise<Buffer> {
+async function taken(page: Page, item: string, name: string): Promise<Buffer> {
   await page.getByRole('button', { name: 'Export' }).click();
   const download = page.waitForEvent('download');
-  await page.getByRole('menuitem', { name: `Surface as ${format}` }).click();
-  const taken = await download;
-  expect(taken.suggestedFilename()).toBe(`surface.${format.toLowerCase()}`);
-  return readFileSync(await taken.path());
+  await page.getByRole('menuitem', { name: item }).click();
+  const file = await download;
+  expect(file.suggestedFilename()).toBe(name);
+  return readFileSync(await file.path());
 }
+
+const exported = (page: Page, format: string): Promise<Buffer> =>
+  taken(page, `Surface as ${format}`, `surface.${format.toLowerCase()}`);
 
 test('the surface of a room is drawn in the place of the points, coloured by its deviation, and exported', async ({
   drawn: spatial,
@@ -81,7 +84,97 @@ test('the surface of a room is drawn in the place of the points, coloured by its
   await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
   await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
   expect((await counts(spatial)).triangles).toBeLessThan(triangles / 3);
+
+  await page.getByRole('combobox', { name: 'Holes' }).selectOption('filled up to 50 cm');
+  await expect(spatial.map.getByText(/; [\d\s]+ of them fill holes/)).toBeVisible();
+  await expect(spatial.map.getByText('filled, not measured')).toBeVisible();
+  expect((await exported(page, 'PLY')).toString('latin1', 0, 600)).toContain('property uchar filled\n');
+  await page.getByRole('combobox', { name: 'Holes' }).selectOption('open');
+  await expect(spatial.map.getByText('filled, not measured')).toBeHidden();
+
+  const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
+  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00041.jpg'])
+    expect(zip).toContain(path);
+  await useTools(spatial, page);
+  // The eight seconds of a turn go by in one.
+  await page.evaluate(() => {
+    const now = performance.now.bind(performance);
+    performance.now = () => 8 * now();
+  });
+  const video = await taken(page, 'Turntable', 'turntable.webm');
+  expect(video.readUInt32BE(0)).toBe(0x1a45dfa3); // EBML
+  expect(video.length).toBeGreaterThan(20_000);
 });
+
+/** On foot, along the camera's path, measuring and cutting, on a map with a surface. */
+async function useTools(spatial: SpatialPage, page: Page): Promise<void> {
+  const { map } = spatial;
+  const stage = map.getByRole('group', { name: 'Map' });
+  const tool = (name: string): Locator => map.getByRole('radio', { name, exact: true });
+  const from_above = await spatial.picture();
+  await stage.press('v');
+  // What was drawn so far, and is not to be seen again.
+  const seen = new Set<string>();
+  const isNew = async (): Promise<void> => {
+    const picture = await spatial.picture();
+    expect(seen.has(picture)).toBe(false);
+    seen.add(picture);
+  };
+  await tool('Walk').check();
+  await isNew();
+  await page.keyboard.press('w', { delay: 100 });
+  await isNew();
+  await page.keyboard.press('ArrowLeft', { delay: 100 });
+  await isNew();
+  await map.getByRole('button', { name: 'Step to the right' }).press('Enter');
+  await isNew();
+  await stage.press('Escape');
+  await expect(tool('Turn')).toBeChecked();
+
+  await tool('Camera’s path').check();
+  await expect(map.getByText('1 of 41')).toBeVisible();
+  await isNew();
+  await stage.press('ArrowRight');
+  await expect(map.getByText('2 of 41')).toBeVisible();
+  await expect(map.getByAltText('What the camera saw here')).toBeVisible();
+  await isNew();
+  await map.getByRole('button', { name: 'Play', exact: true }).click();
+  await expect(map.getByText('41 of 41')).toBeVisible();
+  await expect(map.getByRole('button', { name: 'Play', exact: true })).toBeVisible();
+  await isNew();
+  await stage.press('Escape');
+  await stage.press('Escape'); // selects no frame
+
+  // On the floor seen straight from above, what is measured is what the scale says.
+  await map.getByRole('button', { name: 'View from above' }).click();
+  await map.getByRole('button', { name: 'Orthographic view' }).click();
+  await spatial.settled();
+  await tool('Measure').check();
+  const { x, y, width, height } = (await spatial.canvas.boundingBox()) ?? { x: 0, y: 0, width: 0, height: 0 };
+  const scale = map.locator('.scale');
+  const metres = Number(/[\d.]+/.exec(await scale.innerText())?.[0]) / ((await scale.boundingBox())?.width ?? 0);
+  const output = map.getByRole('status');
+  await expect(output).toHaveText('Choose the first point.');
+  await page.mouse.click(x + 0.35 * width, y + 0.75 * height);
+  await expect(output).toHaveText('Choose the second point.');
+  await page.mouse.click(x + 0.45 * width, y + 0.75 * height);
+  await expect(output).toHaveText(/^\d+\.\d{3} m ± \d+ mm$/);
+  const measured = Number(/^[\d.]+/.exec(await output.innerText())?.[0]);
+  expect(Math.abs(measured / (0.1 * width * metres) - 1)).toBeLessThan(0.03);
+  await isNew();
+  await page.mouse.click(x + 4, y + 4);
+  await expect(output).toHaveText('There is no surface at this point.');
+
+  await map.getByRole('combobox', { name: 'Section' }).selectOption('across');
+  const half = await spatial.numPainted();
+  await map.getByRole('slider', { name: 'Place of the section' }).fill('1');
+  expect(await spatial.numPainted()).toBeGreaterThan(1.3 * half);
+  await stage.press('v');
+  await expect(tool('Turn')).toHaveCount(0);
+  await map.getByRole('button', { name: 'Orthographic view' }).click();
+  await map.getByRole('button', { name: 'Show the whole map' }).click();
+  expect(await spatial.picture()).toBe(from_above);
+}
 
 test('a surface is stopped in its middle and made again; it stays without its ground truth, not with other frames', async ({
   spatial,

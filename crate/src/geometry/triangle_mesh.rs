@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::connected_parts::connected_parts;
 
-/// Triangles over shared vertices, with what is known of each vertex. All vectors of vertices are of one length, but `colors`, which
-/// is empty where the source has none.
+/// Triangles over shared vertices, with what is known of each vertex. All vectors of vertices are of one length, but `colors`
+/// and `filled`, which may be empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TriangleMesh {
     /// Vertices (m).
@@ -16,6 +16,8 @@ pub struct TriangleMesh {
     pub colors: Vec<[u8; 3]>,
     /// Standard deviation of each vertex along its normal (m).
     pub deviations: Vec<f32>,
+    /// Whether a vertex fills a hole where nothing was measured; empty where none does. A triangle does where one of its vertices does.
+    pub filled: Vec<bool>,
     /// Indices of the vertices, counter-clockwise where the surface is seen from the side that its normals point to.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -40,6 +42,12 @@ impl TriangleMesh {
     pub fn area(&self, triangle: [u32; 3]) -> f32 {
         let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
         0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Number of triangles that fill holes.
+    pub fn num_filled(&self) -> usize {
+        let is_filled = |vertex: &u32| self.filled.get(*vertex as usize).is_some_and(|&is_filled| is_filled);
+        self.triangles.iter().filter(|triangle| triangle.iter().any(is_filled)).count()
     }
 
     /// Without the parts, joined by shared vertices, whose area is below this (m^2).
@@ -80,6 +88,7 @@ impl TriangleMesh {
             normals: pick(&self.normals, &kept),
             colors: pick(&self.colors, &kept),
             deviations: pick(&self.deviations, &kept),
+            filled: pick(&self.filled, &kept),
             triangles: renumbered.filter(|triangle| !triangle.contains(&u32::MAX)).collect(),
         }
     }

@@ -1,7 +1,7 @@
 //! Triangle meshes as files: PLY, OBJ and STL.
 //!
 //! - PLY, binary, little endian: positions, normals, colours where there are any, and `deviation`, the standard deviation of a vertex
-//!   along its normal (m).
+//!   along its normal (m). Where holes are filled, `filled` is 1 for the vertices of the filling.
 //! - OBJ: positions with colours behind them, as most programs read them, and normals.
 //! - STL, binary, for printing: **millimetres**, no colours.
 
@@ -56,7 +56,11 @@ fn ply(mesh: &TriangleMesh) -> Vec<u8> {
         let _ = writeln!(header, "property uchar {name}");
     }
     let faces = mesh.triangles.len();
-    let _ = write!(header, "property float deviation\nelement face {faces}\nproperty list uchar int vertex_indices\n");
+    header.push_str("property float deviation\n");
+    if !mesh.filled.is_empty() {
+        header.push_str("property uchar filled\n");
+    }
+    let _ = write!(header, "element face {faces}\nproperty list uchar int vertex_indices\n");
     header.push_str("end_header\n");
     let mut bytes = header.into_bytes();
     bytes.reserve(mesh.positions.len() * 31 + faces * 13);
@@ -68,6 +72,7 @@ fn ply(mesh: &TriangleMesh) -> Vec<u8> {
             bytes.extend(mesh.colors[vertex]);
         }
         bytes.extend(mesh.deviations[vertex].to_le_bytes());
+        bytes.extend(mesh.filled.get(vertex).map(|&is_filled| u8::from(is_filled)));
     }
     for triangle in &mesh.triangles {
         bytes.push(3);

@@ -131,6 +131,14 @@ impl SurfaceReconstruction {
         &self.fusion
     }
 
+    /// Fills holes up to this extent from now on (m); 0: none.
+    ///
+    /// # Errors
+    /// When it is out of its limits.
+    pub fn set_max_hole_size(&mut self, max_hole_size: f64) -> Result<()> {
+        self.fusion.set_max_hole_size(max_hole_size)
+    }
+
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
         self.fusion.mesh()

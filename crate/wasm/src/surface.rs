@@ -107,6 +107,22 @@ impl Surface {
         self.mesh().triangles.len()
     }
 
+    /// Number of triangles that fill holes.
+    #[wasm_bindgen(getter)]
+    pub fn num_filled(&mut self) -> usize {
+        self.mesh().num_filled()
+    }
+
+    /// Fills holes up to this extent from now on (m); 0: none. What was seen to be empty stays open.
+    ///
+    /// # Errors
+    /// When it is out of its limits.
+    pub fn set_max_hole_size(&mut self, max_hole_size: f64) -> Result<(), Thrown> {
+        self.surface.set_max_hole_size(max_hole_size)?;
+        self.mesh = None;
+        Ok(())
+    }
+
     /// Replaces the triangles by fewer ones over the same vertices, as a decimation chooses them, three vertices each. Until something is
     /// added, or the surface is `restore`d, it has these.
     ///
@@ -148,6 +164,12 @@ impl Surface {
     /// Standard deviation of each vertex along its normal (m).
     pub fn deviations(&mut self) -> Float32Array {
         Float32Array::from(self.mesh().deviations.as_slice())
+    }
+
+    /// 1 for each vertex that fills a hole, otherwise 0; empty where none does.
+    pub fn filled(&mut self) -> Uint8Array {
+        let filled: Vec<u8> = self.mesh().filled.iter().map(|&is_filled| u8::from(is_filled)).collect();
+        Uint8Array::from(filled.as_slice())
     }
 
     /// Three vertices a triangle.

@@ -59,9 +59,9 @@ export class SurfaceClient {
     source.progress(wanted.length, wanted.length);
   }
 
-  /** With at most about `maxTriangles`; null: all. */
-  mesh(maxTriangles: number | null): Promise<SurfaceMesh> {
-    return this.#host.call('mesh', maxTriangles);
+  /** With at most about `maxTriangles`, null: all; its holes filled up to this extent (m), 0: none. */
+  mesh(maxTriangles: number | null, maxHoleSize: number): Promise<SurfaceMesh> {
+    return this.#host.call('mesh', maxTriangles, maxHoleSize);
   }
 
   file(format: MeshFormat): Promise<Uint8Array> {

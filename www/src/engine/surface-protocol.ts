@@ -11,6 +11,10 @@ export interface SurfaceMesh {
   colors: Uint8Array;
   /** Standard deviation of each vertex along its normal, m. */
   deviations: Float32Array;
+  /** 1 for each vertex that fills a hole; empty where none does. */
+  filled: Uint8Array;
+  /** Triangles that fill holes. */
+  num_filled: number;
   /** Three vertices each. */
   triangles: Uint32Array;
   /** By how much fewer triangles have moved it, m; 0 with all of them. */
@@ -30,7 +34,7 @@ export interface SurfaceApi {
   follow(frames: Uint32Array, poses: Float64Array, isFinal: boolean): Uint32Array;
   /** `kept`: the image that the run keeps of the frame. */
   put(frame: number, kept: Uint8Array): void;
-  /** With at most about `maxTriangles`; null: all. */
-  mesh(maxTriangles: number | null): SurfaceMesh;
+  /** With at most about `maxTriangles`, null: all; its holes filled up to this extent (m), 0: none. */
+  mesh(maxTriangles: number | null, maxHoleSize: number): SurfaceMesh;
   file(format: MeshFormat): Uint8Array;
 }

@@ -25,9 +25,9 @@ const api: Served<SurfaceApi> = {
 
   put: (frame, kept) => present().put(frame, kept),
 
-  async mesh(maxTriangles) {
+  async mesh(maxTriangles, maxHoleSize) {
     const here = present();
-    here.restore();
+    here.set_max_hole_size(maxHoleSize);
     const moved = maxTriangles === null ? 0 : await decimate(here, maxTriangles);
     return {
       moved,
@@ -35,6 +35,8 @@ const api: Served<SurfaceApi> = {
       normals: here.normals(),
       colors: here.colors(),
       deviations: here.deviations(),
+      filled: here.filled(),
+      num_filled: here.num_filled,
       triangles: here.triangles(),
       num_frames: here.num_frames,
       voxel_size: here.voxel_size,

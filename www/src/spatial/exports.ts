@@ -21,6 +21,7 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
   { id: 'json', label: 'Report as JSON', detail: 'report.json: settings, frames, comparison' },
   { id: 'errors', label: 'Errors', detail: 'one line a frame, as CSV' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },
+  { id: 'turntable', label: 'Turntable', detail: 'the map as it turns once, in 8 s, as WebM' },
 ];
 
 /** Of a run of depth images; what is not there yet is made first. */
@@ -30,10 +31,17 @@ const SURFACE_EXPORTS: readonly MenuItem[] = [
   { id: 'surface_obj', label: 'Surface as OBJ', detail: 'triangles, as text' },
   { id: 'surface_stl', label: 'Surface as STL', detail: 'in millimetres, for printing' },
 ];
+/** Of a run with pictures. */
+const SPLATS: MenuItem = {
+  id: 'splats',
+  label: 'Images and poses',
+  detail: 'for trainers of splats: nerfstudio and COLMAP, as a zip',
+};
 
 /** These exports with those of the surface, which follow those of the map. */
-export function withSurface(items: readonly MenuItem[]): readonly MenuItem[] {
-  return items.flatMap((item) => (item.id === 'report' ? [...SURFACE_EXPORTS, item] : [item]));
+export function withSurface(items: readonly MenuItem[], hasColors: boolean): readonly MenuItem[] {
+  const further = hasColors ? [...SURFACE_EXPORTS, SPLATS] : SURFACE_EXPORTS;
+  return items.flatMap((item) => (item.id === 'report' ? [...further, item] : [item]));
 }
 
 /** Null: it is no export of the surface. */
@@ -46,6 +54,9 @@ export interface SpatialSources {
   ask<K extends keyof SpatialAnswers>(kind: K): Promise<SpatialAnswers[K]>;
   surface(format: MeshFormat): Promise<Uint8Array>;
   picture(): Promise<Blob>;
+  turntable(): Promise<Blob>;
+  /** The files for trainers of splats. */
+  splats(): Promise<Record<string, Uint8Array>>;
   errors(): string;
   frameNames: readonly string[];
   report: ReportSource;
@@ -77,6 +88,10 @@ export async function makeSpatialExport(id: string, sources: SpatialSources): Pr
       return { name: 'errors.csv', blob: textBlob(sources.errors()) };
     case 'picture':
       return { name: 'map.png', blob: await sources.picture() };
+    case 'turntable':
+      return { name: 'turntable.webm', blob: await sources.turntable() };
+    case 'splats':
+      return { name: 'splats.zip', blob: await zip(await sources.splats()) };
     default:
       return { name: 'scanstitch.zip', blob: await zip(await allFiles(sources)) };
   }

@@ -16,6 +16,7 @@ const ON_LIGHT: SceneColors = {
   selected: [196, 18, 106],
   before: [120, 130, 143],
   grid: [205, 213, 223],
+  back: [88, 98, 110],
 };
 const ON_DARK: SceneColors = {
   background: [11, 15, 20],
@@ -25,6 +26,7 @@ const ON_DARK: SceneColors = {
   selected: [255, 111, 177],
   before: [130, 141, 155],
   grid: [42, 52, 64],
+  back: [122, 133, 147],
 };
 
 const sceneColors = (dark: boolean): SceneColors => (dark ? ON_DARK : ON_LIGHT);

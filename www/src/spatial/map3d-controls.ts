@@ -13,7 +13,15 @@ import type { ColorMode } from './point-cloud.js';
 import type { LayerName } from './scene.js';
 
 const FROM_ABOVE = svg`<path d="M1.8 6.3C3.5 3.9 5.5 2.7 8 2.7s4.5 1.2 6.2 3.6C12.5 8.7 10.5 9.9 8 9.9S3.5 8.7 1.8 6.3z" /><circle cx="8" cy="6.3" r="1.4" /><path d="M2.5 13.2h11" />`;
+const TOOLS = svg`<path d="M8 4.2v4.2M8 8.4l-2.4 5M8 8.4l2.4 5M4.9 6.6 8 5.4l3.1 1.2" /><circle cx="8" cy="2.6" r="1.3" />`;
 const FLAT = svg`<path d="M3 4.5h10v7H3zM3 8h10M8 4.5v7" />`;
+
+/** For those who do not see the map. */
+export const KEY_HELP = html`<p id="map-keys" class="visually-hidden">
+  Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above, P
+  changes between perspective and plan, M makes the surface or changes between it and the points, V offers to walk, to
+  measure and to cut, comma and full stop select the frame before and after.
+</p>`;
 
 /** Above the first camera, m: the heights there are, and where the map is cut. */
 export interface Section {
@@ -94,15 +102,20 @@ export function graphicsNotice(state: GraphicsState, retry: () => void): Templat
 /** What the map in space can do that the flat one cannot. */
 export function ownButtons({
   isFlat,
+  hasTools,
   fromAbove,
   toggleProjection,
+  toggleTools,
 }: {
   isFlat: boolean;
+  hasTools: boolean;
   fromAbove: () => void;
   toggleProjection: () => void;
+  toggleTools: () => void;
 }): TemplateResult {
   return html`${mapButton(FROM_ABOVE, 'View from above', 'View from above (T)', fromAbove)}
-  ${mapButton(FLAT, 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: isFlat })}`;
+  ${mapButton(FLAT, 'Orthographic view', 'Orthographic view (P)', toggleProjection, { pressed: isFlat })}
+  ${mapButton(TOOLS, 'Walk, measure, cut', 'Walk, camera’s path, measure, section (V)', toggleTools, { expanded: hasTools })}`;
 }
 
 /** Layers and how, and what is to change. */

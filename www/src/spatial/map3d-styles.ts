@@ -90,6 +90,11 @@ export const map3dStyles = css`
     height: 6px;
     border-radius: 3px;
   }
+  .legend i.filled {
+    width: 14px;
+    height: 10px;
+    margin-left: 8px;
+  }
   .scale {
     padding-bottom: 1px;
     border: solid var(--line-strong);
@@ -118,5 +123,71 @@ export const map3dStyles = css`
     border: 1px solid light-dark(#d6201c, #ff483e);
     width: 14px;
     margin: 0 4px;
+  }
+  /* What a tool has on the map. */
+  .pad {
+    position: absolute;
+    bottom: 10px;
+    left: 10px;
+    display: grid;
+    grid-template-columns: repeat(3, 44px);
+    gap: 4px;
+  }
+  .pad button {
+    min-height: 44px;
+    padding: 0;
+    background: color-mix(in srgb, var(--surface) 84%, transparent);
+    touch-action: none;
+    user-select: none;
+  }
+  @media (pointer: fine) {
+    .pad {
+      grid-template-columns: repeat(3, 30px);
+    }
+    .pad button {
+      min-height: 28px;
+    }
+  }
+  .beside {
+    position: absolute;
+    bottom: 10px;
+    left: 10px;
+    width: clamp(110px, 24%, 180px);
+    border: 1px solid var(--line-strong);
+    border-radius: 6px;
+    pointer-events: none;
+  }
+  @container (max-width: 640px) {
+    .bars.inside > :not(.tools) {
+      display: none;
+    }
+  }
+  @media (pointer: coarse) {
+    .keys {
+      display: none;
+    }
+  }
+  .cross {
+    position: absolute;
+    top: 50%;
+    left: 50%;
+    width: 19px;
+    height: 19px;
+    background:
+      linear-gradient(var(--text), var(--text)) center / 1px 100% no-repeat,
+      linear-gradient(var(--text), var(--text)) center / 100% 1px no-repeat;
+    opacity: 0.6;
+    transform: translate(-50%, -50%);
+    pointer-events: none;
+  }
+  .measured {
+    position: absolute;
+    padding: 1px 8px;
+    border-radius: 6px;
+    background: color-mix(in srgb, var(--surface) 92%, transparent);
+    font-weight: 600;
+    transform: translate(-50%, -130%);
+    white-space: nowrap;
+    pointer-events: none;
   }
 `;

@@ -13,16 +13,24 @@ import type { Vec3 } from '../views/vectors.js';
 import { floorLines } from './floor.js';
 import { NO_POINTS } from './leveling.js';
 import { chosenMode, chosenSection, FIRST_CHOICES, type LookChoices, ramp, sceneLook } from './look.js';
-import { graphicsNotice, layers, ownButtons, readout, type Section, sectionSlider } from './map3d-controls.js';
+import {
+  graphicsNotice,
+  KEY_HELP,
+  layers,
+  ownButtons,
+  readout,
+  type Section,
+  sectionSlider,
+} from './map3d-controls.js';
 import { map3dStyles } from './map3d-styles.js';
 import {
-  fitted,
   isAlike,
   metresPerPixel,
   nearest,
   type Orbit,
   orbited,
   panned,
+  type Size,
   STRAIGHT_DOWN,
   zoomedAt,
 } from '../views/orbit.js';
@@ -33,10 +41,13 @@ import {
   surfaceStyles,
   surfaceBar,
   surfaceButton,
+  type SurfaceChange,
   type SurfaceChoices,
   type SurfaceState,
 } from './surface-bar.js';
-import { leveled, NO_SURVEY, openSamples, positions, type Survey, straightened } from './survey.js';
+import { fittedTo, leveled, NO_SURVEY, positions, type Survey, straightened } from './survey.js';
+import type { ToolHost } from './map-tool.js';
+import { MapTools } from './map-tools.js';
 import { fire } from '../components/fire.js';
 
 const TURN_STEP = Math.PI / 24;
@@ -45,11 +56,11 @@ const TURN_PER_PIXEL = 0.006;
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
  * Fires `frame-selected` with a frame number or null, `surface-wanted` where there is none yet, or one of voxels of another
- * side (m) is wanted, `map-painted` when a new set of points is on the screen, and `graphics-changed` with 'lost',
+ * side (m) is wanted, `surface-changed` with what is to be made of it, `map-painted` when a new set of points is on the screen, and `graphics-changed` with 'lost',
  * 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
-export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap {
+export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap, ToolHost {
   @property({ attribute: false }) points: MapPoints = NO_POINTS;
   @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
   /** The path that this one replaces, to be compared with it. */
@@ -82,8 +93,9 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
   private surface = new DrawingSurface(this);
-  private survey: Survey = NO_SURVEY;
+  survey: Survey = NO_SURVEY;
   private hasNewPoints = false;
+  private tools = new MapTools(this);
 
   protected override firstUpdated(): void {
     this.surface.begin();
@@ -92,6 +104,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   protected override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has('fitKey')) {
       this.choices = { ...this.choices, section: null };
+      this.tools.end();
       this.viewpoint.reset();
     }
     // Beside the result before, the section stays where it was.
@@ -119,12 +132,14 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** Shows the whole map, from the present viewpoint. */
   fit(atOnce = false): void {
+    this.tools.now?.goOutside();
     this.viewpoint.isMoved = false;
     this.fly(this.toAll(this.straightened()), atOnce);
   }
 
   /** Looks straight down. */
   fromAbove(): void {
+    this.tools.now?.goOutside();
     this.viewpoint.isMoved = false;
     this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: this.survey.straight, elevation: STRAIGHT_DOWN }), false);
   }
@@ -136,6 +151,20 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return scene.toPng(this.viewpoint.orbit, this.look(), this.survey.R_view_map[1], 2);
   }
 
+  /** The map as it turns once, from aside, as a video. */
+  async turntable(): Promise<Blob> {
+    this.tools.end();
+    const { recordTurn } = await import('./turntable.js');
+    const before = this.viewpoint.orbit;
+    const aside = this.toAll({ ...before, elevation: Math.PI / 5, projection: 'perspective' });
+    try {
+      const show = (share: number): void => this.move({ ...aside, azimuth: aside.azimuth + 2 * Math.PI * share });
+      return await recordTurn(this.canvas, show);
+    } finally {
+      this.move(before);
+    }
+  }
+
   protected override render(): TemplateResult {
     const section = { heights: this.survey.heights, cut: this.cut() };
     return mapFrame({
@@ -143,21 +172,20 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       onKey: (event) => this.onKey(event),
       before: sectionSlider(section, (height) => this.choose({ section: height })),
       stage: html`${keyed(this.graphics.canvasNumber, html`<canvas role="img" aria-label=${this.description}></canvas>`)}
-        <p id="map-keys" class="visually-hidden">
-          Arrow keys turn the map, with Shift they move it, plus and minus zoom, F shows all of it, T looks from above,
-          P changes between perspective and plan, M makes the surface or changes between it and the points, comma and
-          full stop select the frame before and after.
-        </p>`,
-      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.renderControls(section)}`,
+      ${KEY_HELP}`,
+      over: html`${graphicsNotice(this.graphics.state, () => this.graphics.restart())} ${this.tools.renderOver()}
+      ${this.renderControls(section)}`,
       layers: this.layersOpen ? this.renderLayers() : null,
       toggleLayers: this.toggleLayers,
-      after: surfaceBar(
-        this.runSurface,
-        this.choices.surface,
-        ramp(this.dark),
-        this.chooseSurface,
-        this.wantSurface,
-        this.wantTriangles,
+      after: this.tools.renderBars(
+        surfaceBar(
+          this.runSurface,
+          this.choices.surface,
+          ramp(this.dark),
+          this.chooseSurface,
+          this.wantSurface,
+          this.changeSurface,
+        ),
       ),
     });
   }
@@ -181,6 +209,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
         isFlat: viewpoint.orbit.projection === 'orthographic',
         fromAbove: () => this.fromAbove(),
         toggleProjection: () => this.toggleProjection(),
+        hasTools: this.tools.now !== null,
+        toggleTools: () => void this.tools.toggle(),
       })}`,
       hasLayers: this.layersOpen,
       layersHint: 'Layers and colours',
@@ -213,7 +243,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   private chooseSurface = (change: Partial<SurfaceChoices>): void =>
     this.choose({ surface: { ...this.choices.surface, ...change } });
 
-  private wantTriangles = (maxTriangles: number): void => fire(this, 'triangles-wanted', maxTriangles);
+  private changeSurface = (change: SurfaceChange): void => fire(this, 'surface-changed', change);
 
   private wantSurface = (voxelSize?: number): void => fire(this, 'surface-wanted', voxelSize);
 
@@ -222,6 +252,18 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     const { mesh, numPlaced } = this.runSurface;
     if (mesh) this.chooseSurface({ shown: this.choices.surface.shown === 'points' ? 'surface' : 'points' });
     else if (numPlaced > 0) this.wantSurface();
+  }
+
+  get size(): Size {
+    return this.surface.size;
+  }
+
+  get orbit(): Orbit {
+    return this.viewpoint.orbit;
+  }
+
+  setMeasured(segments: readonly (readonly [Vec3, Vec3])[]): void {
+    this.graphics.scene?.setMeasured(segments);
   }
 
   // Layers.
@@ -266,11 +308,11 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return chosenSection(this.choices, this.survey.heights);
   }
 
-  private look(): SceneLook {
+  look(): SceneLook {
     const { hasColors, voxel_size, dark, runSurface, survey } = this;
     const { until, selected, poses } = this.marks;
     const of = { num_frames: poses.length, until, selected, mesh: runSurface.mesh, heights: survey.heights };
-    return sceneLook(this.choices, { hasColors, voxel_size, dark, ...of });
+    return this.tools.on(sceneLook(this.choices, { hasColors, voxel_size, dark, ...of }));
   }
 
   // Painting.
@@ -280,7 +322,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     if (!this.viewpoint.isMoved) this.fit(true);
   }
 
-  private requestPaint(): void {
+  requestPaint(): void {
     this.surface.requestPaint();
     this.stage.ariaBusy = 'true';
   }
@@ -291,8 +333,9 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       viewpoint.advance();
       if (!viewpoint.isFlying) this.requestUpdate();
     }
+    const isMoving = this.tools.now?.advance(performance.now()) ?? false;
     graphics.scene?.render(viewpoint.orbit, this.look(), this.survey.R_view_map[1]);
-    if (viewpoint.isFlying) this.requestPaint();
+    if (viewpoint.isFlying || isMoving) this.requestPaint();
     else this.stage.ariaBusy = 'false';
     // Where nothing can be drawn, whoever waits for the map need not wait for ever.
     if (!graphics.scene && graphics.state !== 'unavailable') return;
@@ -319,11 +362,8 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
 
   /** The orbit that shows all there is from where this one looks. */
   private toAll(orbit: Orbit): Orbit {
-    // The buttons need room at the right, and the picture is to stay in the middle.
-    const { size } = this.surface;
-    const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 56, along: 30 };
     const poses = [...this.marks.poses, ...(this.pathBefore?.poses ?? [])];
-    return fitted(orbit, openSamples(this.survey, poses, this.cut()), size, margin);
+    return fittedTo(this.survey, poses, this.cut(), orbit, this.size);
   }
 
   private fly(to: Orbit, atOnce: boolean): void {
@@ -334,7 +374,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     this.requestPaint();
   }
 
-  private move(orbit: Orbit): void {
+  move(orbit: Orbit): void {
     this.viewpoint.jump(orbit);
     this.viewpoint.isMoved = true;
     this.requestUpdate();
@@ -352,15 +392,16 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   turn(right: number, down: number): void {
-    this.move(orbited(this.viewpoint.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
+    if (!this.tools.now?.turn(right, down))
+      this.move(orbited(this.viewpoint.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
   }
 
   shift(right: number, down: number): void {
-    this.move(panned(this.viewpoint.orbit, this.surface.size, right, down));
+    if (!this.tools.now?.shift(right, down)) this.move(panned(this.viewpoint.orbit, this.surface.size, right, down));
   }
 
   zoom(x: number, y: number, factor: number): void {
-    this.move(zoomedAt(this.viewpoint.orbit, this.surface.size, x, y, factor));
+    if (!this.tools.now?.zoom(factor)) this.move(zoomedAt(this.viewpoint.orbit, this.surface.size, x, y, factor));
   }
 
   twist(angle: number): void {
@@ -368,7 +409,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   tap(x: number, y: number, reach: number): void {
-    this.select(this.frameAt(x, y, reach));
+    if (!this.tools.now?.tap(x, y)) this.select(this.frameAt(x, y, reach));
   }
 
   hover(x: number, y: number): void {
@@ -385,6 +426,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   }
 
   private onKey(event: KeyboardEvent): void {
+    if (this.tools.now?.key(event)) return;
     const step = (right: number, down: number): void =>
       event.shiftKey
         ? this.shift(-right * PAN_STEP, -down * PAN_STEP)
@@ -397,6 +439,7 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       t: () => this.fromAbove(),
       p: () => this.toggleProjection(),
       m: () => this.toggleSurface(),
+      v: () => void this.tools.toggle(),
     });
   }
 

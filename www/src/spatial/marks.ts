@@ -67,6 +67,7 @@ export class Lines {
 /** The selected frame's picture, hung where its camera saw it. */
 export class PictureFrame {
   readonly mesh: Mesh<BufferGeometry, MeshBasicMaterial>;
+  isThere = false;
   #texture: Texture | null = null;
 
   constructor(order: number) {
@@ -81,8 +82,8 @@ export class PictureFrame {
   }
 
   set(rim: readonly Vec3[], image: HTMLImageElement | null): void {
-    this.mesh.visible = image !== null && rim.length === 4;
-    if (!image || !this.mesh.visible) return;
+    this.isThere = image !== null && rim.length === 4;
+    if (!image || !this.isThere) return;
     const position = this.mesh.geometry.getAttribute('position') as BufferAttribute;
     position.array.set(rim.flat());
     position.needsUpdate = true;

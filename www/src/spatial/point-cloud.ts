@@ -12,10 +12,12 @@ import {
   RGBAFormat,
   ShaderMaterial,
   Vector3,
+  Vector4,
 } from 'three';
 import type { Rgb } from '../views/palette.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import type { Vec3 } from '../views/vectors.js';
+import { type Plane, planeUniform } from './section.js';
 
 export type ColorMode = 'image' | 'height' | 'frame' | 'normal';
 const MODE_NUMBER: Record<ColorMode, number> = { image: 0, height: 1, frame: 2, normal: 3 };
@@ -29,12 +31,13 @@ const VERTEX = /* glsl */ `
   uniform int u_mode;
   uniform sampler2D u_ramp;
   uniform vec3 u_highlight;
+  uniform vec4 u_plane;
   varying vec3 v_color;
   varying float v_size;
 
   void main() {
     float height = dot(position, u_up);
-    if (height > u_section || frame >= u_until) {
+    if (height > u_section || frame >= u_until || dot(position, u_plane.xyz) > u_plane.w) {
       gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
       gl_PointSize = 0.0;
       return;
@@ -79,6 +82,8 @@ export interface PointLook {
   smallest: number;
   /** Highest height shown, m above the first camera. */
   section: number;
+  /** What lies beyond this plane is not shown; null: all is. */
+  plane: Plane | null;
   /** Frames from this one on are not shown. */
   until: number;
   selected: number;
@@ -103,6 +108,7 @@ export class PointCloud {
       uniforms: {
         u_up: { value: new Vector3(0, -1, 0) },
         u_section: { value: 1e9 },
+        u_plane: { value: new Vector4(0, 0, 0, 1) },
         u_until: { value: 1e9 },
         u_selected: { value: -1 },
         u_size: { value: 0.02 },
@@ -167,6 +173,7 @@ export class PointCloud {
     set('u_last', look.num_frames - 1);
     set('u_half_height', halfHeight);
     uniforms.u_up?.value.set(...look.up);
+    uniforms.u_plane?.value.set(...planeUniform(look.plane));
     uniforms.u_highlight?.value.set(...look.highlight.map((value) => value / 255));
     if (look.ramp !== this.#ramp && uniforms.u_ramp) {
       this.#ramp = look.ramp;

@@ -12,16 +12,21 @@ import { FloorGrid, Lines, PictureFrame } from './marks.js';
 import type { Orbit, Size } from '../views/orbit.js';
 import { SpaceRenderer } from '../views/space-renderer.js';
 import { PointCloud, type PointLook } from './point-cloud.js';
+import { type Plane, seesBacks } from './section.js';
 import { type SurfaceLook, SurfaceLayer } from './surface-layer.js';
 import { type Camera, corners, frustumSegments, type Pose, pathSegments, positionOf } from './poses.js';
 import type { Mat3, Vec3 } from '../views/vectors.js';
 
-export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up'> {
+export interface SceneLook extends Omit<PointLook, 'size' | 'smallest' | 'up' | 'plane'> {
   pointSize: number;
   colors: SceneColors;
   shows: Record<LayerName, boolean>;
   /** Null: the surface is not shown. */
   surface: Pick<SurfaceLook, 'colors' | 'deviation'> | null;
+  /** What lies beyond it is cut away. */
+  plane?: Plane | null;
+  /** The eye stands in the map: what it sees from behind is drawn. */
+  isInside?: boolean;
 }
 
 export type LayerName = 'points' | 'estimate' | 'reference' | 'cameras' | 'grid';
@@ -34,6 +39,8 @@ export interface SceneColors {
   selected: Rgb;
   before: Rgb;
   grid: Rgb;
+  /** Of surfaces seen from behind. */
+  back: Rgb;
 }
 
 /** Most cameras that are drawn, so that they do not hide the map; of more, evenly spread ones. */
@@ -52,6 +59,7 @@ export class MapScene {
   #cameras = new Lines(1.1, 0, 20);
   #selected = new Lines(2.4, 1.2, 31);
   #picture = new PictureFrame(30);
+  #measured = new Lines(2.4, 1.2, 40);
   #reach = 10;
 
   /** Throws where the browser gives no graphics context. */
@@ -68,6 +76,7 @@ export class MapScene {
       this.#cameras.group,
       this.#selected.group,
       this.#picture.mesh,
+      this.#measured.group,
     );
     this.#scene.add(this.#world);
   }
@@ -111,13 +120,19 @@ export class MapScene {
     this.#picture.set(pose && camera ? corners(pose, camera, depth) : [], image);
   }
 
+  /** What has been measured, in the map's world. */
+  setMeasured(segments: readonly (readonly [Vec3, Vec3])[]): void {
+    this.#measured.set(segments);
+  }
+
   render(orbit: Orbit, look: SceneLook, up: Vec3): void {
-    const { colors, shows } = look;
+    const { colors, shows, plane = null, isInside = false } = look;
     const { size, pixelRatio: ratio } = this.#renderer;
     this.#points.object.visible = shows.points;
-    this.#points.look({ ...look, up, size: look.pointSize, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
+    this.#points.look({ ...look, plane, up, size: look.pointSize, smallest: 1.2 * ratio }, (size.height / 2) * ratio);
     this.#surface.object.visible = look.surface !== null;
-    if (look.surface) this.#surface.look({ ...look, ...look.surface, up });
+    const hasBacks = seesBacks(orbit, isInside);
+    if (look.surface) this.#surface.look({ ...look, ...look.surface, plane, hasBacks, back: colors.back, up });
     this.#grid.object.visible = shows.grid;
     this.#grid.paint(colors.grid, 0.55);
     this.#reference.group.visible = shows.reference;
@@ -130,6 +145,8 @@ export class MapScene {
     this.#cameras.paint([colors.estimate], 0.5, 1);
     this.#selected.group.visible = shows.cameras;
     this.#selected.paint([colors.halo, colors.selected], 1, 1);
+    this.#picture.mesh.visible = shows.cameras && this.#picture.isThere;
+    this.#measured.paint([colors.halo, colors.selected], 1, 1);
     this.#renderer.render(this.#scene, orbit, colors.background, this.#reach);
   }
 
@@ -157,6 +174,7 @@ export class MapScene {
       this.#cameras,
       this.#selected,
       this.#picture,
+      this.#measured,
     ]) {
       part.dispose();
     }

@@ -37,7 +37,7 @@ import type { Readings, ScanstitchReadingDialog } from './reading-dialog.js';
 import { errorCsv, spatialColumns, spatialRows } from './rows.js';
 import { SpatialSession } from './session.js';
 import { RunSurface } from './surface.js';
-import { surfaceWords } from './surface-bar.js';
+import { type SurfaceChange, surfaceWords } from './surface-bar.js';
 
 const SPATIAL: RunKind = {
   kind: 'spatial',
@@ -149,7 +149,9 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   override get exports(): readonly MenuItem[] {
-    return this.session.snapshot?.result.camera ? withSurface(super.exports) : super.exports;
+    return this.session.snapshot?.result.camera
+      ? withSurface(super.exports, this.session.points.colors.length > 0)
+      : super.exports;
   }
 
   /** What of the surface is stopped or fails has been told. */
@@ -164,6 +166,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ask: (kind) => session.ask(kind),
       surface: (format) => this.runSurface.file(session, format),
       picture: () => this.map.picture(),
+      turntable: () => this.map.turntable(),
+      splats: async () => (await import('./splats.js')).splatsOf(session, result),
       errors: () => errorCsv(result, session.frameMs),
       frameNames: result.frames.map(({ name }) => name),
       report: this.reportSource(result, session.points.positions),
@@ -222,7 +226,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
       ?bare=${this.controls === 'none'}
       ?dark=${this.dark}
       @surface-wanted=${({ detail }: CustomEvent<number | undefined>) => this.runSurface.make(session, detail ?? undefined)}
-      @triangles-wanted=${({ detail }: CustomEvent<number>) => this.runSurface.decimate(detail)}
+      @surface-changed=${({ detail }: CustomEvent<SurfaceChange>) => this.runSurface.change(detail)}
       @map-painted=${() => this.onPainted()}
       @graphics-changed=${this.onGraphics}
     ></scanstitch-map3d>`;

@@ -1,6 +1,6 @@
 /** What belongs to the surface on the page: the button that makes it, and, below the map, what of it is shown. */
 import { css, html, nothing, svg, type TemplateResult } from 'lit';
-import { MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
+import { HOLE_VOXELS, MEMORY_MB, VOXEL_SIZE } from '../../../package/mesh/frames.js';
 import { check } from '../components/fields.js';
 import { list } from '../components/list-field.js';
 import { mapButton } from '../components/map-toolbar.js';
@@ -21,7 +21,12 @@ export interface SurfaceState {
   voxelSize: number;
   /** Triangles at most; 0: all. */
   maxTriangles: number;
+  /** Holes are filled up to so many voxels; 0: none. */
+  holeVoxels: number;
 }
+
+/** What is made of the same field in another way. */
+export type SurfaceChange = Partial<Pick<SurfaceState, 'maxTriangles' | 'holeVoxels'>>;
 
 export const NO_SURFACE: SurfaceState = {
   mesh: null,
@@ -30,6 +35,7 @@ export const NO_SURFACE: SurfaceState = {
   isMaking: false,
   voxelSize: VOXEL_SIZE,
   maxTriangles: 0,
+  holeVoxels: 0,
 };
 
 /** What is drawn of a map that has a surface. */
@@ -58,15 +64,21 @@ const TRIANGLES = [
   [20_000, '20 000'],
 ] as const;
 
+/** Sizes of holes to choose from, in voxels; 0: they stay. */
+const HOLES = [0, HOLE_VOXELS, 25, 50] as const;
+
+/** Of what fills holes, where the colours tell the deviation. */
+export const FILLED_COLOR: Rgb = [214, 40, 160];
+
 const FACETS = svg`<path d="M8 1.8 14 5.4v5.2L8 14.2 2 10.6V5.4zM2 5.4 8 9l6-3.6M8 9v5.2" />`;
 
 /** Most vertices that are looked at for the range of the colours. */
 const NUM_SAMPLED = 20_000;
 
 /** Standard deviation (m) that nineteen of twenty vertices stay below: the end of the colours. */
-export const deviationTop = memoizeLast(({ deviations }: SurfaceMesh): number => {
+export const deviationTop = memoizeLast(({ deviations, filled }: SurfaceMesh): number => {
   const stride = Math.ceil(deviations.length / NUM_SAMPLED);
-  const sampled = deviations.filter((_, i) => i % stride === 0).sort();
+  const sampled = deviations.filter((_, i) => i % stride === 0 && !filled[i]).sort();
   return Math.max(sampled[Math.floor(0.95 * (sampled.length - 1))] ?? 0, 1e-4);
 });
 
@@ -88,7 +100,7 @@ export function surfaceBar(
   ramp: readonly Rgb[],
   choose: (choices: SurfaceChoices) => void,
   makeOf: (voxelSize: number) => void,
-  decimate: (maxTriangles: number) => void,
+  change: (change: SurfaceChange) => void,
 ): TemplateResult | typeof nothing {
   const { mesh } = state;
   if (!mesh) return nothing;
@@ -108,18 +120,29 @@ export function surfaceBar(
       )}
     </fieldset>
     ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
-    ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp) : nothing}
+    ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp, mesh.num_filled > 0) : nothing}
     <label>Voxels ${list(VOXEL_SIZES, state.voxelSize, makeOf)}</label>
-    <label>Triangles ${list(TRIANGLES, state.maxTriangles, decimate)}</label>
+    <label>Triangles ${list(TRIANGLES, state.maxTriangles, (maxTriangles) => change({ maxTriangles }))}</label>
+    <label>Holes ${list(holeChoices(state.voxelSize), state.holeVoxels, (holeVoxels) => change({ holeVoxels }))}</label>
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
 }
 
-function deviationLegend(top: number, ramp: readonly Rgb[]): TemplateResult {
+const holeChoices = (voxelSize: number): [number, string][] =>
+  HOLES.map((voxels) => [
+    voxels,
+    voxels === 0 ? 'open' : `filled up to ${Number((100 * voxels * voxelSize).toPrecision(2))} cm`,
+  ]);
+
+function deviationLegend(top: number, ramp: readonly Rgb[], hasFilled: boolean): TemplateResult {
   const stops = ramp.filter((_, i) => i % 7 === 0).map((color) => cssColor(color));
   return html`<span class="legend number"
     ><span>0</span><i style="background: linear-gradient(to right, ${stops.join(', ')})"></i
-    ><span>${formatFixed(1000 * top, 1)} mm or more</span></span
+    ><span>${formatFixed(1000 * top, 1)} mm or more</span>${
+      hasFilled
+        ? html`<i class="filled" style="background: ${cssColor(FILLED_COLOR)}"></i><span>filled, not measured</span>`
+        : nothing
+    }</span
   >`;
 }
 
@@ -135,12 +158,15 @@ export function surfaceWords({ mesh, num_frames, voxelSize }: SurfaceState): str
   const voxels = `voxels of ${Number((100 * mesh.voxel_size).toPrecision(2))} cm`;
   const memory = mesh.voxel_size > 1.5 * voxelSize ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
   const moved = mesh.moved > 0 ? `; moved by up to ${formatFixed(1000 * mesh.moved, 1)} mm to have fewer` : '';
-  return `${size} of ${of}${leftOut}; ${voxels}${memory}${moved}`;
+  const filled = mesh.num_filled > 0 ? `; ${formatCount(mesh.num_filled)} of them fill holes` : '';
+  return `${size} of ${of}${leftOut}; ${voxels}${memory}${moved}${filled}`;
 }
 
 export const surfaceStyles = css`
-  .surface-bar {
+  .bars {
     grid-area: legend;
+  }
+  .surface-bar {
     ${wrap};
     gap: 4px 16px;
     padding: 4px 12px;

@@ -1,9 +1,11 @@
 /** The surface on the graphics card: lit from the eye and from above, so that shape shows without lights to place. */
-import { BufferAttribute, BufferGeometry, FrontSide, Mesh, ShaderMaterial, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, ShaderMaterial, Vector3, Vector4 } from 'three';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import type { Rgb } from '../views/palette.js';
 import type { Vec3 } from '../views/vectors.js';
 import { rampTexture } from './point-cloud.js';
+import { FILLED_COLOR } from './surface-bar.js';
+import { type Plane, planeUniform } from './section.js';
 
 /** What the colours are: of the pictures, none, or each vertex' standard deviation, height or direction. */
 export type SurfaceColors = 'image' | 'plain' | 'deviation' | 'height' | 'normal';
@@ -12,12 +14,15 @@ const MODE_NUMBER: Record<SurfaceColors, number> = { image: 0, plain: 1, deviati
 const VERTEX = /* glsl */ `
   attribute vec3 color;
   attribute float deviation;
+  attribute float filled;
+  uniform vec3 u_filled;
   uniform vec3 u_up;
   uniform float u_low, u_high, u_deviation;
   uniform int u_mode;
   uniform sampler2D u_ramp;
   varying vec3 v_color, v_normal, v_position;
-  varying float v_height, v_upward;
+  varying float v_height, v_upward, v_beyond;
+  uniform vec4 u_plane;
 
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
@@ -25,6 +30,7 @@ const VERTEX = /* glsl */ `
     v_position = seen.xyz;
     v_normal = normalMatrix * normal;
     v_height = dot(position, u_up);
+    v_beyond = dot(position, u_plane.xyz) - u_plane.w;
     v_upward = dot(normal, u_up);
     if (u_mode == 0) v_color = color;
     else if (u_mode == 1) v_color = vec3(0.78);
@@ -32,6 +38,7 @@ const VERTEX = /* glsl */ `
     else {
       float t = u_mode == 2 ? deviation / u_deviation : (v_height - u_low) / max(u_high - u_low, 1e-3);
       v_color = texture2D(u_ramp, vec2(clamp(t, 0.0, 1.0), 0.5)).rgb;
+      if (u_mode == 2 && filled > 0.5) v_color = u_filled;
     }
   }
 `;
@@ -39,11 +46,19 @@ const VERTEX = /* glsl */ `
 const FRAGMENT = /* glsl */ `
   uniform float u_section;
   uniform int u_mode;
+  uniform bool u_has_backs;
+  uniform vec3 u_back;
   varying vec3 v_color, v_normal, v_position;
-  varying float v_height, v_upward;
+  varying float v_height, v_upward, v_beyond;
 
   void main() {
-    if (v_height > u_section) discard;
+    if (v_height > u_section || v_beyond > 0.0) discard;
+    if (!gl_FrontFacing) {
+      // A ceiling is looked through from above.
+      if (!u_has_backs || v_upward < -0.7) discard;
+      gl_FragColor = vec4(u_back, 1.0);
+      return;
+    }
     vec3 eye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-v_position);
     float light = 0.6 * abs(dot(normalize(v_normal), eye)) + 0.4 * (0.5 + 0.5 * v_upward);
     // Pictures are lit already, and colours that stand for a value are to be found in the legend.
@@ -58,6 +73,11 @@ export interface SurfaceLook {
   deviation: number;
   /** Highest height shown, m above the first camera. */
   section: number;
+  /** What lies beyond this plane is cut away; null: nothing. */
+  plane: Plane | null;
+  /** Whether what is seen from behind is drawn; otherwise a room is looked into through its walls. */
+  hasBacks: boolean;
+  back: Rgb;
   /** Up, in the map's world. */
   up: Vec3;
   low: number;
@@ -73,8 +93,7 @@ export class SurfaceLayer {
     const material = new ShaderMaterial({
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
-      // Seen from behind, walls are left out: a room is looked into from outside.
-      side: FrontSide,
+      side: DoubleSide,
       // Points that lie on the surface are in front of it.
       polygonOffset: true,
       polygonOffsetFactor: 1,
@@ -82,6 +101,10 @@ export class SurfaceLayer {
       uniforms: {
         u_up: { value: new Vector3(0, -1, 0) },
         u_section: { value: 1e9 },
+        u_plane: { value: new Vector4(0, 0, 0, 1) },
+        u_has_backs: { value: false },
+        u_back: { value: new Vector3() },
+        u_filled: { value: new Vector3(...FILLED_COLOR.map((value) => value / 255)) },
         u_low: { value: 0 },
         u_high: { value: 1 },
         u_deviation: { value: 1 },
@@ -99,27 +122,31 @@ export class SurfaceLayer {
     this.object.geometry.dispose();
     const geometry = new BufferGeometry();
     if (mesh) {
-      const { positions, normals, colors, deviations, triangles } = mesh;
+      const { positions, normals, colors, deviations, filled, triangles } = mesh;
       geometry.setAttribute('position', new BufferAttribute(positions, 3));
       geometry.setAttribute('normal', new BufferAttribute(normals, 3));
       if (colors.length > 0) geometry.setAttribute('color', new BufferAttribute(colors, 3, true));
       geometry.setAttribute('deviation', new BufferAttribute(deviations, 1));
+      if (filled.length > 0) geometry.setAttribute('filled', new BufferAttribute(filled, 1));
       geometry.setIndex(new BufferAttribute(triangles, 1));
     }
     this.object.geometry = geometry;
   }
 
-  look({ colors, deviation, section, up, low, high, ramp }: SurfaceLook): void {
+  look({ colors, deviation, section, plane, hasBacks, back, up, low, high, ramp }: SurfaceLook): void {
     const { uniforms } = this.object.material;
     const values = {
       u_mode: MODE_NUMBER[colors],
       u_deviation: deviation,
       u_section: section,
+      u_has_backs: hasBacks,
       u_low: low,
       u_high: high,
     };
     for (const [name, value] of Object.entries(values)) Object.assign(uniforms[name] ?? {}, { value });
     uniforms.u_up?.value.set(...up);
+    uniforms.u_plane?.value.set(...planeUniform(plane));
+    uniforms.u_back?.value.set(...back.map((value) => value / 255));
     if (ramp === this.#ramp || !uniforms.u_ramp) return;
     this.#ramp = ramp;
     uniforms.u_ramp.value.dispose();

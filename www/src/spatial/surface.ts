@@ -10,7 +10,7 @@ import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import { formatCount, formatDuration, plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import type { SpatialSession } from './session.js';
-import type { SurfaceState } from './surface-bar.js';
+import type { SurfaceChange, SurfaceState } from './surface-bar.js';
 
 const POINTS_STAY = 'The points of the map are still there';
 
@@ -39,6 +39,8 @@ export class RunSurface implements ReactiveController {
   #voxelSize = VOXEL_SIZE;
   /** 0: all. */
   #maxTriangles = 0;
+  /** Holes are filled up to so many voxels; 0: none. */
+  #holeVoxels = 0;
   #making: Making | null = null;
   #finished: Promise<boolean> = Promise.resolve(false);
   #host: ReactiveControllerHost & { readonly isConnected: boolean };
@@ -51,6 +53,7 @@ export class RunSurface implements ReactiveController {
       isMaking: boolean,
       voxelSize: number,
       maxTriangles: number,
+      holeVoxels: number,
     ): SurfaceState => ({
       mesh,
       numPlaced,
@@ -58,6 +61,7 @@ export class RunSurface implements ReactiveController {
       isMaking,
       voxelSize,
       maxTriangles,
+      holeVoxels,
     }),
   );
 
@@ -82,6 +86,7 @@ export class RunSurface implements ReactiveController {
       isMaking,
       this.#voxelSize,
       this.#maxTriangles,
+      this.#holeVoxels,
     );
   }
 
@@ -109,13 +114,14 @@ export class RunSurface implements ReactiveController {
     return this.#finished;
   }
 
-  /** Has the surface with so many triangles at most; 0: all. */
-  decimate(maxTriangles: number): void {
+  /** Has the surface with so many triangles at most, 0: all; and its holes filled up to so many voxels, 0: none. */
+  change({ maxTriangles = this.#maxTriangles, holeVoxels = this.#holeVoxels }: SurfaceChange): void {
     this.#maxTriangles = maxTriangles;
+    this.#holeVoxels = holeVoxels;
     const making = this.#making;
     if (!making) return;
     making.made = null;
-    // What is being made becomes as large: by its next update.
+    // What is being made is changed by its next update.
     if (!making.isBusy) this.#finished = this.#update(making);
     this.#host.requestUpdate();
   }
@@ -179,11 +185,12 @@ export class RunSurface implements ReactiveController {
       progress: (done, total) =>
         this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
     });
-    const maxTriangles = this.#maxTriangles;
-    const mesh = await client.mesh(maxTriangles || null);
+    const [maxTriangles, holeVoxels] = [this.#maxTriangles, this.#holeVoxels];
+    const mesh = await client.mesh(maxTriangles || null, holeVoxels * this.#voxelSize);
     if (this.#making !== making) return;
     if (isFinal && mesh.triangles.length === 0) throw new Error('No surface was seen well enough');
-    making.made = maxTriangles === this.#maxTriangles ? { frames, isFinal } : null;
+    const isAsWanted = maxTriangles === this.#maxTriangles && holeVoxels === this.#holeVoxels;
+    making.made = isAsWanted ? { frames, isFinal } : null;
     this.mesh = mesh.triangles.length > 0 ? mesh : null;
     this.#host.requestUpdate();
   }

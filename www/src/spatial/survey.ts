@@ -2,6 +2,7 @@
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import { type Heights, heightsOf, leveling, sample, straightAzimuth } from './leveling.js';
 import { type Pose, positionOf } from './poses.js';
+import { fitted, type Orbit, type Size } from '../views/orbit.js';
 import { type Mat3, transformed, type Vec3 } from '../views/vectors.js';
 
 export interface Survey {
@@ -56,7 +57,7 @@ export function straightened(
 }
 
 /** What the section leaves, and all cameras: as heavy as a part of the map, lest they count as strays. */
-export function openSamples({ sampled, R_view_map }: Survey, poses: readonly Pose[], cut: number): Vec3[] {
+function openSamples({ sampled, R_view_map }: Survey, poses: readonly Pose[], cut: number): Vec3[] {
   const open = sampled.filter(([, y]) => y <= cut);
   const cameras = positions(poses, R_view_map);
   const weight = Math.ceil((open.length * 0.02) / Math.max(cameras.length, 1));
@@ -66,4 +67,11 @@ export function openSamples({ sampled, R_view_map }: Survey, poses: readonly Pos
 /** Of the cameras, in the picture's world. */
 export function positions(poses: readonly Pose[], R_view_map: Mat3): Vec3[] {
   return poses.map((pose) => transformed(R_view_map, positionOf(pose)));
+}
+
+/** The orbit that shows all that a section at the height `cut` leaves, from where this one looks. */
+export function fittedTo(survey: Survey, poses: readonly Pose[], cut: number, orbit: Orbit, size: Size): Orbit {
+  // The buttons need room at the right, and the picture is to stay in the middle.
+  const margin = size.width < 520 ? { across: 30, along: 16 } : { across: 56, along: 30 };
+  return fitted(orbit, openSamples(survey, poses, cut), size, margin);
 }

@@ -2,7 +2,7 @@
  * The orbit camera of all views in space: the eye looks at a target from a direction and a distance. Plain values; every
  * change is a new one.
  */
-import { added, dot, scaled, type Vec3 } from './vectors.js';
+import { added, dot, normalized, scaled, type Vec3 } from './vectors.js';
 import type { Size } from './viewport.js';
 
 export type { Size };
@@ -13,6 +13,8 @@ export interface Direction {
   azimuth: number;
   /** Above the horizon, rad; a right angle: straight down. */
   elevation: number;
+  /** Turn of the picture about the line of sight, rad: what is up leans to the right. None without. */
+  roll?: number;
 }
 
 export interface Orbit extends Direction {
@@ -21,6 +23,8 @@ export interface Orbit extends Direction {
   /** m */
   distance: number;
   projection: 'perspective' | 'orthographic';
+  /** Half the height that is seen, a metre away; `TAN_HALF_VIEW` without. */
+  tanHalfView?: number;
 }
 
 /** Half the height that is seen, a metre away. */
@@ -43,13 +47,16 @@ export const Y_UP: Axes = { right: [1, 0, 0], up: [0, 1, 0], back: [0, 0, 1] };
 export const Z_UP: Axes = { right: [0, 1, 0], up: [0, 0, 1], back: [1, 0, 0] };
 
 /** What is right, up and back on the screen. */
-export function axes({ azimuth, elevation }: Direction, world: Axes = Y_UP): Axes {
+export function axes({ azimuth, elevation, roll = 0 }: Direction, world: Axes = Y_UP): Axes {
   const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
   const [ce, se] = [Math.cos(elevation), Math.sin(elevation)];
   const levelBack = added(scaled(world.back, ca), world.right, sa);
+  const right = added(scaled(world.right, ca), world.back, -sa);
+  const up = added(scaled(world.up, ce), levelBack, -se);
+  const [cr, sr] = [Math.cos(roll), Math.sin(roll)];
   return {
-    right: added(scaled(world.right, ca), world.back, -sa),
-    up: added(scaled(world.up, ce), levelBack, -se),
+    right: added(scaled(right, cr), up, -sr),
+    up: added(scaled(up, cr), right, sr),
     back: added(scaled(levelBack, ce), world.up, se),
   };
 }
@@ -59,8 +66,34 @@ export function eye(orbit: Orbit): Vec3 {
 }
 
 /** Metres that one pixel of the screen covers, at the target. */
-export function metresPerPixel({ distance }: Orbit, { height }: Size): number {
-  return (2 * distance * TAN_HALF_VIEW) / Math.max(height, 1);
+export function metresPerPixel(orbit: Orbit, { height }: Size): number {
+  return (2 * orbit.distance * tanHalfView(orbit)) / Math.max(height, 1);
+}
+
+export const tanHalfView = (orbit: Orbit): number => orbit.tanHalfView ?? TAN_HALF_VIEW;
+
+/** The orbit of an eye at this place that looks ahead (a unit vector), with `up` as upright as it can be. */
+export function looking(eye: Vec3, ahead: Vec3, up: Vec3, tanHalfView: number): Orbit {
+  const level = {
+    azimuth: Math.atan2(-ahead[0], -ahead[2]),
+    elevation: Math.asin(Math.min(Math.max(-ahead[1], -1), 1)),
+  };
+  const { right, up: above } = axes(level);
+  const roll = Math.atan2(dot(up, right), dot(up, above));
+  return { ...level, roll, target: added(eye, ahead), distance: 1, projection: 'perspective', tanHalfView };
+}
+
+/** What lies under a position on the screen: a line in the picture's world that begins before all there is in reach (m). */
+export function ray(orbit: Orbit, size: Size, x: number, y: number, reach: number): { origin: Vec3; direction: Vec3 } {
+  const axis = axes(orbit);
+  const scale = metresPerPixel(orbit, size);
+  const [right, up] = [(x - size.width / 2) * scale, (size.height / 2 - y) * scale];
+  const place = added(added(orbit.target, axis.right, right), axis.up, up);
+  if (orbit.projection === 'orthographic') {
+    return { origin: added(place, axis.back, reach), direction: scaled(axis.back, -1) };
+  }
+  const origin = eye(orbit);
+  return { origin, direction: normalized(added(place, origin, -1)) };
 }
 
 /** Rotates the camera around the target (rad), with an elevation of at least `lowest` (rad). */
@@ -135,7 +168,7 @@ export function toScreen(orbit: Orbit, size: Size, point: Vec3): { x: number; y:
   const fromTarget = added(point, orbit.target, -1);
   const depth = orbit.distance - dot(fromTarget, axis.back);
   if (orbit.projection === 'perspective' && depth < 0.01) return null;
-  const scale = size.height / 2 / TAN_HALF_VIEW / (orbit.projection === 'perspective' ? depth : orbit.distance);
+  const scale = size.height / 2 / tanHalfView(orbit) / (orbit.projection === 'perspective' ? depth : orbit.distance);
   return {
     x: size.width / 2 + dot(fromTarget, axis.right) * scale,
     y: size.height / 2 - dot(fromTarget, axis.up) * scale,

@@ -10,7 +10,7 @@ import {
   type Scene,
   WebGLRenderer,
 } from 'three';
-import { axes, eye, type Orbit, type Size, TAN_HALF_VIEW } from './orbit.js';
+import { axes, eye, type Orbit, type Size, tanHalfView } from './orbit.js';
 import type { Rgb } from './palette.js';
 
 // Colours are given as the screen shows them; nothing is lit.
@@ -30,7 +30,6 @@ export class SpaceRenderer {
   constructor(canvas: HTMLCanvasElement) {
     this.#renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
     this.#renderer.outputColorSpace = LinearSRGBColorSpace;
-    this.#perspective.fov = (2 * Math.atan(TAN_HALF_VIEW) * 180) / Math.PI;
   }
 
   /** With what was rendered last; within the same task. */
@@ -60,12 +59,13 @@ export class SpaceRenderer {
     const isFlat = orbit.projection === 'orthographic';
     const camera = isFlat ? this.#orthographic : this.#perspective;
     if (isFlat) {
-      const half = orbit.distance * TAN_HALF_VIEW;
+      const half = orbit.distance * tanHalfView(orbit);
       Object.assign(this.#orthographic, { top: half, bottom: -half, left: -half * aspect, right: half * aspect });
       // The eye may stand inside the map there: what lies behind it is seen as well.
       camera.near = orbit.distance - 2 * reach;
     } else {
       this.#perspective.aspect = aspect;
+      this.#perspective.fov = (2 * Math.atan(tanHalfView(orbit)) * 180) / Math.PI;
       camera.near = Math.max(0.02, Math.min(0.2, orbit.distance / 50));
     }
     camera.far = orbit.distance + 2 * reach;

@@ -1,9 +1,13 @@
 //! Depth images into the field, and the field to a mesh.
 
+#![allow(clippy::cast_possible_wrap, reason = "blocks have eight voxels along a side")]
+
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::{Block, BlockColors, BlockState, Blocks, STEPS};
+use super::blocks::{Block, BlockColors, BlockState, Blocks, SIDE, STEPS, index, part_index};
 use super::extraction::extract;
+use super::holes::fill_holes;
 use super::pixels::{Optics, WEIGHT_INFORMATION};
 use super::view::{FreeSpace, Squares, View};
 use crate::error::{Error, Result};
@@ -22,11 +26,13 @@ pub struct SurfaceOptions {
     pub max_megabytes: f64,
     /// Parts of the surface that are smaller than this are left out (m^2); 0: those under a square of ten voxels.
     pub min_island_area: f64,
+    /// Holes of the surface are filled up to this extent (m); 0: none. What was seen to be empty stays open.
+    pub max_hole_size: f64,
 }
 
 impl Default for SurfaceOptions {
     fn default() -> Self {
-        Self { voxel_size: 0.02, max_megabytes: 400.0, min_island_area: 0.0 }
+        Self { voxel_size: 0.02, max_megabytes: 400.0, min_island_area: 0.0, max_hole_size: 0.0 }
     }
 }
 
@@ -38,6 +44,7 @@ impl SurfaceOptions {
             ("voxel_size", self.voxel_size, 1e-3, 1.0, "m"),
             ("max_megabytes", self.max_megabytes, 10.0, 3000.0, "MB"),
             ("min_island_area", self.min_island_area, 0.0, 1e4, "m^2"),
+            ("max_hole_size", self.max_hole_size, 0.0, 10.0, "m"),
         ];
         for (name, value, low, high, unit) in limits {
             if !(low..=high).contains(&value) {
@@ -234,6 +241,37 @@ impl SurfaceFusion {
         let given = self.options.min_island_area as f32;
         mesh = mesh.without_islands(if given > 0.0 { given } else { side * side });
         mesh.set_normals();
+        if self.options.max_hole_size > 0.0 {
+            fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(place));
+            mesh.set_normals();
+        }
         mesh
+    }
+
+    /// Fills holes up to this extent from now on (m); 0: none.
+    ///
+    /// # Errors
+    /// When it is out of its limits.
+    pub fn set_max_hole_size(&mut self, max_hole_size: f64) -> Result<()> {
+        let options = SurfaceOptions { max_hole_size, ..self.options };
+        options.check()?;
+        self.options = options;
+        Ok(())
+    }
+
+    /// Whether images have seen a place (m) to be empty.
+    fn is_seen_through(&self, place: Vec3) -> bool {
+        let [x, y, z] = (place / self.voxel_size).floor().to_array().map(|at| at as i32);
+        let corner = [x, y, z].map(|at| at.div_euclid(SIDE as i32));
+        let Some(block) = self.blocks.get(corner) else {
+            let is_free = |added: &Added, optics| added.free_space.weight_through(corner, optics) > 0;
+            return self.optics.as_ref().is_some_and(|optics| self.images.iter().any(|added| is_free(added, optics)));
+        };
+        let [x, y, z] = [x, y, z].map(|at| at.rem_euclid(SIDE as i32) as usize);
+        let least = block.least_weights()[part_index(x, y, z)];
+        let (_, weights) = block.sums();
+        let at = index(x, y, z);
+        // More than a voxel before the surface, where there is one.
+        if weights[at] > least { block.voxel(at).distance > 1.0 } else { least > 0 }
     }
 }

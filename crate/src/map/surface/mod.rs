@@ -18,6 +18,7 @@ mod blocks;
 mod depth_tiles;
 mod extraction;
 mod fusion;
+mod holes;
 mod pixels;
 mod view;
 
