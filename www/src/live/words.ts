@@ -15,6 +15,7 @@ const KINDS: Record<(typeof TYPES)[keyof typeof TYPES], string> = {
   pose: 'poses',
   path: 'path',
   transforms: 'transforms',
+  imu: 'inertial unit',
 };
 
 /** What messages of a topic are, or why they are not read. */
