@@ -56,8 +56,8 @@ impl Served {
     }
 }
 
-/// Checks the grid of each piece of the map; how many pieces there are.
-fn check(what: &str, mut reconstruction: Reconstruction) -> usize {
+/// Checks the grid of each piece of the map; how many pieces there are. Those of logs of buildings: `radish_logs`.
+pub fn check(what: &str, mut reconstruction: Reconstruction) -> usize {
     while reconstruction.step().stage != Stage::Done {}
     let (frames, poses) = (reconstruction.result().frames, reconstruction.poses());
     let pieces = reconstruction.pieces();
@@ -141,14 +141,4 @@ fn a_map_in_pieces_is_reported_and_has_a_grid_for_each() {
         assert!(yaml.contains(&format!("\n# This is {which} of a map in {} pieces", sizes.len())), "{yaml}");
     }
     check("both", reconstruction);
-}
-
-#[test]
-fn driven_cells_of_logs_of_buildings_are_free() {
-    for name in ["belgioioso", "freiburg-101"] {
-        let Some(path) = shared_data(&format!("laser/radish/{name}.log")) else { return };
-        let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
-        reconstruction.add_log(name, &laser_log::read(&fs::read(path).unwrap()).unwrap());
-        check(name, reconstruction);
-    }
 }

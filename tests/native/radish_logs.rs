@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::common::shared_data;
+use crate::driven_grid;
 use scanstitch::evaluation::path;
 use scanstitch::evaluation::relations::{RelationErrors, relation_errors};
 use scanstitch::io::laser_log::{self, LaserLog};
@@ -70,7 +71,7 @@ fn the_wheels_poses_in_the_raw_aces_log_are_used_and_its_loops_close() {
 }
 
 #[test]
-fn sparse_logs_of_buildings_close_their_loops() {
+fn sparse_logs_of_buildings_close_their_loops_and_their_driven_cells_are_free() {
     let Some(folder) = shared_data(LOGS) else { return };
     for (name, most_wrong_stretches) in [("belgioioso", 0.01), ("freiburg-101", 0.01), ("infinite-corridor", 0.01)] {
         let (log, odometry) = (format!("{name}.log"), format!("{name}.odometry.txt"));
@@ -80,6 +81,7 @@ fn sparse_logs_of_buildings_close_their_loops() {
         assert!(share_wrong(&places) < 0.01 && places.translation.median < 0.1, "{name}: {}", share_wrong(&places));
         assert!(share_wrong(&stretches) < most_wrong_stretches, "{name}: {}", share_wrong(&stretches));
         assert!(share_good(&reconstruction) > 0.8, "{name}: {}", share_good(&reconstruction));
+        driven_grid::check(name, reconstruction);
     }
 }
 
