@@ -95,6 +95,7 @@ test('the surface of a room is drawn in the place of the points, coloured by its
   const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
   for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00041.jpg'])
     expect(zip).toContain(path);
+  await page.setViewportSize({ width: 1000, height: 860 });
   await useTools(spatial, page);
   // The eight seconds of a turn go by in one.
   await page.evaluate(() => {
@@ -155,9 +156,9 @@ async function useTools(spatial: SpatialPage, page: Page): Promise<void> {
   const metres = Number(/[\d.]+/.exec(await scale.innerText())?.[0]) / ((await scale.boundingBox())?.width ?? 0);
   const output = map.getByRole('status');
   await expect(output).toHaveText('Choose the first point.');
-  await page.mouse.click(x + 0.35 * width, y + 0.75 * height);
+  await page.mouse.click(x + 0.3 * width, y + 0.77 * height);
   await expect(output).toHaveText('Choose the second point.');
-  await page.mouse.click(x + 0.45 * width, y + 0.75 * height);
+  await page.mouse.click(x + 0.4 * width, y + 0.77 * height);
   await expect(output).toHaveText(/^\d+\.\d{3} m ± \d+ mm$/);
   const measured = Number(/^[\d.]+/.exec(await output.innerText())?.[0]);
   expect(Math.abs(measured / (0.1 * width * metres) - 1)).toBeLessThan(0.03);

@@ -41,9 +41,7 @@ export class MapTools {
 
   /** Below the map, over what else stands there. */
   renderBars(below: unknown): TemplateResult {
-    return html`<div class="bars ${this.now?.isInside ? 'inside' : ''}">
-      ${this.now?.renderBar() ?? nothing}${below}
-    </div>`;
+    return html`<div class="bars">${this.now?.renderBar() ?? nothing}${below}</div>`;
   }
 
   renderOver(): TemplateResult | typeof nothing {

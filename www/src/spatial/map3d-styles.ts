@@ -157,8 +157,10 @@ export const map3dStyles = css`
     border-radius: 6px;
     pointer-events: none;
   }
-  @container (max-width: 640px) {
-    .bars.inside > :not(.tools) {
+  /* Where there is little room, the line of the surface waits until the tools are put away. */
+  @container (max-width: 640px) or (max-height: 480px) {
+    .bars:has(.tools) > :not(.tools),
+    .keys {
       display: none;
     }
   }
