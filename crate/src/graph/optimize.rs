@@ -10,11 +10,11 @@
 //! Chi squared of MIT, intel, manhattan, smallGrid3D, sphere2500 and tinyGrid3D from their own poses is GTSAM's to nine digits
 //! (`tests/native/pose_graphs.rs`).
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix3, Matrix6, Vector3, Vector6};
 use serde::Serialize;
 
 use crate::geometry::connected_parts::connected_parts;
-use crate::geometry::{Embedding, Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
+use crate::geometry::{Pose2, Pose3, RigidMotion, SquareMatrix, Vector};
 use crate::graph::sparse::{BlockCholesky, BlockMatrix};
 use crate::io::pose_graph::{Edge, PoseGraph};
 use crate::registration::solver::DAMPING_FACTOR;
@@ -47,38 +47,45 @@ pub struct Optimization {
 /// A group whose graphs files hold.
 pub trait GraphMotion: RigidMotion {
     /// The residual of a motion that should be the identity, rotation first.
-    fn residual(&self) -> Self::Tangent;
-    /// Derivative of [`residual`](Self::residual) with respect to a perturbation on the right.
-    fn residual_jacobian(&self) -> Self::Matrix;
-}
-
-impl GraphMotion for Pose2 {
-    fn residual(&self) -> Vector3<f64> {
+    fn residual(&self) -> Self::Tangent {
         self.log()
     }
 
-    /// That of the same motion in space.
-    fn residual_jacobian(&self) -> Matrix3<f64> {
-        let in_space = self.in_space().residual_jacobian();
-        Matrix3::from_fn(|row, column| in_space[(row + 2, column + 2)])
+    /// The residual with its derivative with respect to a perturbation on the right.
+    fn residual_and_jacobian(&self) -> (Self::Tangent, Self::Matrix);
+}
+
+impl GraphMotion for Pose2 {
+    /// The translation of the logarithm is `V^-1 t` (Sola, Deray and Atchuthan, eqs. 157 and 158), with `h` and half the angle as the
+    /// entries of `V^-1`. A perturbed angle changes `V^-1`, a perturbed translation changes `t` by itself, rotated.
+    fn residual_and_jacobian(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        let residual = self.log();
+        let (theta, t, R) = (residual[0], self.translation.vector, self.rotation.to_rotation_matrix());
+        let (h, dh) = if theta.abs() < SMALL_ANGLE {
+            (1.0 - theta * theta / 12.0, -theta / 6.0 - theta.powi(3) / 180.0)
+        } else {
+            let (sin, cos) = (0.5 * theta).sin_cos();
+            (0.5 * theta * cos / sin, 0.5 * cos / sin - 0.25 * theta / (sin * sin))
+        };
+        let moved = Matrix2::new(h, 0.5 * theta, -0.5 * theta, h) * R.matrix();
+        let turned = [dh * t.x + 0.5 * t.y, dh * t.y - 0.5 * t.x];
+        let jacobian = Matrix3::new(1.0, 0.0, 0.0, turned[0], moved.m11, moved.m12, turned[1], moved.m21, moved.m22);
+        (residual, jacobian)
     }
 }
 
 impl GraphMotion for Pose3 {
-    fn residual(&self) -> Vector6<f64> {
-        self.log()
-    }
-
     /// The inverse right Jacobian: that on the left at the negative tangent (Sola, Deray and Atchuthan, eqs. 76 and 179).
-    fn residual_jacobian(&self) -> Matrix6<f64> {
-        let tau = -self.log();
+    fn residual_and_jacobian(&self) -> (Vector6<f64>, Matrix6<f64>) {
+        let residual = self.log();
+        let tau = -residual;
         let (omega, rho) = (tau.fixed_rows::<3>(0).into_owned(), tau.fixed_rows::<3>(3).into_owned());
         let inverse = inverse_left_jacobian(&omega);
         let mut jacobian = Matrix6::zeros();
         jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&inverse);
         jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&inverse);
         jacobian.fixed_view_mut::<3, 3>(3, 0).copy_from(&(-inverse * coupling(&omega, &rho) * inverse));
-        jacobian
+        (residual, jacobian)
     }
 }
 
@@ -235,9 +242,9 @@ fn add<M: GraphMotion>(
 ) {
     let T_from_to = poses[edge.from].inverse() * poses[edge.to];
     let off = edge.T_from_to.inverse() * T_from_to;
-    let J_to = off.residual_jacobian();
+    let (residual, J_to) = off.residual_and_jacobian();
     let J_from = -product(&J_to, &T_from_to.inverse().adjoint());
-    let weighted = edge.information.apply(&off.residual());
+    let weighted = edge.information.apply(&residual);
     let ends = [(edge.from, J_from), (edge.to, J_to)].map(|(node, J)| (variables.of_node[node], J));
     for (variable, J) in ends {
         let Some(variable) = variable else { continue };
@@ -268,7 +275,7 @@ mod tests {
                 (*motion * M::exp(&step)).residual()
             };
             let numeric = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-            let off = (motion.residual_jacobian().column(axis) - numeric).norm();
+            let off = (motion.residual_and_jacobian().1.column(axis) - numeric).norm();
             assert!(off < 1e-8, "column {axis} at {motion:?}: off by {off}");
         }
     }

@@ -37,14 +37,16 @@ pub fn halves() {
 
 pub fn others() {
     let buildings = buildings();
-    let grids: Vec<_> = buildings.iter().map(Building::grid).collect();
+    let of_file = argument("--map").map(|file| ("the map", super::wean::grid(&file)));
+    let of_building = |building: &Building| (building.name, building.grid());
+    let grids: Vec<_> = of_file.map_or_else(|| buildings.iter().map(of_building).collect(), |grid| vec![grid]);
     let mut num_wrong = 0;
-    for (map, grid) in grids.iter().enumerate() {
-        for (_, building) in buildings.iter().enumerate().filter(|(index, _)| *index != map) {
+    for (map, grid) in &grids {
+        for building in buildings.iter().filter(|building| building.name != *map) {
             let part = building.part(0..building.log.scans.len().min(number("--scans", 400)));
             let score = run(&mut part.localization(grid, !flag("--alone")), |_| None);
             num_wrong += usize::from(score.good > 0);
-            score.print(&format!("{} in {}", building.name, buildings[map].name));
+            score.print(&format!("{} in {map}", building.name));
         }
     }
     println!("{num_wrong} pairs with a certain place");

@@ -5,7 +5,7 @@
 //!   `--particles N` beside it a particle filter from the same places, with `--seeds N`;
 //! - `halves`: each half of a log in the grid of the other half, by the poses in the log: every other scan, and with `--time` the first half
 //!   and the second; `--only NAME`, `--alone` without odometry, `--starts N`;
-//! - `others`: each log in the grids of the other buildings, 30 pairs; `--scans N` of each log;
+//! - `others`: each log in the grids of the other buildings, 30 pairs, or all in CMU's map with `--map FILE`; `--scans N` of each log;
 //! - `merged`: two recordings in one reconstruction: halves of a log as in `halves`, and each log with that of another building; `--alone`
 //!   without odometry; the pieces of 20 scans and more, and whether pairs of scans across are right;
 //! - `worlds`: generated buildings with known poses: the share of poses in their 95 % region.

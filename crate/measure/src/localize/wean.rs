@@ -19,13 +19,16 @@ fn localization(log: &LaserLog, grid: &OccupancyGrid, from: usize) -> Localizati
     reconstruction.localization(grid).expect("the map is usable")
 }
 
+/// The map of a file.
+pub fn grid(file: &str) -> OccupancyGrid {
+    let bytes = std::fs::read(file).expect("the file can be read");
+    OccupancyGrid::of_map(&occupancy_map::read_probabilities(&bytes).expect("the map is sound"))
+}
+
 pub fn main() {
-    let map = argument("--map").expect("--map: wean.dat, unpacked");
+    let grid = grid(&argument("--map").expect("--map: wean.dat, unpacked"));
     let log = argument("--log").unwrap_or_else(|| "../shared/data/laser/text/cmu_wean_robotdata1.log".to_owned());
-    let read = |file: &str| std::fs::read(file).expect("the file can be read");
-    let map = occupancy_map::read_probabilities(&read(&map)).expect("the map is sound");
-    let grid = OccupancyGrid::of_map(&map);
-    let log = laser_log::read(&read(&log)).expect("the log is sound");
+    let log = laser_log::read(&std::fs::read(log).expect("the file can be read")).expect("the log is sound");
     let mut whole = localization(&log, &grid, 0);
     run(&mut whole, |_| None).print("the whole log");
     println!("{}\n{:?}", whole.result().summary, whole.result().notes);

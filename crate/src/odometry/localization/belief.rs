@@ -112,7 +112,7 @@ impl Belief {
     pub(super) fn weigh(&mut self, field: &MapField, model: &BeamModel, beams: &[Beam], num_new: usize, shared: f64) {
         for hypothesis in &mut self.hypotheses {
             (hypothesis.estimate, hypothesis.fit) = hypothesis.estimate.registered(field, model, beams, shared);
-            hypothesis.log_odds += log_odds(num_new, hypothesis.fit.mean());
+            hypothesis.log_odds += log_odds(model, num_new, hypothesis.fit.mean());
         }
         self.hypotheses.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
         let least = self.hypotheses.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS_OF_PLACE;

@@ -13,6 +13,8 @@ pub(super) struct Wall {
     pub point: Vector2<f64>,
     /// Unit normal, where the cells form a line.
     pub normal: Option<Vector2<f64>>,
+    /// Variance of the surface across the wall (m^2): a map that is unsure of a wall draws it thick.
+    pub variance: f64,
 }
 
 /// A map prepared for localisation. Its frame has its origin in the corner of the grid and its axes along the grid's.
@@ -75,16 +77,22 @@ impl MapField {
         self.walls.get(self.nearest[cell] as usize)
     }
 
-    /// Distance of a point in this cell from the surface of the nearest wall (m).
-    pub(super) fn distance(&self, cell: usize, point: &Vector2<f64>) -> f64 {
-        self.nearest_wall(cell).map_or(f64::INFINITY, |wall| {
+    /// Distance of a point in this cell from the surface of the nearest wall (m), and the variance of that surface (m^2).
+    pub(super) fn distance(&self, cell: usize, point: &Vector2<f64>) -> (f64, f64) {
+        self.nearest_wall(cell).map_or((f64::INFINITY, 0.0), |wall| {
             let off = point - wall.point;
             // The wall goes on to where the next cell's begins.
-            wall.normal.map_or_else(
+            let distance = wall.normal.map_or_else(
                 || off.norm(),
                 |normal| normal.dot(&off).hypot((normal.perp(&off).abs() - self.resolution).max(0.0)),
-            )
+            );
+            (distance, wall.variance)
         })
+    }
+
+    /// The mean of what is told of each wall's variance (m^2).
+    pub(super) fn mean_of_walls(&self, told: impl Fn(f64) -> f64) -> f64 {
+        self.walls.iter().map(|wall| told(wall.variance)).sum::<f64>() / self.walls.len().max(1) as f64
     }
 
     /// The wall at an occupied cell, by the occupied cells around it.
@@ -102,7 +110,10 @@ impl MapField {
         let eigen = covariance.symmetric_eigen();
         let (across, along) = if eigen.eigenvalues[0] <= eigen.eigenvalues[1] { (0, 1) } else { (1, 0) };
         let is_line = count >= 3.0 && eigen.eigenvalues[across] <= MAX_WALL_RATIO * eigen.eigenvalues[along];
-        Wall { point, normal: is_line.then(|| eigen.eigenvectors.column(across).into_owned()) }
+        let normal = is_line.then(|| eigen.eigenvectors.column(across).into_owned());
+        // The surface is somewhere in its cell, evenly; so is the mean of the cells.
+        let variance = eigen.eigenvalues[across].max(0.0) / count + 2.0 * self.resolution * self.resolution / 12.0;
+        Wall { point, normal, variance }
     }
 
     /// A pose in the world, of one in the grid's frame.

@@ -24,8 +24,8 @@ use crate::preprocess::planar_scan::PlanarScan;
 
 /// Scans with fewer beams do not tell a place.
 const MIN_BEAMS: usize = 8;
-/// The window is searched again when it shows this many times as many pieces of walls, ...
-const GROWTH: f64 = 1.3;
+/// The window is searched again when it shows this many times as many pieces of walls: all searches together take about twice the last; ...
+const GROWTH: f64 = 2.0;
 /// ... or after so many keyframes, for the longest window does not grow any more; twice as many each time, up to the second number.
 const KEYFRAMES_BETWEEN_SEARCHES: (usize, usize) = (10, 40);
 /// Most places that are followed: following one takes a tenth of a millisecond a keyframe.
@@ -212,7 +212,7 @@ impl Localizer {
         num_new: Option<usize>,
     ) -> State {
         let (estimate, fit) = last.moved(motion).registered(&self.field, &self.model, beams, self.window.shared());
-        let odds = (odds + log_odds(num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS_OF_PLACE);
+        let odds = (odds + log_odds(&self.model, num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS_OF_PLACE);
         self.locations.push(self.certain(&estimate, &fit, odds));
         if odds > -odds_of(CERTAIN) {
             return State::Tracking(estimate, odds);
@@ -228,17 +228,17 @@ impl Localizer {
         let joined = stretch.joined();
         let Some((middle, last)) = stretch.scans.get(joined.middle).zip(stretch.scans.last()) else { return 0.0 };
         let pose = estimate.pose * (last.pose.inverse() * middle.pose);
-        log_odds(joined.num_pieces, self.field.fit(&self.model, &joined.beams, &pose).mean())
+        log_odds(&self.model, joined.num_pieces, self.field.fit(&self.model, &joined.beams, &pose).mean())
     }
 
     /// The location of a scan where the robot is tracked, with these log odds to being elsewhere.
     fn certain(&self, estimate: &Estimate, fit: &Fit, odds: f64) -> Location {
         let probability = 1.0 / (1.0 + (-odds).exp());
-        let place = Place::new(&self.field, &estimate.pose, &estimate.covariance, probability);
+        let place = Place::new(&self.field, &estimate.pose, &estimate.covariance, fit, probability);
         let (position, heading) = place.sigmas();
         let reason = if fit.num_beams < MIN_BEAMS {
             format!("it has {} usable beams, too few to tell a place", fit.num_beams)
-        } else if probability < CERTAIN || log_odds(fit.num_beams, fit.mean()) < NEW.ln() {
+        } else if probability < CERTAIN || log_odds(&self.model, fit.num_beams, fit.mean()) < NEW.ln() {
             "most of what it sees there is not in the map".to_owned()
         } else if position > CERTAIN_SIGMA.1 || heading > CERTAIN_SIGMA.0 {
             let heading = heading.to_degrees();
@@ -280,7 +280,7 @@ impl Localizer {
         let (probabilities, elsewhere) = belief.probabilities();
         let place = |(hypothesis, probability): (&Hypothesis, &f64)| {
             let Estimate { pose, covariance, .. } = &hypothesis.estimate;
-            Place::new(&self.field, pose, covariance, *probability)
+            Place::new(&self.field, pose, covariance, &hypothesis.fit, *probability)
         };
         let mut all: Vec<Place> = belief.hypotheses.iter().zip(&probabilities).map(place).collect();
         if all.is_empty() {

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::field::MapField;
+use super::likelihood::Fit;
 use crate::geometry::Pose2;
 use crate::odometry::assessment::Status;
 
@@ -65,18 +66,15 @@ impl Location {
     }
 }
 
-/// Standard deviations of what a map is off where a scan is (rad, m), which no number of scans makes smaller: with two thirds of these, 86 %
-/// of the poses of fr079 lie in their 95 % region.
-const MAP_SIGMA: (f64, f64) = (0.006, 0.03);
-
 impl Place {
-    /// Of a pose in the grid's frame with its covariance (perturbation on the right, rotation first).
-    pub(super) fn new(field: &MapField, pose: &Pose2, covariance: &Matrix3<f64>, probability: f64) -> Self {
+    /// Of a pose in the grid's frame with its covariance (perturbation on the right, rotation first), and of beams that were taken there.
+    pub(super) fn new(field: &MapField, pose: &Pose2, covariance: &Matrix3<f64>, fit: &Fit, probability: f64) -> Self {
         let T_world_sensor = field.in_world(pose);
         let (sin, cos) = T_world_sensor.rotation.angle().sin_cos();
         let to_world = Matrix3::new(0.0, cos, -sin, 0.0, sin, cos, 1.0, 0.0, 0.0);
-        let variances = Vector3::new(MAP_SIGMA.1, MAP_SIGMA.1, MAP_SIGMA.0).map(|sigma| sigma * sigma);
-        let covariance = to_world * covariance * to_world.transpose() + Matrix3::from_diagonal(&variances);
+        let (heading, position) = fit.shared_variances();
+        let of_map = Matrix3::from_diagonal(&Vector3::new(position, position, heading));
+        let covariance = to_world * covariance * to_world.transpose() + of_map;
         Self { T_world_sensor, covariance, probability }
     }
 

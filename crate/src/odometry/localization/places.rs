@@ -17,9 +17,6 @@ pub(super) const CERTAIN: f64 = 0.999;
 const INDEPENDENT_SCORE: f64 = 0.1;
 /// More pieces than this tell no more: of the errors of a long chain and of the map they all have their share.
 const MOST_PIECES: usize = 200;
-/// Mean score of a beam where the robot is elsewhere: of the best places for windows in the grids of other buildings 94 of 100 score less;
-/// of those at their right places in the grid of every other scan 3 of 100. CMU's Wean Hall, of cells of 10 cm, scores 1.9 to 2.2.
-const ELSEWHERE: f64 = 1.5;
 /// What a score of the search, on a lattice, may be less than after registration (a beam).
 const LATTICE_LOSS: f64 = 0.15;
 /// Largest logarithm of odds, of one in ten thousand. Places less likely than the best one, or than being elsewhere, by this factor are left
@@ -64,8 +61,8 @@ impl Places {
 }
 
 /// The logarithm of the odds to being elsewhere of beams that show so many pieces of walls, at a mean score.
-pub(super) fn log_odds(num_pieces: usize, mean_score: f64) -> f64 {
-    INDEPENDENT_SCORE * num_pieces.min(MOST_PIECES) as f64 * (mean_score - ELSEWHERE)
+pub(super) fn log_odds(model: &BeamModel, num_pieces: usize, mean_score: f64) -> f64 {
+    INDEPENDENT_SCORE * num_pieces.min(MOST_PIECES) as f64 * (mean_score - model.elsewhere)
 }
 
 /// All places of a map for the beams of a window.
@@ -74,13 +71,13 @@ pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joine
     // Of so many beams this mean difference is negligible.
     let margin =
         MAX_LOG_ODDS_OF_PLACE / (INDEPENDENT_SCORE * joined.num_pieces.clamp(1, MOST_PIECES) as f64) + LATTICE_LOSS;
-    let wanted = Wanted { least_mean: ELSEWHERE - margin, margin: margin * ends.len() as f64 };
+    let wanted = Wanted { least_mean: model.elsewhere - margin, margin: margin * ends.len() as f64 };
     let found = search.places(&ends, &wanted, &BUDGET);
     let mut places: Vec<FoundPlace> = Vec::new();
     for place in found.places {
         let pose = refine(field, model, &joined.beams, &place, None).pose;
         let fit = field.fit(model, &joined.beams, &pose);
-        let place = FoundPlace { pose, fit, log_odds: log_odds(joined.num_pieces, fit.mean()) };
+        let place = FoundPlace { pose, fit, log_odds: log_odds(model, joined.num_pieces, fit.mean()) };
         match places.iter_mut().find(|known| are_one_place(&known.pose, &pose)) {
             Some(twin) if twin.fit.score < place.fit.score => *twin = place,
             Some(_) => {}
@@ -90,7 +87,7 @@ pub(super) fn places(field: &MapField, model: &BeamModel, search: &Search, joine
     places.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
     let least = places.first().map_or(0.0, |best| best.log_odds.max(0.0)) - MAX_LOG_ODDS_OF_PLACE;
     places.retain(|place| place.log_odds > least);
-    let others = log_odds(joined.num_pieces, found.others_at_most / ends.len().max(1) as f64 + LATTICE_LOSS);
+    let others = log_odds(model, joined.num_pieces, found.others_at_most / ends.len().max(1) as f64 + LATTICE_LOSS);
     Places { all: places, is_complete: found.is_complete, others }
 }
 

@@ -32,7 +32,7 @@ const DAMPING: f64 = 1e-6;
 pub fn refine(field: &MapField, model: &BeamModel, beams: &[Beam], from: &Pose2, prior: Option<&Prior>) -> Refined {
     let mut pose = *from;
     for width in WIDTHS {
-        let (mut H, mut b) = equations(field, model, beams, &pose, width * model.sigma);
+        let (mut H, mut b) = equations(field, model, beams, &pose, width);
         if let Some(prior) = prior {
             H += prior.information;
             b += prior.information * (pose.inverse() * prior.pose).log();
@@ -41,7 +41,7 @@ pub fn refine(field: &MapField, model: &BeamModel, beams: &[Beam], from: &Pose2,
         let Some(step) = H.cholesky().map(|factor| factor.solve(&b)) else { break };
         pose = (pose * Pose2::exp(&step)).renormalized();
     }
-    Refined { pose, information: equations(field, model, beams, &pose, model.sigma).0 }
+    Refined { pose, information: equations(field, model, beams, &pose, 1.0).0 }
 }
 
 /// The inverse of a symmetric matrix that has one but for rounding.
@@ -50,22 +50,22 @@ pub(super) fn inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     symmetric.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e6)
 }
 
-/// The normal equations H * step = b of a perturbation on the right.
+/// The normal equations H * step = b of a perturbation on the right, by standard deviations so many times wider than the model's.
 fn equations(
     field: &MapField,
     model: &BeamModel,
     beams: &[Beam],
     pose: &Pose2,
-    sigma: f64,
+    width: f64,
 ) -> (Matrix3<f64>, Vector3<f64>) {
     let (mut H, mut b) = (Matrix3::zeros(), Vector3::zeros());
-    let information = INDEPENDENT_BEAMS / (sigma * sigma);
     let back = pose.rotation.inverse();
     for beam in beams {
         let end = pose.act(&beam.end);
         let Some(cell) = field.index(&end) else { continue };
         let Some(wall) = field.nearest_wall(cell) else { continue };
-        let weight = information * model.weight(field.distance(cell, &end), sigma);
+        let sigma = width * model.sigma(wall.variance);
+        let weight = INDEPENDENT_BEAMS / (sigma * sigma) * model.weight(field.distance(cell, &end), width);
         let mut add = |direction: Vector2<f64>| {
             let residual = direction.dot(&(end - wall.point));
             let local = back * direction;

@@ -20,6 +20,8 @@ use crate::map::occupancy_grid::Cell;
 pub(super) const LATTICE: f64 = 0.2;
 /// The coarsest blocks have 2^TOP cells a side and span as many turns.
 const TOP: usize = 5;
+/// Returns after whose sum a block may be left: few enough to leave early, more than a comparison costs.
+const CHUNK: usize = 16;
 /// The turn from one pose of the lattice to the next moves this share of the returns by a cell at most.
 const LEVER_QUANTILE: f64 = 0.8;
 /// Poses within these distances of a place are the same place (m, rad).
@@ -121,7 +123,7 @@ impl Search {
         if ends.is_empty() {
             return Found { is_complete: true, ..Found::default() };
         }
-        let turns = Turns::new(self.side, ends);
+        let turns = Turns::new(self.side, &interleaved(ends));
         let floor = self.value_of(wanted.least_mean * ends.len() as f64, ends.len());
         let margin = (wanted.margin / self.scale.1).ceil() as u32;
         let mut blocks = self.first_blocks(&turns, floor);
@@ -160,10 +162,12 @@ impl Search {
 
     fn first_blocks(&self, turns: &Turns, least: u32) -> BinaryHeap<Block> {
         let ((width, height), side) = (self.scores.size(), 1 << TOP);
+        let full = |chunk: &[TurnedEnd]| u32::from(u8::MAX) * chunk.len() as u32;
         let mut blocks = BinaryHeap::new();
         for (x, y) in (0..height).step_by(side).flat_map(|y| (0..width).step_by(side).map(move |x| (x, y))) {
-            for turn in 0..turns.levels[TOP].len() {
-                self.push(turns, Block { bound: 0, level: TOP, turn, x, y }, least, &mut blocks);
+            for (turn, ends) in turns.levels[TOP].iter().enumerate() {
+                let most: Vec<u32> = ends.chunks(CHUNK).map(full).collect();
+                self.push(turns, Block { bound: 0, level: TOP, turn, x, y }, &most, least, &mut blocks);
             }
         }
         blocks
@@ -172,26 +176,31 @@ impl Search {
     fn divide(&self, turns: &Turns, block: &Block, least: u32, blocks: &mut BinaryHeap<Block>) {
         let (level, half) = (block.level - 1, 1 << (block.level - 1));
         let last = turns.levels[level].len() - 1;
+        let chunks = turns.levels[block.level][block.turn].chunks(CHUNK);
+        let most: Vec<u32> = chunks.map(|chunk| self.most(chunk, block)).collect();
         for (x, y) in [(0, 0), (half, 0), (0, half), (half, half)].map(|(x, y)| (block.x + x, block.y + y)) {
             for turn in 2 * block.turn..=(2 * block.turn + 1).min(last) {
-                self.push(turns, Block { bound: 0, level, turn, x, y }, least, blocks);
+                self.push(turns, Block { bound: 0, level, turn, x, y }, &most, least, blocks);
             }
         }
     }
 
-    /// Adds a block where its bound is not too low and a robot can be in it.
-    fn push(&self, turns: &Turns, block: Block, least: u32, blocks: &mut BinaryHeap<Block>) {
+    /// What some returns score at most in a block.
+    fn most(&self, ends: &[TurnedEnd], block: &Block) -> u32 {
+        ends.iter().map(|end| end.max(&self.scores, block.x, block.y)).sum()
+    }
+
+    /// Adds a block where its bound is not too low and a robot can be in it. `most`: what each chunk of the returns scores at most, by the
+    /// block that it is a part of: from there the bound comes down chunk by chunk, until it is too low.
+    fn push(&self, turns: &Turns, block: Block, most: &[u32], least: u32, blocks: &mut BinaryHeap<Block>) {
         let layer = layer_of(1 << block.level).unwrap_or_default();
         if self.free.max(layer, block.x, block.y) == 0 {
             return;
         }
-        let group = &turns.levels[block.level][block.turn];
-        let full = u32::from(u8::MAX);
-        let (mut left, mut bound) = (full * group.len() as u32, 0);
-        for some in group.chunks(16) {
-            bound += some.iter().map(|end| end.max(&self.scores, block.x, block.y)).sum::<u32>();
-            left -= full * some.len() as u32;
-            if bound + left < least {
+        let mut bound = most.iter().sum::<u32>();
+        for (chunk, most) in turns.levels[block.level][block.turn].chunks(CHUNK).zip(most) {
+            bound -= most.saturating_sub(self.most(chunk, &block));
+            if bound < least {
                 return;
             }
         }
@@ -259,6 +268,12 @@ impl TurnedEnd {
     fn of(&[x, to_x, y, to_y]: &Reach, side: i32) -> Self {
         Self { x, y, layer: layer_of((to_x - x).max(to_y - y) + side) }
     }
+}
+
+/// The returns in an order in which each chunk has some from everywhere.
+fn interleaved(ends: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
+    let num_chunks = ends.len().div_ceil(CHUNK);
+    (0..num_chunks).flat_map(|first| ends.iter().skip(first).step_by(num_chunks)).copied().collect()
 }
 
 /// The reaches of blocks of turns together.
