@@ -183,11 +183,11 @@ export class Measuring implements MapTool {
     const [first, second] = this.#points;
     const mesh = this.#mesh;
     if (!mesh) return 'Distances are measured on the surface: make it first (M).';
+    if (this.#missed) return 'There is no surface at this point.';
     if (first && second) {
       const { distance, deviation } = measured(first, second, mesh.voxel_size);
       return measuredWords(distance, deviation);
     }
-    if (this.#missed) return 'There is no surface at this point.';
     return first ? 'Choose the second point.' : 'Choose the first point.';
   }
 
