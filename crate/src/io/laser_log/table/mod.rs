@@ -4,7 +4,7 @@
 //! As text, a [`TableFormat`] is `name=value` pairs separated by commas, columns counted from 1:
 //! `ranges=25:706,unit=mm,start=-120deg,step=0.3516deg,time=1:us,odometry=2:3:4`. What such a text leaves out is guessed.
 
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 use super::fields::tolerate;
 use super::{Bearings, LaserLog, LaserScan, OdometryOrigin, pose};
@@ -13,6 +13,7 @@ use crate::io::limits::MAX_BEAMS;
 use crate::{Error, Result};
 
 mod clock;
+mod direction;
 mod format;
 mod guess;
 mod names;
@@ -21,11 +22,14 @@ mod odometry;
 mod other_columns;
 mod preview;
 mod rows;
+mod sweeps;
 
+use direction::{is_direction_open, note_on_direction};
 pub use guess::Guess;
 pub use odometry::read_wheel_paths;
 pub use preview::{TableFacts, describe};
 use rows::{Row, Table};
+use sweeps::ends_of_sweeps;
 
 /// What the lines of a table of ranges mean. Columns are counted from 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -189,47 +193,6 @@ pub(super) fn read_guessed(text: &[u8]) -> Result<LaserLog> {
     Ok(log)
 }
 
-/// That angles were taken to grow counter-clockwise: the other way round, the readings give the mirror image of the same map, whose
-/// scans agree as well, so that nothing in the table tells which it is.
-fn note_on_direction(table: &Table, format: &TableFormat) -> Option<String> {
-    let remedy = match format.layout {
-        Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } if unit > 0.0 => {
-            format!("angle={}:-{}deg", column + 1, format::degrees_of_unit(unit))
-        }
-        Layout::ScanPerLine { first, .. } if !is_named_as_ros(table, first) && format.step > 0.0 => {
-            let [start, step] = [-format.start, -format.step].map(format::degrees);
-            format!("step={step}deg,start={start}deg")
-        }
-        _ => return None,
-    };
-    Some(format!(
-        "Its angles are taken to grow counter-clockwise. Of a laser that turns clockwise, as RPLIDAR, YDLIDAR and LDROBOT \
-         do, the map is mirrored: give {remedy}."
-    ))
-}
-
-/// Whether the angles may as well grow clockwise: those from 0 to beyond 180 degrees, as lasers count them that turn all round, of
-/// columns or of readings. Those of ROS (columns `ranges`) and of lasers that look ahead grow counter-clockwise.
-fn is_direction_open(table: &Table, format: &TableFormat) -> bool {
-    match format.layout {
-        Layout::ReadingPerLine { angle: Some(AngleColumn { column, unit }), .. } => {
-            let angles = || table.rows.iter().filter_map(|row| row.values.get(column));
-            unit > 0.0 && angles().all(|&angle| angle >= 0.0) && angles().any(|&angle| unit * angle > PI)
-        }
-        Layout::ScanPerLine { first, end } => {
-            let last = format.start + format.step * (end - first - 1) as f64;
-            let is_beyond_half = format.start.min(last) >= 0.0 && format.start.max(last) > PI;
-            is_beyond_half && !is_named_as_ros(table, first)
-        }
-        Layout::ReadingPerLine { .. } => false,
-    }
-}
-
-/// Whether the first range is called as ROS calls them, whose angles grow counter-clockwise.
-fn is_named_as_ros(table: &Table, first: usize) -> bool {
-    table.names.get(first).is_some_and(|name| name.contains("ranges"))
-}
-
 /// Reads a table of the format that a text gives. What it leaves out is guessed, but no times and no poses where it names the
 /// ranges: then it is meant to be whole.
 ///
@@ -308,62 +271,6 @@ fn no_number(line: usize) -> Error {
     Error::line(line, "A word in this line is not a number", "Correct the line or remove it")
 }
 
-/// Lasers that do not see all round leave out at least this part of a turn: their widest view is 270 degrees.
-const MIN_UNSEEN: f64 = 0.25;
-
-/// The angles counted from the sector that no reading falls into, where there is one: a sweep that passes 360 degrees does not end there.
-fn from_unseen_sector(angles: &[f64], turn: f64) -> Vec<f64> {
-    let mut seen: Vec<f64> =
-        angles.iter().map(|angle| angle.rem_euclid(turn)).filter(|angle| angle.is_finite()).collect();
-    seen.sort_by(f64::total_cmp);
-    let gaps = seen.windows(2).map(|pair| (pair[1] - pair[0], pair[1]));
-    let widest = gaps.filter(|(gap, _)| *gap > MIN_UNSEEN * turn).max_by(|a, b| a.0.total_cmp(&b.0));
-    widest.map_or_else(
-        || angles.to_vec(),
-        |(_, first)| angles.iter().map(|angle| (angle - first).rem_euclid(turn)).collect(),
-    )
-}
-
-/// Whether the angles go one way, and round once at most: they are one sweep, wherever it leaves out a sector.
-fn is_one_sweep(angles: &[f64], turn: f64) -> bool {
-    let goes = |sign: f64| angles.windows(2).all(|pair| sign * (pair[1] - pair[0]) >= 0.0);
-    let [Some(first), Some(last)] = [angles.first(), angles.last()] else { return false };
-    (last - first).abs() <= turn && (goes(1.0) || goes(-1.0))
-}
-
-/// A sweep has this share of the angles between the lowest and the highest at least.
-const MIN_SWEEP: f64 = 0.5;
-
-/// Where the sweeps of an angle end: where it jumps, and where it turns back, as that of a sensor on a servo does.
-fn ends_of_sweeps(angles: &[f64]) -> Vec<usize> {
-    let (low, high) = angles.iter().fold((f64::MAX, f64::MIN), |(low, high), &a| (low.min(a), high.max(a)));
-    let least = MIN_SWEEP * (high - low);
-    let mut ends = Vec::new();
-    // Where this sweep has come furthest up and furthest down.
-    let (mut up, mut down) = (0, 0);
-    for at in 1..angles.len() {
-        let (angle, before) = (angles[at], angles[at - 1]);
-        if (angle - before).abs() > least || angle.is_nan() {
-            ends.push(at);
-            (up, down) = (at, at);
-            continue;
-        }
-        // It has swept up to `up` and is on its way down again, or the other way round.
-        let has_turned = |turn: usize, other: usize| {
-            other < turn && (angles[turn] - angles[other]).abs() > least && (angle - angles[turn]).abs() > least
-        };
-        if has_turned(up, down) || has_turned(down, up) {
-            let turn = up.max(down);
-            ends.push(turn + 1);
-            (up, down) = if angles[turn] > angle { (turn + 1, at) } else { (at, turn + 1) };
-        }
-        up = if angle > angles[up] { at } else { up };
-        down = if angle < angles[down] { at } else { down };
-    }
-    ends.push(angles.len());
-    ends
-}
-
 impl TableFormat {
     /// What keeps a row from being read.
     fn fault(&self, row: &Row) -> Option<Error> {
@@ -411,12 +318,7 @@ impl TableFormat {
             return rows.first().map(|row| self.scan(0, row, ranges, bearings)).into_iter().collect();
         };
         let angles: Vec<f64> = rows.iter().map(|row| row.values[column]).collect();
-        let turn = std::f64::consts::TAU / unit.abs();
-        let ends = if is_one_sweep(&angles, turn) {
-            vec![angles.len()]
-        } else {
-            ends_of_sweeps(&from_unseen_sector(&angles, turn))
-        };
+        let ends = ends_of_sweeps(&angles, TAU / unit.abs());
         let mut begin = 0;
         let (mut scans, mut first_rows): (Vec<LaserScan>, Vec<&Row>) = (Vec::new(), Vec::new());
         for end in ends {
