@@ -41,7 +41,7 @@ export class ScanstitchMessages extends LitElement {
         <summary>
           ${icon(num_errors > 0 ? 'doubtful' : 'info')}
           <h2>${title(messages, num_errors)}</h2>
-          <span class="first" aria-hidden="true">${messages[0]?.text ?? ''}</span>
+          <span class="first" aria-hidden="true">${firstLine(messages[0])}</span>
         </summary>
         <ul>
           ${alike(messages).map(renderRow)}
@@ -186,6 +186,10 @@ export function retryButton({ retry }: Message): TemplateResult | typeof nothing
 
 function heading({ file, place }: Message): TemplateResult | typeof nothing {
   return file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing;
+}
+
+function firstLine(message?: Message): string {
+  return [message?.file, message?.text].filter(Boolean).join(': ');
 }
 
 function title(messages: readonly Message[], num_errors: number): string {
