@@ -127,12 +127,9 @@ function isReading(names: string[]) {
   return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && (has(RANGE) || (has(RADIUS) && !has(/^x$/i)));
 }
 
-/** Whether the names are those of a bearing and of numbered scans, a column each. */
+/** Whether the names are those of a bearing and of numbered scans, a column each; the engine looks closer. */
 function areScans([bearing = '', ...names]: string[]) {
-  const parts = names.map((name) => /^(\D*)(\d+)(\D*)$/.exec(name) ?? []);
-  const follows = ([, before, number, after]: string[], at: number) =>
-    before === parts[0]?.[1] && after === parts[0]?.[3] && Number(number) === Number(parts[0]?.[2]) + at;
-  return names.length > 1 && ANGLE.test(bearing) && parts.every((part, at) => part.length > 0 && follows(part, at));
+  return ANGLE.test(bearing) && names.length > 1 && new Set(names.map((name) => name.replace(/\d+/, ''))).size === 1;
 }
 
 function isNumber(word: string) {

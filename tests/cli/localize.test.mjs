@@ -51,13 +51,13 @@ test('where the odometry has a gap, the robot is searched for again', async (t) 
     'drive.log': driveLog(BUILDING, 0, 66),
     'later.log': driveLog(BUILDING, 8, 66),
     'whole.txt': rows.join(''),
-    'broken.txt': rows.filter((_, index) => index < 30 || index > 33).join(''),
+    'broken.txt': rows.filter((_, index) => index < 40 || index > 43).join(''),
   });
   const maps = join(folder, 'maps');
   assert.equal((await scanstitch(['reconstruct', drive, '--out', maps])).status, 0);
   const located = async (/** @type {string} */ odometry) => {
     const args = ['localize', join(maps, 'map.yaml'), later, '--odometry', odometry, '--out', folder, '--json'];
-    return JSON.parse((await scanstitch(args)).stdout).scans[31];
+    return JSON.parse((await scanstitch(args)).stdout).scans[41];
   };
   const [followed, afterGap] = [await located(whole), await located(broken)];
   assert.deepEqual([followed.status, followed.is_known_at_once], ['good', true]);

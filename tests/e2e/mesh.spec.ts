@@ -93,7 +93,7 @@ test('the surface of a room is drawn in the place of the points, coloured by its
   await expect(spatial.map.getByText('filled, not measured')).toBeHidden();
 
   const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
-  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00041.jpg'])
+  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00008.png'])
     expect(zip).toContain(path);
   await page.setViewportSize({ width: 1000, height: 860 });
   await useTools(spatial, page);

@@ -33,6 +33,7 @@ export class ScanstitchMessages extends LitElement {
 
   protected override render(): TemplateResult {
     const { messages } = this;
+    const [first] = messages;
     const num_errors = messages.filter(({ kind }) => kind === 'error').length;
     const kind = num_errors > 0 ? 'error' : 'note';
     const isFolded = this.strip && num_errors === 0 && !messages.some(({ retry }) => retry);
@@ -41,7 +42,7 @@ export class ScanstitchMessages extends LitElement {
         <summary>
           ${icon(num_errors > 0 ? 'doubtful' : 'info')}
           <h2>${title(messages, num_errors)}</h2>
-          <span class="first" aria-hidden="true">${firstLine(messages[0])}</span>
+          <span class="first" aria-hidden="true">${[first?.file, first?.text].filter(Boolean).join(': ')}</span>
         </summary>
         <ul>
           ${alike(messages).map(renderRow)}
@@ -186,10 +187,6 @@ export function retryButton({ retry }: Message): TemplateResult | typeof nothing
 
 function heading({ file, place }: Message): TemplateResult | typeof nothing {
   return file || place ? html`<strong>${file}${file && place ? ', ' : ''}${place}</strong>` : nothing;
-}
-
-function firstLine(message?: Message): string {
-  return [message?.file, message?.text].filter(Boolean).join(': ');
 }
 
 function title(messages: readonly Message[], num_errors: number): string {

@@ -1,7 +1,6 @@
 /** The files that trainers of splats open, of the run that is shown. Loaded on demand. */
 import { placedFrames } from '../../../package/mesh/frames.js';
 import { splatFiles } from '../../../package/mesh/splats.js';
-import { pictureOf } from '../datasets/bitmap.js';
 import type { SpatialResult } from '../engine/spatial-protocol.js';
 import type { SpatialSession } from './session.js';
 
@@ -15,7 +14,7 @@ export async function splatsOf(session: SpatialSession, result: SpatialResult): 
     session.points,
     async ({ index }) => {
       const { color } = session.filesOf(places.get(index) ?? -1);
-      return color && new Uint8Array(await (await pictureOf(color)).arrayBuffer());
+      return color && color.read();
     },
     (path, bytes) => {
       files[path] = bytes;
