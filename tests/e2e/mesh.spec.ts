@@ -91,11 +91,23 @@ test('the surface of a room is drawn in the place of the points, coloured by its
   expect((await exported(page, 'PLY')).toString('latin1', 0, 600)).toContain('property uchar filled\n');
   await page.getByRole('combobox', { name: 'Holes' }).selectOption('open');
   await expect(spatial.map.getByText('filled, not measured')).toBeHidden();
+});
 
-  const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
-  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00008.png'])
-    expect(zip).toContain(path);
+test('the apartment is walked in, ridden through, measured and cut; its pictures and a video of it are taken along', async ({
+  drawn: spatial,
+  page,
+}) => {
   await page.setViewportSize({ width: 1000, height: 860 });
+  await page.getByRole('button', { name: 'Open' }).click();
+  await page.getByRole('menuitem', { name: /^An apartment/ }).click();
+  await spatial.stitched();
+  await spatial.map.getByRole('group', { name: 'Map' }).press('m');
+  await counts(spatial);
+  await page.getByRole('combobox', { name: 'Voxels' }).selectOption('5 cm');
+  await expect(spatial.map.getByText('; voxels of 5 cm')).toBeVisible();
+  const zip = (await taken(page, 'Images and poses', 'splats.zip')).toString('latin1');
+  for (const path of ['transforms.json', 'sparse/0/images.txt', 'sparse_pc.ply', 'images/frame_00041.jpg'])
+    expect(zip.includes(path), path).toBe(true);
   await useTools(spatial, page);
   // The eight seconds of a turn go by in one.
   await page.evaluate(() => {
