@@ -99,7 +99,7 @@ const KINECT_RAW_NONE: u16 = 2047;
 /// Pixels without depth in the band that the projector does not reach, as a share of the image: 8 of 640 columns.
 const MIN_KINECT_NONE: f64 = 8.0 / 640.0;
 
-/// Whether these are a Kinect's raw values: no zero, none above [`KINECT_RAW_NONE`], and so many of it.
+/// Whether these are a Kinect's raw values: no zero, none above 2047, and so many of that.
 pub fn holds_kinect_raw(image: &DepthImage) -> bool {
     let num_none = image.values.iter().filter(|&&value| value == KINECT_RAW_NONE).count();
     let is_of_11_bits = image.bits > 8 && image.values.iter().all(|value| (1..=KINECT_RAW_NONE).contains(value));
