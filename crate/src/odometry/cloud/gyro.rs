@@ -214,12 +214,12 @@ mod tests {
         let expected = (attitude(2.0).inverse() * attitude(2.1)).scaled_axis() / 0.1;
         assert!((gyro.rate(2.0, 2.1).unwrap() - expected).norm() < 5e-3);
         assert_eq!(gyro.rate(3.15, 3.3), None, "readings are missing");
-        let wrong: [(&str, Box<dyn Fn(f64) -> Vector3<f64>>); 5] = [
-            ("axes", Box::new(|time| rate(time).yzx())),
-            ("degrees a second", Box::new(|time| rate(time) * 1f64.to_degrees())),
-            ("clock", Box::new(|time| rate(time + 1.7))),
-            ("sign", Box::new(|time| -rate(time))),
-            ("noise", Box::new(|time| Vector3::new((9e4 * time).sin(), (7e4 * time).sin(), (8e4 * time).sin()) * 20.0)),
+        let wrong: [(&str, fn(f64) -> Vector3<f64>); 5] = [
+            ("axes", |time| rate(time).yzx()),
+            ("degrees a second", |time| rate(time) * 1f64.to_degrees()),
+            ("clock", |time| rate(time + 1.7)),
+            ("sign", |time| -rate(time)),
+            ("noise", |time| Vector3::new((9e4 * time).sin(), (7e4 * time).sin(), (8e4 * time).sin()) * 20.0),
         ];
         for (name, says) in wrong {
             let gyro = compared(says);

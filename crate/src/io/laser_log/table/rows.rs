@@ -361,8 +361,9 @@ mod tests {
 
     #[test]
     fn columns_that_are_scans_become_rows() {
-        let lines: String = (0..30).map(|at| format!("{},{}.5,{}\n", at - 15, at, 2 * at)).collect();
-        let table = Table::read(format!("angle,scan 1,scan 2\n{lines}").as_bytes(), usize::MAX);
+        let row = |at: i32| format!("{},{}.5,{}\n", at - 15, at, 2 * at);
+        let text = (0..30).fold("angle,scan 1,scan 2\n".to_owned(), |text, at| text + &row(at));
+        let table = Table::read(text.as_bytes(), usize::MAX);
         assert_eq!((table.rows.len(), table.width(), table.names[0].as_str()), (2, 30, "-15 deg"));
         assert_eq!((table.rows[0].values[3], table.rows[1].values[29]), (3.5, 58.0));
     }
