@@ -492,10 +492,17 @@ fn the_reference_is_compared_under_any_convention_and_does_not_affect_the_estima
     let read_so = set.result().comparison.unwrap();
     assert!(read_so.convention.contains("z forward") && read_so.mean > comparison.mean, "{}", read_so.convention);
     assert_eq!(set.poses(), without.poses());
+    // That of the whole recording is compared by the numbers of the frames, ...
+    let mut ten = truth.clone();
+    ten.trajectory = Trajectory::from_poses(&truth.trajectory.poses().unwrap()[..10]);
     with.set_reference("GT_pose.npy", truth, 20);
+    let whole = with.result().comparison.unwrap();
+    assert!((whole.mean - mean).abs() < 1e-12 && whole.convention.ends_with("from 1"), "{}", whole.convention);
+    // ... and one of fewer frames is refused.
+    with.set_reference("GT_pose.npy", ten, 20);
     let result = with.result();
     assert_eq!(result.comparison, None);
-    assert!(result.notes[0].starts_with("GT_pose.npy: The reference has 80 poses"), "{:?}", result.notes);
+    assert!(result.notes[0].starts_with("GT_pose.npy: The reference has 10 poses"), "{:?}", result.notes);
 }
 
 fn pgm(width: usize, height: usize, value: u8) -> Vec<u8> {
