@@ -214,7 +214,8 @@ mod tests {
         let expected = (attitude(2.0).inverse() * attitude(2.1)).scaled_axis() / 0.1;
         assert!((gyro.rate(2.0, 2.1).unwrap() - expected).norm() < 5e-3);
         assert_eq!(gyro.rate(3.15, 3.3), None, "readings are missing");
-        let wrong: [(&str, fn(f64) -> Vector3<f64>); 5] = [
+        type Says = fn(f64) -> Vector3<f64>;
+        let wrong: [(&str, Says); 5] = [
             ("axes", |time| rate(time).yzx()),
             ("degrees a second", |time| rate(time) * 1f64.to_degrees()),
             ("clock", |time| rate(time + 1.7)),
