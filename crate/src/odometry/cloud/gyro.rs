@@ -205,6 +205,9 @@ mod tests {
         gyro
     }
 
+    /// What a gyroscope says at a time (s).
+    type Says = fn(f64) -> Vector3<f64>;
+
     #[test]
     fn a_gyroscope_is_confirmed_with_its_bias_and_every_wrong_one_refuted() {
         let bias = Vector3::new(0.02, -0.05, 0.04);
@@ -214,7 +217,6 @@ mod tests {
         let expected = (attitude(2.0).inverse() * attitude(2.1)).scaled_axis() / 0.1;
         assert!((gyro.rate(2.0, 2.1).unwrap() - expected).norm() < 5e-3);
         assert_eq!(gyro.rate(3.15, 3.3), None, "readings are missing");
-        type Says = fn(f64) -> Vector3<f64>;
         let wrong: [(&str, Says); 5] = [
             ("axes", |time| rate(time).yzx()),
             ("degrees a second", |time| rate(time) * 1f64.to_degrees()),
