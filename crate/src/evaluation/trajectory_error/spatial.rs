@@ -6,8 +6,9 @@ use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
 use crate::error::{Error, Result};
 use crate::evaluation::associate::{MAX_TIME_DIFFERENCE, by_time};
 use crate::evaluation::convention::{KnownConvention, PoseConvention, interpret};
-use crate::evaluation::motion_ratio::ratio_of;
+use crate::evaluation::motion_ratio::{MotionSize, motions, ratio_of};
 use crate::geometry::Pose3;
+use crate::geometry::pose_distance::METRES_PER_RADIAN;
 use crate::io::length_unit::MILLIMETRE;
 use crate::io::trajectory::{Contents, Trajectory};
 
@@ -43,8 +44,8 @@ pub(crate) fn spatial_error(
         let error = error_of(frames, &pairing.partners, name, reference, known);
         TrajectoryError { convention: error.convention.clone() + pairing.words, ..error }
     });
-    let aligned = |error: &TrajectoryError<Pose3>| error.aligned.map_or(error.rmse, |aligned| aligned.rmse);
-    errors.min_by(|a, b| aligned(a).total_cmp(&aligned(b))).ok_or_else(|| {
+    let difference = |error: &TrajectoryError<Pose3>| difference_of_motions(frames, error);
+    errors.min_by(|a, b| difference(a).total_cmp(&difference(b))).ok_or_else(|| {
         let num_rows = reference.trajectory.num_rows();
         let problem = format!("The reference has {num_rows} poses, but the recording has {num_recorded} frames");
         let remedy = if num_rows > num_recorded {
@@ -54,6 +55,22 @@ pub(crate) fn spatial_error(
         };
         Error::whole(problem, remedy)
     })
+}
+
+/// Sum of the differences between the sizes of the steps and turns from frame to frame of the estimate and of the reference (m, two metres
+/// per radian). Poses that are paired one off lie on the same path, but do not move alike.
+fn difference_of_motions(frames: &[EstimatedFrame], error: &TrajectoryError<Pose3>) -> f64 {
+    let both: Vec<(Pose3, Pose3)> = frames
+        .iter()
+        .zip(&error.reference)
+        .filter_map(|(frame, reference)| Some((frame.T_world_sensor?, (*reference)?)))
+        .collect();
+    let has_turns = error.rotation_errors.iter().any(Option::is_some);
+    let difference = |(estimate, reference): (MotionSize, MotionSize)| {
+        let turns = if has_turns { METRES_PER_RADIAN * (estimate.turn - reference.turn).abs() } else { 0.0 };
+        (estimate.step - reference.step).abs() + turns
+    };
+    motions(&both, 1).map(difference).sum()
 }
 
 fn error_of(
