@@ -497,7 +497,7 @@ fn the_reference_is_compared_under_any_convention_and_does_not_affect_the_estima
     ten.trajectory = Trajectory::from_poses(&truth.trajectory.poses().unwrap()[..10]);
     with.set_reference("GT_pose.npy", truth, 20);
     let whole = with.result().comparison.unwrap();
-    assert!((whole.mean - mean).abs() < 1e-12 && whole.convention.ends_with("from 1"), "{}", whole.convention);
+    assert!((whole.mean - mean).abs() < 1e-12 && whole.convention.ends_with("from 0"), "{}", whole.convention);
     // ... and one of fewer frames is refused.
     with.set_reference("GT_pose.npy", ten, 20);
     let result = with.result();
