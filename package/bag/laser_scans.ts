@@ -3,7 +3,6 @@
  * metric", ICRA 2008) writes them.
  */
 import { MOST_ANGLE } from '../files/laser_logs.js';
-
 import { MessageError } from './cdr.js';
 import type { ScanMessage } from './messages.js';
 

@@ -41,27 +41,11 @@ export interface BagContent {
   losses?: Note[];
 }
 export type BagRecording = { files: BagContent[]; recording: Recording };
-/** The camera of images of another width and the same shape; pixels have their middles at whole numbers. */
-function scaledTo(camera: NonNullable<ReturnType<typeof pinholeOf>>, width: number) {
-  const factor = width / camera.width;
-  const middle = (at: number) => (at + 0.5) * factor - 0.5;
-  const { fx, fy, cx, cy } = camera;
-  return {
-    ...camera,
-    width,
-    height: camera.height * factor,
-    fx: fx * factor,
-    fy: fy * factor,
-    cx: middle(cx),
-    cy: middle(cy),
-  };
-}
-
-/** Of scans that do not say the step between their readings. */
-const STEP_FROM_LIMITS = 'its angle_increment is 0: the readings are spread evenly from angle_min to angle_max';
 
 type TimedContent = BagContent & { time: bigint };
 
+/** Of scans that do not say the step between their readings. */
+const STEP_FROM_LIMITS = 'its angle_increment is 0: the readings are spread evenly from angle_min to angle_max';
 /** Of a laser that hangs upside down the z axis points down to within 45 degrees. */
 const UPRIGHT = Math.SQRT1_2;
 /** Why there are no colours, where two clocks were at work. */
@@ -387,6 +371,22 @@ export function pinholeOf({ width, height, k, p, binning, region }: CameraMessag
     fy: fy / binY,
     cx: (cx - region.x) / binX,
     cy: (cy - region.y) / binY,
+  };
+}
+
+/** The camera of images of another width and the same shape; pixels have their middles at whole numbers. */
+function scaledTo(camera: NonNullable<ReturnType<typeof pinholeOf>>, width: number) {
+  const factor = width / camera.width;
+  const middle = (at: number) => (at + 0.5) * factor - 0.5;
+  const { fx, fy, cx, cy } = camera;
+  return {
+    ...camera,
+    width,
+    height: camera.height * factor,
+    fx: fx * factor,
+    fy: fy * factor,
+    cx: middle(cx),
+    cy: middle(cy),
   };
 }
 

@@ -2,6 +2,7 @@
  * Masks of nav2's costmap filters from areas that a file keeps: where a robot must not go, and where it goes slower. The values are those
  * of nav2's keepout filter (type 0: base 0, multiplier 1) and speed filter (type 1, per cent: base 100, multiplier -1).
  */
+import { object, parsed, show } from './checked_json.js';
 import type { Grid, Point } from './wall_lines.js';
 
 /** Raised when an older reader could not use what a newer writer keeps. */
@@ -12,7 +13,7 @@ export type Area = { polygon: Point[] } & ({ kind: 'keepout' } | { kind: 'speed'
 
 /** Reads a file of areas; throws an Error whose message says what is wrong with it. */
 export function readAreas(text: string): Area[] {
-  const { scanstitch_areas: version, areas } = object(parsed(text), 'the file');
+  const { scanstitch_areas: version, areas } = object(parsed(text, 'file of areas'), 'the file');
   if (version === undefined) throw new Error('This is no file of areas: it has no "scanstitch_areas"');
   if (version !== VERSION)
     throw new Error(`These areas are of version ${show(version)}; this program reads ${VERSION}`);
@@ -40,23 +41,6 @@ function readPoint(value: unknown, where: string): Point {
   const isCoordinate = (coordinate: unknown) => typeof coordinate === 'number' && Number.isFinite(coordinate);
   if (isCoordinate(x) && isCoordinate(y) && others.length === 0) return [x as number, y as number];
   throw new Error(`${where}: a point of "polygon" is [x, y] in metres, not ${show(value)}`);
-}
-
-function parsed(text: string): unknown {
-  try {
-    return JSON.parse(text);
-  } catch {
-    throw new Error('This is no JSON, and so no file of areas');
-  }
-}
-
-function object(value: unknown, where: string): Record<string, unknown> {
-  if (typeof value === 'object' && value !== null && !Array.isArray(value)) return { ...value };
-  throw new Error(`${where} is an object in braces, not ${show(value)}`);
-}
-
-function show(value: unknown) {
-  return value === undefined ? 'missing' : JSON.stringify(value).slice(0, 60);
 }
 
 /**

@@ -1,6 +1,7 @@
 /** The file that keeps the steps by which a map was mended: what the page saves and the command line replays. */
 import type { Edit } from '../../pkg/scanstitch.js';
 import type { StepsFile } from '../files/recording.js';
+import { object, parsed, show } from './checked_json.js';
 
 /** Raised when an older reader could not replay what a newer writer keeps. */
 const VERSION = 1;
@@ -14,7 +15,12 @@ export function stepsText({ num_scans, settings, steps }: StepsFile) {
 
 /** Reads the file; throws an Error whose message says what is wrong with it. */
 export function readSteps(text: string): StepsFile {
-  const { scanstitch_steps: version, num_scans, settings = {}, steps } = object(parsed(text), 'the file');
+  const {
+    scanstitch_steps: version,
+    num_scans,
+    settings = {},
+    steps,
+  } = object(parsed(text, 'file of steps'), 'the file');
   if (version === undefined) throw new Error('This is no file of steps: it has no "scanstitch_steps"');
   if (version !== VERSION)
     throw new Error(`These steps are of version ${show(version)}; this program reads ${VERSION}`);
@@ -43,24 +49,7 @@ function readStep(value: unknown, where: string): Edit {
   return { action, ...scans, T_target_source, unchecked };
 }
 
-function parsed(text: string): unknown {
-  try {
-    return JSON.parse(text);
-  } catch {
-    throw new Error('This is no JSON, and so no file of steps');
-  }
-}
-
-function object(value: unknown, where: string): Record<string, unknown> {
-  if (typeof value === 'object' && value !== null && !Array.isArray(value)) return { ...value };
-  throw new Error(`${where} is an object in braces, not ${show(value)}`);
-}
-
 function count(value: unknown, where: string) {
   if (typeof value === 'number' && Number.isInteger(value) && value >= 0) return value;
   throw new Error(`${where} is a whole number from 0, not ${show(value)}`);
-}
-
-function show(value: unknown) {
-  return value === undefined ? 'missing' : JSON.stringify(value).slice(0, 60);
 }

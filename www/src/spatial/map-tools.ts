@@ -1,11 +1,11 @@
-/** The tools of the map in space, which are loaded when they are asked for: until then, none takes a gesture or a key. */
+/** The tools of the map in space, which are loaded on demand; until then none takes a gesture or a key. */
 import { html, nothing, type TemplateResult } from 'lit';
 import type { ToolHost } from './map-tool.js';
 import type { SceneLook } from './scene.js';
 import type { ViewTools } from './view-tools.js';
 
 export class MapTools {
-  /** Null: they are not asked for. */
+  /** Null: not shown. */
   now: ViewTools | null = null;
   #host: ToolHost;
 

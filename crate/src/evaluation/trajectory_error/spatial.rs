@@ -1,5 +1,7 @@
 //! Distance of estimated poses in space to a reference, whatever the reference's conventions.
 
+use std::collections::HashMap;
+
 use nalgebra::Isometry3;
 
 use super::{AlignedError, POSITIONS_ALONE, TrajectoryError};
@@ -153,23 +155,24 @@ fn pairings(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajecto
         let partners = frames.iter().map(|frame| reference.index_of_row(frame.index)).collect();
         return Ok(vec![Pairing { partners, words: "" }]);
     }
-    Ok(by_number(frames, reference))
+    Ok(by_number(frames, num_recorded, reference))
 }
 
 /// Pairings of frames that were taken out of a longer recording, by the numbers in their names: with the poses of these numbers, or
-/// with the rows, counted from 0 or from 1. None where the numbers do not grow or exceed the rows.
-fn by_number(frames: &[EstimatedFrame], reference: &Trajectory) -> Vec<Pairing> {
+/// with the rows, counted from 0 or from 1. None where the numbers do not grow or exceed the rows, or the
+/// reference is no longer than the recording.
+fn by_number(frames: &[EstimatedFrame], num_recorded: usize, reference: &Trajectory) -> Vec<Pairing> {
     let Some(numbers) = frames.iter().map(|frame| frame.number).collect::<Option<Vec<usize>>>() else {
         return Vec::new();
     };
     let (&[first, ..], Some(&last)) = (&numbers[..], numbers.last()) else { return Vec::new() };
-    if !numbers.is_sorted_by(|a, b| a < b) {
+    if !numbers.is_sorted_by(|a, b| a < b) || reference.num_rows() <= num_recorded {
         return Vec::new();
     }
     let labels = reference.numbers.as_ref().or(reference.stamps.as_ref());
     if let Some(labels) = labels.filter(|labels| labels.iter().all(|label| label.fract() == 0.0)) {
-        let find = |number: &usize| labels.iter().position(|&label| label == *number as f64);
-        let partners: Vec<Option<usize>> = numbers.iter().map(find).collect();
+        let rows: HashMap<i64, usize> = labels.iter().map(|&label| label as i64).zip(0..).collect();
+        let partners: Vec<Option<usize>> = numbers.iter().map(|&number| rows.get(&(number as i64)).copied()).collect();
         return if partners.contains(&None) {
             Vec::new()
         } else {
@@ -314,6 +317,10 @@ mod tests {
             taken.iter_mut().zip(numbers).for_each(|(frame, number)| frame.number = Some(number));
             assert!(spatial_error(&taken, 4, "ref.txt", &contents(rows()), KnownConvention::default()).is_err());
         }
+        // In the middle of a run there are fewer frames than poses, of a reference that is too short as well.
+        let mut first = frames(&[Some(truth[0]), Some(truth[1])]);
+        first.iter_mut().zip(0..).for_each(|(frame, number)| frame.number = Some(number));
+        assert!(spatial_error(&first, 20, "ref.txt", &contents(rows()), KnownConvention::default()).is_err());
         let names = ["depth/frame-000012.depth.png", "7.pcd", "a2/b", "scan_1_02.png"].map(number_in_name);
         assert_eq!(names, [Some(12), Some(7), None, Some(2)]);
     }
