@@ -79,7 +79,7 @@ function isRangeTable(head: Uint8Array, text: string) {
   if (rows.every((row) => row.filter(isNumber).length >= MIN_SCAN_NUMBERS)) return true;
   const labels = rows[0]?.filter(isLabel) ?? [];
   const names = labels.length > 0 ? labels : (lines.slice(0, lines.findIndex(isRow)).at(-1) ?? []);
-  if (rows.length >= 2 && (isReading(names) || areScans(names))) return true;
+  if (rows.length >= 2 && isReading(names)) return true;
   const begin = Number(rows[0]?.[0]);
   const follows = (row: string[], index: number) =>
     index === 0 || Number(row[0]) === begin || Number(row[0]) === Number(rows[index - 1]?.[0]) + 1;
@@ -120,16 +120,13 @@ const RANGE = /^(range|dist|radius|abstand|entfernung|portée|alcance|距離|距
 /** Without x and y beside it, as in polar coordinates. */
 const RADIUS = /^(r|rho)([_\s([]|$)/i;
 
-/** Whether the names of the columns are those of an angle or a beam, and of a range. */
+/** Whether the names of the columns are those of an angle or a beam, and of a range, or of numbered scans. */
 function isReading(names: string[]) {
   const has = (word: RegExp) => names.some((name) => word.test(name));
   const hasAngle = has(ANGLE) || names.some((name) => IN_ANGLES.test(name) && !HEADING.test(name));
-  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && (has(RANGE) || (has(RADIUS) && !has(/^x$/i)));
-}
-
-/** Whether the names are those of a bearing and of numbered scans, a column each; the engine looks closer. */
-function areScans([bearing = '', ...names]: string[]) {
-  return ANGLE.test(bearing) && names.length > 1 && new Set(names.map((name) => name.replace(/\d+/, ''))).size === 1;
+  const isScans = names.length > 2 && new Set(names.slice(1).map((name) => name.replace(/\d+/, ''))).size === 1;
+  const isRanges = has(RANGE) || isScans || (has(RADIUS) && !has(/^x$/i));
+  return names.length < MIN_SCAN_NUMBERS && (hasAngle || has(BEAM)) && isRanges;
 }
 
 function isNumber(word: string) {

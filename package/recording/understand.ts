@@ -3,20 +3,12 @@
  * which files give the ground truth and the camera. One understanding for the page and the command line. Names, sizes
  * and the beginnings of files are looked at, lists, trajectories and cameras as a whole; nothing is kept.
  */
-import { append } from '../base/append.js';
 import { lost, type Note } from '../base/errors.js';
 import { compareNaturally } from '../base/natural_order.js';
 import { HEAD_BYTES, IMAGE_HEAD_BYTES, imageSize, isPly, readPlyExtent } from '../files/heads.js';
 import { isCloudName, isForeignDepthName, isImageName } from '../files/kinds.js';
 import { baseOf, commonFolder, contains, folderOf, groupBy, nameOf, seriesOf } from '../files/names.js';
-import {
-  empty,
-  type Found,
-  type ListedFile,
-  type ReadHead,
-  type Recording,
-  type Understood,
-} from '../files/recording.js';
+import { empty, type Found, type ListedFile, type ReadHead, type Understood } from '../files/recording.js';
 import type { Frames, Read } from './cameras.js';
 import { classify, isSystemFile } from './classify.js';
 import { notesOnCopies } from './copies.js';
@@ -63,7 +55,10 @@ export async function understand(
   };
   const given = known.flatMap((file) => file.given ?? []);
   if (given.length > 0) {
-    const recording = await givenRecording(new Set(given), known, read);
+    const { givenRecording } = await import('./given_recording.js');
+    const recording = await givenRecording(new Set(given), known, (files, frames) =>
+      referenceAndCamera(files, frames, read),
+    );
     return { ...recording, image_size: null, notes: [...unreadable, ...recording.notes] };
   }
   const depth = await findDepth(known, (path) => read(path, IMAGE_HEAD_BYTES));
@@ -88,68 +83,6 @@ async function findDepth(files: ListedFile[], peek: Peek): Promise<DepthImages> 
     return { recordings: [], notes: [], pictures: [] };
   const { findDepthRecordings } = await inSpace();
   return findDepthRecordings(files, peek);
-}
-
-/** The longest of the recordings that are known, with a reference or a camera that lies beside it. */
-async function givenRecording(given: ReadonlySet<Recording>, files: ListedFile[], read: Read): Promise<Recording> {
-  const [chosen = empty(), ...others] = [...given].sort((a, b) => numFramesOf(b) - numFramesOf(a));
-  const { kind, root } = chosen;
-  const loose = files.filter((file) => !file.given);
-  const isOther = (file: ListedFile) => !isImageName(file.path) && !isCloud(file);
-  const beside = await referenceAndCamera(
-    loose.filter(isOther),
-    {
-      root,
-      keys: [...chosen.depth_frames.map(({ depth }) => depth), ...chosen.clouds],
-      times: chosen.depth_frames.flatMap(({ time }) => time ?? []),
-      size: null,
-      isElsewhere: () => false,
-    },
-    read,
-  );
-  const reference = beside.reference.length === 0 ? chosen.reference : beside.reference;
-  const intrinsics = kind === 'depth_images' ? (beside.intrinsics ?? chosen.intrinsics) : null;
-  const images = loose.filter((file) => !isOther(file));
-  const notes = [
-    ...chosen.notes,
-    ...notesOfGiven(chosen, others, { reference, intrinsics }),
-    ...beside.notes,
-    ...unused(images, 'it lies beside a bag, which is used'),
-  ];
-  return { ...chosen, reference, intrinsics, notes };
-}
-
-/**
- * What is not used of recordings that are known, and what the chosen one lacks.
- * @param used in its place or of its own
- */
-function notesOfGiven(
-  { kind, root, reference: [own] }: Recording,
-  others: Recording[],
-  { reference: [used], intrinsics }: Pick<Recording, 'reference' | 'intrinsics'>,
-): Note[] {
-  const notes: Note[] = [];
-  if (own !== undefined && used !== own) {
-    notes.push({ file: own, reason: `not used: one reference trajectory is used at a time, here ${used}` });
-  }
-  for (const recording of others.filter((recording) => numFramesOf(recording) > 0)) {
-    const reason = `not used: another recording; one is used at a time, the longest: ${root}`;
-    notes.push({ file: recording.root, reason });
-  }
-  if (kind === 'depth_images' && intrinsics === null) {
-    const remedy = 'give fx fy cx cy in a file beside the bag, or set field_of_view';
-    const reason = `no CameraInfo gives the focal length of its depth images; a typical one is assumed, and the map may be distorted; ${remedy}`;
-    notes.push({ file: root, reason });
-  }
-  if (kind === 'nothing') {
-    for (const recording of others) append(notes, recording.notes);
-    notes.push({ file: root, reason: 'no topic of this bag can be used as depth images, clouds or laser scans' });
-  }
-  return notes;
-}
-
-function numFramesOf({ depth_frames, clouds, scans }: Recording) {
-  return depth_frames.length + clouds.length + scans.length;
 }
 
 /** A reference that is one file for each frame, as one text: what the engine takes. */

@@ -28,11 +28,14 @@ test('a log is many scans with a reference, its grid is a layer and an export, a
   empty: app,
   page,
 }) => {
+  const odometry = Array.from({ length: 12 }, (_, i) => `${i};${50 * i},5;0,0;0,0`);
   await app.drop([
     { name: 'room.log', content: smallLog(12) },
-    { name: 'room.odometry.txt', content: Array.from({ length: 12 }, (_, i) => `${i} ${0.05 * i} 0 0`).join('\n') },
+    { name: 'room.odometry.csv', content: ['frame;x [mm];y [mm];yaw_deg', ...odometry].join('\n') },
   ]);
   const { result } = await app.stitched();
+  await expect(app.messages).toBeHidden();
+  expect(result.odometry_refusal).toBeNull();
   expect(result.frames).toHaveLength(12);
   expect(result.frames[11]?.name).toBe('room.log #11');
   expect(result.frames.every(({ status }) => status === 'good')).toBe(true);

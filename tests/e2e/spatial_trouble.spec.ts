@@ -3,6 +3,7 @@ import { mkdirSync, readFileSync, truncateSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import type { Page } from '@playwright/test';
 import { idle, noteAnswers } from './answers.js';
+import { gateWorkers } from './held.js';
 import type { InputFile } from './scanstitch_page.js';
 import { colorPicture, evenDepth, recording, truth } from './spatial_recording.js';
 import { expect, SpatialPage, test } from './spatial_page.js';
@@ -122,6 +123,7 @@ test('a registrar that crashes is told and begins again by itself', async ({ spa
 
 test('a stop answers at once and keeps what is done; it goes on from there', async ({ page }, info) => {
   const spatial = new SpatialPage(page);
+  const gate = await gateWorkers(page, 'place');
   await noteAnswers(page);
   await spatial.open();
   await spatial.drop([...recording(90), truth(90)]);
@@ -139,11 +141,13 @@ test('a stop answers at once and keeps what is done; it goes on from there', asy
   await idle(page);
   expect(await numRows()).toBeLessThan(90);
   await page.getByRole('button', { name: 'Dismiss the messages' }).click();
+  await gate.close();
   await page.getByRole('button', { name: 'Continue' }).click();
   // It goes on when one is dropped in its middle.
   await spatial.drop([{ name: 'README.md', content: 'words' }]);
   await expect(page.getByRole('button', { name: 'Stop' })).toBeVisible();
   await expect(spatial.messages).toContainText('The file cannot be used');
+  await gate.open();
   expect((await spatial.stitched()).result.frames).toHaveLength(90);
   expect(spatial.app.faults).toEqual([]);
 });

@@ -45,11 +45,18 @@ export async function takeIn(recording: OpenedRecording): Promise<Intake> {
       return [];
     }
   };
+  /** Poses, of tables in other conventions as the engine reads them. */
+  const readPoses = async (path: string | null | undefined): Promise<InputFile[]> => {
+    const [file] = await read(path);
+    if (!file) return [];
+    const { trajectoryBytes } = await import('../../../package/recording/pose_file.js');
+    return [{ ...file, bytes: ownBuffer(trajectoryBytes(file.name, new Uint8Array(file.bytes))) }];
+  };
   const found = beside ?? { reference: recording.reference[0], odometry: recording.odometry, notes: recording.notes };
   const [readScans, [reference = null], [odometry = null]] = await Promise.all([
     Promise.all(scans.map(read)),
-    read(found.reference),
-    read(found.odometry),
+    readPoses(found.reference),
+    readPoses(found.odometry),
   ]);
   return { scans: readScans.flat(), reference, odometry, mended, notes: [...found.notes, ...notes] };
 }
