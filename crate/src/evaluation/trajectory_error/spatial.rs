@@ -170,9 +170,9 @@ fn by_number(frames: &[EstimatedFrame], num_recorded: usize, reference: &Traject
         return Vec::new();
     }
     let labels = reference.numbers.as_ref().or(reference.stamps.as_ref());
-    if let Some(labels) = labels.filter(|labels| labels.iter().all(|label| label.fract() == 0.0)) {
-        let rows: HashMap<i64, usize> = labels.iter().map(|&label| label as i64).zip(0..).collect();
-        let partners: Vec<Option<usize>> = numbers.iter().map(|&number| rows.get(&(number as i64)).copied()).collect();
+    if let Some(labels) = labels.filter(|labels| labels.iter().all(|label| *label >= 0.0 && label.fract() == 0.0)) {
+        let rows: HashMap<usize, usize> = labels.iter().map(|&label| label as usize).zip(0..).collect();
+        let partners: Vec<Option<usize>> = numbers.iter().map(|number| rows.get(number).copied()).collect();
         return if partners.contains(&None) {
             Vec::new()
         } else {
