@@ -60,7 +60,10 @@ export class RunEvents {
     this.#isUsed ||= isUnderWay;
     const faults = this.#isUsed ? this.settingFaults.splice(0) : [];
     if (faults.length > 0) fire(this.#view, 'settings-refused', faults);
-    if (!isUnderWay) return;
+    if (!isUnderWay) {
+      this.#toldProgress = null; // the next run begins with an event, even if it begins as this one ended
+      return;
+    }
     const told = this.#toldProgress;
     if (told?.stage === phase && told.progress === progress && told.activity === activity) return;
     this.#toldProgress = { stage: phase, progress, activity };

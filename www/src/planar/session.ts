@@ -200,6 +200,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     this.messages = [];
     this.requestedAt = performance.now();
     this.phase = 'running';
+    this.activity = 'Computing again';
     this.progress = 0;
     // A preset may make quite another map.
     this.#isNewDataset ||= this.facts?.presets.some((preset) => sameSettings(preset.settings, settings)) ?? false;
