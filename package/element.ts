@@ -3,7 +3,8 @@
  * The custom element `<scanstitch-app>`: `import 'scanstitch/element'` defines it, and does nothing where there is no page to
  * define it for. Attributes, slots, parts and CSS variables: docs/embedding.md.
  */
-import type { LocalizationResult, ReconstructionResult, SpatialResult, StrategyResult } from '../pkg/scanstitch.js';
+import type { LocalizationResult, ReconstructionResult, SpatialResult } from '../pkg/scanstitch.js';
+import type { Compared } from './report/strategy_table.js';
 
 /** Milliseconds of computing. */
 export interface ScanstitchTiming {
@@ -60,7 +61,7 @@ export interface ScanstitchEvents {
   /** All scans of a recording are located in a map. `elapsed_ms`: since both were there. */
   'scanstitch-located': Pick<LocalizationResult, 'verdict' | 'summary' | 'num_scans_to_find'> & { elapsed_ms: number };
   /** A comparison of strategies is on the screen. */
-  'scanstitch-compared': readonly { name: string; label: string; result: StrategyResult }[];
+  'scanstitch-compared': readonly { name: string; label: string; result: Compared }[];
 }
 
 /** The attributes as properties: they may be set in any order, before or after the element is defined and put on the page. */

@@ -31,10 +31,7 @@ export async function reconstructPlanar(task: Task) {
   const settings = { ...steps?.settings, ...assigned };
   const table = options.table ?? recording.mended?.table;
   const reconstruction = new engine.Reconstruction(settings);
-  const added = await addScans(reconstruction, recording, table, complain);
-  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-  const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
-  await addReference(reconstruction, recording, options.reference, complain);
+  const odometry = await addInputs(task, reconstruction, table);
 
   const { milliseconds, total, isStopped } = await untilInterrupt(async (signal) => {
     const run = await runToTheEnd(reconstruction, signal);
@@ -110,6 +107,19 @@ export async function addScans(
   }
   tellNotes(found, complain);
   return added;
+}
+
+/** The scans, and what lies beside them; the name of the odometry, where there is one that is taken. */
+export async function addInputs(
+  { recording, options, complain }: Task,
+  reconstruction: Reconstruction,
+  table?: string,
+) {
+  const added = await addScans(reconstruction, recording, table, complain);
+  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
+  const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
+  await addReference(reconstruction, recording, options.reference, complain);
+  return odometry;
 }
 
 /** Odometry that was named, or that lies beside the scans; its name, where it is taken. */
@@ -214,7 +224,7 @@ function tellStop({ frames }: ReconstructionResult, complain: (problem: string) 
  * Runs it until it is done or the signal aborts, with the time that each frame's registration took, and all together
  * (ms).
  */
-async function runToTheEnd(reconstruction: Reconstruction, signal: AbortSignal) {
+export async function runToTheEnd(reconstruction: Reconstruction, signal: AbortSignal) {
   const milliseconds: Map<number, number> = new Map();
   const started = performance.now();
   let [progress, isDone] = [null as ReturnType<typeof progressLine> | null, false];

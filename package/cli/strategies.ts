@@ -2,6 +2,7 @@
 import { availableParallelism } from 'node:os';
 import { basename } from 'node:path';
 import type { StrategyComparison } from '../../pkg/scanstitch.js';
+import { comparedPlanar, planarFramesCsvOf } from '../report/planar_strategies.js';
 import { cell, columnsOf, csvOf, framesCsvOf, type Row } from '../report/strategy_table.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { StrategyRace, timed } from '../run/strategy_race.js';
@@ -10,10 +11,11 @@ import { writeWhole } from './disk.js';
 import { openInputs, readFirst } from './inputs.js';
 import type { FrameJob } from './preparers.js';
 import { readWorkers, wishesOf, withoutNamed } from './reconstruct.js';
+import { addInputs, runToTheEnd } from './reconstruct_planar.js';
 import { jobsOf, nothingComputed, readReference, setIntrinsics } from './reconstruct_spatial.js';
 import { accepted, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
-import { type Catalogue, describeAll, readSettings, spatialCatalogue } from './settings.js';
+import { type Catalogue, describeAll, planarCatalogue, readSettings, spatialCatalogue } from './settings.js';
 import { Complaints, note, print, tellNotes } from './terminal.js';
 
 const OPTIONS = optionsOf({
@@ -23,6 +25,14 @@ const OPTIONS = optionsOf({
 });
 
 type Chosen = { name: string; label: string; settings: Record<string, unknown> };
+
+/** What is written of a comparison. */
+interface Table {
+  rows: Row[];
+  milliseconds: number[][];
+  /** A line for each frame of each strategy. */
+  frames: string;
+}
 
 function strategyCatalogue(engine: Engine): Catalogue {
   return {
@@ -39,7 +49,8 @@ export const strategies: Command = {
 
 Runs several strategies on one recording of depth images or clouds: each frame is registered by ICP to the map of the
 frames before it, and the strategies differ in the map and in the registration. The reference, where one is found or
-given, is used for the errors only.
+given, is used for the errors only. On planar scans the strategies are the presets of the reconstruction, with its
+settings: see scanstitch settings.
 
 Output, one line per strategy: points of the map and their bytes (24 a point); time per frame (median, last, and its
 growth from frame to frame with the standard error); distance to the reference (APE, first poses aligned) and error from
@@ -76,8 +87,6 @@ async function run(engine: Engine, args: string[]) {
       'No input was given: name files, a folder, a ZIP archive or a bag. See: scanstitch strategies --help',
     );
   }
-  const chosen = choose(strategyCatalogue(engine), values.strategies, values.strategy ?? []);
-  const settings = readSettings(spatialCatalogue(engine), undefined, values.set ?? []);
   const complaints = new Complaints();
   const { complain } = complaints;
   const { recording, close } = await openInputs(positionals, complain, wishesOf(values));
@@ -86,14 +95,20 @@ async function run(engine: Engine, args: string[]) {
   const options = { out: '', reference, odometry: undefined, intrinsics, preset: undefined, set: [], workers };
   try {
     tellNotes(withoutNamed(recording, complain), complain);
-    if (recording.kind !== 'depth_images' && recording.kind !== 'clouds') {
-      throw new CommandError('Neither depth images nor clouds in space were found: strategies are compared on those.');
-    }
-    const compared = await compareAll({ engine, recording, options, complain }, chosen, settings);
+    const { kind } = recording;
+    if (kind === 'nothing')
+      throw new CommandError('No scans, depth images or clouds were found to compare strategies on.');
+    const [isPlanar, compare] =
+      kind === 'planar_scans' ? ([true, comparePlanar] as const) : ([false, compareAll] as const);
+    const chosen = choose(
+      isPlanar ? planarCatalogue(engine) : strategyCatalogue(engine),
+      values.strategies,
+      values.strategy ?? [],
+    );
+    const settings = readSettings((isPlanar ? planarCatalogue : spatialCatalogue)(engine), undefined, values.set ?? []);
+    const compared = await compare({ engine, recording, options, complain }, chosen, settings);
     if (values.out !== undefined) await writeWhole(values.out, csvOf(compared.rows));
-    if (values.frames !== undefined) {
-      await writeWhole(values.frames, framesCsvOf(compared.rows, compared.milliseconds));
-    }
+    if (values.frames !== undefined) await writeWhole(values.frames, compared.frames);
     print(values.json ? jsonOf(compared) : printed(compared.rows));
     for (const file of [values.out, values.frames]) if (file !== undefined) note(`Written to ${file}`);
   } finally {
@@ -114,7 +129,7 @@ function choose(catalogue: Catalogue, names: string | undefined, others: string[
     });
 }
 
-async function compareAll(task: Task, chosen: Chosen[], settings: Record<string, unknown>) {
+async function compareAll(task: Task, chosen: Chosen[], settings: Record<string, unknown>): Promise<Table> {
   const { engine, complain } = task;
   const settingsOf = chosen.map(({ settings }) => settings);
   const comparison = new engine.StrategyComparison(settingsOf, settings);
@@ -135,7 +150,44 @@ async function compareAll(task: Task, chosen: Chosen[], settings: Record<string,
     else note(text);
   }
   comparison.free();
-  return { rows, milliseconds: race.milliseconds };
+  return { rows, milliseconds: race.milliseconds, frames: framesCsvOf(rows, race.milliseconds) };
+}
+
+/** One run after the other; `settings` are common to all. */
+async function comparePlanar(task: Task, chosen: Chosen[], settings: Record<string, unknown>): Promise<Table> {
+  const results = await untilInterrupt(async (signal) => {
+    const done = [];
+    const reconstruction = new task.engine.Reconstruction({ ...chosen[0]?.settings, ...settings });
+    await addInputs(task, reconstruction);
+    for (const { name, label, settings: own } of chosen) {
+      if (signal.aborted) break;
+      reconstruction.set_settings({ ...own, ...settings });
+      const { milliseconds, total } = await runToTheEnd(reconstruction, signal);
+      const result = reconstruction.result();
+      if (result.frames.length > 0)
+        done.push({
+          name,
+          label,
+          result,
+          milliseconds: result.frames.map((_, at) => milliseconds.get(at) ?? 0),
+          total,
+          sizes: reconstruction.map_sizes(0),
+        });
+    }
+    reconstruction.free();
+    return done;
+  });
+  if (results.length === 0) throw nothingComputed({ isStopped: true });
+  for (const text of new Set(results.flatMap(({ result }) => result.notes))) note(text);
+  return {
+    rows: results.map(({ name, label, result, sizes, milliseconds, total }) => ({
+      name,
+      label,
+      result: comparedPlanar(result, sizes, milliseconds, total),
+    })),
+    milliseconds: results.map(({ milliseconds }) => milliseconds),
+    frames: planarFramesCsvOf(results),
+  };
 }
 
 async function runRace(
@@ -165,7 +217,7 @@ function printed(rows: Row[]) {
   return table(heads, lines, new Set([0]));
 }
 
-function jsonOf({ rows, milliseconds }: { rows: Row[]; milliseconds: number[][] }) {
+function jsonOf({ rows, milliseconds }: Table) {
   const all = rows.map(({ name, result }, strategy) => ({ name, ...result, milliseconds: milliseconds[strategy] }));
   return `${JSON.stringify(all, null, 2)}\n`;
 }

@@ -1,7 +1,31 @@
 /** Results of strategies as rows: for CSV, Markdown and tables on a screen. One list of columns serves them all. */
-import type { StrategyResult } from '../../pkg/scanstitch.js';
+import type { MapQuality, StrategyErrors, StrategyResult, StrategyTiming, Trend } from '../../pkg/scanstitch.js';
 
-export type Row = { name: string; label: string; result: StrategyResult };
+/** What tables and figures read of a strategy: of frames in space, or of planar scans, which have no `map_bytes`. */
+export interface Compared extends Pick<StrategyResult, 'num_lost' | 'map_points' | 'notes'> {
+  settings: object;
+  frames: readonly {
+    name: string;
+    index: number;
+    T_world_sensor: { x: number; y: number; z: number };
+    map_points: number;
+  }[];
+  timing: StrategyTiming | null;
+  comparison:
+    | (Pick<StrategyErrors, 'num_matched' | 'ape_mean' | 'ape_rmse' | 'ape_max' | 'errors'> &
+        Partial<Omit<StrategyErrors, 'reference'>> & {
+          reference: readonly ({ x: number; y: number; z: number } | null)[];
+        })
+    | null;
+  map_bytes?: number;
+  growth?: Trend | null;
+  sharpness?: MapQuality | null;
+  /** Of planar scans: scans that are doubtful, and the mean distance between overlapping ones along the normals (m). */
+  num_doubtful?: number;
+  mean_residual?: number | null;
+}
+
+export type Row = { name: string; label: string; result: Compared };
 
 export interface Column {
   /** In CSV; SI units, but for milliseconds, which are named so. */
@@ -13,9 +37,9 @@ export interface Column {
   /** In plain words. */
   about: string;
   /** In full precision. */
-  value: (result: StrategyResult) => number | null;
+  value: (result: Compared) => number | null;
   /** For people. */
-  shown: (value: number, result: StrategyResult) => string;
+  shown: (value: number, result: Compared) => string;
 }
 
 /** How a value is shown: in this unit, of which it has so many times its own, with so many digits. */
@@ -34,11 +58,11 @@ function ofTruth(name: ErrorName, label: string, shown: Shown, about: string) {
   return fixed(name, label, shown, about, ({ comparison }) => comparison?.[name] ?? null);
 }
 
-function ofMap(name: keyof NonNullable<StrategyResult['sharpness']>, label: string, shown: Shown, about: string) {
+function ofMap(name: keyof MapQuality, label: string, shown: Shown, about: string) {
   return fixed(name, label, shown, about, ({ sharpness }) => sharpness?.[name] ?? null);
 }
 
-export const COLUMNS: readonly Column[] = [
+const COLUMNS: readonly Column[] = [
   {
     name: 'frames',
     label: 'Frames',
@@ -68,7 +92,7 @@ export const COLUMNS: readonly Column[] = [
     label: 'Map size',
     unit: 'MB',
     about: '24 bytes a point: three coordinates in double precision; normals and the search index are not counted',
-    value: ({ map_bytes }) => map_bytes,
+    value: ({ map_bytes }) => map_bytes ?? null,
     shown: (value) => (value / 1e6).toFixed(value < 1e7 ? 2 : 1),
   },
   fixed(
@@ -116,16 +140,49 @@ export const COLUMNS: readonly Column[] = [
   ),
 ];
 
+const named = (...names: string[]): readonly Column[] => COLUMNS.filter(({ name }) => names.includes(name));
+const PLANAR_COLUMNS: readonly Column[] = [
+  ...named('frames', 'lost'),
+  {
+    name: 'doubtful',
+    label: 'Doubtful',
+    unit: '',
+    about: 'Scans whose pose is doubtful',
+    value: ({ num_doubtful }) => num_doubtful ?? null,
+    shown: String,
+  },
+  ...named('map_points', 'ms_median'),
+  fixed(
+    'ms_total',
+    'Total time',
+    MS,
+    'Time of all scans, with the joint solution',
+    ({ timing }) => timing?.total ?? null,
+  ),
+  fixed(
+    'mean_residual',
+    'Sharpness',
+    MM,
+    'Mean distance between the points of overlapping scans, along the normals: lower is sharper',
+    ({ mean_residual }) => mean_residual ?? null,
+  ),
+  ...named('ape_mean', 'ape_rmse', 'ape_max'),
+];
+
 /** Columns of errors, which need a reference. */
 const OF_TRUTH = /^(ape|rpe)_/;
+
+function allColumns(rows: readonly Row[]): readonly Column[] {
+  return rows[0] && !('map_bytes' in rows[0].result) ? PLANAR_COLUMNS : COLUMNS;
+}
 
 /** All columns; those of errors only where a result is compared with a reference. */
 export function columnsOf(rows: readonly Row[]): readonly Column[] {
   const hasTruth = rows.some(({ result }) => result.comparison !== null);
-  return COLUMNS.filter(({ name }) => hasTruth || !OF_TRUTH.test(name));
+  return allColumns(rows).filter(({ name }) => hasTruth || !OF_TRUTH.test(name));
 }
 
-export function cell(column: Column, result: StrategyResult) {
+export function cell(column: Column, result: Compared) {
   const value = column.value(result);
   return value === null ? '–' : column.shown(value, result);
 }
@@ -133,24 +190,28 @@ export function cell(column: Column, result: StrategyResult) {
 /** In full precision and SI units, a line a strategy, its settings at the end. */
 export function csvOf(rows: readonly Row[]) {
   const settings = Object.keys(rows[0]?.result.settings ?? {});
+  const columns = allColumns(rows);
   const heads = [
     'strategy',
-    ...COLUMNS.flatMap(({ name }) => (name === 'ms_slope' ? [name, 'ms_slope_error'] : name)),
+    ...columns.flatMap(({ name }) => (name === 'ms_slope' ? [name, 'ms_slope_error'] : name)),
     ...settings,
   ];
   const lines = rows.map(({ name, result }) => [
     name,
-    ...COLUMNS.flatMap((column) => {
+    ...columns.flatMap((column) => {
       const value = column.value(result);
       return column.name === 'ms_slope' ? [value, result.timing?.trend?.standard_error ?? null] : value;
     }),
     ...Object.values(result.settings),
   ]);
-  return [heads, ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+  return csv([heads, ...lines]);
 }
 
 /** One line a frame and strategy. */
-export function framesCsvOf(rows: readonly Row[], milliseconds: readonly (readonly number[])[]) {
+export function framesCsvOf(
+  rows: readonly { name: string; result: StrategyResult }[],
+  milliseconds: readonly (readonly number[])[],
+) {
   const heads = ['strategy', 'index', 'name', 'status', 'ms', 'map_points', 'map_bytes', 'num_added', 'num_source'];
   const more = ['threshold', 'fitness', 'inlier_rmse', 'iterations', 'error', 'x', 'y', 'z', 'qx', 'qy', 'qz', 'qw'];
   const lines = rows.flatMap(({ name, result }, strategy) =>
@@ -163,7 +224,7 @@ export function framesCsvOf(rows: readonly Row[], milliseconds: readonly (readon
       ];
     }),
   );
-  return [[...heads, ...more], ...lines].map((line) => `${line.map(quoted).join(',')}\n`).join('');
+  return csv([[...heads, ...more], ...lines]);
 }
 
 /** As it is shown, for a report. */
@@ -173,6 +234,10 @@ export function markdownOf(rows: readonly Row[]) {
   const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
   const line = (cells: string[]) => `| ${cells.join(' | ')} |\n`;
   return line(heads) + line(heads.map((_, index) => (index === 0 ? '---' : '---:'))) + lines.map(line).join('');
+}
+
+export function csv(lines: readonly (readonly unknown[])[]) {
+  return lines.map((line) => `${line.map(quoted).join(',')}\n`).join('');
 }
 
 function quoted(value: unknown) {

@@ -6,7 +6,7 @@ import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import * as engine from '../../npm/index.js';
 import { WALK, walkFiles } from './depth_room.mjs';
-import { scanstitch, temporaryFolder } from './support.mjs';
+import { ROOT, scanstitch, temporaryFolder } from './support.mjs';
 
 /** @param {import('node:test').TestContext} t */
 function room(t) {
@@ -83,12 +83,49 @@ test('strategies of one’s own, as JSON', async (t) => {
   assert.ok(results[0].sharpness.mean_plane_variance > 0);
 });
 
+test('planar scans: the presets of the reconstruction, and settings of one’s own', async (t) => {
+  const { folder } = room(t);
+  const [out, frames] = [join(folder, 'table.csv'), join(folder, 'frames.csv')];
+  const own = 'sharpest, metric=point_to_point';
+  const scans = join(ROOT, 'www/samples/corridor');
+  const args = ['strategies', scans, '--strategies', 'sharpest,homework', '--strategy', own];
+  const { status, stdout, stderr } = await scanstitch([...args, '--out', out, '--frames', frames]);
+  assert.equal(status, 0, stderr);
+  assert.match(
+    stdout,
+    /^strategy +Frames +Lost +Doubtful +Map points +Median time \(ms\) +Total time \(ms\) +Sharpness/,
+  );
+  const rows = readCsv(out);
+  assert.equal(rows.length, 3);
+  assert.match(stdout, /\nsharpest, metric=point_to_point +10 /);
+  const [sharpest, homework] = rows;
+  for (const row of rows.slice(0, 2)) {
+    assert.equal(row.frames, '10');
+    assert.ok(Number(row.ms_total) > 0 && Number(row.ape_mean) < 0.05, row.strategy);
+  }
+  assert.ok(Number(homework?.ape_mean) > 3 * Number(sharpest?.ape_mean));
+  assert.ok(Number(homework?.mean_residual) > Number(sharpest?.mean_residual));
+  const perFrame = readCsv(frames);
+  assert.equal(perFrame.length, 30);
+  // The poses are those of a reconstruction.
+  const made = await scanstitch(['reconstruct', scans, '--preset', 'homework', '--out', join(folder, 'homework')]);
+  assert.equal(made.status, 0, made.stderr);
+  const report = JSON.parse(readFileSync(join(folder, 'homework', 'report.json'), 'utf8'));
+  const [{ x }] = report.frames.slice(-1).map((/** @type {any} */ frame) => frame.T_world_sensor);
+  const last = perFrame.filter(({ strategy }) => strategy === 'homework').at(-1);
+  assert.equal(Number(last?.x), x);
+});
+
 test('what cannot be is one line', async (t) => {
   const { folder, walk } = room(t);
   /** @type {[string[], RegExp][]} */
   const cases = [
     [['strategies'], /No input was given/],
     [['strategies', walk, '--strategies', 'fastest'], /no preset "fastest" for strategies\. There are: plain, /],
+    [
+      ['strategies', join(ROOT, 'www/samples/corridor'), '--strategies', 'plain'],
+      /no preset "plain" for planar scans\. There are: sharpest, /,
+    ],
     [['strategies', walk, '--strategy', 'planar, kept=last'], /kept is one of first, newest, mean/],
     [['strategies', walk, '--strategy', 'planar, map_voxel_size=0'], /map_voxel_size = 0 is out of its limits/],
     [['strategies', folder, '--recording', 'nowhere'], /there is no such folder/],

@@ -1,9 +1,10 @@
 /** Strategies side by side: from a recording on the page to the table and the figures, one click. */
 import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import type { Page } from '@playwright/test';
 import { expectNamedControls, findWeakContrast } from './access.js';
 import { hold } from './held.js';
-import { dropOn, overflowOf } from './scanstitch_page.js';
+import { dropOn, type InputFile, overflowOf, SAMPLE_FOLDER, ScanstitchPage } from './scanstitch_page.js';
 import { recording, truth } from './spatial_recording.js';
 import { drawNothing, expect, test } from './spatial_page.js';
 import { stopAfter } from './stop.js';
@@ -31,17 +32,18 @@ interface ComparedRow {
 }
 
 /** Compares the strategies that are chosen at first, or all, and waits until all frames went through. */
-async function compare(page: Page, which: 'some' | 'all'): Promise<ComparedRow[]> {
-  const compared = page.evaluate(
-    () =>
-      new Promise<ComparedRow[]>((resolve) => {
-        addEventListener('scanstitch-compared', (event) => resolve((event as CustomEvent).detail), { once: true });
-      }),
-  );
+async function compare(page: Page, which: 'some' | 'all' | 'again'): Promise<ComparedRow[]> {
+  await page.evaluate(() => {
+    const compared = new Promise<ComparedRow[]>((resolve) => {
+      addEventListener('scanstitch-compared', (event) => resolve((event as CustomEvent).detail), { once: true });
+    });
+    Object.assign(window, { compared });
+  });
   await page.getByRole('button', { name: 'Strategies' }).click();
   if (which === 'all') await page.getByRole('button', { name: 'Choose all' }).click();
-  await page.getByRole('button', { name: 'Compare', exact: true }).click();
-  return compared;
+  const start = which === 'again' ? 'Compare again' : 'Compare';
+  await page.getByRole('button', { name: start, exact: true }).click();
+  return page.evaluate(() => (window as unknown as { compared: Promise<ComparedRow[]> }).compared);
 }
 
 test('what is dropped on the strategies is compared there, by those that were chosen, and none before', async ({
@@ -96,6 +98,54 @@ test('who went to the map while it loads stays there', async ({ spatial: { page 
   // What is compared is compared as soon as its first frames are on the map.
   await stopAfter(page, 'scanstitch-spatial', 0);
   await expect(page.getByRole('heading', { name: 'Compare strategies', exact: true })).toBeHidden();
+});
+
+/** The scans of the sample as a recording of somebody's own, with their ground truth. */
+function corridor(): InputFile[] {
+  const names = [...Array.from({ length: 6 }, (_, i) => `${i}.ply`), 'truth.tum'];
+  return names.map((name) => ({ name: `lab/${name}`, content: readFileSync(join(SAMPLE_FOLDER, name)) }));
+}
+
+test('planar scans: presets and the settings of the map, their maps on top of each other', async ({ page }, info) => {
+  const app = new ScanstitchPage(page);
+  await app.openEmpty();
+  await page.getByRole('button', { name: 'Strategies' }).click();
+  await dropOn(page.locator('scanstitch-strategies'), corridor());
+  await expect(page.getByRole('button', { name: 'Compare', exact: true })).toBeEnabled();
+  await expect(page.getByText('3 strategies chosen')).toBeVisible();
+  const rows = await compare(page, 'some');
+  expect(rows.map(({ name }) => name)).toEqual(['sharpest', 'scan_to_map', 'homework']);
+  for (const { name, result } of rows) {
+    expect(result.frames, name).toHaveLength(6);
+    expect(result.comparison?.ape_mean, name).toBeLessThan(0.1);
+    expect(result.timing.median, name).toBeGreaterThan(0);
+  }
+  const [sharpest, , homework] = rows;
+  expect(homework?.result.comparison?.ape_mean).toBeGreaterThan(sharpest?.result.comparison?.ape_mean ?? 0);
+  await expect(page.getByText('6 scans, 3 strategies')).toBeVisible();
+  const maps = page.getByRole('region', { name: 'Maps on top of each other' });
+  await expect(maps).toBeVisible();
+  await expect(page.getByRole('region', { name: 'Points of the map' })).toBeHidden();
+  await page.setViewportSize({ width: 1280, height: 1500 });
+  await page.screenshot({ path: info.outputPath('planar.png') });
+
+  // A setting that is changed on the map is one more strategy; what was compared stays until it is compared again.
+  await page.getByRole('button', { name: 'Map', exact: true }).click();
+  await app.setting('Strategy').selectOption('scan_to_scan');
+  await page.getByRole('button', { name: 'Strategies' }).click();
+  await expect(page.getByText('6 scans, 3 strategies')).toBeVisible();
+  const own = page.getByRole('checkbox', { name: /^Strategy: Joint → Scan to scan/ });
+  await expect(own).toBeChecked();
+  const again = await compare(page, 'again');
+  expect(again.map(({ name }) => name).slice(0, 3)).toEqual(['sharpest', 'scan_to_map', 'homework']);
+  expect(again).toHaveLength(4);
+  expect(again[0]?.result.comparison?.ape_mean).toBe(sharpest?.result.comparison?.ape_mean);
+  expect(again[3]?.result.comparison?.ape_mean).not.toBe(sharpest?.result.comparison?.ape_mean);
+  await page.getByRole('button', { name: 'Dark colours' }).click();
+  await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
+  await page.screenshot({ path: info.outputPath('planar-phone.png'), fullPage: true });
 });
 
 /** Stop is clicked the moment it is there: a few frames may be over before a click from outside arrives. */

@@ -90,7 +90,6 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   private handover = new Handover(this, {
     run: () => this.runView(),
     planar: () => this.planar,
-    spatial: () => this.spatial,
   });
   private navigation = new Navigation(this, {
     workspace: this.workspace,
@@ -99,7 +98,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
     ownsAddress: () => this.ownsAddress,
     wanted: () => (this.live && this.view === 'map' ? 'live' : isViewName(this.view) ? this.view : 'map'),
     isSampleDue: () => this.src === 'sample' && this.sourceView !== 'map' && !this.runView()?.facts.title,
-    dropped: () => (this.spatial?.facts.result ? this.spatial : null),
+    dropped: () => (this.runView()?.isToCompare ? this.runView() : null),
     writeAddress: () => (this.runView() ?? this.planar).writeAddress(),
   });
   private sourceView: SourceView = 'map';

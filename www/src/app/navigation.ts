@@ -42,7 +42,7 @@ export interface NavigationHooks {
   wanted(): ViewName;
   /** Whether the page's sample belongs to the map and has not been opened, for it began with another view. */
   isSampleDue(): boolean;
-  /** The run of what was dropped on the strategies, once its first frames are on the map. */
+  /** The run of what was dropped on the strategies, once its first frames are on the map, or its scans are read. */
   dropped(): { session: { messages: readonly unknown[] } } | null;
   /** Writes the settings of the run into the page's address. */
   writeAddress(): void;
@@ -158,7 +158,7 @@ export class Navigation {
   /** Shows the run that has something new; a view beside it that the host has asked for stays. */
   showRun(run: Run): void {
     // What is dropped on the strategies leaves them for the map, until it has its first frames there.
-    this.#isToCompare = run === 'spatial' && this.shown === 'strategies';
+    this.#isToCompare = this.shown === 'strategies';
     const aside = this.addressView ? null : VIEWS[this.wanted];
     if (aside === null || aside === 'live' || this.shown !== aside) return this.show(run);
     this.opened = new Set([...this.opened, run]);
@@ -171,7 +171,7 @@ export class Navigation {
     const dropped = this.#isToCompare ? this.#hooks.dropped() : null;
     if (!dropped) return;
     this.#isToCompare = false;
-    const isLeftForIt = this.shown === 'spatial' && dropped.session.messages.length === 0;
+    const isLeftForIt = isRun(this.shown) && dropped.session.messages.length === 0;
     if (isLeftForIt || this.shown === 'strategies') await this.go('strategies');
   }
 

@@ -8,18 +8,18 @@ interface Run {
   readonly isUnderWay: boolean;
   filesToEvaluate(): Promise<GivenFiles | null>;
   cloudsToRegister(frame: number | null): Promise<GivenClouds | null>;
+  recordingToCompare(): GivenRecording | GivenScans | null;
 }
 
 export interface HandoverHooks {
   /** The run that is shown, or lies behind a view beside it; null before there is one. */
   run(): Run | null;
   planar(): { scansToLocate(): GivenScans | null } | null;
-  spatial(): { recordingToCompare(): GivenRecording | null } | null;
 }
 
 export class Handover {
   evaluated: GivenFiles | null = null;
-  compared: GivenRecording | null = null;
+  compared: GivenRecording | GivenScans | null = null;
   lookedInto: GivenClouds | null = null;
   toLocate: GivenScans | null = null;
   /** A map that was dropped on another view, and the recording beside it. */
@@ -60,9 +60,7 @@ export class Handover {
 
   /** The recording goes along; the comparison of one that has been compared stays as it is. */
   openStrategies(): void {
-    const recording = this.#hooks.spatial()?.recordingToCompare() ?? null;
-    const [before, now] = [this.compared?.inputs, recording?.inputs];
-    if (before?.jobs !== now?.jobs || before?.reference?.path !== now?.reference?.path) this.compared = recording;
+    this.compared = this.#hooks.run()?.recordingToCompare() ?? this.compared;
     this.#host.requestUpdate();
   }
 

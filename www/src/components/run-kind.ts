@@ -40,10 +40,10 @@ export interface GivenRecording {
   settings: Partial<SpatialSettings>;
 }
 
-/** Planar scans to be located in a map. */
+/** Planar scans to be located in a map, or to compare strategies on. */
 export interface GivenScans {
   title: string;
-  inputs: Pick<Inputs, 'scans' | 'odometry'>;
+  inputs: Inputs;
   /** How they are read. */
   settings: Partial<Settings>;
 }

@@ -24,6 +24,8 @@ import {
   COPY_LINK,
   EMPTY_LIST,
   type GivenFiles,
+  type GivenRecording,
+  type GivenScans,
   type Loaded,
   NO_FACTS,
   sameFacts,
@@ -124,7 +126,14 @@ export abstract class RunView<
     return this.session.snapshot !== null && !this.isSample();
   }
 
+  /** Whether there is a result of a recording that strategies can be compared on. */
+  get isToCompare(): boolean {
+    return this.facts.result !== null && this.session.phase !== 'reading';
+  }
+
   abstract removeReference(): void;
+  /** What strategies are compared on; null where there is nothing but a sample of scans. */
+  abstract recordingToCompare(): GivenRecording | GivenScans | null;
   /**
    * A scan or frame and what it was registered to, for the ICP lab; null where there are no two. `frame`: null is the selected
    * one, and of scans the one before it.

@@ -229,7 +229,7 @@ export class LocalizeSession extends Session<LocalizeClient> {
     this.#tellNotes(notes);
     const { inputs, title, settings } = this.recording ?? {};
     if (scans.length > 0) {
-      this.recording = { title: titleOf(scans), inputs: { scans, odometry }, settings: {} };
+      this.recording = { title: titleOf(scans), inputs: { scans, odometry, reference: null }, settings: {} };
     } else if (odometry && inputs) {
       this.recording = { title: title ?? '', inputs: { ...inputs, odometry }, settings: settings ?? {} };
     } else {

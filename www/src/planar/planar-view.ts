@@ -85,6 +85,14 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     return dataset && !this.isSample() ? { title: dataset.title, inputs: dataset, settings: settings ?? {} } : null;
   }
 
+  override get isToCompare(): boolean {
+    return super.isToCompare && !this.isSample();
+  }
+
+  override recordingToCompare(): GivenScans | null {
+    return this.session.snapshot && this.scansToLocate();
+  }
+
   override async cloudsToRegister(frame: number | null): Promise<GivenClouds | null> {
     const { dataset, snapshot, points, settings } = this.session;
     if (!dataset || !snapshot || !settings) return null;

@@ -98,7 +98,7 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   /** What strategies are compared on. A run that is under way stops: they are to have the machine to themselves. */
-  recordingToCompare(): GivenRecording | null {
+  override recordingToCompare(): GivenRecording | null {
     const { recording, phase } = this.session;
     if (!recording) return null;
     if (phase === 'running') this.session.stop();

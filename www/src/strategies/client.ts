@@ -10,9 +10,15 @@ import {
   type ThreadPreparer,
   tolerate,
 } from '../engine/preparer.js';
-import type { Problem } from '../engine/protocol.js';
-import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
-import type { ComparerApi, StrategyPreset, StrategyResult } from './protocol.js';
+import { WorkerHost } from '../engine/worker-host.js';
+import type {
+  ComparerApi,
+  StrategyListener,
+  StrategyPreset,
+  StrategyResult,
+  StrategyRunner,
+  VoxelOdometrySettings,
+} from './protocol.js';
 import type { GivenRecording } from '../components/run-kind.js';
 import workerUrl from './strategies-worker.ts?worker&url';
 
@@ -21,16 +27,8 @@ const RESULT_INTERVAL_MS = 1500;
 /** ... and take at most this share of the time: they cost more with every frame. */
 const RESULT_SHARE = 0.1;
 
-export interface StrategyListener extends WorkerFaults {
-  /** A frame went through all strategies: `done` of `total`. */
-  progressed(done: number, total: number): void;
-  /** One entry a strategy. */
-  results(results: readonly StrategyResult[], milliseconds: readonly (readonly number[])[]): void;
-  problem(problem: Problem): void;
-}
-
-/** One comparison at a time: a new one ends the one before it. */
-export class StrategyClient {
+/** Strategies on depth images and clouds. */
+export class StrategyClient implements StrategyRunner {
   #listener: StrategyListener;
   #host: WorkerHost<ComparerApi>;
   #preparers: ThreadPreparer[] = [];
@@ -51,12 +49,11 @@ export class StrategyClient {
     });
   }
 
-  presets(): Promise<readonly StrategyPreset[]> {
+  presets(): Promise<readonly StrategyPreset<VoxelOdometrySettings>[]> {
     return this.#host.start();
   }
 
-  /** Runs these strategies over a recording; whether all frames went through. */
-  async run(given: GivenRecording, strategies: readonly StrategyPreset[]): Promise<boolean> {
+  async run(given: GivenRecording, strategies: readonly StrategyPreset<VoxelOdometrySettings>[]): Promise<boolean> {
     const stopping = new AbortController();
     this.#stopping = stopping;
     const remote = this.#host;
@@ -100,7 +97,6 @@ export class StrategyClient {
     this.#stopping?.abort();
   }
 
-  /** Leaves a strategy as it stands; the others go on. */
   retire(strategy: number): void {
     this.#race?.retire(strategy);
   }

@@ -2,11 +2,15 @@
 import { type Colors, drawAxes, linearAxis, type Range, rangeOf, WHOLE } from '../views/axes.js';
 import type { Painter } from '../components/figure-view.js';
 import { drawSeries, plotArea, type Series } from '../views/figures.js';
-import type { StrategyResult } from './protocol.js';
+import type { Compared } from '../../../package/report/strategy_table.js';
+import { mapBounds } from '../views/map-bounds.js';
+import type { PointSet } from '../views/point-layer.js';
 
 /** One strategy, as the figures see it. */
 export interface Drawn {
-  result: StrategyResult;
+  result: Compared;
+  /** Null where it is not drawn. */
+  map: PointSet | null;
   milliseconds: readonly number[];
   color: string;
   isSelected: boolean;
@@ -14,7 +18,13 @@ export interface Drawn {
 
 export type FigureId = 'points' | 'time' | 'error' | 'paths';
 
-export const FIGURES: readonly { id: FigureId; title: string; about: string }[] = [
+interface Figure {
+  id: FigureId;
+  title: string;
+  about: string;
+}
+
+const FIGURES: readonly Figure[] = [
   {
     id: 'points',
     title: 'Points of the map',
@@ -28,6 +38,17 @@ export const FIGURES: readonly { id: FigureId; title: string; about: string }[] 
   },
   { id: 'paths', title: 'Paths from above', about: 'Dashed: ground truth.' },
 ];
+const MAPS: Figure = {
+  id: 'paths',
+  title: 'Maps on top of each other',
+  about: 'With the paths; the selected strategy is on top. Dashed: ground truth.',
+};
+
+/** Planar scans keep all points of a map, whatever the strategy; their maps are drawn. */
+export function figuresOf(drawn: readonly Drawn[]): readonly Figure[] {
+  const hasMaps = drawn.some(({ map }) => map !== null);
+  return hasMaps ? [...FIGURES.filter(({ id }) => id === 'time' || id === 'error'), MAPS] : FIGURES;
+}
 
 export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, isLog: boolean): Painter {
   // The selected one comes last, on top.
@@ -63,6 +84,16 @@ export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors,
 /** Of the numbers at their axes, as d3-format has it: large counts with their thousands or millions. */
 const FORMATS: Partial<Record<FigureId, string>> = { points: '~s' };
 
+/** Dots of a map that are drawn: more of them cover each other on a figure of a thousand by four hundred pixels. */
+const MAX_DOTS = 20_000;
+const DOT_RADIUS = 0.6;
+
+/** x y x y ..., evenly over the whole map. */
+function thinned({ points }: PointSet): ArrayLike<number> {
+  const step = Math.ceil(points.length / 2 / MAX_DOTS);
+  return step <= 1 ? points : points.filter((_, i) => (i >> 1) % step === 0);
+}
+
 /** Right and ahead of the first frame: x and z of a camera, x and y where that spreads more, as in a robot's own frame. */
 function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
   const reference = drawn.find(({ result }) => result.comparison)?.result.comparison?.reference ?? [];
@@ -74,16 +105,27 @@ function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
   };
   const ahead = spread('z') >= spread('y') ? 'z' : 'y';
   const paths = [
-    { points: poses, color: colors.reference, width: 1.5, dash: [5, 4] },
-    ...drawn.map(({ result, color, isSelected }) => ({
+    { points: poses, map: [], color: colors.reference, width: 1.5, dash: [5, 4] },
+    ...drawn.map(({ result, map, color, isSelected }) => ({
+      map: map ? thinned(map) : [],
       points: result.frames.map((frame) => frame.T_world_sensor),
       color,
       width: isSelected ? 2.5 : 1.5,
       dash: undefined,
     })),
   ];
-  const across = rangeOf(paths.map(({ points }) => points.map(({ x }) => x)));
-  const up = rangeOf(paths.map(({ points }) => points.map((pose) => pose[ahead])));
+  const bounds = drawn.flatMap(({ result, map }) => {
+    const path = result.frames.map((frame) => frame.T_world_sensor);
+    return (map && mapBounds(map, path)) ?? [];
+  });
+  const across = rangeOf([
+    ...paths.map(({ points }) => points.map(({ x }) => x)),
+    ...bounds.map(({ minX, maxX }) => [minX, maxX]),
+  ]);
+  const up = rangeOf([
+    ...paths.map(({ points }) => points.map((pose) => pose[ahead])),
+    ...bounds.map(({ minY, maxY }) => [minY, maxY]),
+  ]);
   return (pen, size) => {
     const area = plotArea(size);
     const scale = Math.min(area.width / (across.high - across.low), area.height / (up.high - up.low)) * 0.92;
@@ -94,12 +136,20 @@ function pathPainter(drawn: readonly Drawn[], colors: Colors): Painter {
     const [x, y] = [around(across, area.width), around(up, area.height)];
     drawAxes(pen, area, linearAxis(x), linearAxis(y), { x: 'x (m)', y: `${ahead} (m)` }, colors);
     pen.inside(area.x, area.y, area.width, area.height, () => {
+      const atX = (value: number): number => area.x + (value - x.low) * scale;
+      const atY = (value: number): number => area.y + area.height - (value - y.low) * scale;
+      for (const { map, color } of paths) {
+        pen.dots(
+          Float32Array.from(map, (value, i) => (i % 2 === 0 ? atX(value) : atY(value))),
+          DOT_RADIUS,
+          color,
+        );
+      }
       for (const { points, color, width, dash } of paths) {
-        const line = points.flatMap((pose) => [
-          area.x + (pose.x - x.low) * scale,
-          area.y + area.height - (pose[ahead] - y.low) * scale,
-        ]);
-        pen.line(line, { color, width, ...(dash && { dash }) });
+        pen.line(
+          points.flatMap((pose) => [atX(pose.x), atY(pose[ahead])]),
+          { color, width, ...(dash && { dash }) },
+        );
       }
     });
   };

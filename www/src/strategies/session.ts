@@ -1,27 +1,39 @@
 /** A comparison of strategies on one recording: which ones, how far it is, what each has cost and gained. */
 import type { ReactiveControllerHost } from 'lit';
+import type { Compared } from '../../../package/report/strategy_table.js';
 import { errorMessage, noteMessage, Session } from '../components/session.js';
-import type { GivenRecording } from '../components/run-kind.js';
 import { LastRequest } from '../engine/last-request.js';
 import { messageOf } from '../engine/message-of.js';
+import type { PointSet } from '../views/point-layer.js';
 import { plural } from '../views/format.js';
 import { StrategyClient } from './client.js';
-import type { StrategyPreset, StrategyResult } from './protocol.js';
+import { PlanarRace } from './planar-race.js';
+import {
+  type GivenToCompare,
+  isPlanar,
+  sameRecording,
+  type StrategyListener,
+  type StrategyPreset,
+  type StrategyRunner,
+} from './protocol.js';
 
 /** Number of strategies, from the first, that are selected initially. */
 const NUM_CHOSEN = 3;
 
-export class StrategiesSession extends Session<StrategyClient> {
+export class StrategiesSession extends Session<StrategyRunner> {
+  given: GivenToCompare | null = null;
   presets: readonly StrategyPreset[] = [];
   /** Names of those that run at the next comparison. */
   chosen: ReadonlySet<string> = new Set();
   /** Those that run, or ran last. */
   compared: readonly StrategyPreset[] = [];
-  results: readonly StrategyResult[] = [];
+  results: readonly Compared[] = [];
   milliseconds: readonly (readonly number[])[] = [];
+  /** Those of planar scans. */
+  maps: readonly PointSet[] = [];
   /** Indices of those that were left out while it ran. */
   retired: ReadonlySet<number> = new Set();
-  /** Frames that went through all strategies, and frames in all. */
+  /** Frames that went through all strategies, and frames in all; of planar scans the strategies. */
   done = 0;
   total = 1;
   readonly #onOver: () => void;
@@ -51,30 +63,33 @@ export class StrategiesSession extends Session<StrategyClient> {
     if (this.phase === 'running') this.phase = 'stopped';
   }
 
-  protected override createClient(): StrategyClient {
-    return new StrategyClient({
-      progressed: (done, total) => {
-        this.done = done;
-        this.total = total;
+  protected override createClient(): StrategyRunner {
+    const listener: StrategyListener = {
+      progressed: (done, total, words = '') => {
+        Object.assign(this, { done, total, activity: words });
         this.changed();
       },
-      results: (results, milliseconds) => {
-        this.results = results;
-        this.milliseconds = milliseconds;
+      results: (results, milliseconds, maps = []) => {
+        Object.assign(this, { results, milliseconds, maps });
         this.changed();
       },
       problem: (problem) => this.tell([errorMessage(problem)]),
       ...this.faults,
-    });
+    };
+    return this.isPlanar ? new PlanarRace(listener) : new StrategyClient(listener);
+  }
+
+  get isPlanar(): boolean {
+    return isPlanar(this.given);
   }
 
   get num_frames(): number {
     return Math.max(0, ...this.results.map(({ frames }) => frames.length));
   }
 
-  async compare(given: GivenRecording): Promise<void> {
-    const { client } = this;
-    if (!client) return;
+  async compare(): Promise<void> {
+    const { client, given } = this;
+    if (!client || !given) return;
     const signal = this.#running.begin();
     client.stop();
     this.phase = 'running';
@@ -82,10 +97,11 @@ export class StrategiesSession extends Session<StrategyClient> {
     this.results = [];
     this.retired = new Set();
     this.done = 0;
-    this.total = given.inputs.jobs.length;
+    this.activity = '';
+    this.total = isPlanar(given) ? this.chosen.size : given.inputs.jobs.length;
     this.changed();
     try {
-      await this.#list();
+      if (this.presets.length === 0) await this.#list();
       if (signal.aborted) return;
       this.compared = this.presets.filter(({ name }) => this.chosen.has(name));
       const isDone = await client.run(given, this.compared);
@@ -97,15 +113,32 @@ export class StrategiesSession extends Session<StrategyClient> {
     }
   }
 
-  /** Another recording: what was found of the one before is gone. */
-  begin(): void {
+  /** Of another recording, what was found of the one before is gone; other settings of its map are one more strategy. */
+  begin(given: GivenToCompare | null): void {
+    const before = this.given;
+    this.given = given;
+    if (this.client && isPlanar(before) !== this.isPlanar) {
+      this.presets = [];
+      this.leave();
+      this.client = this.createClient();
+    }
+    this.#list().catch(() => undefined); // reported as `unavailable`
+    if (given && before && sameRecording(given, before)) return;
     this.#running.end();
     this.client?.stop();
     this.phase = 'empty';
     this.messages = [];
     this.results = [];
     this.compared = [];
+    this.maps = [];
     this.changed();
+  }
+
+  /** Strategies on planar scans run one after the other, so that all but the last one are over. */
+  canRetire(index: number): boolean {
+    return (
+      this.phase === 'running' && !this.retired.has(index) && (!this.isPlanar || index === this.results.length - 1)
+    );
   }
 
   stop(): void {
@@ -133,9 +166,14 @@ export class StrategiesSession extends Session<StrategyClient> {
 
   /** What can be chosen. */
   async #list(): Promise<void> {
-    if (this.presets.length > 0 || !this.client) return;
-    this.presets = await this.client.presets();
-    this.chosen = new Set(this.presets.slice(0, NUM_CHOSEN).map(({ name }) => name));
+    const { client } = this;
+    if (!client) return;
+    const [presets, known] = [await client.presets(this.given), new Set(this.presets.map(({ name }) => name))];
+    if (client !== this.client) return;
+    const isChosen = (name: string, at: number): boolean =>
+      this.chosen.has(name) || (!known.has(name) && (at < NUM_CHOSEN || this.isPlanar));
+    this.chosen = new Set(presets.flatMap(({ name }, at) => (isChosen(name, at) ? name : [])));
+    this.presets = presets;
     this.changed();
   }
 

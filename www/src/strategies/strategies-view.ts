@@ -16,9 +16,9 @@ import { download } from '../export/download.js';
 import { plural } from '../views/format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { sorted } from '../views/sorted.js';
-import { type Drawn, FIGURES, type FigureId, makePainter } from './figures.js';
+import { type Drawn, type FigureId, figuresOf, makePainter } from './figures.js';
 import { StrategiesSession } from './session.js';
-import type { GivenRecording } from '../components/run-kind.js';
+import type { GivenToCompare } from './protocol.js';
 import { strategyStyles } from './styles.js';
 import { fire } from '../components/fire.js';
 
@@ -28,7 +28,16 @@ interface Sort {
 }
 
 /** Columns of which the smallest value is the best one. */
-const SMALLER_IS_BETTER = new Set(['map_bytes', 'ms_median', 'ape_mean', 'ape_rmse', 'rpe_mean', 'mean_map_entropy']);
+const SMALLER_IS_BETTER = new Set([
+  'map_bytes',
+  'ms_median',
+  'ms_total',
+  'ape_mean',
+  'ape_rmse',
+  'rpe_mean',
+  'mean_map_entropy',
+  'mean_residual',
+]);
 
 /**
  * Strategies side by side on the recording that is given: those that are chosen run, and what each one costs and gains is
@@ -37,7 +46,7 @@ const SMALLER_IS_BETTER = new Set(['map_bytes', 'ms_median', 'ape_mean', 'ape_rm
 @customElement('scanstitch-strategies')
 export class ScanstitchStrategies extends LitElement {
   /** Another object is another recording. */
-  @property({ attribute: false }) given: GivenRecording | null = null;
+  @property({ attribute: false }) given: GivenToCompare | null = null;
   @property({ type: Boolean }) dark = false;
 
   @state() private selected: string | null = null;
@@ -48,7 +57,7 @@ export class ScanstitchStrategies extends LitElement {
   private colorsOf = memoizeLast(makeColors);
 
   protected override willUpdate(changed: PropertyValues<this>): void {
-    if (changed.has('given')) this.session.begin();
+    if (changed.has('given')) this.session.begin(this.given);
   }
 
   protected override render(): TemplateResult {
@@ -76,11 +85,12 @@ export class ScanstitchStrategies extends LitElement {
     const { phase, done, total, compared, retired, num_frames } = session;
     const count = plural(compared.length, 'strategy', 'strategies');
     const left = plural(compared.length - retired.size, 'strategy', 'strategies');
+    const noun = session.isPlanar ? 'scan' : 'frame';
     const words: Partial<Record<Phase, string>> = {
       empty: `${plural(session.chosen.size, 'strategy', 'strategies')} chosen`,
-      running: `Frame ${Math.min(done + 1, total)} of ${total}, ${left}`,
-      stopped: `Stopped after ${plural(num_frames, 'frame')}`,
-      done: `${plural(num_frames, 'frame')}, ${count}`,
+      running: session.activity || `Frame ${Math.min(done + 1, total)} of ${total}, ${left}`,
+      stopped: `Stopped after ${plural(num_frames, noun)}`,
+      done: `${plural(num_frames, noun)}, ${count}`,
       crashed: 'The comparison failed',
     };
     return html`<section aria-label="Comparison">
@@ -105,7 +115,7 @@ export class ScanstitchStrategies extends LitElement {
       fire(this, 'files-wanted', id);
     };
     return html`<section class="empty" aria-label="No recording yet">
-      <h2>Drop depth images or point clouds to compare strategies on</h2>
+      <h2>Drop depth images, point clouds or planar scans to compare strategies on</h2>
       <p>They are opened on the map first, and are then compared here.</p>
       <p class="actions">
         <button class="primary" @click=${() => want('files')}>${icon('open')}Choose files…</button>
@@ -182,7 +192,7 @@ export class ScanstitchStrategies extends LitElement {
           <i style="background:${this.colorOf(index)}"></i>${label}
         </button>
         ${
-          this.session.phase === 'running' && !isRetired
+          this.session.canRetire(index)
             ? iconButton(
                 'close',
                 `Stop ${label}`,
@@ -208,33 +218,36 @@ export class ScanstitchStrategies extends LitElement {
     const hasReference = this.session.results.some(({ comparison }) => comparison !== null);
     const drawn = this.session.results.map((result, index): Drawn => ({
       result,
+      map: this.session.maps[index] ?? null,
       milliseconds: this.session.milliseconds[index] ?? [],
       color: this.colorOf(index),
       isSelected: this.session.compared[index]?.name === this.selected,
     }));
     return html`<div class="figures">
-      ${FIGURES.filter(({ id }) => id !== 'error' || hasReference).map(({ id, title, about }) => {
-        const isLog = id !== 'paths' && this.logFigures.has(id);
-        return html`<section aria-label=${title}>
-          <header>
-            <h2>${title}</h2>
-            <span class="muted">${about}</span>
-            ${
-              id === 'paths'
-                ? nothing
-                : html`<label
-                    ><input type="checkbox" .checked=${isLog} @change=${() => this.toggleLog(id)} />Logarithmic
-                    scale</label
-                  >`
-            }
-          </header>
-          <scanstitch-figure
-            .painter=${makePainter(id, drawn, colors, isLog)}
-            label=${title}
-            description="${about} ${this.figureWords(id)}"
-          ></scanstitch-figure>
-        </section>`;
-      })}
+      ${figuresOf(drawn)
+        .filter(({ id }) => id !== 'error' || hasReference)
+        .map(({ id, title, about }) => {
+          const isLog = id !== 'paths' && this.logFigures.has(id);
+          return html`<section class=${drawn[0]?.map && id === 'paths' ? 'wide' : ''} aria-label=${title}>
+            <header>
+              <h2>${title}</h2>
+              <span class="muted">${about}</span>
+              ${
+                id === 'paths'
+                  ? nothing
+                  : html`<label
+                      ><input type="checkbox" .checked=${isLog} @change=${() => this.toggleLog(id)} />Logarithmic
+                      scale</label
+                    >`
+              }
+            </header>
+            <scanstitch-figure
+              .painter=${makePainter(id, drawn, colors, isLog)}
+              label=${title}
+              description="${about} ${this.figureWords(id)}"
+            ></scanstitch-figure>
+          </section>`;
+        })}
     </div>`;
   }
 
@@ -243,7 +256,11 @@ export class ScanstitchStrategies extends LitElement {
       <header>
         <h2>The strategies</h2>
         <span class="muted"
-          >each registers every frame against its own map by ICP; they differ in how that map is kept</span
+          >${
+            this.session.isPlanar
+              ? 'presets of the reconstruction, and the settings of the map where they are different'
+              : 'each registers every frame against its own map by ICP; they differ in how that map is kept'
+          }</span
         >
         <span class="save"
           ><button
@@ -274,15 +291,16 @@ export class ScanstitchStrategies extends LitElement {
           })}
         </ul>
         <p class="muted">
-          Stored size: 24 bytes per point. Times are measured on this machine, one strategy after the other in one
-          thread. To use settings of your own: <code>npx scanstitch strategies --help</code>
+          ${this.session.isPlanar ? nothing : 'Stored size: 24 bytes per point.'} Times are measured on this machine,
+          one strategy after the other in one thread. To use settings of your own:
+          <code>npx scanstitch strategies --help</code>
         </p>
       </div>
     </section>`;
   }
 
   private compare = (): void => {
-    if (this.given) void this.session.compare(this.given);
+    void this.session.compare();
   };
 
   private tellCompared(): void {

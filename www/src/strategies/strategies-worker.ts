@@ -2,7 +2,7 @@
 import { init, strategy_presets, StrategyComparison } from '../engine/package.js';
 import { timed } from '../../../package/run/strategy_race.js';
 import { nothingLoaded, serve, type Served } from '../engine/serve.js';
-import type { ComparerApi, StrategyPreset } from './protocol.js';
+import type { ComparerApi, StrategyPreset, VoxelOdometrySettings } from './protocol.js';
 
 let comparison: StrategyComparison | null = null;
 
@@ -12,9 +12,9 @@ function engine(): StrategyComparison {
 }
 
 const api: Served<ComparerApi> = {
-  async start(module): Promise<StrategyPreset[]> {
+  async start(module): Promise<StrategyPreset<VoxelOdometrySettings>[]> {
     await init({ module_or_path: module });
-    return strategy_presets() as StrategyPreset[];
+    return strategy_presets() as StrategyPreset<VoxelOdometrySettings>[];
   },
 
   create(strategies, settings) {

@@ -87,6 +87,12 @@ export const strategyStyles = css`
   .figures scanstitch-figure {
     height: 260px;
   }
+  .figures .wide {
+    grid-column: 1 / -1;
+  }
+  .figures .wide scanstitch-figure {
+    height: 420px;
+  }
   @container (max-width: 760px) {
     .figures {
       grid-template-columns: minmax(0, 1fr);
