@@ -1,7 +1,6 @@
 /** A view of a run, and what it and the page's frame (header, menus) say to each other. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { property, state } from 'lit/decorators.js';
-import type { Address } from '../views/address.js';
 import './headline.js';
 import { messageOf } from '../engine/message-of.js';
 import { type Download, download } from '../export/download.js';
@@ -11,7 +10,6 @@ import { memoizeLast } from '../views/memoize-last.js';
 import { framePalette, type Rgb } from '../views/palette.js';
 import { sameSettings } from '../views/setting-fields.js';
 import type { Turns } from '../views/viewport.js';
-import { beginning, ownerOf, rememberSettings, type SettingsFacts } from '../views/settings-link.js';
 import { announcements } from './announcer.js';
 import { activityStyles, layoutStyles } from './run-styles.js';
 import type { Measure } from './before-after.js';
@@ -33,8 +31,7 @@ import {
   type Shelf,
   type ViewFacts,
 } from './run-kind.js';
-import { RunEvents } from './run-events.js';
-import { RunPanels } from './run-panels.js';
+import { RunSettings } from './run-settings.js';
 import { activity, messages } from './run-parts.js';
 import { type RunSession } from './session.js';
 import { emptyStyles, shared } from './theme.js';
@@ -55,11 +52,7 @@ export abstract class RunView<
   Snapshot extends RunSnapshot,
   Session extends RunSession<{ dispose(): void; stop(): void }, Settings, unknown, Snapshot>,
   Overlay,
-> extends RunPanels {
-  @property({ attribute: false }) initialSettings = '';
-  @property({ attribute: false }) preset = '';
-  /** Where settings are kept; null: nowhere. */
-  @property({ attribute: false }) address: Address | null = null;
+> extends RunSettings<Settings> {
   @property({ type: Boolean }) dark = false;
   /** Where recordings are exchanged. */
   @property({ attribute: false }) shelf: Shelf | null = null;
@@ -74,8 +67,7 @@ export abstract class RunView<
   facts: ViewFacts = NO_FACTS;
 
   /** What is open. */
-  abstract session: Session;
-  private events = new RunEvents(this);
+  abstract override session: Session;
   private shownGeneration = 0;
   /** Changes where the view is to be fitted anew. */
   protected fitKey = 0;
@@ -87,17 +79,6 @@ export abstract class RunView<
   get exports(): readonly MenuItem[] {
     const { address, shelf, of } = this;
     return [...of.exports, ...(shelf?.stream ? [STREAM] : []), ...(address ? [COPY_LINK] : [])];
-  }
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    window.addEventListener('hashchange', this.onHash);
-    this.session.beginWith((facts) => this.settingsToBegin(facts));
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    window.removeEventListener('hashchange', this.onHash);
   }
 
   /** Begins anew, with the same settings; the session so far is left as it is. */
@@ -372,19 +353,6 @@ export abstract class RunView<
     this.selected = detail - 1;
   };
 
-  private settingsToBegin(facts: SettingsFacts<Settings>): Settings {
-    const fragment = this.address?.fragment ?? '';
-    const begun = beginning(this.of.kind, facts, this.preset, this.initialSettings, fragment);
-    begun.faults?.then(
-      (faults) => {
-        this.events.settingFaults = faults;
-        this.requestUpdate();
-      },
-      () => undefined, // what is right of them is used all the same
-    );
-    return begun.settings;
-  }
-
   /** Computes again with these settings, and keeps them. */
   protected applySettings(settings: Settings): void {
     const { snapshot, phase, settings: present } = this.session;
@@ -398,20 +366,6 @@ export abstract class RunView<
     this.session.configure(settings);
     this.writeAddress();
   }
-
-  /** Writes its settings into the page's address, where that holds those of this element. */
-  writeAddress(): void {
-    const { facts, settings } = this.session;
-    if (this.address) rememberSettings(this.address, this.of.kind, facts, settings);
-  }
-
-  private onHash = (): void => {
-    const { facts } = this.session;
-    if (!this.address || !facts || ownerOf(this.address.fragment) !== this.of.kind) return;
-    const settings = this.settingsToBegin(facts);
-    // Back and forward come here, too, and a run is not to be computed again for them.
-    if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
-  };
 
   static override styles = [shared, emptyStyles, layoutStyles, activityStyles, barStyles];
 }

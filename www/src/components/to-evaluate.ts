@@ -1,4 +1,5 @@
 /** A run, as the evaluation takes it over. */
+import type { FrameResult, PlanarPoint, PlanarPose } from '../engine/protocol.js';
 import type { SpatialPose } from '../engine/spatial-protocol.js';
 import type { GivenFiles } from './run-kind.js';
 
@@ -56,4 +57,24 @@ export function trajectoriesToEvaluate(
     alignment: compared?.has_orientations ? 'origin' : 'se3',
     readMap,
   };
+}
+
+/** Poses in the plane and their partners in the reference, as poses in space. */
+export function placedInPlane(
+  frames: readonly FrameResult[],
+  references: readonly (PlanarPoint | null)[] = [],
+): ComparedFrame[] {
+  return frames.flatMap(({ index, time, status, T_world_sensor }, at) => {
+    if (status === 'lost') return [];
+    const reference = references[at] ?? null;
+    const { x = 0, y = 0, heading = null } = reference ?? {};
+    return [
+      { index, time, pose: inSpace(T_world_sensor), reference: reference && inSpace({ x, y, theta: heading ?? 0 }) },
+    ];
+  });
+}
+
+/** A pose of the plane as one of space. */
+function inSpace({ x, y, theta }: PlanarPose): SpatialPose {
+  return { x, y, z: 0, qx: 0, qy: 0, qz: Math.sin(theta / 2), qw: Math.cos(theta / 2) };
 }

@@ -10,8 +10,7 @@ import { emptyView } from '../components/run-parts.js';
 import type { GivenFiles, GivenScans, Loaded, RunKind } from '../components/run-kind.js';
 import { RunView } from '../components/run-view.js';
 import { welcome, welcomeStyles } from '../components/welcome.js';
-import type { FrameResult, IterationRecord, PlanarPoint, PlanarPose, Settings, Snapshot } from '../engine/protocol.js';
-import type { SpatialPose } from '../engine/spatial-protocol.js';
+import type { FrameResult, IterationRecord, PlanarPoint, Settings, Snapshot } from '../engine/protocol.js';
 import { type Download, EXPORTS, type ExportItem } from '../export/download.js';
 import { baseName, formatCount, formatDuration, formatLength, plural } from '../views/format.js';
 import { headlineFigures } from '../views/headline.js';
@@ -109,15 +108,8 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const { session } = this;
     if (!session.snapshot || session.phase !== 'done') return null;
     const { frames, comparison } = session.snapshot.result;
-    const placed = frames.flatMap(({ index, time, status, T_world_sensor }, at) => {
-      if (status === 'lost') return [];
-      const reference = comparison?.reference[at] ?? null;
-      const { x = 0, y = 0, heading = null } = reference ?? {};
-      return [
-        { index, time, pose: inSpace(T_world_sensor), reference: reference && inSpace({ x, y, theta: heading ?? 0 }) },
-      ];
-    });
-    const { comparedWith, trajectoriesToEvaluate } = await import('../components/to-evaluate.js');
+    const { comparedWith, placedInPlane, trajectoriesToEvaluate } = await import('../components/to-evaluate.js');
+    const placed = placedInPlane(frames, comparison?.reference);
     return trajectoriesToEvaluate(placed, comparedWith(comparison), () => session.ask('map_ply'));
   }
 
@@ -401,9 +393,4 @@ function mapMarks(
     pairs,
     undetermined: (selected === null ? null : frames[selected]?.undetermined) ?? null,
   };
-}
-
-/** A pose of the plane as one of space. */
-function inSpace({ x, y, theta }: PlanarPose): SpatialPose {
-  return { x, y, z: 0, qx: 0, qy: 0, qz: Math.sin(theta / 2), qw: Math.cos(theta / 2) };
 }

@@ -1,13 +1,13 @@
-import { html, LitElement, type PropertyValues, type TemplateResult } from 'lit';
+import { html, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { keyed } from 'lit/directives/keyed.js';
-import { type DrawingHost, DrawingSurface } from '../components/drawing-surface.js';
+import { DrawingSurface } from '../components/drawing-surface.js';
 import { Graphics, type GraphicsUser } from '../components/graphics.js';
 import { mapStyles } from '../components/map-styles.js';
 import { mapFrame, mapToolbar } from '../components/map-toolbar.js';
 import { shared } from '../components/theme.js';
 import { type KeyedMap, PAN_STEP, pressKey, ZOOM_STEP } from '../views/map-keys.js';
-import { Viewpoint } from './viewpoint.js';
+import { OrbitedMap } from './orbited-map.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
 import type { Vec3 } from '../views/vectors.js';
 import { floorLines } from './floor.js';
@@ -23,18 +23,8 @@ import {
   sectionSlider,
 } from './map3d-controls.js';
 import { map3dStyles } from './map3d-styles.js';
-import {
-  isAlike,
-  metresPerPixel,
-  nearest,
-  type Orbit,
-  orbited,
-  panned,
-  type Size,
-  STRAIGHT_DOWN,
-  zoomedAt,
-} from '../views/orbit.js';
-import { type BeforePath, NO_MARKS, showMarks, type SpatialMarks } from './path-marks.js';
+import { metresPerPixel, orbited } from '../views/orbit.js';
+import { showMarks, type SpatialMarks } from './path-marks.js';
 import type { MapScene, SceneLook } from './scene.js';
 import {
   NO_SURFACE,
@@ -45,13 +35,12 @@ import {
   type SurfaceChoices,
   type SurfaceState,
 } from './surface-bar.js';
-import { fittedTo, leveled, NO_SURVEY, positions, type Survey, straightened } from './survey.js';
+import { leveled, positions, straightened } from './survey.js';
 import type { ToolHost } from './map-tool.js';
 import { MapTools } from './map-tools.js';
 import { fire } from '../components/fire.js';
 
 const TURN_STEP = Math.PI / 24;
-const TURN_PER_PIXEL = 0.006;
 /**
  * The map in space: points, paths and cameras, which turn, move and zoom.
  *
@@ -60,11 +49,8 @@ const TURN_PER_PIXEL = 0.006;
  * 'restored' or 'unavailable'.
  */
 @customElement('scanstitch-map3d')
-export class ScanstitchMap3d extends LitElement implements DrawingHost, GraphicsUser<MapScene>, KeyedMap, ToolHost {
+export class ScanstitchMap3d extends OrbitedMap implements GraphicsUser<MapScene>, KeyedMap, ToolHost {
   @property({ attribute: false }) points: MapPoints = NO_POINTS;
-  @property({ attribute: false }) marks: SpatialMarks = NO_MARKS;
-  /** The path that this one replaces, to be compared with it. */
-  @property({ attribute: false }) pathBefore: BeforePath | null = null;
   /** What there is of the run's surface. */
   @property({ attribute: false }) runSurface: SurfaceState = NO_SURFACE;
   @property({ attribute: false }) names: readonly string[] = [];
@@ -78,24 +64,18 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
   @property({ attribute: false }) description = '';
   /** Without the buttons on it and the section's slider beside it. */
   @property({ type: Boolean, reflect: true }) bare = false;
-  /** Whether more points are to come: small changes do not move the view until then. */
-  @property({ type: Boolean }) growing = false;
   /** The selected frame's picture. */
   @property({ attribute: false }) image: HTMLImageElement | null = null;
 
   @state() private choices: LookChoices = FIRST_CHOICES;
   @state() private layersOpen = false;
-  @state() private hovered: number | null = null;
   @query('.stage') readonly stage!: HTMLElement;
   @query('canvas') readonly canvas!: HTMLCanvasElement;
 
-  /** The text beside the map is updated when a flight ends: at every picture that would take longer than drawing it. */
-  private viewpoint = new Viewpoint();
   private graphics = new Graphics(this, this);
-  private surface = new DrawingSurface(this);
-  survey: Survey = NO_SURVEY;
+  protected readonly surface = new DrawingSurface(this);
+  protected readonly tools = new MapTools(this);
   private hasNewPoints = false;
-  private tools = new MapTools(this);
 
   protected override firstUpdated(): void {
     this.surface.begin();
@@ -128,20 +108,6 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       this.passMarks(changed.get('marks') ?? null);
     }
     this.requestPaint();
-  }
-
-  /** Shows the whole map, from the present viewpoint. */
-  fit(atOnce = false): void {
-    this.tools.now?.goOutside();
-    this.viewpoint.isMoved = false;
-    this.fly(this.toAll(this.straightened()), atOnce);
-  }
-
-  /** Looks straight down. */
-  fromAbove(): void {
-    this.tools.now?.goOutside();
-    this.viewpoint.isMoved = false;
-    this.fly(this.toAll({ ...this.viewpoint.orbit, azimuth: this.survey.straight, elevation: STRAIGHT_DOWN }), false);
   }
 
   /** The map as a picture, at twice the resolution of the screen or better. */
@@ -254,14 +220,6 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     else if (numPlaced > 0) this.wantSurface();
   }
 
-  get size(): Size {
-    return this.surface.size;
-  }
-
-  get orbit(): Orbit {
-    return this.viewpoint.orbit;
-  }
-
   setMeasured(segments: readonly (readonly [Vec3, Vec3])[]): void {
     this.graphics.scene?.setMeasured(segments);
   }
@@ -297,15 +255,15 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     return [...this.survey.sampled, ...positions(this.marks.poses, this.survey.R_view_map)];
   }
 
+  protected cut(): number {
+    return chosenSection(this.choices, this.survey.heights);
+  }
+
   private takeSurvey(): void {
     const { poses, camera } = this.marks;
     this.survey = leveled(this.survey, this.points, poses, { hasCamera: camera !== null, isRough: this.growing });
     const { width, height } = this.surface.size;
     this.survey = straightened(this.survey, poses, { cut: this.cut(), isWide: width >= height });
-  }
-
-  private cut(): number {
-    return chosenSection(this.choices, this.survey.heights);
   }
 
   look(): SceneLook {
@@ -345,86 +303,6 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
     }
   }
 
-  // Moving about.
-
-  /** Keeps the map in view while it grows; the view stands still where little has been added. */
-  private follow(atOnce: boolean): void {
-    if (this.growing && this.pathBefore) return; // the view stays as it was, for the two to be compared
-    const to = this.toAll(this.straightened());
-    if (atOnce || !this.growing || !isAlike(this.viewpoint.goal, to)) this.fly(to, atOnce);
-  }
-
-  /** From above, the walls run across and along the screen. */
-  private straightened(): Orbit {
-    const { orbit } = this.viewpoint;
-    return orbit.elevation === STRAIGHT_DOWN ? { ...orbit, azimuth: this.survey.straight } : orbit;
-  }
-
-  /** The orbit that shows all there is from where this one looks. */
-  private toAll(orbit: Orbit): Orbit {
-    const poses = [...this.marks.poses, ...(this.pathBefore?.poses ?? [])];
-    return fittedTo(this.survey, poses, this.cut(), orbit, this.size);
-  }
-
-  private fly(to: Orbit, atOnce: boolean): void {
-    if (this.survey.sampled.length === 0) return;
-    if (atOnce) this.viewpoint.jump(to);
-    else this.viewpoint.fly(to);
-    if (!this.viewpoint.isFlying) this.requestUpdate();
-    this.requestPaint();
-  }
-
-  move(orbit: Orbit): void {
-    this.viewpoint.jump(orbit);
-    this.viewpoint.isMoved = true;
-    this.requestUpdate();
-  }
-
-  private toggleProjection(): void {
-    const { orbit } = this.viewpoint;
-    this.viewpoint.jump({ ...orbit, projection: orbit.projection === 'perspective' ? 'orthographic' : 'perspective' });
-    this.requestUpdate();
-    if (!this.viewpoint.isMoved) this.fit(true);
-  }
-
-  zoomBy(factor: number): void {
-    this.surface.zoomBy(factor);
-  }
-
-  turn(right: number, down: number): void {
-    if (!this.tools.now?.turn(right, down))
-      this.move(orbited(this.viewpoint.orbit, right * TURN_PER_PIXEL, -down * TURN_PER_PIXEL));
-  }
-
-  shift(right: number, down: number): void {
-    if (!this.tools.now?.shift(right, down)) this.move(panned(this.viewpoint.orbit, this.surface.size, right, down));
-  }
-
-  zoom(x: number, y: number, factor: number): void {
-    if (!this.tools.now?.zoom(factor)) this.move(zoomedAt(this.viewpoint.orbit, this.surface.size, x, y, factor));
-  }
-
-  twist(angle: number): void {
-    this.move(orbited(this.viewpoint.orbit, angle, 0));
-  }
-
-  tap(x: number, y: number, reach: number): void {
-    if (!this.tools.now?.tap(x, y)) this.select(this.frameAt(x, y, reach));
-  }
-
-  hover(x: number, y: number): void {
-    this.hovered = this.frameAt(x, y, 12);
-  }
-
-  leave(): void {
-    this.hovered = null;
-  }
-
-  private frameAt(x: number, y: number, reach: number): number | null {
-    const shown = positions(this.marks.poses.slice(0, this.marks.until), this.survey.R_view_map);
-    return nearest(shown, this.viewpoint.orbit, this.surface.size, x, y, reach);
-  }
-
   private onKey(event: KeyboardEvent): void {
     if (this.tools.now?.key(event)) return;
     const step = (right: number, down: number): void =>
@@ -441,10 +319,6 @@ export class ScanstitchMap3d extends LitElement implements DrawingHost, Graphics
       m: () => this.toggleSurface(),
       v: () => void this.tools.toggle(),
     });
-  }
-
-  select(frame: number | null): void {
-    fire(this, 'frame-selected', frame);
   }
 
   static override styles = [shared, mapStyles, map3dStyles, surfaceStyles];
