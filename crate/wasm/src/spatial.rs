@@ -364,8 +364,8 @@ impl SpatialReconstruction {
     }
 
     /// The depth image that is kept of a frame, by its number in the recording, for `Surface.put`; undefined where there is none.
-    pub fn kept_image(&self, index: usize) -> Option<Uint8Array> {
-        self.engine.kept_image(index).as_deref().map(Uint8Array::from)
+    pub fn kept_points(&self, index: usize) -> Option<Uint8Array> {
+        self.engine.kept_points(index).as_deref().map(Uint8Array::from)
     }
 
     /// The trajectory in TUM's format: time or number of the frame, x y z qx qy qz qw, one line per frame.

@@ -77,13 +77,13 @@ impl Surface {
         Ok(self.surface.follow(frames, is_final).into_iter().map(|frame| frame as u32).collect())
     }
 
-    /// Puts a frame in at its pose, with what `SpatialReconstruction.kept_image` returned; or out, as `follow` has said.
+    /// Puts a frame in at its pose, with what `SpatialReconstruction.kept_points` returned; or out, as `follow` has said.
     ///
     /// # Errors
     /// When the bytes are none of an image.
-    pub fn put(&mut self, frame: u32, kept_image: &[u8]) -> Result<(), Thrown> {
+    pub fn put(&mut self, frame: u32, kept_points: &[u8]) -> Result<(), Thrown> {
         grow_ahead();
-        let image = self.surface.read_kept(kept_image)?;
+        let image = self.surface.read_kept(kept_points)?;
         self.mesh = None;
         self.surface.put(frame as usize, &image);
         Ok(())
@@ -92,13 +92,13 @@ impl Surface {
     /// Side of a voxel (m): larger than in the options where the memory was not enough.
     #[wasm_bindgen(getter)]
     pub fn voxel_size(&self) -> f64 {
-        self.surface.fusion().voxel_size()
+        self.surface.voxel_size()
     }
 
     /// Number of images added.
     #[wasm_bindgen(getter)]
     pub fn num_frames(&self) -> usize {
-        self.surface.fusion().num_frames()
+        self.surface.num_frames()
     }
 
     /// Number of triangles.

@@ -72,7 +72,7 @@ export interface SpatialAnswers {
    * registered, in the frame of the sensor before it. */
   map_before: Float64Array;
   /** The depth image that is kept of a frame, for the surface; undefined where there is none. */
-  kept_image: Uint8Array | undefined;
+  kept_points: Uint8Array | undefined;
 }
 
 /** The one worker that holds the reconstruction. */
@@ -95,7 +95,7 @@ export interface RegistrarApi {
   clearReference(): void;
   snapshot(): SpatialSnapshot;
   mapSize(voxel_size: number): SizedMap;
-  /** `frame` matters for `map_before` and `kept_image` alone. */
+  /** `frame` matters for `map_before` and `kept_points` alone. */
   ask<K extends keyof SpatialAnswers>(kind: K, frame: number): SpatialAnswers[K];
 }
 

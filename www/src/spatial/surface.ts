@@ -181,7 +181,7 @@ export class RunSurface implements ReactiveController {
     }
     const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
     await client.follow(frames, isFinal, {
-      image: (frame) => session.ask('kept_image', frame),
+      image: (frame) => session.ask('kept_points', frame),
       progress: (done, total) =>
         this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
     });
