@@ -12,12 +12,13 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 use super::SurfaceOptions;
-use super::blocks::{Blocks, MAX_WEIGHT, SIDE, STEPS, index, positions};
+use super::blocks::{Blocks, MAX_WEIGHT, SIDE, index, positions};
 use super::extraction::extract;
 use super::fusion::{BLOCK_BYTES, COLOR_BYTES};
 use super::pixels::{MIN_COSINE, MIN_TRUNCATION_VOXELS, WEIGHT_INFORMATION};
 use crate::error::Result;
 use crate::geometry::jacobi::eigenpairs;
+use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, TriangleMesh};
 
 /// Points that a plane is fitted to, at least: twice as many as it has degrees of freedom.
@@ -31,15 +32,17 @@ const MAX_TILT: f64 = 0.1;
 const REACH: f32 = 1.5;
 /// Voxels from a cell to those that its plane tells of, along an axis: half a cell to its mean, `REACH` and the truncation are at most
 /// a diagonal of 3 voxels away.
-const WINDOW: usize = 3;
+const WINDOW: i32 = 3;
 /// Standard deviation that is below any measurement's (sides of a cell): single precision of coordinates up to a kilometre.
 const ROUNDING: f64 = 1e-3;
 
-/// Cells grow by this until they hold enough points.
+/// Cells grow at least by this until they hold enough points.
 const GROWTH: f32 = 1.25;
-/// Cells are large enough when half of the points lie where the 27 cells around hold so many: a plane's direction is then known to
+/// Cells are large enough where the 27 cells around most points hold so many: a plane's direction is then known to
 /// `MAX_TILT` where points scatter from it by half as much as they do along it.
-const ENOUGH_POINTS: u32 = 25;
+const ENOUGH_POINTS: f64 = 25.0;
+/// Cells that are looked at for that: the share is known to 1 %.
+const NUM_SAMPLED: usize = 2500;
 
 /// A surface of clouds at their poses. It is made of all of them at once.
 #[derive(Debug, Clone)]
@@ -114,14 +117,16 @@ impl CloudFusion {
                 cells.add(number, cloud, pose, self.viewpoint);
             }
             // A voxel that is larger than what is seen has nothing to tell.
-            if cells.len() < MIN_POINTS as usize || cells.are_dense() {
+            let density = if cells.len() < MIN_POINTS as usize { f64::INFINITY } else { cells.density() };
+            if density >= ENOUGH_POINTS {
                 let mut blocks = Blocks::default();
                 cells.add_to(&mut blocks);
                 if (blocks.len() * bytes_a_block) as f64 <= 1e6 * self.options.max_megabytes {
                     return blocks;
                 }
             }
-            self.voxel_size *= GROWTH;
+            // Of a surface, four times as many lie in cells twice as large.
+            self.voxel_size *= GROWTH.max((ENOUGH_POINTS / density).sqrt() as f32 / GROWTH);
         }
     }
 }
@@ -204,35 +209,34 @@ impl Cell {
 }
 
 /// Cells of space with the points of clouds at their poses.
-pub(super) struct Cells {
+struct Cells {
     /// Side of a cell, and of a voxel of the field (m).
     side: f32,
     cells: FxHashMap<[i32; 3], Cell>,
 }
 
 impl Cells {
-    pub(super) fn new(side: f32) -> Self {
+    fn new(side: f32) -> Self {
         Self { side, cells: FxHashMap::default() }
     }
 
-    /// Whether most points have enough others around them.
-    fn are_dense(&self) -> bool {
-        let (mut num_points, mut num_dense) = (0u64, 0u64);
-        for (corner, cell) in &self.cells {
-            let is_dense = self.around(*corner).count >= ENOUGH_POINTS;
-            num_points += u64::from(cell.count);
-            num_dense += if is_dense { u64::from(cell.count) } else { 0 };
-        }
-        2 * num_dense >= num_points
+    /// How many points there are in the 27 cells around a point, by some of the cells: three points in four have more.
+    fn density(&self) -> f64 {
+        let stride = self.cells.len().div_ceil(NUM_SAMPLED).max(1);
+        let sampled = self.cells.iter().step_by(stride);
+        let counts = sampled.flat_map(|(corner, cell)| {
+            std::iter::repeat_n(f64::from(self.around(*corner).count), cell.count as usize)
+        });
+        quantile(&mut counts.collect::<Vec<f64>>(), 0.25).unwrap_or(0.0)
     }
 
     /// Number of cells with points.
-    pub(super) fn len(&self) -> usize {
+    fn len(&self) -> usize {
         self.cells.len()
     }
 
     /// Adds a cloud of a sensor at `viewpoint` (m, in the frame of the cloud); `number`: another one for each cloud, from 1.
-    pub(super) fn add(&mut self, number: u32, cloud: &PointCloud, T_world_cloud: &Pose3, viewpoint: Vec3) {
+    fn add(&mut self, number: u32, cloud: &PointCloud, T_world_cloud: &Pose3, viewpoint: Vec3) {
         let matrix = T_world_cloud.to_homogeneous().cast::<f32>();
         let pose = Mat4::from_cols_slice(matrix.as_slice());
         let sensor = pose.transform_point3(viewpoint);
@@ -255,46 +259,54 @@ impl Cells {
     fn around(&self, corner: [i32; 3]) -> Cell {
         let mut all = Cell::default();
         for (z, y, x) in positions(3) {
-            let step = [x, y, z].map(|at| at as i32 - 1);
-            let at: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
-            if let Some(cell) = self.cells.get(&at) {
-                all.add_shifted(cell, Vec3::from_array(step.map(|at| at as f32)));
+            let step = [x as i32 - 1, y as i32 - 1, z as i32 - 1];
+            if let Some(cell) = self.cells.get(&[corner[0] + step[0], corner[1] + step[1], corner[2] + step[2]]) {
+                all.add_shifted(cell, Vec3::new(step[0] as f32, step[1] as f32, step[2] as f32));
             }
         }
         all
     }
 
     /// Adds the planes of the cells to a field with voxels as large.
-    pub(super) fn add_to(&self, blocks: &mut Blocks) {
-        let has_colors = self.cells.values().any(|cell| cell.color().is_some());
+    fn add_to(&self, blocks: &mut Blocks) {
         for (corner, cell) in &self.cells {
-            let Some(plane) = self.around(*corner).plane() else { continue };
-            let variance = plane.variance * self.side * self.side;
-            let weight = (cell.num_clouds as f32 / (variance * WEIGHT_INFORMATION)).clamp(1.0, MAX_WEIGHT);
-            for (z, y, x) in positions(2 * WINDOW + 1) {
-                let step = [x, y, z].map(|at| at as i32 - WINDOW as i32);
-                let offset = Vec3::from_array(step.map(|at| at as f32)) - plane.mean;
-                let distance = plane.normal.dot(offset);
-                let along = (offset - distance * plane.normal).length_squared();
-                if distance.abs() > MIN_TRUNCATION_VOXELS || along > REACH * REACH {
-                    continue;
-                }
-                let voxel: [i32; 3] = std::array::from_fn(|axis| corner[axis] + step[axis]);
-                let number = blocks.insert(voxel.map(|at| at.div_euclid(SIDE as i32)));
-                if has_colors {
-                    blocks.add_colors();
-                }
-                let [x, y, z] = voxel.map(|at| at.rem_euclid(SIDE as i32) as usize);
-                let at = index(x, y, z);
-                let Some((block, colors)) = blocks.get_mut(number) else { continue };
-                // Planes count the less, the farther away their points are.
-                let weight = (weight * (1.0 - along / (REACH * REACH))) as i32 + 1;
-                block.weights[at] = block.weights[at].saturating_add(weight);
-                block.distances[at] =
-                    block.distances[at].saturating_add((weight as f32 * distance * STEPS).round() as i32);
-                if let (Some(colors), Some(color)) = (colors, cell.color()) {
-                    colors[at].add(color, false);
-                }
+            if let Some(plane) = self.around(*corner).plane() {
+                let variance = plane.variance * self.side * self.side;
+                let weight = (cell.num_clouds as f32 / (variance * WEIGHT_INFORMATION)).clamp(1.0, MAX_WEIGHT);
+                plane.add_to(blocks, *corner, weight, cell.color());
+            }
+        }
+    }
+}
+
+impl Plane {
+    /// Adds the distances of voxels from it, and its colour, to those of a field; `corner` is that of its cell.
+    fn add_to(&self, blocks: &mut Blocks, corner: [i32; 3], weight: f32, color: Option<[u8; 3]>) {
+        // Neighbouring voxels are mostly in the same block.
+        let mut last = None;
+        for (z, y, x) in positions(2 * WINDOW as usize + 1) {
+            let step = [x as i32 - WINDOW, y as i32 - WINDOW, z as i32 - WINDOW];
+            let offset = Vec3::new(step[0] as f32, step[1] as f32, step[2] as f32) - self.mean;
+            let distance = self.normal.dot(offset);
+            let along = (offset.length_squared() - distance * distance) / (REACH * REACH);
+            if distance.abs() > MIN_TRUNCATION_VOXELS || along > 1.0 {
+                continue;
+            }
+            let [x, y, z] = [corner[0] + step[0], corner[1] + step[1], corner[2] + step[2]];
+            let side = SIDE as i32;
+            let of_block = [x.div_euclid(side), y.div_euclid(side), z.div_euclid(side)];
+            let known = last.filter(|(of_last, _)| *of_last == of_block).map(|(_, number)| number);
+            let number = known.unwrap_or_else(|| blocks.insert(of_block));
+            last = Some((of_block, number));
+            if color.is_some() {
+                blocks.add_colors();
+            }
+            let at = index(x.rem_euclid(side) as usize, y.rem_euclid(side) as usize, z.rem_euclid(side) as usize);
+            let Some((block, colors)) = blocks.get_mut(number) else { continue };
+            // A plane counts the less, the farther away its points are.
+            block.add(at, (weight * (1.0 - along)) as i32 + 1, distance);
+            if let (Some(colors), Some(color)) = (colors, color) {
+                colors[at].add(color, false);
             }
         }
     }
