@@ -43,7 +43,10 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("{name} is no option").into()),
         }
     }
-    println!("{:24}{:>8}{:>9}{:>10}{:>10}{:>10}{:>12}{:>9}", "", "voxel", "mean", "95 %", "covered", "within 2", "triangles", "time");
+    println!(
+        "{:24}{:>8}{:>9}{:>10}{:>10}{:>10}{:>12}{:>9}",
+        "", "voxel", "mean", "95 %", "covered", "within 2", "triangles", "time"
+    );
     let lidars = [
         ("16 rings", MovingLidar::rings(16, 1800)),
         ("64 rings", MovingLidar::rings(64, 900)),

@@ -77,7 +77,12 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
             let cloud = point_cloud::read(&fs::read(path)?)?;
             let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
-            report(&path.display().to_string(), &Score::of(&apartment.space, &points, &[], &truth, COVERED), 0, [0.0; 3]);
+            report(
+                &path.display().to_string(),
+                &Score::of(&apartment.space, &points, &[], &truth, COVERED),
+                0,
+                [0.0; 3],
+            );
             return Ok(());
         }
         for (name, sensor) in sensors() {

@@ -171,6 +171,11 @@ impl SurfaceReconstruction {
         self.placed.clear();
     }
 
+    /// Whether its frames are clouds.
+    pub fn is_of_clouds(&self) -> bool {
+        matches!(self.field, Field::Clouds(_))
+    }
+
     /// Number of frames in it.
     pub fn num_frames(&self) -> usize {
         match &self.field {

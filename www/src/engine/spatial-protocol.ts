@@ -71,7 +71,7 @@ export interface SpatialAnswers {
   /** x y z qx qy qz qw of each frame before one: the motion of its points in the map to where they lay when that one was
    * registered, in the frame of the sensor before it. */
   map_before: Float64Array;
-  /** The depth image that is kept of a frame, for the surface; undefined where there is none. */
+  /** What is kept of a frame for the map, for the surface; undefined where there is none. */
   kept_points: Uint8Array | undefined;
 }
 

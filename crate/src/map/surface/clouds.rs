@@ -224,9 +224,8 @@ impl Cells {
     fn density(&self) -> f64 {
         let stride = self.cells.len().div_ceil(NUM_SAMPLED).max(1);
         let sampled = self.cells.iter().step_by(stride);
-        let counts = sampled.flat_map(|(corner, cell)| {
-            std::iter::repeat_n(f64::from(self.around(*corner).count), cell.count as usize)
-        });
+        let counts = sampled
+            .flat_map(|(corner, cell)| std::iter::repeat_n(f64::from(self.around(*corner).count), cell.count as usize));
         quantile(&mut counts.collect::<Vec<f64>>(), 0.25).unwrap_or(0.0)
     }
 
