@@ -15,6 +15,7 @@
 //! Read `fusion` first, then `view`; for clouds, `clouds`.
 
 mod blocks;
+mod cells;
 mod clouds;
 mod depth_tiles;
 mod extraction;
