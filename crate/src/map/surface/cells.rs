@@ -19,6 +19,8 @@ const MAX_THICKNESS: f64 = 0.5;
 const MAX_TILT: f64 = 0.1;
 /// A plane tells of voxels up to this distance along it from the mean of its points (sides of a cell): half of the 27 cells.
 const REACH: f32 = 1.5;
+/// And up to so many standard deviations of the points: evenly spread ones end at 1.73.
+const EXTENT: f32 = 2.0;
 /// Planes of cells of a surface that share a point: their directions err together, so they count as one.
 const NUM_SHARING: f32 = 9.0;
 /// Standard deviation that is below any measurement's (sides of a cell): single precision of coordinates up to a kilometre.
@@ -50,7 +52,9 @@ struct Plane {
     mean: Vec3,
     /// Facing the sensors.
     normal: Vec3,
-    /// Variance of the points along it.
+    /// Directions within it, divided by how far it reaches along them.
+    extents: [Vec3; 2],
+    /// Variance of the points along the normal.
     variance: f32,
     /// Of its direction (rad^2).
     tilt_variance: f32,
@@ -102,18 +106,20 @@ impl Cell {
         let covariances = self.products - Vec3::new(mean.x * self.sum.y, mean.x * self.sum.z, mean.y * self.sum.z);
         let [xy, xz, yz] = (covariances / freedom).to_array().map(f64::from);
         let pairs = eigenpairs(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz));
-        let &[(variance, normal), (spread, _), _] = pairs.as_slice() else { return None };
-        let normal: Vector3<f64> = normal;
+        let &[(variance, normal), (spread, along), (length, further)] = pairs.as_slice() else { return None };
+        let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
         let variance = variance.max(ROUNDING * ROUNDING);
         let tilt_variance = variance / (f64::from(count) * spread);
         if !(tilt_variance <= MAX_TILT * MAX_TILT && variance <= max_thickness * max_thickness) {
             return None;
         }
-        let normal = Vec3::new(normal.x as f32, normal.y as f32, normal.z as f32);
+        let extents = [(along, spread), (further, length)]
+            .map(|(direction, variance)| single(direction) / (EXTENT * (variance as f32).sqrt()).min(REACH));
+        let normal = single(normal);
         let cosine = normal.dot(self.towards) / count;
         let is_seen = cosine.abs() > MIN_COSINE;
         let [variance, tilt_variance] = [variance, tilt_variance].map(|variance| variance as f32);
-        is_seen.then(|| Plane { mean, normal: normal * cosine.signum(), variance, tilt_variance })
+        is_seen.then(|| Plane { mean, normal: normal * cosine.signum(), extents, variance, tilt_variance })
     }
 
     fn color(&self) -> Option<[u8; 3]> {
@@ -232,7 +238,8 @@ impl Plane {
                     (voxel[u], voxel[v], voxel[w]) = (at_u, at_v, at_w);
                     let offset = Vec3::from_array(voxel.map(|at| at as f32 + 0.5)) - mean;
                     let distance = self.normal.dot(offset);
-                    let along = (offset.length_squared() - distance * distance) / (reach * reach);
+                    let along = self.extents.map(|extent| extent.dot(offset) / scale as f32);
+                    let along = along[0] * along[0] + along[1] * along[1];
                     if distance.abs() <= MIN_TRUNCATION_VOXELS && along <= 1.0 {
                         let weight = (variances[0] + variances[1] * along).recip().min(MAX_WEIGHT);
                         // It ends gently.
