@@ -172,7 +172,7 @@ impl Cells {
         let matrix = T_world_cloud.to_homogeneous().cast::<f32>();
         let pose = Mat4::from_cols_slice(matrix.as_slice());
         let sensor = pose.transform_point3(viewpoint);
-        for (point, position) in cloud.positions.iter().enumerate() {
+        for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
             let place = pose.transform_point3(*position);
             let scaled = place / self.voxel_size;
             let corner = scaled.floor();
