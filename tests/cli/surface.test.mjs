@@ -5,6 +5,7 @@ import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { addFrames, placedFrames } from '../../npm/mesh/frames.js';
+import { roomCloud } from './room_clouds.mjs';
 import { ROOT, SAMPLES, scanstitch, temporaryFolder } from './support.mjs';
 
 const APARTMENT = join(ROOT, 'www', 'samples', 'apartment');
@@ -164,30 +165,12 @@ test('holes are filled up to a size, counted, and marked in the PLY file', async
   assert.ok(few > 0 && many > few, `${few} ${many}`);
 });
 
-/** Two clouds of a lidar in a room of 8 x 6 x 3 m, its floor 1.2 m below the sensor, as PLY files of this folder. @param {string} folder */
-function roomClouds(folder) {
-  const half = [4, 3, 1.5];
-  return [0, 0.3].map((x, number) => {
-    const sensor = [x, 0, -0.3];
-    const points = Array.from({ length: 12_000 }, (_, at) => {
-      // Evenly over the sphere: Fibonacci's lattice.
-      const [z, azimuth] = [1 - (2 * at + 1) / 12_000, at * Math.PI * (3 - Math.sqrt(5)) + number];
-      const level = Math.sqrt(1 - z * z);
-      const ray = [level * Math.cos(azimuth), level * Math.sin(azimuth), z];
-      const along = ray.map((of, axis) => (Math.sign(of) * (half[axis] ?? 0) - (sensor[axis] ?? 0)) / of);
-      return ray.map((of) => (of * Math.min(...along)).toFixed(4)).join(' ');
-    });
-    const axes = ['x', 'y', 'z'].map((axis) => `property float ${axis}`).join('\n');
-    const path = join(folder, `${number}.ply`);
-    writeFileSync(path, `ply\nformat ascii 1.0\nelement vertex 12000\n${axes}\nend_header\n${points.join('\n')}\n`);
-    return path;
-  });
-}
-
 test('the surface of clouds is that of the room, stands upright, and has no holes filled', async (t) => {
   const folder = temporaryFolder(t);
   const path = join(folder, 'room.glb');
-  const args = ['reconstruct', ...roomClouds(folder), '--out', join(folder, 'out'), '--mesh', path];
+  const clouds = [0, 1].map((number) => join(folder, `${number}.ply`));
+  for (const [number, cloud] of clouds.entries()) writeFileSync(cloud, roomCloud(number));
+  const args = ['reconstruct', ...clouds, '--out', join(folder, 'out'), '--mesh', path];
   const { status, stdout, stderr } = await scanstitch([...args, '--fill-holes', 'auto']);
   assert.equal(status, 2, 'something was not used');
   assert.match(stderr, /--fill-holes: not used, for holes of clouds stay open/);
