@@ -44,7 +44,7 @@ struct Placed {
 /// What frames are put in.
 #[derive(Debug, Clone)]
 enum Field {
-    Images(SurfaceFusion),
+    Images(Box<SurfaceFusion>),
     Clouds(CloudFusion),
 }
 
@@ -70,7 +70,7 @@ impl SurfaceReconstruction {
                 let viewpoint = glam::DVec3::from_array(reading.viewpoint).as_vec3();
                 Field::Clouds(CloudFusion::new(options, viewpoint, decode_config.settings.map_voxel_size)?)
             }
-            None => Field::Images(SurfaceFusion::new(options)?),
+            None => Field::Images(Box::new(SurfaceFusion::new(options)?)),
         };
         Ok(Self { decode_config, field, placed: BTreeMap::new(), followed: BTreeMap::new() })
     }
@@ -165,7 +165,7 @@ impl SurfaceReconstruction {
 
     fn start_over(&mut self) {
         match &mut self.field {
-            Field::Images(fusion) => *fusion = fusion.emptied(),
+            Field::Images(fusion) => **fusion = fusion.emptied(),
             Field::Clouds(fusion) => self.placed.keys().for_each(|&frame| fusion.take_out(frame)),
         }
         self.placed.clear();

@@ -1,5 +1,7 @@
 //! Cells of space with the points of clouds, and the planes through them.
 
+#![allow(clippy::cast_possible_wrap, reason = "positions within a block are below ten")]
+
 use glam::{Mat4, Vec3};
 use nalgebra::{Matrix3, Vector3};
 use rustc_hash::FxHashMap;
@@ -133,30 +135,30 @@ pub(super) struct Cells {
     /// Side of a voxel of the field (m), and that of a cell (voxels).
     voxel_size: f32,
     scale: i32,
-    cells: FxHashMap<[i32; 3], Cell>,
+    by_corner: FxHashMap<[i32; 3], Cell>,
 }
 
 impl Cells {
     /// As large as the voxels (m).
     pub(super) fn new(voxel_size: f32) -> Self {
-        Self { voxel_size, scale: 1, cells: FxHashMap::default() }
+        Self { voxel_size, scale: 1, by_corner: FxHashMap::default() }
     }
 
     /// Twice as large, with the same points.
     pub(super) fn coarser(&self) -> Self {
-        let mut cells: FxHashMap<[i32; 3], Cell> = FxHashMap::default();
-        for (corner, cell) in &self.cells {
+        let mut by_corner: FxHashMap<[i32; 3], Cell> = FxHashMap::default();
+        for (corner, cell) in &self.by_corner {
             let shift = corner.map(|at| if at.rem_euclid(2) == 0 { -0.25 } else { 0.25 });
-            let parent = cells.entry(corner.map(|at| at.div_euclid(2))).or_default();
+            let parent = by_corner.entry(corner.map(|at| at.div_euclid(2))).or_default();
             parent.add_eighth(cell, Vec3::from_array(shift));
         }
-        Self { voxel_size: self.voxel_size, scale: 2 * self.scale, cells }
+        Self { voxel_size: self.voxel_size, scale: 2 * self.scale, by_corner }
     }
 
     /// How many points there are in the 27 cells around a point, by some of the cells: three points in four have more.
     pub(super) fn density(&self) -> f64 {
-        let stride = self.cells.len().div_ceil(NUM_SAMPLED).max(1);
-        let sampled = self.cells.iter().step_by(stride);
+        let stride = self.by_corner.len().div_ceil(NUM_SAMPLED).max(1);
+        let sampled = self.by_corner.iter().step_by(stride);
         let counts = sampled
             .flat_map(|(corner, cell)| std::iter::repeat_n(f64::from(self.around(*corner).count), cell.count as usize));
         quantile(&mut counts.collect::<Vec<f64>>(), 0.25).unwrap_or(0.0)
@@ -164,7 +166,7 @@ impl Cells {
 
     /// Number of cells with points.
     pub(super) fn len(&self) -> usize {
-        self.cells.len()
+        self.by_corner.len()
     }
 
     /// Adds a cloud of a sensor at `viewpoint` (m, in the frame of the cloud); `number`: another one for each cloud, from 1.
@@ -176,7 +178,7 @@ impl Cells {
             let place = pose.transform_point3(*position);
             let scaled = place / self.voxel_size;
             let corner = scaled.floor();
-            let cell = self.cells.entry(corner.to_array().map(|at| at as i32)).or_default();
+            let cell = self.by_corner.entry(corner.to_array().map(|at| at as i32)).or_default();
             cell.add(scaled - corner - 0.5, (sensor - place).normalize_or_zero());
             if let Some(colors) = &cloud.colors {
                 cell.color_sum.iter_mut().zip(colors[point]).for_each(|(sum, value)| *sum += u32::from(value));
@@ -192,7 +194,7 @@ impl Cells {
         let mut all = Cell::default();
         for (z, y, x) in positions(3) {
             let step = [x as i32 - 1, y as i32 - 1, z as i32 - 1];
-            if let Some(cell) = self.cells.get(&[corner[0] + step[0], corner[1] + step[1], corner[2] + step[2]]) {
+            if let Some(cell) = self.by_corner.get(&[corner[0] + step[0], corner[1] + step[1], corner[2] + step[2]]) {
                 all.add_shifted(cell, Vec3::new(step[0] as f32, step[1] as f32, step[2] as f32));
             }
         }
@@ -204,10 +206,10 @@ impl Cells {
         let max_thickness = MAX_THICKNESS / f64::from(self.scale);
         let is_open = |(_, cell): &(&[i32; 3], &Cell)| 2 * cell.num_open > cell.count;
         let plane_of = |(corner, _): (&[i32; 3], &Cell)| Some((*corner, self.around(*corner).plane(max_thickness)?));
-        let planes: Vec<([i32; 3], Plane)> = self.cells.iter().filter(is_open).filter_map(plane_of).collect();
+        let planes: Vec<([i32; 3], Plane)> = self.by_corner.iter().filter(is_open).filter_map(plane_of).collect();
         let unit = (self.voxel_size * self.scale as f32).powi(2) * WEIGHT_INFORMATION;
         for (corner, plane) in planes {
-            let Some(cell) = self.cells.get_mut(&corner) else { continue };
+            let Some(cell) = self.by_corner.get_mut(&corner) else { continue };
             cell.num_open = 0;
             let tilt_variance = NUM_SHARING * plane.tilt_variance;
             let variances = [plane.variance / cell.num_clouds as f32, tilt_variance * REACH * REACH];
