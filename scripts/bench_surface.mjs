@@ -42,7 +42,7 @@ for (const voxel_size of sizes.length > 0 ? sizes.map(Number) : [0.01, 0.02]) {
   );
   const times = [];
   for (const frame of wanted) {
-    const kept = reconstruction.kept_image(frame);
+    const kept = reconstruction.kept_points(frame);
     if (!kept) continue;
     start = now();
     surface.put(frame, kept);

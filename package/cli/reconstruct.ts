@@ -61,9 +61,9 @@ Options:
   --mcap             of planar scans: map.mcap as well, for Foxglove and rviz: grid, scans, poses and path
   --workbench        of planar scans: workbench.zip as well, with the scans, the settings and the steps of the map,
                      which opens again as it is
-  --mesh FILE        of depth images: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
+  --mesh FILE        of depth images or clouds: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
                      standard deviation of each vertex (m) as deviation
-  --mesh-voxel SIZE  side of its voxels (m; default: 0.02)
+  --mesh-voxel SIZE  side of its voxels (m; default: 0.02; clouds: by their density)
   --mesh-triangles N
                      fewer triangles: N at most
   --fill-holes SIZE  fill its holes up to this extent (m), or auto: ten voxels; what was seen to be empty stays open,

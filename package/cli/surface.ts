@@ -1,10 +1,18 @@
-/** The surface of a run of depth images: its files again, at the poses that the run gave them. */
+/** The surface of a run: its depth images again, or its clouds as they were kept, at the poses that the run gave them. */
 import { basename, dirname, join } from 'node:path';
-import type { SpatialReconstruction, SpatialResult, Surface } from '../../pkg/scanstitch.js';
+import type { SpatialReconstruction, Surface } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
 import { decimate } from '../mesh/decimate.js';
 import { meshFile } from '../mesh/files.js';
-import { addFrames, HOLE_VOXELS, MEMORY_MB, placedFrames, VOXEL_SIZE } from '../mesh/frames.js';
+import {
+  addFrames,
+  HOLE_VOXELS,
+  MEMORY_MB,
+  numbersAndPoses,
+  type PlacedFrame,
+  placedFrames,
+  VOXEL_SIZE,
+} from '../mesh/frames.js';
 import { type Engine, isScanstitchError } from './command.js';
 import { writeResults, writeWhole } from './disk.js';
 import { splatFiles } from '../mesh/splats.js';
@@ -34,15 +42,27 @@ export async function writeSurface(
   }
   try {
     const start = performance.now();
-    await addAll(surface, reconstruction.result(), jobs, complain);
+    const result = reconstruction.result();
+    const placed = placedFrames(result);
+    if (placed.length < result.frames.length) {
+      note(`The surface is of the ${placed.length} of ${result.frames.length} frames whose pose is good.`);
+    }
+    if (surface.is_of_clouds) putClouds(surface, reconstruction, placed);
+    else await addImages(surface, placed, jobs, complain);
     if (surface.num_triangles === 0) {
       complain(`--mesh ${path}: no surface was seen well enough, so nothing was written.`);
       return;
     }
     if (surface.voxel_size > (voxelSize ?? VOXEL_SIZE)) {
-      note(`The surface has voxels of ${surface.voxel_size} m: smaller ones do not fit into ${MEMORY_MB} MB.`);
+      const why = surface.is_of_clouds
+        ? 'the points lie too far apart for smaller ones'
+        : `smaller ones do not fit into ${MEMORY_MB} MB`;
+      note(`The surface has voxels of ${Number(surface.voxel_size.toPrecision(3))} m: ${why}.`);
     }
-    const holeSize = fillHoles === 'auto' ? HOLE_VOXELS * surface.voxel_size : (fillHoles ?? 0);
+    if (surface.is_of_clouds && fillHoles !== undefined)
+      complain('--fill-holes: not used, for holes of clouds stay open.');
+    const wanted = fillHoles === 'auto' ? HOLE_VOXELS * surface.voxel_size : (fillHoles ?? 0);
+    const holeSize = surface.is_of_clouds ? 0 : wanted;
     surface.set_max_hole_size(holeSize);
     const moved = maxTriangles === undefined ? 0 : await decimate(surface, maxTriangles);
     if (moved > 0) note(`Fewer triangles: the surface moves by up to ${(1000 * moved).toFixed(1)} mm.`);
@@ -90,11 +110,19 @@ export async function writeSplats(
 
 const toMillimetres = (metres: number) => Number(metres.toFixed(3));
 
-async function addAll(surface: Surface, result: SpatialResult, jobs: FrameJob[], complain: (problem: string) => void) {
-  const placed = placedFrames(result);
-  if (placed.length < result.frames.length) {
-    note(`The surface is of the ${placed.length} of ${result.frames.length} frames whose pose is good.`);
+function putClouds(surface: Surface, reconstruction: SpatialReconstruction, placed: readonly PlacedFrame[]) {
+  for (const frame of surface.follow(...numbersAndPoses(placed), true)) {
+    const points = reconstruction.kept_points(frame);
+    if (points) surface.put(frame, points);
   }
+}
+
+async function addImages(
+  surface: Surface,
+  placed: readonly PlacedFrame[],
+  jobs: FrameJob[],
+  complain: (problem: string) => void,
+) {
   const progress = progressLine(placed.length);
   await addFrames(placed, {
     filesOf: ({ index, name }) => {

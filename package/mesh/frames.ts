@@ -1,7 +1,7 @@
 /** The frames that the surface of a run is made of, and how they are added to it: the same for the page and the command line. */
 import type { SpatialResult } from '../../pkg/scanstitch.js';
 
-/** Side of a voxel (m) and memory of the field (MB), by default: the engine's own. */
+/** Side of a voxel (m) and memory of the field (MB), by default: the engine's own. Clouds have larger voxels, by their density. */
 export const VOXEL_SIZE = 0.02;
 export const MEMORY_MB = 400;
 /** Holes are filled up to so many sides of a voxel where no size is given: as large as the smallest part that is kept. */
@@ -12,7 +12,7 @@ export interface PlacedFrame {
   /** Number in the recording. */
   index: number;
   name: string;
-  /** x y z qx qy qz qw (m), camera to world. */
+  /** x y z qx qy qz qw (m), sensor to world. */
   pose: Float64Array;
 }
 
@@ -25,6 +25,11 @@ export function placedFrames({ frames }: SpatialResult): PlacedFrame[] {
       name,
       pose: Float64Array.of(T.x, T.y, T.z, T.qx, T.qy, T.qz, T.qw),
     }));
+}
+
+/** As the engine's `Surface.follow` takes them: their numbers, and all their poses. */
+export function numbersAndPoses(frames: readonly PlacedFrame[]): [numbers: Uint32Array, poses: Float64Array] {
+  return [Uint32Array.from(frames, ({ index }) => index), Float64Array.from(frames.flatMap(({ pose }) => [...pose]))];
 }
 
 interface Readable {

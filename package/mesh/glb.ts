@@ -1,11 +1,12 @@
 /** A surface as a binary glTF file (GLB), which browsers, phones and most programs for models show. */
 import type { Surface } from '../../pkg/scanstitch.js';
 
-/** glTF has y up and looks along -z; the world of a run has y down and z ahead: a half turn about x. */
+/** glTF has y up and looks along -z. The world of a camera has y down and z ahead: a half turn about x; that of a lidar has z up. */
 const HALF_TURN_ABOUT_X = [1, 0, 0, 0] as const;
+const QUARTER_TURN_ABOUT_X = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2] as const;
 
 export async function toGlb(
-  surface: Pick<Surface, 'positions' | 'normals' | 'colors' | 'triangles'>,
+  surface: Pick<Surface, 'positions' | 'normals' | 'colors' | 'triangles' | 'is_of_clouds'>,
 ): Promise<Uint8Array> {
   const { Document, WebIO } = await import('@gltf-transform/core');
   const document = new Document();
@@ -25,7 +26,7 @@ export async function toGlb(
   const node = document
     .createNode('surface')
     .setMesh(mesh)
-    .setRotation([...HALF_TURN_ABOUT_X]);
+    .setRotation([...(surface.is_of_clouds ? QUARTER_TURN_ABOUT_X : HALF_TURN_ABOUT_X)]);
   document.createScene('scene').addChild(node);
   return new WebIO().writeBinary(document);
 }

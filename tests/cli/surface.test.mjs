@@ -1,10 +1,11 @@
 // @ts-check
-/** `reconstruct --mesh`: the surface of depth images as PLY, OBJ, STL and GLB; what has none; bad arguments. */
+/** `reconstruct --mesh`: the surface of depth images as PLY, OBJ, STL and GLB; that of clouds; what has none; bad arguments. */
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync } from 'node:fs';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { addFrames, placedFrames } from '../../npm/mesh/frames.js';
+import { roomCloud } from './room_clouds.mjs';
 import { ROOT, SAMPLES, scanstitch, temporaryFolder } from './support.mjs';
 
 const APARTMENT = join(ROOT, 'www', 'samples', 'apartment');
@@ -162,6 +163,26 @@ test('holes are filled up to a size, counted, and marked in the PLY file', async
   }
   const [few = 0, many = 0] = counts;
   assert.ok(few > 0 && many > few, `${few} ${many}`);
+});
+
+test('the surface of clouds is that of the room, stands upright, and has no holes filled', async (t) => {
+  const folder = temporaryFolder(t);
+  const path = join(folder, 'room.glb');
+  const clouds = [0, 1].map((number) => join(folder, `${number}.ply`));
+  for (const [number, cloud] of clouds.entries()) writeFileSync(cloud, roomCloud(number));
+  const args = ['reconstruct', ...clouds, '--out', join(folder, 'out'), '--mesh', path];
+  const { status, stdout, stderr } = await scanstitch([...args, '--fill-holes', 'auto']);
+  assert.equal(status, 2, 'something was not used');
+  assert.match(stderr, /--fill-holes: not used, for holes of clouds stay open/);
+  assert.match(stderr, /The surface has voxels of 0\.\d+ m: the points lie too far apart for smaller ones/);
+  assert.ok(Number(/Surface of 2 frames: (\d+) triangles in/.exec(stdout)?.[1]) > 5000, stdout);
+  const glb = readFileSync(path);
+  const json = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
+  const { min, max } = json.accessors[json.meshes[0].primitives[0].attributes.POSITION];
+  const corners = [min, max].map((corner) => turned(json.nodes[0].rotation, corner));
+  const extents = [0, 1, 2].map((axis) => Math.abs((corners[1]?.[axis] ?? 0) - (corners[0]?.[axis] ?? 0)));
+  for (const [axis, side] of [8, 3, 6].entries()) assert.ok(Math.abs((extents[axis] ?? 0) - side) < 0.1, `${extents}`);
+  assert.ok(Math.abs(Math.min(...corners.map(([, y = 0]) => y)) + 1.2) < 0.05, 'the floor is below');
 });
 
 test('what has no surface and what is no format is said', async (t) => {

@@ -1,6 +1,7 @@
-/** The surface of a run of depth images: made when it is asked for, drawn, exported, stopped; what fails leaves the points. */
+/** The surface of a run of depth images or clouds: made when it is asked for, drawn, exported, stopped; what fails leaves the points. */
 import { readFileSync } from 'node:fs';
 import { expect, type Locator, type Page } from '@playwright/test';
+import { roomCloud } from '../cli/room_clouds.mjs';
 import { evenDepth, recording, truth } from './spatial_recording.js';
 import { type SpatialPage, test } from './spatial_page.js';
 
@@ -91,6 +92,26 @@ test('the surface of a room is drawn in the place of the points, coloured by its
   expect((await exported(page, 'PLY')).toString('latin1', 0, 600)).toContain('property uchar filled\n');
   await page.getByRole('combobox', { name: 'Holes' }).selectOption('open');
   await expect(spatial.map.getByText('filled, not measured')).toBeHidden();
+});
+
+test('clouds have a surface, too: its voxels follow from their density, and their holes stay open', async ({
+  drawn: spatial,
+  page,
+}) => {
+  await spatial.drop([0, 1].map((number) => ({ name: `${number}.ply`, content: roomCloud(number) })));
+  await spatial.stitched();
+  const points = await spatial.picture();
+  await button(page).click();
+  const { triangles, frames } = await counts(spatial);
+  expect(triangles).toBeGreaterThan(5000);
+  expect(frames).toBe('2 frames');
+  expect(await spatial.picture()).not.toBe(points);
+  await expect(spatial.map.getByText(/ cm, as the points lie too far apart for smaller ones/)).toBeVisible();
+  await expect(page.getByRole('combobox', { name: 'Holes' })).toBeHidden();
+  expect((await exported(page, 'STL')).readUInt32LE(80)).toBe(triangles);
+  await page.getByRole('combobox', { name: 'Voxels' }).selectOption('50 cm');
+  await expect(spatial.map.getByText('; voxels of 50 cm')).toBeVisible();
+  expect((await counts(spatial)).triangles).toBeLessThan(triangles / 2);
 });
 
 test('the apartment is walked in, ridden through, measured and cut; its pictures and a video of it are taken along', async ({

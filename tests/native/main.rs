@@ -9,6 +9,7 @@ mod bev;
 mod campus;
 mod clean;
 mod cloud_loops;
+mod cloud_surface;
 mod clouds;
 mod color_files;
 mod common;

@@ -8,7 +8,7 @@ use scanstitch::io::ply;
 use scanstitch::map::surface::SurfaceOptions;
 use scanstitch::pipeline::prepared_frame::DecodeConfig;
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
-use scanstitch::pipeline::surface::{SurfaceImage, SurfaceReconstruction};
+use scanstitch::pipeline::surface::{SurfaceFrame, SurfaceImage, SurfaceReconstruction};
 use scanstitch_scene::random::Random;
 use scanstitch_scene::space::DepthSensor;
 
@@ -151,7 +151,7 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
     let follow = |surface: &mut SurfaceReconstruction, frames: &[(usize, Pose3)], is_final: bool| {
         let wanted = surface.follow(frames.iter().copied(), is_final);
         for &frame in &wanted {
-            surface.put(frame, &images[frame]);
+            surface.put(frame, &SurfaceFrame::Image(images[frame].clone()));
         }
         wanted
     };
@@ -185,8 +185,8 @@ fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() 
 #[test]
 fn the_memory_is_bounded_by_coarser_voxels() {
     let fine = SurfaceOptions { voxel_size: 0.004, max_megabytes: 20.0, ..SurfaceOptions::default() };
-    let surface = surface(fine, 0.0, &views(4, true));
-    assert!(surface.fusion().num_bytes() <= 20_000_000 && surface.fusion().voxel_size() > 0.004);
+    let mut surface = surface(fine, 0.0, &views(4, true));
+    assert!(surface.num_bytes() <= 20_000_000 && surface.voxel_size() > 0.004);
     assert!(mean_error(&surface.mesh()) < 2e-3, "{}", mean_error(&surface.mesh()));
 }
 

@@ -6,6 +6,7 @@
 mod apartment;
 mod arguments;
 mod cloud_scores;
+mod cloud_surfaces;
 mod course_pipeline;
 mod depth;
 mod depth_camera;
@@ -35,6 +36,7 @@ use std::error::Error;
 fn main() -> Result<(), Box<dyn Error>> {
     match std::env::args().nth(1).unwrap_or_default().as_str() {
         "cloud_scores" => cloud_scores::main(),
+        "cloud_surfaces" => cloud_surfaces::main()?,
         "course_pipeline" => course_pipeline::main(),
         "depth_camera" => depth_camera::main(),
         "depth_growth" => depth_growth::main(),

@@ -77,7 +77,12 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         if let Some(path) = score.as_ref().filter(|_| seed == num_flats) {
             let cloud = point_cloud::read(&fs::read(path)?)?;
             let points: Vec<Vector3<f64>> = cloud.positions.iter().map(double).collect();
-            report(&path.display().to_string(), &Score::of(&apartment.space, &points, &[], &truth), 0, [0.0; 3]);
+            report(
+                &path.display().to_string(),
+                &Score::of(&apartment.space, &points, &[], &truth, COVERED),
+                0,
+                [0.0; 3],
+            );
             return Ok(());
         }
         for (name, sensor) in sensors() {
@@ -108,7 +113,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let mesh = surface.mesh();
             let times = [median(reading), median(fusing), milliseconds_since(start)];
             let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
-            let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth);
+            let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED);
             report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
         }
     }
@@ -163,15 +168,23 @@ fn seen_points(space: &Space, walk: &[Pose3], camera: &Pinhole) -> Vec<Vector3<f
     (0..NUM_COMPARED).filter_map(one).collect()
 }
 
-struct Score {
-    mean: f64,
-    quantile_95: f64,
-    covered: f64,
-    within: f64,
+/// How far a surface is from the true one (m), which share of that it covers, and which share of it is within twice its deviation.
+pub struct Score {
+    pub mean: f64,
+    pub quantile_95: f64,
+    pub covered: f64,
+    pub within: f64,
 }
 
 impl Score {
-    fn of(space: &Space, points: &[Vector3<f64>], deviations: &[f32], truth: &[Vector3<f64>]) -> Self {
+    /// `covered`: how near the surface is where a point of the truth counts as covered (m).
+    pub fn of(
+        space: &Space,
+        points: &[Vector3<f64>],
+        deviations: &[f32],
+        truth: &[Vector3<f64>],
+        covered: f64,
+    ) -> Self {
         let stride = points.len().div_ceil(NUM_COMPARED).max(1);
         let compared = (0..points.len()).step_by(stride).map(|index| (index, distance_to_truth(space, &points[index])));
         let compared: Vec<(usize, f64)> = compared.collect();
@@ -181,7 +194,7 @@ impl Score {
             deviations.get(index).is_some_and(|deviation| distance <= 1.96 * f64::from(*deviation))
         };
         let num_within = compared.iter().filter(is_within).count();
-        let near = Near::new(points);
+        let near = Near::new(points, covered);
         let num_covered = truth.iter().filter(|point| near.has(point)).count();
         let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
         Self {
@@ -214,28 +227,31 @@ fn distance_to_truth(space: &Space, point: &Vector3<f64>) -> f64 {
     least
 }
 
-/// The vertices in cells of twice the distance that counts as covered.
-struct Near(std::collections::HashMap<[i64; 3], Vec<Vector3<f64>>>);
+/// The vertices in cells of the distance that counts as covered.
+struct Near {
+    cells: std::collections::HashMap<[i64; 3], Vec<Vector3<f64>>>,
+    distance: f64,
+}
 
 impl Near {
-    fn new(points: &[Vector3<f64>]) -> Self {
+    fn new(points: &[Vector3<f64>], distance: f64) -> Self {
         let mut cells: std::collections::HashMap<[i64; 3], Vec<Vector3<f64>>> = std::collections::HashMap::new();
         for point in points {
-            cells.entry(cell(point)).or_default().push(*point);
+            cells.entry(cell(point, distance)).or_default().push(*point);
         }
-        Self(cells)
+        Self { cells, distance }
     }
 
     fn has(&self, point: &Vector3<f64>) -> bool {
-        let [x, y, z] = cell(point);
+        let [x, y, z] = cell(point, self.distance);
         let around =
             (-1..=1).flat_map(|dx| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dz| [x + dx, y + dy, z + dz])));
-        around.filter_map(|cell| self.0.get(&cell)).flatten().any(|other| (other - point).norm() < COVERED)
+        around.filter_map(|cell| self.cells.get(&cell)).flatten().any(|other| (other - point).norm() < self.distance)
     }
 }
 
-fn cell(point: &Vector3<f64>) -> [i64; 3] {
-    (point / COVERED).map(|at| at.floor() as i64).into()
+fn cell(point: &Vector3<f64>, side: f64) -> [i64; 3] {
+    (point / side).map(|at| at.floor() as i64).into()
 }
 
 fn report(name: &str, score: &Score, num_triangles: usize, [reading, fusing, extracting]: [f64; 3]) {

@@ -1,10 +1,10 @@
-//! The surface of a recording of depth images, at the poses that a run gives them: all at its end, or frame by frame while it goes on.
+//! The surface of a recording of depth images or clouds, at the poses that a run gives them: all at its end, or frame by frame while it goes on.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::geometry::{Pose3, TriangleMesh};
-use crate::map::surface::{SurfaceFusion, SurfaceOptions};
+use crate::geometry::{PointCloud, Pose3, TriangleMesh};
+use crate::map::surface::{CloudFusion, SurfaceFusion, SurfaceOptions};
 use crate::pipeline::prepared_frame::{ColorFile, DecodeConfig, MapPoints, PreparedFrame, map_image};
 use crate::preprocess::depth_surfels::DepthModel;
 use crate::preprocess::map_image::MapImage;
@@ -22,20 +22,37 @@ pub struct SurfaceImage {
     model: DepthModel,
 }
 
+/// What a run has kept of a frame, as the surface takes it.
+#[derive(Debug, Clone)]
+pub enum SurfaceFrame {
+    /// A depth image.
+    Image(SurfaceImage),
+    /// A cloud, in the frame of its coordinates.
+    Cloud(PointCloud),
+}
+
 /// A frame in the field.
 #[derive(Debug, Clone)]
 struct Placed {
-    T_world_camera: Pose3,
-    /// Pixels of its image and their mean depth (m): one that was thinned out, or read in another way, since cannot be taken out.
-    num_pixels: usize,
+    T_world_sensor: Pose3,
+    /// Pixels or points, and their mean depth or distance (m): a frame that was thinned out, or read in another way, since cannot be
+    /// taken out.
+    num_points: usize,
     depth: f64,
 }
 
-/// A surface that grows by depth images at known poses.
+/// What frames are put in.
+#[derive(Debug, Clone)]
+enum Field {
+    Images(Box<SurfaceFusion>),
+    Clouds(CloudFusion),
+}
+
+/// A surface that grows by frames at known poses.
 #[derive(Debug, Clone)]
 pub struct SurfaceReconstruction {
     decode_config: DecodeConfig,
-    fusion: SurfaceFusion,
+    field: Field,
     /// The frames that are in it, by number.
     placed: BTreeMap<usize, Placed>,
     /// The frames that are to be in it.
@@ -43,17 +60,19 @@ pub struct SurfaceReconstruction {
 }
 
 impl SurfaceReconstruction {
-    /// Without images. `decode_config` tells how their depth is read: that of the run.
+    /// Without frames. `decode_config` tells how they are read: that of the run.
     ///
     /// # Errors
-    /// When an option is out of its limits, or the frames of the run are clouds.
+    /// When an option is out of its limits.
     pub fn new(decode_config: DecodeConfig, options: SurfaceOptions) -> Result<Self> {
-        if decode_config.depth.is_none() {
-            let problem = "A surface is made of depth images, and the frames of this recording are clouds";
-            return Err(Error::whole(problem, "The map of points is there: save it in place of the surface"));
-        }
-        let fusion = SurfaceFusion::new(options)?;
-        Ok(Self { decode_config, fusion, placed: BTreeMap::new(), followed: BTreeMap::new() })
+        let field = match &decode_config.cloud {
+            Some(reading) => {
+                let viewpoint = glam::DVec3::from_array(reading.viewpoint).as_vec3();
+                Field::Clouds(CloudFusion::new(options, viewpoint, decode_config.settings.map_voxel_size)?)
+            }
+            None => Field::Images(Box::new(SurfaceFusion::new(options)?)),
+        };
+        Ok(Self { decode_config, field, placed: BTreeMap::new(), followed: BTreeMap::new() })
     }
 
     /// Reads a depth image, with the colours of its pixels where it has any.
@@ -65,90 +84,159 @@ impl SurfaceReconstruction {
         Ok(SurfaceImage { image, model })
     }
 
-    /// The image that a run has kept of a frame ([`SpatialReconstruction::kept_image`]).
+    /// What a run has kept of a frame ([`SpatialReconstruction::kept_points`]).
     ///
     /// # Errors
     /// When the bytes are none of it.
     ///
-    /// [`SpatialReconstruction::kept_image`]: crate::pipeline::spatial::SpatialReconstruction::kept_image
-    pub fn read_kept(&self, bytes: &[u8]) -> Result<SurfaceImage> {
-        let (MapPoints::Image(image, quantisation), Some(depth)) =
-            (PreparedFrame::from_bytes(bytes)?.map_points, &self.decode_config.depth)
-        else {
-            return Err(Error::whole("This frame has no depth image", "Give depth images"));
-        };
-        Ok(SurfaceImage { image, model: self.decode_config.depth_model(depth, quantisation) })
+    /// [`SpatialReconstruction::kept_points`]: crate::pipeline::spatial::SpatialReconstruction::kept_points
+    pub fn read_kept(&self, bytes: &[u8]) -> Result<SurfaceFrame> {
+        match (PreparedFrame::from_bytes(bytes)?.map_points, &self.decode_config.depth) {
+            (MapPoints::Image(image, quantisation), Some(depth)) => {
+                let model = self.decode_config.depth_model(depth, quantisation);
+                Ok(SurfaceFrame::Image(SurfaceImage { image, model }))
+            }
+            (MapPoints::Cloud(cloud), None) => Ok(SurfaceFrame::Cloud(cloud)),
+            _ => Err(Error::whole("This frame is of another recording", "Give frames of the run")),
+        }
     }
 
-    /// Adds an image at its pose; a pose that is none changes nothing.
+    /// Adds an image at its pose; a pose that is none changes nothing, nor does an image among clouds.
     pub fn add(&mut self, image: &SurfaceImage, T_world_camera: &Pose3) {
-        self.fusion.integrate(&image.image, &image.model, T_world_camera);
+        if let Field::Images(fusion) = &mut self.field {
+            fusion.integrate(&image.image, &image.model, T_world_camera);
+        }
     }
 
     /// Takes in which frames are to be in the surface from now on, by number, and at which poses: those of a run, which goes on unless
-    /// `is_final`. Returns the frames whose images are to be [put](Self::put): new ones, those that have moved, and those that are
+    /// `is_final`; clouds are complete only then, and all are put anew. Returns the frames whose images are to be [put](Self::put): new ones, those that have moved, and those that are
     /// no longer in it.
     pub fn follow(&mut self, frames: impl IntoIterator<Item = (usize, Pose3)>, is_final: bool) -> Vec<usize> {
         self.followed = frames.into_iter().collect();
-        let max_motion = if is_final { MAX_MOTION } else { MAX_PENDING_MOTION * self.fusion.voxel_size() };
+        let max_motion = if is_final { MAX_MOTION } else { MAX_PENDING_MOTION * self.voxel_size() };
         let (placed, followed) = (&self.placed, &self.followed);
         let stays = |frame: &usize, T: &Pose3| placed.get(frame).is_some_and(|placed| placed.motion(T) <= max_motion);
         let stay: Vec<usize> = followed.iter().filter(|(frame, T)| stays(frame, T)).map(|(frame, _)| *frame).collect();
-        if stay.len() * 2 < placed.len() {
+        let is_new = is_final && matches!(self.field, Field::Clouds(_));
+        if is_new || stay.len() * 2 < placed.len() {
             // To take most of them out and put them in again takes longer than all anew.
             self.start_over();
         }
         let all = self.placed.keys().chain(self.followed.keys()).copied();
-        let all: std::collections::BTreeSet<usize> = all.collect();
+        let all: BTreeSet<usize> = all.collect();
         let is_left = |frame: &usize| self.placed.contains_key(frame) && stay.binary_search(frame).is_ok();
         all.into_iter().filter(|frame| !is_left(frame)).collect()
     }
 
     /// Puts a frame in at the pose that it is to have, in place of the one that it has had; out where it is to have none.
-    pub fn put(&mut self, frame: usize, image: &SurfaceImage) {
-        let SurfaceImage { image, model } = image;
-        if let Some(placed) = self.placed.remove(&frame) {
-            let is_same = (placed.num_pixels, placed.depth) == (image.depths.len(), image.mean_depth());
-            if !(is_same && self.fusion.take_out(image, model, &placed.T_world_camera)) {
-                // The next call of `follow` asks for all others again.
-                self.start_over();
-            }
+    pub fn put(&mut self, frame: usize, points: &SurfaceFrame) {
+        let before = self.placed.remove(&frame);
+        let is_out = before.is_none_or(|before| self.take_out(frame, points, &before));
+        if !is_out {
+            // The next call of `follow` asks for all others again.
+            self.start_over();
         }
-        if let Some(&T_world_camera) = self.followed.get(&frame) {
-            self.fusion.integrate(image, model, &T_world_camera);
-            let (num_pixels, depth) = (image.depths.len(), image.mean_depth());
-            self.placed.insert(frame, Placed { T_world_camera, num_pixels, depth });
+        let Some(&T_world_sensor) = self.followed.get(&frame) else { return };
+        match (&mut self.field, points) {
+            (Field::Images(fusion), SurfaceFrame::Image(SurfaceImage { image, model })) => {
+                fusion.integrate(image, model, &T_world_sensor);
+            }
+            (Field::Clouds(fusion), SurfaceFrame::Cloud(cloud)) => fusion.put(frame, cloud.clone(), T_world_sensor),
+            _ => return,
+        }
+        let (num_points, depth) = points.size();
+        self.placed.insert(frame, Placed { T_world_sensor, num_points, depth });
+    }
+
+    /// Whether a frame could be taken out that was put in as told.
+    fn take_out(&mut self, frame: usize, points: &SurfaceFrame, before: &Placed) -> bool {
+        match (&mut self.field, points) {
+            (Field::Images(fusion), SurfaceFrame::Image(SurfaceImage { image, model })) => {
+                points.size() == (before.num_points, before.depth)
+                    && fusion.take_out(image, model, &before.T_world_sensor)
+            }
+            (Field::Clouds(fusion), _) => {
+                fusion.take_out(frame);
+                true
+            }
+            _ => true,
         }
     }
 
     fn start_over(&mut self) {
-        self.fusion = self.fusion.emptied();
+        match &mut self.field {
+            Field::Images(fusion) => **fusion = fusion.emptied(),
+            Field::Clouds(fusion) => self.placed.keys().for_each(|&frame| fusion.take_out(frame)),
+        }
         self.placed.clear();
     }
 
-    /// The field.
-    pub fn fusion(&self) -> &SurfaceFusion {
-        &self.fusion
+    /// Whether its frames are clouds.
+    pub fn is_of_clouds(&self) -> bool {
+        matches!(self.field, Field::Clouds(_))
     }
 
-    /// Fills holes up to this extent from now on (m); 0: none.
+    /// Number of frames in it.
+    pub fn num_frames(&self) -> usize {
+        match &self.field {
+            Field::Images(fusion) => fusion.num_frames(),
+            Field::Clouds(fusion) => fusion.num_frames(),
+        }
+    }
+
+    /// Memory of the field of images, or of the points of clouds (bytes).
+    pub fn num_bytes(&self) -> usize {
+        match &self.field {
+            Field::Images(fusion) => fusion.num_bytes(),
+            Field::Clouds(fusion) => fusion.num_bytes(),
+        }
+    }
+
+    /// Side of a voxel (m): that of the options, or larger where the memory was not enough or clouds have too few points.
+    pub fn voxel_size(&self) -> f64 {
+        match &self.field {
+            Field::Images(fusion) => fusion.voxel_size(),
+            Field::Clouds(fusion) => fusion.voxel_size(),
+        }
+    }
+
+    /// Fills holes up to this extent from now on (m); 0: none. Those of clouds stay open.
     ///
     /// # Errors
     /// When it is out of its limits.
     pub fn set_max_hole_size(&mut self, max_hole_size: f64) -> Result<()> {
-        self.fusion.set_max_hole_size(max_hole_size)
+        match &mut self.field {
+            Field::Images(fusion) => fusion.set_max_hole_size(max_hole_size),
+            Field::Clouds(_) => Ok(()),
+        }
     }
 
     /// The surface.
-    pub fn mesh(&self) -> TriangleMesh {
-        self.fusion.mesh()
+    pub fn mesh(&mut self) -> TriangleMesh {
+        match &mut self.field {
+            Field::Images(fusion) => fusion.mesh(),
+            Field::Clouds(fusion) => fusion.mesh(),
+        }
+    }
+}
+
+impl SurfaceFrame {
+    /// Number of pixels or points, and their mean depth or distance (m).
+    fn size(&self) -> (usize, f64) {
+        match self {
+            Self::Image(SurfaceImage { image, .. }) => (image.depths.len(), image.mean_depth()),
+            Self::Cloud(cloud) => {
+                let sum: f64 = cloud.positions.iter().map(|point| f64::from(point.length())).sum();
+                (cloud.len(), sum / cloud.len().max(1) as f64)
+            }
+        }
     }
 }
 
 impl Placed {
     /// By how much another pose moves what it sees (m).
-    fn motion(&self, T_world_camera: &Pose3) -> f64 {
-        let change = self.T_world_camera.inverse() * T_world_camera;
+    fn motion(&self, T_world_sensor: &Pose3) -> f64 {
+        let change = self.T_world_sensor.inverse() * T_world_sensor;
         change.translation.vector.norm() + change.rotation.angle() * self.depth
     }
 }

@@ -363,9 +363,9 @@ impl SpatialReconstruction {
         self.engine.map_before(frame).iter().flat_map(numbers).collect()
     }
 
-    /// The depth image that is kept of a frame, by its number in the recording, for `Surface.put`; undefined where there is none.
-    pub fn kept_image(&self, index: usize) -> Option<Uint8Array> {
-        self.engine.kept_image(index).as_deref().map(Uint8Array::from)
+    /// What the map keeps of a frame, by its number in the recording, for `Surface.put`; undefined where there is none.
+    pub fn kept_points(&self, index: usize) -> Option<Uint8Array> {
+        self.engine.kept_points(index).as_deref().map(Uint8Array::from)
     }
 
     /// The trajectory in TUM's format: time or number of the frame, x y z qx qy qz qw, one line per frame.

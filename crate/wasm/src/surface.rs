@@ -1,4 +1,4 @@
-//! Surfaces of depth images for JavaScript.
+//! Surfaces of depth images and clouds for JavaScript.
 
 use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -24,7 +24,7 @@ extern "C" {
     pub type MeshFormatName;
 }
 
-/// A surface of triangles that grows by depth images at known poses. Call `free()` when it is no longer used.
+/// A surface of triangles that grows by depth images or clouds at known poses. Call `free()` when it is no longer used.
 #[wasm_bindgen]
 pub struct Surface {
     surface: SurfaceReconstruction,
@@ -33,10 +33,10 @@ pub struct Surface {
 
 #[wasm_bindgen]
 impl Surface {
-    /// Without images; `decode_config` is that of a run, which tells how depth is read.
+    /// Without frames; `decode_config` is that of a run, which tells how they are read.
     ///
     /// # Errors
-    /// When an option is unknown or out of its limits, or the frames of the run are clouds.
+    /// When an option is unknown or out of its limits.
     #[wasm_bindgen(constructor)]
     pub fn new(decode_config: &str, options: Option<PartialSurfaceOptions>) -> Result<Surface, Thrown> {
         let decode_config = serde_json::from_str(decode_config)
@@ -45,7 +45,7 @@ impl Surface {
         Ok(Self { surface: SurfaceReconstruction::new(decode_config, options)?, mesh: None })
     }
 
-    /// Adds a depth image at its pose x y z qx qy qz qw (m, camera to world), with the file of its colours where it has any.
+    /// Adds a depth image at its pose (clouds are `put`) x y z qx qy qz qw (m, camera to world), with the file of its colours where it has any.
     ///
     /// # Errors
     /// When the depth image is damaged or of another size than the first of the run, or the pose is none.
@@ -63,8 +63,8 @@ impl Surface {
     }
 
     /// Takes in which frames of a run are to be in the surface from now on, by their numbers, each with its pose x y z qx qy qz qw (m,
-    /// camera to world). Returns those whose images are to be `put`: new ones, those that have moved, and those that are no longer
-    /// in it. Where most have moved, all are put anew. While the run goes on, small motions wait until `is_final`.
+    /// sensor to world). Returns those that are to be `put`: new ones, those that have moved, and those that are no longer in it. Where
+    /// most have moved, all are put anew. While the run goes on, small motions wait until `is_final`; clouds are all put anew then.
     ///
     /// # Errors
     /// When a pose is none.
@@ -77,28 +77,35 @@ impl Surface {
         Ok(self.surface.follow(frames, is_final).into_iter().map(|frame| frame as u32).collect())
     }
 
-    /// Puts a frame in at its pose, with what `SpatialReconstruction.kept_image` returned; or out, as `follow` has said.
+    /// Puts a frame in at its pose, with what `SpatialReconstruction.kept_points` returned; or out, as `follow` has said.
     ///
     /// # Errors
-    /// When the bytes are none of an image.
-    pub fn put(&mut self, frame: u32, kept_image: &[u8]) -> Result<(), Thrown> {
+    /// When the bytes are none of a frame of the run.
+    pub fn put(&mut self, frame: u32, kept_points: &[u8]) -> Result<(), Thrown> {
         grow_ahead();
-        let image = self.surface.read_kept(kept_image)?;
+        let points = self.surface.read_kept(kept_points)?;
         self.mesh = None;
-        self.surface.put(frame as usize, &image);
+        self.surface.put(frame as usize, &points);
         Ok(())
     }
 
-    /// Side of a voxel (m): larger than in the options where the memory was not enough.
+    /// Whether its frames are clouds: their z axis is up, where a camera's y axis is down.
     #[wasm_bindgen(getter)]
-    pub fn voxel_size(&self) -> f64 {
-        self.surface.fusion().voxel_size()
+    pub fn is_of_clouds(&self) -> bool {
+        self.surface.is_of_clouds()
     }
 
-    /// Number of images added.
+    /// Side of a voxel (m): larger than in the options where the memory was not enough, or clouds have too few points for it.
+    #[wasm_bindgen(getter)]
+    pub fn voxel_size(&mut self) -> f64 {
+        self.mesh();
+        self.surface.voxel_size()
+    }
+
+    /// Number of frames added.
     #[wasm_bindgen(getter)]
     pub fn num_frames(&self) -> usize {
-        self.surface.fusion().num_frames()
+        self.surface.num_frames()
     }
 
     /// Number of triangles.
@@ -113,7 +120,8 @@ impl Surface {
         self.mesh().num_filled()
     }
 
-    /// Fills holes up to this extent from now on (m); 0: none. What was seen to be empty stays open.
+    /// Fills holes up to this extent from now on (m); 0: none. What was seen to be empty stays open, as
+    /// all holes of clouds do.
     ///
     /// # Errors
     /// When it is out of its limits.

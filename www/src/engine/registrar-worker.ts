@@ -31,7 +31,7 @@ const answers: { [K in keyof SpatialAnswers]: (frame: number) => SpatialAnswers[
   map_pcd_compressed: () => engine().map_file('pcd_binary_compressed'),
   report_json: () => engine().report_json(),
   decode_config: () => engine().decode_config(),
-  kept_image: (frame) => engine().kept_image(frame),
+  kept_points: (frame) => engine().kept_points(frame),
   map_before: (frame) => engine().map_before(frame) as Float64Array,
 };
 

@@ -71,8 +71,8 @@ export interface SpatialAnswers {
   /** x y z qx qy qz qw of each frame before one: the motion of its points in the map to where they lay when that one was
    * registered, in the frame of the sensor before it. */
   map_before: Float64Array;
-  /** The depth image that is kept of a frame, for the surface; undefined where there is none. */
-  kept_image: Uint8Array | undefined;
+  /** What is kept of a frame for the map, for the surface; undefined where there is none. */
+  kept_points: Uint8Array | undefined;
 }
 
 /** The one worker that holds the reconstruction. */
@@ -95,7 +95,7 @@ export interface RegistrarApi {
   clearReference(): void;
   snapshot(): SpatialSnapshot;
   mapSize(voxel_size: number): SizedMap;
-  /** `frame` matters for `map_before` and `kept_image` alone. */
+  /** `frame` matters for `map_before` and `kept_points` alone. */
   ask<K extends keyof SpatialAnswers>(kind: K, frame: number): SpatialAnswers[K];
 }
 

@@ -1,15 +1,15 @@
-/** The page's side of a surface: one worker that makes it from the images that a run keeps, and holds it for its exports. */
+/** The page's side of a surface: one worker that makes it from what a run keeps of its frames, and holds it for its exports. */
 import type { MeshFormat } from '../../../package/mesh/files.js';
-import { MEMORY_MB, type PlacedFrame } from '../../../package/mesh/frames.js';
+import { MEMORY_MB, numbersAndPoses, type PlacedFrame } from '../../../package/mesh/frames.js';
 import type { SurfaceApi, SurfaceMesh } from './surface-protocol.js';
 import surfaceUrl from './surface-worker.ts?worker&url';
 import { WorkerHost } from './worker-host.js';
 
 /** What it needs of the run. */
 export interface SurfaceSource {
-  /** The image that the run keeps of a frame. */
-  image(frame: number): Promise<Uint8Array | undefined>;
-  /** `done` of `total` images have been put. */
+  /** What the run keeps of a frame. */
+  points(frame: number): Promise<Uint8Array | undefined>;
+  /** `done` of `total` frames have been put. */
   progress(done: number, total: number): unknown;
 }
 
@@ -32,9 +32,8 @@ export class SurfaceClient {
 
   /** Brings it to these frames at their poses. While the run goes on (`isFinal` is false), small motions are left for later. */
   async follow(frames: readonly PlacedFrame[], isFinal: boolean, source: SurfaceSource): Promise<void> {
-    const numbers = Uint32Array.from(frames, ({ index }) => index);
-    const poses = Float64Array.from(frames.flatMap(({ pose }) => [...pose]));
-    // Where an image has been thinned out since it was put, the first round finds that, and the second puts all anew.
+    const [numbers, poses] = numbersAndPoses(frames);
+    // Where a frame has been thinned out since it was put, the first round finds that, and the second puts all anew.
     for (let round = 0; round < 2; round++) {
       const wanted = await this.#host.call('follow', numbers, poses, isFinal);
       if (wanted.length === 0) return;
@@ -45,16 +44,16 @@ export class SurfaceClient {
   async #put(wanted: Uint32Array, source: SurfaceSource): Promise<void> {
     const read = (at: number): Promise<Uint8Array | undefined> | undefined => {
       const frame = wanted[at];
-      const image = frame === undefined ? undefined : source.image(frame);
-      image?.catch(() => undefined); // told where it is awaited
-      return image;
+      const points = frame === undefined ? undefined : source.points(frame);
+      points?.catch(() => undefined); // told where it is awaited
+      return points;
     };
     let next = read(0);
     for (const [at, frame] of wanted.entries()) {
       source.progress(at, wanted.length);
-      const image = await next;
+      const points = await next;
       next = read(at + 1);
-      if (image) await this.#host.give('put', [image.buffer as ArrayBuffer], frame, image);
+      if (points) await this.#host.give('put', [points.buffer as ArrayBuffer], frame, points);
     }
     source.progress(wanted.length, wanted.length);
   }

@@ -1,4 +1,4 @@
-/** The surface of a run of depth images: what the page and the worker that makes it say to each other. */
+/** The surface of a run: what the page and the worker that makes it say to each other. */
 import type { MeshFormat } from '../../../package/mesh/files.js';
 
 /** Triangles over shared vertices. */
@@ -19,20 +19,22 @@ export interface SurfaceMesh {
   triangles: Uint32Array;
   /** By how much fewer triangles have moved it, m; 0 with all of them. */
   moved: number;
-  /** Images that it is made of. */
+  /** Frames that it is made of. */
   num_frames: number;
-  /** Side of a voxel, m: larger than was asked for where the memory was not enough. */
+  /** Side of a voxel, m: larger than was asked for where the memory was not enough, or clouds have too few points for it. */
   voxel_size: number;
+  /** Whether the frames are clouds, whose holes stay open. */
+  is_of_clouds: boolean;
 }
 
 /** The worker that holds the surface. */
 export interface SurfaceApi {
   start(module: WebAssembly.Module): void;
-  /** `decode_config`: how the run read its depth. */
+  /** `decode_config`: how the run read its frames. */
   begin(decode_config: string, voxel_size: number, max_megabytes: number): void;
-  /** The frames that are to be in it, each with its pose x y z qx qy qz qw (m), camera to world; which of them are to be put. */
+  /** The frames that are to be in it, each with its pose x y z qx qy qz qw (m), sensor to world; which of them are to be put. */
   follow(frames: Uint32Array, poses: Float64Array, isFinal: boolean): Uint32Array;
-  /** `kept`: the image that the run keeps of the frame. */
+  /** `kept`: what the run keeps of the frame. */
   put(frame: number, kept: Uint8Array): void;
   /** With at most about `maxTriangles`, null: all; its holes filled up to this extent (m), 0: none. */
   mesh(maxTriangles: number | null, maxHoleSize: number): SurfaceMesh;

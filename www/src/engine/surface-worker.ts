@@ -1,4 +1,4 @@
-/** The thread that makes and holds the surface of a run of depth images. */
+/** The thread that makes and holds the surface of a run. */
 import { decimate } from '../../../package/mesh/decimate.js';
 import { meshFile } from '../../../package/mesh/files.js';
 import { init, Surface } from './package.js';
@@ -40,6 +40,7 @@ const api: Served<SurfaceApi> = {
       triangles: here.triangles(),
       num_frames: here.num_frames,
       voxel_size: here.voxel_size,
+      is_of_clouds: here.is_of_clouds,
     };
   },
 

@@ -26,8 +26,12 @@ export const SPATIAL_EXPORTS: readonly MenuItem[] = [
 
 /** Of a run of depth images; what is not there yet is made first. */
 const SURFACE_EXPORTS: readonly MenuItem[] = [
-  { id: 'surface_glb', label: 'Surface as GLB', detail: 'triangles with colours, for viewers, phones and games' },
-  { id: 'surface_ply', label: 'Surface as PLY', detail: 'with colours, normals and standard deviations, binary' },
+  {
+    id: 'surface_glb',
+    label: 'Surface as GLB',
+    detail: 'triangles with colours where there are any, for viewers, phones and games',
+  },
+  { id: 'surface_ply', label: 'Surface as PLY', detail: 'with normals and standard deviations, binary' },
   { id: 'surface_obj', label: 'Surface as OBJ', detail: 'triangles, as text' },
   { id: 'surface_stl', label: 'Surface as STL', detail: 'in millimetres, for printing' },
 ];
@@ -38,9 +42,9 @@ const SPLATS: MenuItem = {
   detail: 'for trainers of splats: nerfstudio and COLMAP, as a zip',
 };
 
-/** These exports with those of the surface, which follow those of the map. */
-export function withSurface(items: readonly MenuItem[], hasColors: boolean): readonly MenuItem[] {
-  const further = hasColors ? [...SURFACE_EXPORTS, SPLATS] : SURFACE_EXPORTS;
+/** These exports with those of the surface, which follow those of the map, and of the pictures, where there are any. */
+export function withSurface(items: readonly MenuItem[], hasPictures: boolean): readonly MenuItem[] {
+  const further = hasPictures ? [...SURFACE_EXPORTS, SPLATS] : SURFACE_EXPORTS;
   return items.flatMap((item) => (item.id === 'report' ? [...further, item] : [item]));
 }
 

@@ -149,9 +149,8 @@ export class ScanstitchSpatial extends RunView<SpatialSettings, SpatialSnapshot,
   }
 
   override get exports(): readonly MenuItem[] {
-    return this.session.snapshot?.result.camera
-      ? withSurface(super.exports, this.session.points.colors.length > 0)
-      : super.exports;
+    const { snapshot, points } = this.session;
+    return withSurface(super.exports, Boolean(snapshot?.result.camera) && points.colors.length > 0);
   }
 
   /** What of the surface is stopped or fails has been told. */

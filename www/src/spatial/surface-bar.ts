@@ -53,8 +53,12 @@ const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
   { shown: 'both', label: 'Both' },
 ];
 
-/** Sides of voxels to choose from (m). */
+/** Sides of voxels to choose from (m); those of clouds are as small as the density of their points allows by default. */
 const VOXEL_SIZES = [0.005, 0.01, VOXEL_SIZE, 0.05, 0.1].map((side) => [side, `${100 * side} cm`] as const);
+const VOXEL_SIZES_OF_CLOUDS = [
+  [VOXEL_SIZE, 'the smallest possible'],
+  ...[0.1, 0.2, 0.5, 1].map((side) => [side, `${100 * side} cm`] as const),
+] as const;
 
 /** Numbers of triangles to choose from. */
 const TRIANGLES = [
@@ -121,9 +125,16 @@ export function surfaceBar(
     </fieldset>
     ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
     ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp, mesh.num_filled > 0) : nothing}
-    <label>Voxels ${list(VOXEL_SIZES, state.voxelSize, makeOf)}</label>
+    <label>Voxels ${list(mesh.is_of_clouds ? VOXEL_SIZES_OF_CLOUDS : VOXEL_SIZES, state.voxelSize, makeOf)}</label>
     <label>Triangles ${list(TRIANGLES, state.maxTriangles, (maxTriangles) => change({ maxTriangles }))}</label>
-    <label>Holes ${list(holeChoices(state.voxelSize), state.holeVoxels, (holeVoxels) => change({ holeVoxels }))}</label>
+    ${
+      mesh.is_of_clouds
+        ? nothing
+        : html`<label
+            >Holes
+            ${list(holeChoices(state.voxelSize), state.holeVoxels, (holeVoxels) => change({ holeVoxels }))}</label
+          >`
+    }
     <span class="muted">${surfaceWords(state)}</span>
   </div>`;
 }
@@ -156,10 +167,14 @@ export function surfaceWords({ mesh, num_frames, voxelSize }: SurfaceState): str
       : `${formatCount(mesh.num_frames)} of ${plural(num_frames, 'frame')}`;
   const leftOut = num_frames === mesh.num_frames ? '' : ', those with a good pose';
   const voxels = `voxels of ${Number((100 * mesh.voxel_size).toPrecision(2))} cm`;
-  const memory = mesh.voxel_size > 1.5 * voxelSize ? `, as smaller ones do not fit into ${MEMORY_MB} MB` : '';
+  const isLarger = mesh.voxel_size > 1.2 * voxelSize;
+  const limit = mesh.is_of_clouds
+    ? 'as the points lie too far apart for smaller ones'
+    : `as smaller ones do not fit into ${MEMORY_MB} MB`;
+  const larger = isLarger ? `, ${limit}` : '';
   const moved = mesh.moved > 0 ? `; moved by up to ${formatFixed(1000 * mesh.moved, 1)} mm to have fewer` : '';
   const filled = mesh.num_filled > 0 ? `; ${formatCount(mesh.num_filled)} of them fill holes` : '';
-  return `${size} of ${of}${leftOut}; ${voxels}${memory}${moved}${filled}`;
+  return `${size} of ${of}${leftOut}; ${voxels}${larger}${moved}${filled}`;
 }
 
 export const surfaceStyles = css`

@@ -77,7 +77,7 @@ export class RunSurface implements ReactiveController {
 
   stateOf({ snapshot }: SpatialSession): SurfaceState {
     const { result } = snapshot ?? {};
-    const numPlaced = result?.camera ? this.#placedOf(result).length : 0;
+    const numPlaced = result ? this.#placedOf(result).length : 0;
     const isMaking = this.#making !== null && !this.mesh;
     return this.#stateOf(
       this.mesh,
@@ -175,13 +175,13 @@ export class RunSurface implements ReactiveController {
     if (making.quantisation !== quantisation) {
       // All depths are read in another way than before.
       const config = await session.ask('decode_config');
-      if (config === undefined) throw new Error('No depth image has been read');
+      if (config === undefined) throw new Error('No frame has been read');
       await client.begin(config, this.#voxelSize);
       making.quantisation = quantisation;
     }
     const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
     await client.follow(frames, isFinal, {
-      image: (frame) => session.ask('kept_image', frame),
+      points: (frame) => session.ask('kept_points', frame),
       progress: (done, total) =>
         this.#making === making && session.phase !== 'running' && this.#onProgress(done, total),
     });

@@ -86,6 +86,12 @@ impl Block {
         Self { distances: [0; VOXELS], weights: [0; VOXELS], seen_through: [0; PARTS] }
     }
 
+    /// Adds a distance (voxel sides) to those of a voxel. Sums end at the largest number.
+    pub(super) fn add(&mut self, at: usize, weight: i32, distance: f32) {
+        self.weights[at] = self.weights[at].saturating_add(weight);
+        self.distances[at] = self.distances[at].saturating_add((weight as f32 * distance * STEPS).round() as i32);
+    }
+
     /// Sum of the squares of the mean distances (steps^2), by their weights, and the number of voxels that were measured.
     pub(super) fn square_sum(&self) -> (f64, i64) {
         let measured = self.distances.iter().zip(&self.weights).filter(|&(_, &weight)| weight > 0);

@@ -20,7 +20,7 @@ use crate::preprocess::map_image::MapImage;
 #[serde(default, deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub struct SurfaceOptions {
-    /// Side of a voxel (m). It doubles whenever the field exceeds `max_megabytes`.
+    /// Side of a voxel (m). It doubles whenever the field exceeds `max_megabytes`, and grows where clouds have too few points for it.
     pub voxel_size: f64,
     /// Memory of the field (MB).
     pub max_megabytes: f64,
@@ -37,6 +37,12 @@ impl Default for SurfaceOptions {
 }
 
 impl SurfaceOptions {
+    /// Parts of the surface that are smaller than this are left out, where voxels have this side (m): m^2.
+    pub(super) fn min_island_area(&self, voxel_size: f32) -> f32 {
+        let (given, side) = (self.min_island_area as f32, 10.0 * voxel_size);
+        if given > 0.0 { given } else { side * side }
+    }
+
     /// # Errors
     /// When a value is out of its limits.
     pub fn check(&self) -> Result<()> {
@@ -57,8 +63,8 @@ impl SurfaceOptions {
 }
 
 /// Bytes of a block, and about as much for finding it as a corner and a number in a hash table take; those of its colours come on top.
-const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
-const COLOR_BYTES: usize = size_of::<BlockColors>();
+pub(super) const BLOCK_BYTES: usize = size_of::<Block>() + size_of::<BlockState>() + 48;
+pub(super) const COLOR_BYTES: usize = size_of::<BlockColors>();
 
 /// An image in the field.
 #[derive(Debug, Clone)]
@@ -237,9 +243,7 @@ impl SurfaceFusion {
     /// The surface.
     pub fn mesh(&self) -> TriangleMesh {
         let mut mesh = extract(&self.blocks, self.voxel_size, self.variance_ratio() as f32 / WEIGHT_INFORMATION);
-        let side = 10.0 * self.voxel_size;
-        let given = self.options.min_island_area as f32;
-        mesh = mesh.without_islands(if given > 0.0 { given } else { side * side });
+        mesh = mesh.without_islands(self.options.min_island_area(self.voxel_size));
         mesh.set_normals();
         if self.options.max_hole_size > 0.0 {
             fill_holes(&mut mesh, self.options.max_hole_size as f32, |place| self.is_seen_through(place));

@@ -1,4 +1,4 @@
-//! Depth images at their poses to a surface of triangles.
+//! Depth images, or clouds, at their poses to a surface of triangles.
 //!
 //! A truncated signed distance field: Curless and Levoy, "A volumetric method for building complex models from range images",
 //! SIGGRAPH 1996, in hashed blocks as in Niessner, Zollhoefer, Izadi and Stamminger, "Real-time 3D reconstruction at scale using voxel
@@ -12,9 +12,11 @@
 //!
 //! The surface is extracted as a dual mesh with a vertex a cell (Gibson, "Constrained elastic surface nets", MICCAI 1998).
 //!
-//! Read `fusion` first, then `view`.
+//! Read `fusion` first, then `view`; for clouds, `clouds`.
 
 mod blocks;
+mod cells;
+mod clouds;
 mod depth_tiles;
 mod extraction;
 mod fusion;
@@ -22,4 +24,5 @@ mod holes;
 mod pixels;
 mod view;
 
+pub use clouds::CloudFusion;
 pub use fusion::{SurfaceFusion, SurfaceOptions};

@@ -11,11 +11,11 @@ use crate::preprocess::map_image::MapImage;
 /// The field is truncated at so many standard deviations of the depth: one in 370 measurements lies beyond.
 const TRUNCATION_DEVIATIONS: f32 = 3.0;
 /// And at least at so many voxels: cells that the surface crosses have corners up to a diagonal, 1.73 voxels, away.
-const MIN_TRUNCATION_VOXELS: f32 = 2.0;
+pub(super) const MIN_TRUNCATION_VOXELS: f32 = 2.0;
 /// And at most at so many voxels, where the depth is that uncertain that more would fill the room.
 const MAX_TRUNCATION_VOXELS: f32 = 16.0;
 /// Surfaces seen at a smaller cosine than this tell too little of where they are.
-const MIN_COSINE: f32 = 0.1;
+pub(super) const MIN_COSINE: f32 = 0.1;
 /// Neighbouring pixels of one surface differ by less than so many times their distance across: a surface seen at 6 degrees.
 const MAX_SLOPE: f32 = 10.0;
 

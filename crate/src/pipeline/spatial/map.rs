@@ -68,17 +68,21 @@ impl SpatialReconstruction {
         }
     }
 
-    /// The depth image that is kept of a frame, by its number in the recording, for a surface
-    /// ([`SurfaceReconstruction::read_kept`]); `None` where there is none.
+    /// What is kept of a frame for the map, by its number in the recording, for a surface ([`SurfaceReconstruction::read_kept`]);
+    /// `None` where there is none.
     ///
     /// [`SurfaceReconstruction::read_kept`]: crate::pipeline::surface::SurfaceReconstruction::read_kept
-    pub fn kept_image(&self, index: usize) -> Option<Vec<u8>> {
+    pub fn kept_points(&self, index: usize) -> Option<Vec<u8>> {
         let frame = self.frames.iter().find(|frame| frame.label.index == index)?;
-        let MapPoints::Image(image, prepared_as) = &frame.map_points else { return None };
-        let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
-        let map_points = MapPoints::Image(image.shifted(shift), self.map_quantisation());
-        let (label, surfaces) = (frame.label.clone(), Surfaces::Surfels(Vec::new()));
-        let (gyro, notes) = (Vec::new(), Vec::new());
+        let map_points = match &frame.map_points {
+            MapPoints::Image(image, prepared_as) => {
+                let shift = self.map_quantisation().shift_from(*prepared_as, self.depth_step());
+                MapPoints::Image(image.shifted(shift), self.map_quantisation())
+            }
+            cloud @ MapPoints::Cloud(_) => cloud.clone(),
+        };
+        let surfaces = Surfaces::Surfels(Vec::new());
+        let (label, gyro, notes) = (frame.label.clone(), Vec::new(), Vec::new());
         Some(PreparedFrame { label, surfaces, map_points, gyro, notes, fills_range: false }.to_bytes())
     }
 
