@@ -11,6 +11,7 @@ use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertaint
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::io::pose_graph::{Edge as MotionEdge, PoseGraph};
 use crate::map::local::is_new_view;
+use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
@@ -53,7 +54,7 @@ pub struct KeyframeGraph {
     is_long: bool,
     /// Whether there is measured motion for any frame.
     has_measured_motion: bool,
-    /// Whether a keyframe is registered where the odometry leads from the one before it.
+    /// Whether a keyframe is good and the odometry leads to it from the one before.
     is_confirmed: Vec<bool>,
     /// Whether a keyframe was placed by measured motion alone.
     is_carried: Vec<bool>,
@@ -89,8 +90,8 @@ impl KeyframeGraph {
             let relations = Relations::between(pair[0], pair[1], &estimates[pair[1]], poses, odometry);
             links[node + 1].is_weak = relations.openness.is_none_or(|open| open > MAX_OPENNESS);
             links[node + 1].is_broken = relations.openness.is_none();
-            let is_registered = estimates[pair[1]].link == Link::Registered;
-            is_confirmed.push(is_registered && odometry.between(pair[0], pair[1]).is_some());
+            let is_good = estimates[pair[1]].assessment().status == Status::Good;
+            is_confirmed.push(is_good && odometry.between(pair[0], pair[1]).is_some());
             chain.extend(relations.between_nodes(node, without));
         }
         Self {
