@@ -61,8 +61,8 @@ Options:
   --mcap             of planar scans: map.mcap as well, for Foxglove and rviz: grid, scans, poses and path
   --workbench        of planar scans: workbench.zip as well, with the scans, the settings and the steps of the map,
                      which opens again as it is
-  --mesh FILE        of depth images or clouds: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres; .ply has the
-                     standard deviation of each vertex (m) as deviation
+  --mesh FILE        of depth images or clouds: a surface of triangles, .ply, .obj, .glb, or .stl in millimetres;
+                     .ply has the standard deviation of each vertex (m) as deviation
   --mesh-voxel SIZE  side of its voxels (m; default: 0.02; clouds: by their density)
   --mesh-triangles N
                      fewer triangles: N at most

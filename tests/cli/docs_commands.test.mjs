@@ -13,6 +13,7 @@ import { mcapBytes } from './bag_files.mjs';
 import { cameraInfo, image, stampAt } from './bag_messages.mjs';
 import { SIZE, truthOf, VIEWS, WALK, walkFiles } from './depth_room.mjs';
 import { roomLog } from './laser_room.mjs';
+import { roomCloud } from './room_clouds.mjs';
 import { DEADLINE_MS, ROOM_FILES, ROOM_POSES, ROOT, scanstitch, temporaryFolder } from './support.mjs';
 
 const PAGES = [
@@ -67,6 +68,7 @@ async function makeWorld(folder) {
     ...under('scans', ROOM_FILES),
     ...under('office', walkFiles()),
     ...under('second_floor', walkFiles()),
+    ...under('street', { '0.ply': roomCloud(0), '1.ply': roomCloud(1) }),
     'truth.tum': truth.join(''),
     'mine.tum': truth.join(''),
     'gt.txt': long,

@@ -7,7 +7,7 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as api from '../../npm/index.js';
-import { asciiPly, ROOM_FILES, ROOM_POSES, ROOT, roomScan, temporaryFolder, writeFiles } from './support.mjs';
+import { asciiPly, neededPackages, ROOM_FILES, ROOM_POSES, ROOT, roomScan, temporaryFolder, writeFiles } from './support.mjs';
 
 before(() => api.load());
 
@@ -34,11 +34,8 @@ test('packed, installed elsewhere and run alone', (t) => {
   for (const licence of ['LICENSE-MIT', 'LICENSE-APACHE']) assert.ok(paths.includes(licence));
 
   writeFileSync(join(folder, 'package.json'), '{ "type": "module" }');
-  // With what it depends on, as it is installed here: a machine that has only just installed it cannot tell offline which
-  // versions there are.
-  const { dependencies } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8'));
-  const installed = Object.keys(dependencies).map((name) => join(ROOT, 'node_modules', name));
-  npm(['install', '--install-links', '--ignore-scripts', filename, ...installed]);
+  // With what it depends on, as it is installed here.
+  npm(['install', '--install-links', '--ignore-scripts', filename, ...neededPackages()]);
   writeFiles(folder, ROOM_FILES);
   const command = join(folder, 'node_modules', '.bin', 'scanstitch');
   const run = spawnSync(command, ['reconstruct', '.'], { cwd: folder, encoding: 'utf8' });

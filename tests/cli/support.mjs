@@ -183,3 +183,16 @@ export function moved({ x, y, z, qx, qy, qz, qw }, point) {
   const twice = cross(once);
   return [x, y, z].map((value, i) => value + (point[i] ?? 0) + 2 * (qw * (once[i] ?? 0) + (twice[i] ?? 0)));
 }
+
+/**
+ * Folders of all packages that an installed scanstitch needs, those included that others need: a machine that has only just installed them
+ * cannot tell offline which versions there are.
+ */
+export function neededPackages() {
+  const { packages } = JSON.parse(readFileSync(join(ROOT, 'package-lock.json'), 'utf8'));
+  const isNeeded = (/** @type {[string, { dev?: boolean, optional?: boolean }]} */ [path, { dev, optional }]) =>
+    path !== '' && !dev && !optional;
+  return Object.entries(packages)
+    .filter(isNeeded)
+    .map(([path]) => join(ROOT, path));
+}

@@ -9,6 +9,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { expect, type Page, test } from '@playwright/test';
 import { build } from 'vite';
+import { neededPackages } from '../cli/support.mjs';
 import { SAMPLE_FOLDER } from './scanstitch_page.js';
 import { serve } from './static_server.mjs';
 
@@ -48,11 +49,7 @@ test.beforeAll(() => {
     return execFileSync('npm', [...args, '--loglevel=error'], { cwd: project, encoding: 'utf8', env });
   };
   writeFileSync(join(project, 'package.json'), '{ "private": true, "type": "module" }');
-  const { dependencies } = JSON.parse(readFileSync(join(ROOT, 'package.json'), 'utf8')) as {
-    dependencies: Record<string, string>;
-  };
-  const needed = Object.keys(dependencies).map((name) => join(ROOT, 'node_modules', name));
-  const packed = JSON.parse(npm('pack', '--json', '--offline', '--ignore-scripts', ROOT, ...needed)) as {
+  const packed = JSON.parse(npm('pack', '--json', '--offline', '--ignore-scripts', ROOT, ...neededPackages())) as {
     filename: string;
   }[];
   npm('install', '--offline', ...packed.map(({ filename }) => filename));
