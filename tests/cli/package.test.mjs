@@ -7,7 +7,16 @@ import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import * as api from '../../npm/index.js';
-import { asciiPly, neededPackages, ROOM_FILES, ROOM_POSES, ROOT, roomScan, temporaryFolder, writeFiles } from './support.mjs';
+import {
+  asciiPly,
+  neededPackages,
+  ROOM_FILES,
+  ROOM_POSES,
+  ROOT,
+  roomScan,
+  temporaryFolder,
+  writeFiles,
+} from './support.mjs';
 
 before(() => api.load());
 

@@ -83,7 +83,7 @@ fn voxels_are_as_large_as_the_points_and_the_memory_ask() {
         let mut surface = surface(options, &sweeps(4, num_points, 0.0));
         let mesh = surface.mesh();
         // Edges are rounded off by the voxels.
-        assert!(mean_error(&mesh) < 0.1 * surface.voxel_size(), "{num_points}: {}", mean_error(&mesh));
+        assert!(mean_error(&mesh) < 0.15 * surface.voxel_size(), "{num_points}: {}", mean_error(&mesh));
         surface.voxel_size()
     };
     let (many, few) = (side(20_000, SurfaceOptions::default()), side(1250, SurfaceOptions::default()));
@@ -91,7 +91,8 @@ fn voxels_are_as_large_as_the_points_and_the_memory_ask() {
     assert!((3.0..5.4).contains(&(few / many)), "{few} {many}");
     assert_eq!(side(20_000, SurfaceOptions { voxel_size: 0.5, ..SurfaceOptions::default() }), 0.5);
     let little = SurfaceOptions { max_megabytes: 10.0, ..SurfaceOptions::default() };
-    assert!(side(20_000, little) > 1.1 * many);
+    let (fine, coarse) = (side(160_000, SurfaceOptions::default()), side(160_000, little));
+    assert!(coarse > 1.1 * fine, "{coarse} {fine}");
 }
 
 #[test]
