@@ -2,6 +2,7 @@
 import { basename } from 'node:path';
 import { printable } from '../base/printable.js';
 import { maskFiles, readAreas } from '../report/area_masks.js';
+import { geoTiff } from '../report/geotiff.js';
 import { dxf, svg, worldFile } from '../report/map_drawings.js';
 import { wallLines } from '../report/wall_lines.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
@@ -18,7 +19,7 @@ const OPTIONS = {
 
 export const exportMap: Command = {
   name: 'export',
-  about: 'a map as walls (DXF, SVG), with a world file, and as masks for nav2',
+  about: 'a map as walls (DXF, SVG), as GeoTIFF, with a world file, and as masks for nav2',
   help: () => `scanstitch export MAP [AREAS] [OPTION]...
 
 Writes an occupancy grid, as scanstitch localize reads it, for other programs. AREAS is a file of polygons in the world
@@ -39,6 +40,7 @@ Options:
 
 Written into DIR:
   map.pgm, map.yaml  the map as map_server reads it
+  map.tif            as GeoTIFF, in metres of the map; unknown cells have no data
   map.png, map.pgw   its picture with its world file, for QGIS and others
   walls.dxf          the outlines of the walls as closed polylines (m), within a cell
   walls.svg          the same as a drawing
@@ -65,6 +67,7 @@ async function run(engine: Engine, args: string[]) {
   const files = {
     'map.pgm': grid.pgm(),
     'map.yaml': grid.yaml('map.pgm'),
+    'map.tif': geoTiff(grid, grid.grey_values()),
     'map.png': png(grid.width, grid.height, rgbOf(grid.grey_values())),
     'map.pgw': worldFile(grid),
     'walls.dxf': dxf(lines),

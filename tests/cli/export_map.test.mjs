@@ -65,6 +65,28 @@ function served(/** @type {string} */ folder, /** @type {string} */ name) {
   return rows.reverse();
 }
 
+/** The values of each tag of a TIFF file, by the specification: type 2 ASCII, 3 SHORT, 4 LONG, 12 DOUBLE. */
+function tiffTags(/** @type {Buffer} */ file) {
+  assert.equal(file.toString('latin1', 0, 4), 'II*\0');
+  const directory = file.readUInt32LE(4);
+  const entries = Array.from({ length: file.readUInt16LE(directory) }, (_, i) => directory + 2 + 12 * i);
+  const read = (/** @type {number} */ entry) => {
+    const [tag, type, count] = [file.readUInt16LE(entry), file.readUInt16LE(entry + 2), file.readUInt32LE(entry + 4)];
+    const size = { 2: 1, 3: 2, 4: 4, 12: 8 }[type] ?? NaN;
+    const at = size * count > 4 ? file.readUInt32LE(entry + 8) : entry + 8;
+    assert.equal(at % 2, 0, 'values begin at even bytes');
+    const value = (/** @type {number} */ offset) =>
+      size === 8 ? file.readDoubleLE(offset) : file.readUIntLE(offset, size);
+    return /** @type {const} */ ([tag, Array.from({ length: count }, (_, i) => value(at + size * i))]);
+  };
+  const tags = entries.map(read);
+  assert.deepEqual(
+    tags,
+    tags.toSorted(([a], [b]) => a - b),
+  );
+  return new Map(tags);
+}
+
 /** Closed polylines of a DXF file by its pairs of codes and values. */
 function polylines(/** @type {string} */ text) {
   const lines = text.trimEnd().split('\n');
@@ -139,6 +161,21 @@ test('masks have the values of nav2, walls and picture lie where the map has the
   const [ends_x = 0, ends_y = 0] = world(10.5, 1.5);
   assert.ok(Math.hypot(x + 10 * alongX + 5 * downX - ends_x, y + 10 * alongY + 5 * downY - ends_y) < 1e-6);
   assert.equal(readFileSync(join(out, 'map.png')).readUInt32BE(16), 12);
+
+  const tiff = readFileSync(join(out, 'map.tif'));
+  const tags = tiffTags(tiff);
+  const [width, height, [strip = 0] = [], transformation = []] = [256, 257, 273, 34264].map((tag) => tags.get(tag));
+  assert.deepEqual([width, height, tags.get(258), tags.get(279)], [[12], [7], [8], [84]]);
+  const expectedGreys = ROWS.flatMap((row) => [...row].map((cell) => GREYS[cell]));
+  assert.deepEqual([...tiff.subarray(strip, strip + 84)], expectedGreys);
+  // From columns and rows of the picture, counted from its upper left corner.
+  const [xx = 0, xy = 0, , x0 = 0, yx = 0, yy = 0, , y0 = 0] = transformation;
+  const placed = [xx * 10.5 + xy * 5.5 + x0, yx * 10.5 + yy * 5.5 + y0].map((value) => value.toFixed(9));
+  assert.deepEqual(
+    placed,
+    world(10.5, 1.5).map((value) => value.toFixed(9)),
+  );
+  assert.equal(String.fromCharCode(...(tags.get(42113) ?? [])), '205\0');
 
   // Outside, the room inside, the pillar: their areas are those of the cells.
   const walls = polylines(readFileSync(join(out, 'walls.dxf'), 'utf8'));

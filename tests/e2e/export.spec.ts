@@ -57,6 +57,10 @@ test('each result alone, and everything in one zip; the page reads its own map a
   expect([...picture.bytes.subarray(0, 4)]).toEqual(PNG_SIGNATURE);
   expect(picture.bytes.length).toBeGreaterThan(10_000);
 
+  const tiff = await exported(app, /^GeoTIFF/);
+  expect(tiff.name).toBe('map.tif');
+  expect(tiff.bytes.toString('latin1', 0, 4)).toBe('II*\0');
+
   const mcap = await exported(app, /^MCAP/);
   const { bag } = await openOne(mcap.name, new Uint8Array(mcap.bytes));
   expect(bag.topics.map(({ name: topic, count }) => [topic, count])).toEqual([

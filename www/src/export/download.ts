@@ -1,7 +1,8 @@
 /** What can be downloaded of a run of planar scans, and how a file leaves the page. */
 
 export interface ExportItem {
-  id: 'trajectory' | 'matrices' | 'map' | 'grid' | 'picture' | 'report' | 'mcap' | 'workbench' | 'everything';
+  id:
+    'trajectory' | 'matrices' | 'map' | 'grid' | 'geotiff' | 'picture' | 'report' | 'mcap' | 'workbench' | 'everything';
   label: string;
   detail: string;
 }
@@ -13,6 +14,7 @@ export const EXPORTS: readonly ExportItem[] = [
   { id: 'matrices', label: 'Matrices', detail: 'one 4 × 4 text file a scan, as a zip' },
   { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
   { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, one pair per piece, as a zip' },
+  { id: 'geotiff', label: 'GeoTIFF', detail: 'the grid of the main piece in metres, for QGIS' },
   { id: 'mcap', label: 'MCAP', detail: 'grid, scans and path, for Foxglove and rviz' },
   { id: 'workbench', label: 'Workbench', detail: 'scans, settings and steps, to open again as it is' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },

@@ -40,6 +40,8 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
       return { name: 'map.ply', blob: new Blob([await plyBytes(sources)]) };
     case 'grid':
       return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('gridFiles'))) };
+    case 'geotiff':
+      return { name: 'map.tif', blob: new Blob([await geoTiffOf(sources)]) };
     case 'mcap':
       return { name: 'map.mcap', blob: new Blob([await mcapOf(sources)]) };
     case 'workbench':
@@ -73,6 +75,13 @@ async function benchOf({ opened: { dataset, settings, facts, client }, frameName
 export function changedSettings(settings: object | null, defaults: object = {}): Record<string, unknown> {
   const before = new Map(Object.entries(defaults));
   return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== before.get(name)));
+}
+
+/** Of the main piece. */
+async function geoTiffOf({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
+  const { geoTiff } = await import('../../../package/report/geotiff.js');
+  const { grey_values: greys, ...grid } = await ask('occupancy_grid');
+  return geoTiff({ ...grid, yaw: 0 }, greys);
 }
 
 async function mcapOf({ ask, points: { points, offsets } }: Sources): Promise<Uint8Array<ArrayBuffer>> {
