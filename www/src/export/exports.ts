@@ -81,7 +81,7 @@ export function changedSettings(settings: object | null, defaults: object = {}):
 async function geoTiffOf({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
   const { geoTiff } = await import('../../../package/report/geotiff.js');
   const { grey_values: greys, ...grid } = await ask('occupancy_grid');
-  return geoTiff({ ...grid, yaw: 0 }, greys);
+  return geoTiff({ ...grid, origin: Float64Array.from(grid.origin), yaw: 0 }, greys);
 }
 
 async function mcapOf({ ask, points: { points, offsets } }: Sources): Promise<Uint8Array<ArrayBuffer>> {
