@@ -98,15 +98,13 @@ async function run(engine: Engine, args: string[]) {
     const { kind } = recording;
     if (kind === 'nothing')
       throw new CommandError('No scans, depth images or clouds were found to compare strategies on.');
-    const [isPlanar, compare] =
-      kind === 'planar_scans' ? ([true, comparePlanar] as const) : ([false, compareAll] as const);
-    const chosen = choose(
-      isPlanar ? planarCatalogue(engine) : strategyCatalogue(engine),
-      values.strategies,
-      values.strategy ?? [],
-    );
-    const settings = readSettings((isPlanar ? planarCatalogue : spatialCatalogue)(engine), undefined, values.set ?? []);
-    const compared = await compare({ engine, recording, options, complain }, chosen, settings);
+    const isPlanar = kind === 'planar_scans';
+    const catalogue = isPlanar ? planarCatalogue(engine) : strategyCatalogue(engine);
+    const common = isPlanar ? catalogue : spatialCatalogue(engine);
+    const chosen = choose(catalogue, values.strategies, values.strategy ?? []);
+    const settings = readSettings(common, undefined, values.set ?? []);
+    const task = { engine, recording, options, complain };
+    const compared = await (isPlanar ? comparePlanar : compareAll)(task, chosen, settings);
     if (values.out !== undefined) await writeWhole(values.out, csvOf(compared.rows));
     if (values.frames !== undefined) await writeWhole(values.frames, compared.frames);
     print(values.json ? jsonOf(compared) : printed(compared.rows));

@@ -53,7 +53,8 @@ export async function writeSurface(
       complain(`--mesh ${path}: no surface was seen well enough, so nothing was written.`);
       return;
     }
-    if (surface.voxel_size > (voxelSize ?? VOXEL_SIZE)) {
+    // The engine has it in single precision.
+    if (surface.voxel_size > Math.fround(voxelSize ?? VOXEL_SIZE)) {
       const why = surface.is_of_clouds
         ? 'the points lie too far apart for smaller ones'
         : `smaller ones do not fit into ${MEMORY_MB} MB`;

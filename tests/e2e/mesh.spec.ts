@@ -1,4 +1,4 @@
-/** The surface of a run of depth images or clouds: made when it is asked for, drawn, exported, stopped; what fails leaves the points. */
+/** The surface of a run of depth images or clouds: making it, drawing, exporting and stopping it; after a failure the points are still shown. */
 import { readFileSync } from 'node:fs';
 import { expect, type Locator, type Page } from '@playwright/test';
 import { roomCloud } from '../cli/room_clouds.mjs';

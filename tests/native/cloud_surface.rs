@@ -3,7 +3,11 @@
 use glam::Vec3;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use scanstitch::geometry::{PointCloud, Pose3, RigidMotion, TriangleMesh};
+use scanstitch::io::ply;
 use scanstitch::map::surface::{CloudFusion, SurfaceOptions};
+use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame};
+use scanstitch::pipeline::spatial_settings::SpatialSettings;
+use scanstitch::pipeline::surface::SurfaceReconstruction;
 use scanstitch_scene::random::Random;
 
 /// Half of the room's sides (m).
@@ -111,12 +115,42 @@ fn clouds_are_replaced_and_taken_out() {
 }
 
 #[test]
+fn clouds_of_a_run_are_put_anew_once_when_it_has_ended() {
+    let all = sweeps(3, 6000, NOISE);
+    let file = |cloud: &PointCloud| ply::write(cloud, ply::Format::BinaryLittleEndian);
+    let config = DecodeConfig::new(&SpatialSettings::default(), "0.ply", &file(&all[0].0)).unwrap();
+    let kept = |index: usize| {
+        let label = FrameLabel { name: format!("{index}.ply"), index, time: None };
+        PreparedFrame::from_cloud(&config, label, &file(&all[index].0)).unwrap().to_bytes()
+    };
+    let mut surface = SurfaceReconstruction::new(config.clone(), SurfaceOptions::default()).unwrap();
+    let follow = |surface: &mut SurfaceReconstruction, count: usize, is_final: bool| {
+        let wanted = surface.follow((0..count).map(|index| (index, all[index].1)), is_final);
+        for &index in &wanted {
+            let points = surface.read_kept(&kept(index)).unwrap();
+            surface.put(index, &points);
+        }
+        wanted
+    };
+    assert_eq!(follow(&mut surface, 2, false), [0, 1]);
+    assert_eq!(follow(&mut surface, 3, false), [2]);
+    assert_eq!(follow(&mut surface, 3, true), [0, 1, 2]);
+    assert!(follow(&mut surface, 3, true).is_empty());
+    assert_eq!(follow(&mut surface, 2, true), [0, 1], "a frame less");
+    assert!(surface.mesh().triangles.len() > 1000 && surface.num_frames() == 2);
+}
+
+#[test]
 fn clouds_without_a_surface_have_none() {
     for positions in [vec![], vec![Vec3::ONE], vec![Vec3::ONE; 100], vec![Vec3::new(1.0, 2.0, f32::NAN); 100]] {
         let cloud = PointCloud::from_positions(positions);
         let mesh = surface(SurfaceOptions::default(), &[(cloud, Pose3::identity())]).mesh();
         assert!(mesh.triangles.is_empty());
     }
+    // Too few points on both sides of the origin, which is a corner of cells of any size.
+    let few = (0..10).map(|at| Vec3::splat(if at % 2 == 0 { 1.0 } else { -1.0 }) + Vec3::X * at as f32).collect();
+    let mesh = surface(SurfaceOptions::default(), &[(PointCloud::from_positions(few), Pose3::identity())]).mesh();
+    assert!(mesh.triangles.is_empty());
     // A ring tells nothing of the surface around it.
     let ring = (0..2000).map(|at| Vec3::new((0.003 * at as f32).cos(), (0.003 * at as f32).sin(), 0.0)).collect();
     let mesh = surface(SurfaceOptions::default(), &[(PointCloud::from_positions(ring), Pose3::identity())]).mesh();

@@ -18,7 +18,7 @@ use scanstitch_scene::moving_lidar::MovingLidar;
 use scanstitch_scene::plaza::{around_the_plaza, plaza};
 use scanstitch_scene::space::Space;
 
-use crate::arguments::arguments;
+use crate::arguments::argument;
 use crate::surface_scores::Score;
 
 /// Points of the truth that are compared.
@@ -29,20 +29,10 @@ const DRIVE: [f64; 2] = [5.0, 0.4];
 const NO_NOISE: f64 = 0.0;
 
 pub fn main() -> Result<(), Box<dyn Error>> {
-    let (mut voxel_size, mut num_sweeps, mut num_worlds) = (0.02, 40, 2u64);
-    let (mut write, mut score): (Option<PathBuf>, Option<PathBuf>) = (None, None);
-    let mut arguments = arguments().into_iter();
-    while let Some(name) = arguments.next() {
-        let value = arguments.next().ok_or_else(|| format!("{name} needs a value"))?;
-        match name.as_str() {
-            "--voxel" => voxel_size = value.parse()?,
-            "--sweeps" => num_sweeps = value.parse()?,
-            "--worlds" => num_worlds = value.parse()?,
-            "--write" => write = Some(value.into()),
-            "--score" => score = Some(value.into()),
-            _ => return Err(format!("{name} is no option").into()),
-        }
-    }
+    let number = |name, default: f64| argument(name).map_or(Ok(default), |value| value.parse());
+    let (voxel_size, num_sweeps) = (number("--voxel", 0.02)?, number("--sweeps", 40.0)? as usize);
+    let num_worlds = number("--worlds", 2.0)? as u64;
+    let (write, score) = (argument("--write").map(PathBuf::from), argument("--score"));
     println!(
         "{:24}{:>8}{:>9}{:>10}{:>10}{:>10}{:>12}{:>9}",
         "", "voxel", "mean", "95 %", "covered", "within 2", "triangles", "time"

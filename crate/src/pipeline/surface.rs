@@ -57,6 +57,8 @@ pub struct SurfaceReconstruction {
     placed: BTreeMap<usize, Placed>,
     /// The frames that are to be in it.
     followed: BTreeMap<usize, Pose3>,
+    /// Whether the run had ended when they were put in.
+    is_final: bool,
 }
 
 impl SurfaceReconstruction {
@@ -72,7 +74,7 @@ impl SurfaceReconstruction {
             }
             None => Field::Images(Box::new(SurfaceFusion::new(options)?)),
         };
-        Ok(Self { decode_config, field, placed: BTreeMap::new(), followed: BTreeMap::new() })
+        Ok(Self { decode_config, field, placed: BTreeMap::new(), followed: BTreeMap::new(), is_final: false })
     }
 
     /// Reads a depth image, with the colours of its pixels where it has any.
@@ -109,16 +111,18 @@ impl SurfaceReconstruction {
     }
 
     /// Takes in which frames are to be in the surface from now on, by number, and at which poses: those of a run, which goes on unless
-    /// `is_final`; clouds are complete only then, and all are put anew. Returns the frames whose images are to be [put](Self::put): new ones, those that have moved, and those that are
-    /// no longer in it.
+    /// `is_final`. Returns the frames that are to be [put](Self::put): new ones, those that have moved, and those that are no longer in it.
+    /// Clouds are complete only when the run has ended, so all are put anew then, and after any change since.
     pub fn follow(&mut self, frames: impl IntoIterator<Item = (usize, Pose3)>, is_final: bool) -> Vec<usize> {
         self.followed = frames.into_iter().collect();
         let max_motion = if is_final { MAX_MOTION } else { MAX_PENDING_MOTION * self.voxel_size() };
         let (placed, followed) = (&self.placed, &self.followed);
         let stays = |frame: &usize, T: &Pose3| placed.get(frame).is_some_and(|placed| placed.motion(T) <= max_motion);
         let stay: Vec<usize> = followed.iter().filter(|(frame, T)| stays(frame, T)).map(|(frame, _)| *frame).collect();
-        let is_new = is_final && matches!(self.field, Field::Clouds(_));
-        if is_new || stay.len() * 2 < placed.len() {
+        let is_unchanged = stay.len() == placed.len() && stay.len() == followed.len();
+        let is_incomplete = self.is_of_clouds() && is_final && !(self.is_final && is_unchanged);
+        self.is_final = is_final;
+        if is_incomplete || stay.len() * 2 < placed.len() {
             // To take most of them out and put them in again takes longer than all anew.
             self.start_over();
         }

@@ -98,7 +98,9 @@ impl Surface {
     /// Side of a voxel (m): larger than in the options where the memory was not enough, or clouds have too few points for it.
     #[wasm_bindgen(getter)]
     pub fn voxel_size(&mut self) -> f64 {
-        self.mesh();
+        if self.surface.is_of_clouds() {
+            self.mesh();
+        }
         self.surface.voxel_size()
     }
 

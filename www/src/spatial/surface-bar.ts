@@ -53,13 +53,8 @@ const SHOWN: readonly { shown: SurfaceChoices['shown']; label: string }[] = [
   { shown: 'both', label: 'Both' },
 ];
 
-/** Sides of voxels to choose from (m); those of clouds are as small as the density of their points allows by default. */
-const VOXEL_SIZES = [0.005, 0.01, VOXEL_SIZE, 0.05, 0.1].map((side) => [side, `${100 * side} cm`] as const);
-const VOXEL_SIZES_OF_CLOUDS = [
-  [VOXEL_SIZE, 'the smallest possible'],
-  ...[0.1, 0.2, 0.5, 1].map((side) => [side, `${100 * side} cm`] as const),
-] as const;
-
+/** Sides of voxels to choose from (m). */
+const VOXEL_SIZES = [0.005, 0.01, VOXEL_SIZE, 0.05, 0.1, 0.2, 0.5].map((side) => [side, `${100 * side} cm`] as const);
 /** Numbers of triangles to choose from. */
 const TRIANGLES = [
   [0, 'all'],
@@ -125,7 +120,7 @@ export function surfaceBar(
     </fieldset>
     ${check('Standard deviation', choices.byDeviation, (byDeviation) => choose({ ...choices, byDeviation }))}
     ${choices.byDeviation ? deviationLegend(deviationTop(mesh), ramp, mesh.num_filled > 0) : nothing}
-    <label>Voxels ${list(mesh.is_of_clouds ? VOXEL_SIZES_OF_CLOUDS : VOXEL_SIZES, state.voxelSize, makeOf)}</label>
+    <label>Voxels ${list(VOXEL_SIZES, state.voxelSize, makeOf)}</label>
     <label>Triangles ${list(TRIANGLES, state.maxTriangles, (maxTriangles) => change({ maxTriangles }))}</label>
     ${
       mesh.is_of_clouds

@@ -164,9 +164,14 @@ impl Cells {
         quantile(&mut counts.collect::<Vec<f64>>(), 0.25).unwrap_or(0.0)
     }
 
-    /// Number of cells with points.
-    pub(super) fn len(&self) -> usize {
-        self.by_corner.len()
+    /// Number of points in them.
+    pub(super) fn num_points(&self) -> usize {
+        self.by_corner.values().map(|cell| cell.count as usize).sum()
+    }
+
+    /// Their memory.
+    pub(super) fn num_bytes(&self) -> usize {
+        self.by_corner.capacity() * size_of::<([i32; 3], Cell)>()
     }
 
     /// Adds a cloud of a sensor at `viewpoint` (m, in the frame of the cloud); `number`: another one for each cloud, from 1.

@@ -92,24 +92,38 @@ impl CloudFusion {
     /// The field in the smallest voxels that the points and the memory allow.
     fn field(&mut self) -> Blocks {
         self.voxel_size = self.min_voxel_size;
+        let max_bytes = (1e6 * self.options.max_megabytes) as usize;
         let has_colors = self.clouds.values().any(|(cloud, _)| cloud.colors.is_some());
         let bytes_a_block = BLOCK_BYTES + if has_colors { COLOR_BYTES } else { 0 };
         loop {
-            let mut cells = Cells::new(self.voxel_size);
-            for (number, (cloud, pose)) in (1..).zip(self.clouds.values()) {
-                cells.add(number, cloud, pose, self.viewpoint);
-            }
-            let density = cells.density();
-            // All points in one cell lie as densely as they can.
-            if density >= ENOUGH_POINTS || cells.len() <= 1 {
-                let blocks = field_of(cells);
-                if (blocks.len() * bytes_a_block) as f64 <= 1e6 * self.options.max_megabytes {
-                    return blocks;
+            let mut growth = GROWTH;
+            if let Some(cells) = self.cells(max_bytes) {
+                let density = cells.density();
+                // Fewer points lie as densely as they can where all are around each.
+                if density >= ENOUGH_POINTS.min(cells.num_points() as f64) {
+                    let blocks = field_of(cells);
+                    if blocks.len() * bytes_a_block <= max_bytes {
+                        return blocks;
+                    }
+                } else {
+                    // Of a surface, four times as many lie in cells twice as large.
+                    growth = growth.max((ENOUGH_POINTS / density).sqrt() as f32 / GROWTH);
                 }
             }
-            // Of a surface, four times as many lie in cells twice as large.
-            self.voxel_size *= GROWTH.max((ENOUGH_POINTS / density).sqrt() as f32 / GROWTH);
+            self.voxel_size *= growth;
         }
+    }
+
+    /// Cells as large as the voxels; `None` where they take more than this (bytes).
+    fn cells(&self, max_bytes: usize) -> Option<Cells> {
+        let mut cells = Cells::new(self.voxel_size);
+        for (number, (cloud, pose)) in (1..).zip(self.clouds.values()) {
+            cells.add(number, cloud, pose, self.viewpoint);
+            if cells.num_bytes() > max_bytes {
+                return None;
+            }
+        }
+        Some(cells)
     }
 }
 
