@@ -7,13 +7,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitComplex, Vector2};
 
-use super::Reconstruction;
 use super::edits::{Edit, RefusedEdit};
-use super::run::Run;
 use crate::evaluation::trajectory_error::PlanarPoint;
-use crate::geometry::{Pose2, RigidMotion};
-use crate::map::occupancy_grid::{Cell, OccupancyGrid, RESOLUTION, Shape};
-use crate::map::wall_direction::wall_direction;
+use crate::geometry::Pose2;
+use crate::map::occupancy_grid::{Cell, OccupancyGrid, Shape};
 
 /// What the steps that are not about loops make of the map of a run.
 #[derive(Default)]
@@ -37,101 +34,22 @@ struct PlacedShape {
     cells: Option<Cell>,
 }
 
-impl Reconstruction {
-    /// The steps of a run that is done which had no effect on the map or its grid, with the reason: those that lie outside.
-    pub fn unused_edits(&self) -> Vec<RefusedEdit> {
-        let Some(run) = self.run.as_ref().filter(|run| !run.map_edits.steps.is_empty()) else { return Vec::new() };
-        let mut unused = run.map_edits.aimless();
-        if !run.map_edits.shapes.is_empty() {
-            unused.extend(run.map_edits.edit(&mut run.unedited_grid(0, RESOLUTION)));
-        }
-        unused.sort_by_key(|unused| unused.index);
-        unused
-    }
-}
-
-impl Run {
-    /// What is free and what is occupied by the frames of one piece, in cells of this side (m). Steps edit the grid of the main piece.
-    pub fn occupancy_grid(&self, piece: usize, resolution: f64) -> OccupancyGrid {
-        let mut grid = self.unedited_grid(piece, resolution);
-        if piece == 0 {
-            self.map_edits.edit(&mut grid);
-        }
-        grid
-    }
-
-    fn unedited_grid(&self, piece: usize, resolution: f64) -> OccupancyGrid {
-        let frames: Vec<usize> = self.mapped().filter(|&frame| self.piece(frame) == piece).collect();
-        let placed: Vec<_> = frames.iter().map(|&frame| (self.scans[frame].as_ref(), self.pose_in_map(frame))).collect();
-        let of_laser = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_in_map(frame)).collect();
-        let of_robot = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_of_robot(frame)).collect();
-        // Where the way of the robot between frames is not known, it is not assumed.
-        let drives: Vec<Vec<Pose2>> = frames
-            .chunk_by(|before, after| before + 1 == *after)
-            .flat_map(|stretch| [of_laser(stretch), of_robot(stretch)])
-            .collect();
-        let mut grid = OccupancyGrid::new(&placed, &drives, resolution);
-        let pieces = self.sizes_of_pieces();
-        if pieces.len() > 1 {
-            let which = if piece == 0 { "the main piece".to_owned() } else { format!("piece {piece}") };
-            let (count, all, num) = (frames.len(), pieces.iter().map(|(_, size)| size).sum::<usize>(), pieces.len());
-            grid.remark = format!(
-                "This is {which} of a map in {num} pieces that are not connected: {count} of {all} placed scans."
-            );
-        }
-        grid
-    }
-
-    /// Indices of the frames that the map and its grid are made of: those that are placed and not left out.
-    pub fn mapped(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.poses.len()).filter(|&frame| self.is_mapped(frame))
-    }
-
-    /// Whether it is one of these.
-    pub fn is_mapped(&self, frame: usize) -> bool {
-        self.is_placed(frame) && !self.map_edits.leaves_out(frame)
-    }
-
-    /// Pose of the laser at a scan, in the map.
-    pub fn pose_in_map(&self, frame: usize) -> Pose2 {
-        self.map_edits.in_map(self.poses[frame])
-    }
-
-    /// Pose of the robot at a scan, by that of its laser, in the map.
-    pub fn pose_of_robot(&self, frame: usize) -> Pose2 {
-        self.map_edits.in_map(self.poses[frame] * self.T_laser_robot[frame])
-    }
-
-    /// Lays the map out by its steps, once the poses are known.
-    pub(super) fn lay_map(&mut self) {
-        let asks = |edit: &Edit| matches!(edit, Edit::Rotate { angle: None });
-        let walls = self.map_edits.steps.iter().any(asks).then(|| self.wall_direction()).flatten();
-        self.map_edits.lay(walls);
-    }
-
-    /// The direction of most walls of the main piece, by all returns. Returns of one wall are the further apart the further away it is.
-    fn wall_direction(&self) -> Option<f64> {
-        let normals = self.mapped().filter(|&frame| self.piece(frame) == 0).flat_map(|frame| {
-            let scan = &self.scans[frame];
-            let of_return = move |(point, normal): (&Vector2<f64>, &Option<Vector2<f64>>)| {
-                Some(self.poses[frame].rotate(normal.as_ref()?) * point.norm())
-            };
-            scan.points.iter().zip(&scan.normals).filter_map(of_return)
-        });
-        wall_direction(normals)
-    }
-
-    /// What is said of a mended map; nothing where it is not.
-    pub fn note_on_edits(&self) -> Option<String> {
-        let applied = &self.before_mending.applied;
-        let (added, removed) = (applied.num_added, applied.num_removed);
-        let loops = (added + removed > 0).then(|| format!("loops put in {added}, taken out {removed}"));
-        let parts: Vec<String> = loops.into_iter().chain(self.map_edits.told(self.poses.len())).collect();
-        (!parts.is_empty()).then(|| format!("The map was mended by hand: {}.", parts.join("; ")))
-    }
-}
-
 impl MapEdits {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Whether one asks for the direction of the walls.
+    pub fn needs_walls(&self) -> bool {
+        self.steps.iter().any(|edit| matches!(edit, Edit::Rotate { angle: None }))
+    }
+
+    /// Whether one changes the grid.
+    pub fn edits_grid(&self) -> bool {
+        !self.shapes.is_empty()
+    }
+
     /// Takes these steps in place of those before. They are of effect once the map is laid out.
     pub fn set(&mut self, steps: &[Edit]) {
         self.steps = steps.to_vec();
@@ -155,11 +73,13 @@ impl MapEdits {
         PlanarPoint { x: T.translation.x, y: T.translation.y, heading }
     }
 
-    fn leaves_out(&self, frame: usize) -> bool {
+    /// Whether a step leaves this scan out.
+    pub fn leaves_out(&self, frame: usize) -> bool {
         self.steps.iter().any(|edit| matches!(edit, Edit::LeaveOut { first, last } if (*first..=*last).contains(&frame)))
     }
 
-    fn lay(&mut self, walls: Option<f64>) {
+    /// Lays the map out. `walls`: the direction of most walls before any turn (rad), where there are walls and it is needed.
+    pub fn lay(&mut self, walls: Option<f64>) {
         (self.walls, self.turn) = (walls, 0.0);
         let mut shapes = Vec::new();
         for (index, edit) in self.steps.iter().enumerate() {
@@ -177,7 +97,7 @@ impl MapEdits {
     }
 
     /// Edits the grid; the steps that find no cell in it, with the reason.
-    fn edit(&self, grid: &mut OccupancyGrid) -> Vec<RefusedEdit> {
+    pub fn edit(&self, grid: &mut OccupancyGrid) -> Vec<RefusedEdit> {
         let mut unused = Vec::new();
         for PlacedShape { index, shape, cells } in &self.shapes {
             let is_used = match cells {
@@ -196,14 +116,14 @@ impl MapEdits {
     }
 
     /// The turns to the walls of a map that shows none.
-    fn aimless(&self) -> Vec<RefusedEdit> {
+    pub fn aimless(&self) -> Vec<RefusedEdit> {
         let asks = |(_, edit): &(usize, &Edit)| self.walls.is_none() && matches!(edit, Edit::Rotate { angle: None });
         let reason = || "the map shows no wall to be turned to".to_owned();
         self.steps.iter().enumerate().filter(asks).map(|(index, _)| RefusedEdit { index, reason: reason() }).collect()
     }
 
     /// What they do, in words.
-    fn told(&self, num_scans: usize) -> impl Iterator<Item = String> {
+    pub fn told(&self, num_scans: usize) -> impl Iterator<Item = String> {
         let num_crops = self.shapes.iter().filter(|placed| placed.cells.is_none()).count();
         let num_painted = self.shapes.len() - num_crops;
         let num_left_out = (0..num_scans).filter(|&frame| self.leaves_out(frame)).count();

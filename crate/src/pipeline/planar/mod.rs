@@ -3,6 +3,7 @@
 mod chosen_odometry;
 mod counterparts;
 mod edit_faults;
+mod edited_map;
 mod edits;
 mod fan;
 mod joining;
