@@ -8,18 +8,24 @@ use scanstitch::pipeline::report::Stage;
 use scanstitch::pipeline::settings::Settings;
 use scanstitch_scene::drive::{Drive, DriveOptions};
 use scanstitch_scene::office::{OfficeOptions, generate};
+use scanstitch_scene::world::Obstacle;
 
 const ROTATE: Edit = Edit::Rotate { angle: None };
 
-/// A map, and by how much the world of its truth is turned from it.
+/// A map, and the angle of the building's longest wall in it.
 fn office() -> (Reconstruction, f64) {
     let recording = generate(&OfficeOptions { seed: 41, num_scans: 40, ..OfficeOptions::default() });
     let drive = Drive::new(&recording, &DriveOptions { seed: 41, step: 0.5, ..DriveOptions::default() });
     let mut reconstruction = Reconstruction::new(Settings::default()).unwrap();
     reconstruction.add_log("drive.log", &laser_log::read(drive.carmen().as_bytes()).unwrap());
     while reconstruction.step().stage != Stage::Done {}
-    let truth = recording.T_world_sensor[0].rotation.angle();
-    (reconstruction, truth)
+    let walls = recording.world.obstacles.iter().filter_map(|obstacle| match obstacle {
+        Obstacle::Wall { from, to } => Some(to - from),
+        _ => None,
+    });
+    // The world is the first pose of the laser, which looks along y; that of the map looks along x, a right angle from it.
+    let longest = walls.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap();
+    (reconstruction, longest.y.atan2(longest.x))
 }
 
 fn edited(reconstruction: &mut Reconstruction, edits: &[Edit]) {
@@ -44,7 +50,9 @@ fn shapes_are_painted_over_what_beams_say_and_undone_without_a_trace() {
     let grid = office.occupancy_grid(0.05);
     assert_eq!([at(&grid, 0.3, 0.0), at(&grid, 0.0, 0.0)], [Cell::Occupied, Cell::Unknown]);
     assert!(grid.width <= 40 && grid.height <= 40 && before.width > 100);
-    assert!(office.result().notes.contains(&"The map was mended by hand: shapes painted 2; grid cropped 1.".to_owned()));
+    assert!(
+        office.result().notes.contains(&"The map was mended by hand: shapes painted 2; grid cropped 1.".to_owned())
+    );
     edited(&mut office, std::slice::from_ref(&line));
     assert_eq!(at(&office.occupancy_grid(0.05), 0.0, 0.0), Cell::Occupied);
     edited(&mut office, &[]);
@@ -60,8 +68,7 @@ fn a_turn_to_the_walls_turns_poses_points_and_grid_together_and_what_was_painted
     edited(&mut office, &[Edit::Rotate { angle: Some(0.4) }, line, ROTATE]);
     let turned = office.poses();
     let turn = turned[0].rotation.angle() - poses[0].rotation.angle();
-    // The first scan's heading in the world of the truth, modulo a right angle.
-    let off = (turn - truth).rem_euclid(std::f64::consts::FRAC_PI_2);
+    let off = (turn + truth).rem_euclid(std::f64::consts::FRAC_PI_2);
     let off = off.min(std::f64::consts::FRAC_PI_2 - off).to_degrees();
     assert!(off < 0.3, "{off} degrees from the walls");
     let T = Pose2::new(nalgebra::Vector2::zeros(), turn);

@@ -7,7 +7,7 @@ import type { GridTools, Place } from './grid-tools.js';
 
 /** As the cells are drawn on the map, but for a tint that shows them on cells of their kind. */
 const FILLS = { occupied: 'rgb(20 20 20 / 75%)', free: 'rgb(255 255 255 / 75%)', unknown: 'rgb(128 128 128 / 75%)' };
-const CUT_OFF = 'rgb(128 128 128 / 60%)';
+const CUT_OFF = { light: 'rgb(128 128 128 / 60%)', dark: 'rgb(0 0 0 / 65%)' };
 /** Thinner than this (CSS pixels), a line is not seen. */
 const MIN_LINE = 3;
 
@@ -56,7 +56,7 @@ function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark:
     if (tools.tool === 'crop') {
       // Two rectangles in each other: what lies between them is cut off.
       ctx.rect(0, 0, size.width, size.height);
-      ctx.fillStyle = CUT_OFF;
+      ctx.fillStyle = dark ? CUT_OFF.dark : CUT_OFF.light;
       ctx.fill('evenodd');
     } else {
       ctx.fillStyle = FILLS[tools.cells];

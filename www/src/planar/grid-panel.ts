@@ -33,18 +33,18 @@ export function gridPanel(mending: Mending): TemplateResult {
   return html`<section aria-label="Grid">
       ${choice('Tool', TOOLS, grid.tool, (tool) => grid.choose(tool))}
       ${grid.tool === 'crop' ? nothing : choice('Paint as', CELLS, grid.cells, (cells) => grid.paintAs(cells))}
-      <p class="explanation">${WORDS[grid.tool].ends}</p>
-      <div class="fields">
-        ${FIELDS.map((label, at) => number(label, NAMES[at] ?? '', grid.numbers[at] ?? null, (to) => grid.type(at, to)))}
-        ${grid.tool === 'line' ? number('Width', 'Width (m)', grid.width, (width) => grid.widen(width)) : nothing}
-      </div>
-      ${grid.problem === '' ? nothing : html`<p role="status">${grid.problem}</p>`}
       <div class="actions">
         <button class="primary" title="Enter" ?disabled=${!isDone || !grid.step} @click=${() => mending.takeOnGrid()}>
           ${WORDS[grid.tool].take}
         </button>
         <button title="Escape" ?disabled=${grid.places.length === 0} @click=${() => grid.clear()}>Clear</button>
       </div>
+      <p class="explanation">${WORDS[grid.tool].ends}</p>
+      <div class="fields">
+        ${FIELDS.map((label, at) => number(label, NAMES[at] ?? '', grid.numbers[at] ?? null, (to) => grid.type(at, to)))}
+        ${grid.tool === 'line' ? number('Width', 'Width (m)', grid.width, (width) => grid.widen(width)) : nothing}
+      </div>
+      ${grid.problem === '' ? nothing : html`<p role="status">${grid.problem}</p>`}
     </section>
     <section aria-label="Turn">
       <h3>Turn the map</h3>
@@ -146,5 +146,9 @@ export const gridStyles = css`
   }
   .fields button {
     align-self: end;
+  }
+  .fields input {
+    appearance: textfield;
+    padding-inline: 6px;
   }
 `;

@@ -63,8 +63,7 @@ impl Shape {
             }
             Self::Polygon(corners) => {
                 let is_crossed = |(a, b): (&Vector2<f64>, &Vector2<f64>)| {
-                    (a.y > point.y) != (b.y > point.y)
-                        && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x)
+                    (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x)
                 };
                 let edges = corners.iter().zip(corners.iter().cycle().skip(1));
                 edges.filter(|edge| is_crossed(*edge)).count() % 2 == 1
@@ -119,7 +118,8 @@ impl OccupancyGrid {
             *width = (*width / self.resolution).max(SQRT_2);
         }
         let [low, high] = in_cells.bounds();
-        let range = |axis: usize, size: usize| (low[axis].max(0.0) as usize)..(high[axis].max(0.0).ceil() as usize).min(size);
+        let range =
+            |axis: usize, size: usize| (low[axis].max(0.0) as usize)..(high[axis].max(0.0).ceil() as usize).min(size);
         let columns = range(0, self.width);
         for y in range(1, self.height) {
             let is_inside = |x: &usize| in_cells.contains(&Vector2::new(*x as f64 + 0.5, y as f64 + 0.5));
@@ -136,7 +136,15 @@ mod tests {
     fn blank(yaw: f64) -> OccupancyGrid {
         let (width, height) = (40, 30);
         let log_odds = vec![0.0; width * height];
-        OccupancyGrid { resolution: 0.1, origin: Vector2::new(-1.0, -1.0), yaw, width, height, log_odds, ..Default::default() }
+        OccupancyGrid {
+            resolution: 0.1,
+            origin: Vector2::new(-1.0, -1.0),
+            yaw,
+            width,
+            height,
+            log_odds,
+            ..Default::default()
+        }
     }
 
     fn count(grid: &OccupancyGrid, cell: Cell) -> usize {
@@ -148,17 +156,18 @@ mod tests {
         let mut grid = blank(0.0);
         assert!(grid.paint(&Shape::rectangle([Vector2::new(1.0, 1.0), Vector2::new(0.0, 0.5)]), Cell::Occupied));
         assert_eq!(count(&grid, Cell::Occupied), 10 * 5);
-        assert_eq!([grid.cell(10, 15), grid.cell(19, 19), grid.cell(20, 19), grid.cell(9, 15)], [
-            Cell::Occupied,
-            Cell::Occupied,
-            Cell::Unknown,
-            Cell::Unknown
-        ]);
+        assert_eq!(
+            [grid.cell(10, 15), grid.cell(19, 19), grid.cell(20, 19), grid.cell(9, 15)],
+            [Cell::Occupied, Cell::Occupied, Cell::Unknown, Cell::Unknown]
+        );
         let triangle = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Vector2::new(x, y));
         assert!(grid.paint(&Shape::Polygon(triangle.to_vec()), Cell::Free));
         assert!((45..=55).contains(&count(&grid, Cell::Free)), "half of 100 cells, but for those on the edge");
         assert!(!grid.paint(&Shape::rectangle([Vector2::repeat(50.0), Vector2::repeat(60.0)]), Cell::Free));
-        assert!(!grid.paint(&Shape::rectangle([Vector2::repeat(0.01), Vector2::repeat(0.02)]), Cell::Free), "no centre");
+        assert!(
+            !grid.paint(&Shape::rectangle([Vector2::repeat(0.01), Vector2::repeat(0.02)]), Cell::Free),
+            "no centre"
+        );
     }
 
     #[test]
@@ -193,8 +202,14 @@ mod tests {
             grid.paint(&Shape::Line { ends: [corner, corner + Vector2::new(1e-9, 0.0)], width: 1e-9 }, Cell::Occupied);
             let kept = [(10, 5), (20, 5), (20, 15), (10, 15)].map(|(x, y)| at(&grid, x, y)).to_vec();
             assert!(grid.crop(&Shape::Polygon(kept)));
-            assert!((9..=11).contains(&grid.width) && (9..=11).contains(&grid.height), "{} {}", grid.width, grid.height);
-            let found = (0..grid.width * grid.height).find(|i| grid.cell(i % grid.width, i / grid.width) == Cell::Occupied);
+            assert!(
+                (9..=11).contains(&grid.width) && (9..=11).contains(&grid.height),
+                "{} {}",
+                grid.width,
+                grid.height
+            );
+            let found =
+                (0..grid.width * grid.height).find(|i| grid.cell(i % grid.width, i / grid.width) == Cell::Occupied);
             let place = found.map(|i| at(&grid, i % grid.width, i / grid.width)).unwrap();
             assert!((place - corner).norm() < 0.11, "{place} {corner}");
             let before = grid.clone();

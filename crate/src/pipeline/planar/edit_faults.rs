@@ -57,8 +57,9 @@ fn fault(edit: &Edit) -> Option<Fault> {
             not_finite("corners", corners.iter().flatten().copied()).or_else(|| polygon_fault(corners))
         }
         Edit::Rotate { angle } => not_finite("angle", *angle),
-        Edit::LeaveOut { first, last } => (first > last)
-            .then(|| (format!("the first scan, {first}, comes after the last, {last}"), "Give the smaller number first")),
+        Edit::LeaveOut { first, last } => (first > last).then(|| {
+            (format!("the first scan, {first}, comes after the last, {last}"), "Give the smaller number first")
+        }),
     }
 }
 
@@ -72,7 +73,8 @@ fn line_fault([from, to]: &[[f64; 2]; 2], width: f64) -> Option<Fault> {
         return Some((format!("the line is {width} m wide"), "Give a width of more than 0 m"));
     }
     let [x, y] = from;
-    (from == to).then(|| (format!("the line has no length: it begins and ends at ({x}, {y})"), "Give two different ends"))
+    (from == to)
+        .then(|| (format!("the line has no length: it begins and ends at ({x}, {y})"), "Give two different ends"))
 }
 
 fn rectangle_fault([a, b]: &[[f64; 2]; 2]) -> Option<Fault> {

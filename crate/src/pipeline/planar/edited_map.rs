@@ -34,7 +34,8 @@ impl Run {
 
     fn unedited_grid(&self, piece: usize, resolution: f64) -> OccupancyGrid {
         let frames: Vec<usize> = self.mapped().filter(|&frame| self.piece(frame) == piece).collect();
-        let placed: Vec<_> = frames.iter().map(|&frame| (self.scans[frame].as_ref(), self.pose_in_map(frame))).collect();
+        let placed: Vec<_> =
+            frames.iter().map(|&frame| (self.scans[frame].as_ref(), self.pose_in_map(frame))).collect();
         let of_laser = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_in_map(frame)).collect();
         let of_robot = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_of_robot(frame)).collect();
         // Where the way of the robot between frames is not known, it is not assumed.

@@ -75,7 +75,9 @@ impl MapEdits {
 
     /// Whether a step leaves this scan out.
     pub fn leaves_out(&self, frame: usize) -> bool {
-        self.steps.iter().any(|edit| matches!(edit, Edit::LeaveOut { first, last } if (*first..=*last).contains(&frame)))
+        self.steps
+            .iter()
+            .any(|edit| matches!(edit, Edit::LeaveOut { first, last } if (*first..=*last).contains(&frame)))
     }
 
     /// Lays the map out. `walls`: the direction of most walls before any turn (rad), where there are walls and it is needed.
@@ -146,7 +148,9 @@ fn off_axis(angle: f64) -> f64 {
 fn shape_of(edit: &Edit) -> Option<(Shape, Option<Cell>)> {
     let points = |points: &[[f64; 2]; 2]| points.map(Vector2::from);
     match edit {
-        Edit::PaintLine { cells, ends, width } => Some((Shape::Line { ends: points(ends), width: *width }, Some(*cells))),
+        Edit::PaintLine { cells, ends, width } => {
+            Some((Shape::Line { ends: points(ends), width: *width }, Some(*cells)))
+        }
         Edit::PaintRectangle { cells, corners } => Some((Shape::rectangle(points(corners)), Some(*cells))),
         Edit::PaintPolygon { cells, corners } => {
             Some((Shape::Polygon(corners.iter().copied().map(Vector2::from).collect()), Some(*cells)))

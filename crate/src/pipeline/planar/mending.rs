@@ -188,8 +188,9 @@ impl<'a> Mending<'a> {
         let (was_good, is_good) = (&old.is_good, &new.is_good);
         let changed = |was: bool| placed.iter().filter(move |&&scan| was_good[scan] == was && is_good[scan] != was);
         let num_pieces = |told: &Told| placed.iter().map(|&scan| told.pieces[scan]).collect::<HashSet<_>>().len();
-        let is_lost =
-            |scans: &[usize; 2]| !new.loops.contains(scans) && Some(self.places(*scans)) != edit.scans().map(|of| self.places(of));
+        let is_lost = |scans: &[usize; 2]| {
+            !new.loops.contains(scans) && Some(self.places(*scans)) != edit.scans().map(|of| self.places(of))
+        };
         Ok(Consequence {
             refusal: refusal.map(|refused| refused.reason),
             chi_squared: [old.chi_squared, new.chi_squared],
