@@ -21,7 +21,7 @@ fn office() -> (Reconstruction, f64) {
     while reconstruction.step().stage != Stage::Done {}
     let walls = recording.world.obstacles.iter().filter_map(|obstacle| match obstacle {
         Obstacle::Wall { from, to } => Some(to - from),
-        _ => None,
+        Obstacle::Pillar { .. } => None,
     });
     // The world is the first pose of the laser, which looks along y; that of the map looks along x, a right angle from it.
     let longest = walls.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap();
