@@ -49,6 +49,7 @@ export function gridPanel(mending: Mending): TemplateResult {
     <section aria-label="Turn">
       <h3>Turn the map</h3>
       <p class="explanation">All poses turn with it, so that the exported files fit each other.</p>
+      <button ?disabled=${!isDone} @click=${() => mending.rotate(null)}>Rotate to the walls</button>
       <form
         class="fields"
         @submit=${(event: SubmitEvent) => {
@@ -57,7 +58,6 @@ export function gridPanel(mending: Mending): TemplateResult {
           if (!Number.isNaN(degrees)) mending.rotate((degrees * Math.PI) / 180);
         }}
       >
-        <button type="button" ?disabled=${!isDone} @click=${() => mending.rotate(null)}>Rotate to the walls</button>
         ${number('By °', 'Angle (°), counter-clockwise', null)}
         <button ?disabled=${!isDone}>Rotate</button>
       </form>
@@ -119,14 +119,14 @@ export const gridStyles = css`
     gap: 4px;
   }
   .choice button {
-    gap: 6px;
+    gap: 4px;
     min-width: 0;
-    padding-inline: 4px;
+    padding-inline: 2px;
+    font-size: calc(13 * var(--px));
   }
   .choice button[aria-pressed='true'] {
     border-color: var(--accent);
     box-shadow: inset 0 0 0 1px var(--accent);
-    font-weight: 600;
   }
   .cell {
     flex: none;
