@@ -17,10 +17,10 @@ const LINE_SHARE: f64 = 1e-3;
 /// noise across a line have 0.3 to 1 of it, and a plane then has a normal to within 6 degrees (1 / (2 sqrt(20)) rad).
 const MAX_CLEAR_THICKNESS: f64 = 0.25;
 /// Largest kurtosis (fourth moment over squared variance) of the second direction in which neighbours of a clear plane spread. Where k of 20 lie off
-/// the line of the others it is 18, 8.1, 4.9, 3.3 for k = 1, 2, 3, 4: at least three are asked for. Two always lie in some plane with a line: those of a
+/// the line of the others it is 18, 8.1, 4.9, 3.3 for k = 1, 2, 3, 4: at least three are asked for, by the middle of 8.1 and 4.9 (geometric mean). Two always lie in some plane with a line: those of a
 /// ring's arc across the floor and the next beam's point on a wall in one that nothing stands in, and that moves with the sensor. Normally spread
 /// neighbours have 3, evenly spread ones 1.8.
-const MAX_CLEAR_KURTOSIS: f64 = 5.0;
+const MAX_CLEAR_KURTOSIS: f64 = 6.3;
 
 /// The unit normal of every point of `tree`, which was built from `points` (m), towards `viewpoint` (m, same frame).
 /// `None` for points that are not finite, have too few neighbours, or whose neighbours lie on a line.
