@@ -1,6 +1,5 @@
 import { html, LitElement, nothing, type PropertyDeclaration, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
-import { html as staticHtml, literal } from 'lit/static-html.js';
 import './planar/planar-view.js';
 import { viewsBeside } from './app/beside.js';
 import { isRun, isViewName, Navigation, type SourceView, type ViewName, VIEWS } from './app/navigation.js';
@@ -39,8 +38,6 @@ import { Address, WHOLE } from './views/address.js';
 import { ownerOf } from './views/settings-link.js';
 import type { ScanstitchElement } from '../../package/element.js';
 
-/** The elements of runs. */
-const TAGS = { planar: literal`scanstitch-planar`, spatial: literal`scanstitch-spatial` };
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
 
 /** The element whose settings and views the page's address holds: one of a page. */
@@ -277,14 +274,13 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         host: this,
         isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
       })}
-      ${this.renderRun('planar')} ${this.navigation.opened.has('spatial') ? this.renderRun('spatial') : nothing}
+      ${this.renderPlanar()} ${this.navigation.opened.has('spatial') ? this.renderSpatial() : nothing}
     </div>`;
   }
 
-  private renderRun(run: Run): TemplateResult {
-    const tag = TAGS[run];
-    return staticHtml`<${tag}
-      ?hidden=${this.navigation.shown !== run}
+  private renderPlanar(): TemplateResult {
+    return html`<scanstitch-planar
+      ?hidden=${this.navigation.shown !== 'planar'}
       .initialSettings=${this.settings}
       .preset=${this.preset}
       .address=${this.address}
@@ -296,7 +292,24 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
       .shelf=${this.workspace}
       ?dark=${this.isDark()}
       exportparts="figures, settings, map, table, details"
-    ></${tag}>`;
+    ></scanstitch-planar>`;
+  }
+
+  private renderSpatial(): TemplateResult {
+    return html`<scanstitch-spatial
+      ?hidden=${this.navigation.shown !== 'spatial'}
+      .initialSettings=${this.settings}
+      .preset=${this.preset}
+      .address=${this.address}
+      .layout=${this.appearance.layout}
+      .isLow=${this.appearance.isLow}
+      .controls=${this.controlsShown}
+      .folds=${this.folds}
+      .fullScreen=${this.controlsShown === 'minimal' ? this.appearance.fullScreen : null}
+      .shelf=${this.workspace}
+      ?dark=${this.isDark()}
+      exportparts="figures, settings, map, table, details"
+    ></scanstitch-spatial>`;
   }
 
   /** The attribute `src`, where it is for this view and no sample. */
