@@ -131,7 +131,8 @@ fn mean_errors(truth: &[Pose3], estimate: &[Pose3]) -> MeanErrors {
     let aligned = |has_scale: bool| {
         umeyama(&found, &truth_positions, has_scale).map_or((f64::NAN, f64::NAN), |fit| {
             let similarity = fit.similarity;
-            let moved = |point: &Vector3<f64>| similarity.scale * (similarity.rotation * point) + similarity.translation;
+            let moved =
+                |point: &Vector3<f64>| similarity.scale * (similarity.rotation * point) + similarity.translation;
             (mean(&moved), similarity.scale)
         })
     };
