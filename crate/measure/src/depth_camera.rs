@@ -38,7 +38,7 @@ pub fn main() {
     let truth = order.iter().filter_map(|&index| whole.truth.get(index).copied()).collect();
     let focal = argument("--focal").map(|text| text.parse().expect("pixels"));
     let intrinsics = whole.intrinsics.map(|[fx, fy, cx, cy]| [focal.unwrap_or(fx), focal.unwrap_or(fy), cx, cy]);
-    let recording = Recording { depth, color, truth, intrinsics, ..whole };
+    let recording = Recording { depth, color, intrinsics, truth, ..whole };
     let is_depth_only = flag("--depth-only");
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
@@ -115,7 +115,7 @@ struct MeanErrors {
     aligned: f64,
     /// ... and by a scale as well.
     with_scale: f64,
-    /// The estimate's size over the truth's, of which that is the reciprocal.
+    /// The estimate's size over the truth's: the reciprocal of that scale.
     path_ratio: f64,
     /// With first poses made equal.
     first_equal: f64,
