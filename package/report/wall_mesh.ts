@@ -13,9 +13,10 @@ type Triangles = number[];
 /** A wall: its outline, and those of the rooms within it (columns and rows). */
 type Wall = { outline: Point[]; holes: Point[][] };
 
-/** The walls as a file: GLB in metres, STL in millimetres, as printers read it. */
+/** The walls as a file: GLB in metres, STL in millimetres, as printers read it. Throws where there is no wall. */
 export async function wallFile(grid: Grid, height: number, format: WallFormat): Promise<Uint8Array> {
   const positions = Float32Array.from(await extruded(grid, height));
+  if (positions.length === 0) throw new Error('The map shows no wall');
   if (format === 'stl') return stl(positions);
   const normals = normalsOf(positions);
   return toGlb({
