@@ -276,8 +276,8 @@ test('a surface that is switched on while the run goes on grows with it, and its
   });
   await letGo(1);
   await button(page).click();
-  // It begins with the frames of the map that was sent last: the third may come with the next one.
-  expect((await counts(spatial)).frames).toMatch(/^[23] frames$/);
+  // It begins with the frames of the map that was sent last: the third, and on a busy machine the second, may come with the next one.
+  expect((await counts(spatial)).frames).toMatch(/^(1 frame|[23] frames)$/);
   await shown(page, 'Both').check();
   await letGo(8);
   await spatial.stitched();
