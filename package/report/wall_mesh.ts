@@ -4,8 +4,7 @@ import { toGlb } from '../mesh/glb.js';
 
 /** Height of the walls (m): that of most rooms. Planar scans do not tell it. */
 export const WALL_HEIGHT = { usual: 2.5, least: 0.01, most: 100 };
-export const WALL_FORMATS = ['glb', 'stl'] as const;
-export type WallFormat = (typeof WALL_FORMATS)[number];
+export type WallFormat = 'glb' | 'stl';
 
 /** Triangles with three vertices of their own each, counter-clockwise from outside (m, z up, the map's frame). */
 type Triangles = number[];
