@@ -1,7 +1,10 @@
 //! Halves of logs in each other's grids, and logs in the grids of other buildings.
 
+use scanstitch::geometry::Pose2;
+
 use super::building::{BUILDINGS, Building};
-use super::{Score, number, run};
+use super::particles::{Drive, counts, follow};
+use super::{Score, Table, number, run};
 use crate::arguments::{argument, flag};
 
 pub fn buildings() -> Vec<Building> {
@@ -14,6 +17,8 @@ pub fn buildings() -> Vec<Building> {
 
 pub fn halves() {
     let mut sum = Score::default();
+    let mut found = Table::default();
+    let mut filters: Vec<(usize, Table)> = counts().into_iter().map(|count| (count, Table::default())).collect();
     for building in buildings() {
         let num = building.log.scans.len();
         let halves = if flag("--time") {
@@ -25,14 +30,22 @@ pub fn halves() {
             let grid = halves[map].grid();
             let (starts, size) = (number("--starts", 1), halves[located].log.scans.len());
             for first in (0..starts).map(|start| start * size / starts) {
-                let part = halves[located].part(first..size);
-                let score = run(&mut part.localization(&grid, !flag("--alone")), |frame| Some(part.reference[frame]));
+                let part = halves[located].part(first..size.min(first + number("--scans", size)));
+                let mut localization = part.localization(&grid, !flag("--alone"));
+                let score = run(&mut localization, |frame| Some(part.reference[frame]));
                 score.print(&format!("{}, half {located} from scan {first}", building.name));
                 sum.add(&score);
+                found.add(score.found.filter(|_| score.wrong == 0), score.wrong);
+                let odometry: Vec<Pose2> = part.odometry.iter().map(|pose| pose * part.log.T_robot_laser).collect();
+                let truth: Vec<Option<Pose2>> = part.reference.iter().copied().map(Some).collect();
+                let drive = Drive { scans: localization.scans(), odometry: &odometry, truth: &truth };
+                filters.iter_mut().for_each(|(count, table)| follow(&drive, &grid, *count, table));
             }
         }
     }
     sum.print("all");
+    println!("{}\n{}", Table::HEADER, found.row("branch and bound"));
+    filters.into_iter().for_each(|(count, table)| println!("{}", table.row(&format!("{count} particles"))));
 }
 
 pub fn others() {

@@ -2,10 +2,10 @@
 //!
 //! - `wean --map FILE`: CMU's map (unpacked) and log: from `--starts N` places of the log, where and after how many scans the robot is
 //!   found, and whether all runs agree with the one from the first scan; `--out FILE` writes that one's trajectory;
-//!   `--particles N` beside it a particle filter from the same places, with `--seeds N`; `--along` alone: what the scans score at
+//!   `--particles N,N` beside it particle filters from the same places, with `--seeds N`; `--along` alone: what the scans score at
 //!   their places and at places moved along the corridor;
 //! - `halves`: each half of a log in the grid of the other half, by the poses in the log: every other scan, and with `--time` the first half
-//!   and the second; `--only NAME`, `--alone` without odometry, `--starts N`;
+//!   and the second; `--only NAME`, `--alone` without odometry, `--starts N`, `--scans N` from each, `--particles N,N` as above;
 //! - `others`: each log in the grids of the other buildings, 30 pairs, or all in CMU's map with `--map FILE`; `--scans N` of each log;
 //! - `merged`: two recordings in one reconstruction: halves of a log as in `halves`, and each log with that of another building; `--alone`
 //!   without odometry; the pieces of 20 scans and more, and whether pairs of scans across are right;
@@ -44,6 +44,31 @@ pub fn main() {
 /// The number after this word.
 fn number(name: &str, default: usize) -> usize {
     argument(name).map_or(default, |text| text.parse().expect("a number"))
+}
+
+/// How many runs found the robot, after how many scans, and how many were certain of a wrong place.
+#[derive(Default)]
+struct Table {
+    num_runs: usize,
+    after: Vec<usize>,
+    num_wrong: usize,
+}
+
+impl Table {
+    const HEADER: &str = "| | found | after scans (median) | runs with a certain wrong place |\n|---|---|---|---|";
+
+    fn add(&mut self, after: Option<usize>, num_wrong: usize) {
+        self.num_runs += 1;
+        self.after.extend(after);
+        self.num_wrong += usize::from(num_wrong > 0);
+    }
+
+    fn row(mut self, name: &str) -> String {
+        self.after.sort_unstable();
+        let median = self.after.get(self.after.len() / 2).map_or("-".to_owned(), usize::to_string);
+        let Self { num_runs, after, num_wrong } = self;
+        format!("| {name} | {} of {num_runs} | {median} | {num_wrong} |", after.len())
+    }
 }
 
 /// What a run came to.

@@ -1,5 +1,8 @@
 //! A particle filter as it is taught, to compare with: Thrun, Burgard and Fox, "Probabilistic Robotics" (2005), tables 8.2 and 4.4.
 
+use std::rc::Rc;
+use std::time::Instant;
+
 use nalgebra::{Cholesky, Vector2, Vector3};
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::map::occupancy_grid::{Cell, OccupancyGrid};
@@ -8,13 +11,16 @@ use scanstitch::odometry::planar::motion_noise::MotionNoise;
 use scanstitch::preprocess::planar_scan::PlanarScan;
 use scanstitch_scene::random::Random;
 
+use super::{Table, number};
+use crate::arguments::argument;
+
 /// Beams of a scan, and the share of what they say that is independent.
 const BEAMS: usize = 30;
 const INDEPENDENT: f64 = 0.3;
 /// It is sure where so many of the particles are within this distance of the best one (m).
 const SURE: (f64, f64) = (0.95, 1.0);
 
-pub struct ParticleFilter<'a> {
+struct ParticleFilter<'a> {
     field: &'a MapField,
     model: BeamModel,
     noise: MotionNoise,
@@ -24,7 +30,7 @@ pub struct ParticleFilter<'a> {
 
 impl<'a> ParticleFilter<'a> {
     /// Spread evenly over the free cells.
-    pub fn new(grid: &OccupancyGrid, field: &'a MapField, count: usize, seed: u64) -> Self {
+    fn new(grid: &OccupancyGrid, field: &'a MapField, count: usize, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let cells = (0..grid.width * grid.height).map(|cell| (cell % grid.width, cell / grid.width));
         let free: Vec<(usize, usize)> = cells.filter(|&(x, y)| grid.cell(x, y) == Cell::Free).collect();
@@ -39,7 +45,7 @@ impl<'a> ParticleFilter<'a> {
     }
 
     /// Moves, weighs and draws again.
-    pub fn add_scan(&mut self, scan: &PlanarScan, motion: &Pose2) {
+    fn add_scan(&mut self, scan: &PlanarScan, motion: &Pose2) {
         let spread = Cholesky::new(self.noise.covariance(motion)).map(|factor| factor.l());
         let beams: Vec<Vector2<f64>> =
             scan.points.iter().step_by(scan.points.len().div_ceil(BEAMS).max(1)).copied().collect();
@@ -72,10 +78,47 @@ impl<'a> ParticleFilter<'a> {
     }
 
     /// Where it is sure to be.
-    pub fn sure_place(&self) -> Option<Pose2> {
+    fn sure_place(&self) -> Option<Pose2> {
         let one = self.particles[self.particles.len() / 2];
         let is_near = |particle: &&Pose2| (particle.translation.vector - one.translation.vector).norm() < SURE.1;
         let num_near = self.particles.iter().filter(is_near).count();
         (num_near as f64 >= SURE.0 * self.particles.len() as f64).then_some(one)
+    }
+}
+
+/// The numbers of particles that are asked for.
+pub fn counts() -> Vec<usize> {
+    let number = |count: &str| count.parse().expect("a number");
+    argument("--particles").map_or_else(Vec::new, |counts| counts.split(',').map(number).collect())
+}
+
+/// Scans in the order in which they were taken, the laser's pose at each by the wheels, and where that is known its true pose.
+pub struct Drive<'a> {
+    pub scans: &'a [Rc<PlanarScan>],
+    pub odometry: &'a [Pose2],
+    pub truth: &'a [Option<Pose2>],
+}
+
+/// Follows a drive with so many particles from each of some seeds, and adds what they were sure of to a table.
+pub fn follow(drive: &Drive<'_>, grid: &OccupancyGrid, count: usize, table: &mut Table) {
+    let field = MapField::new(grid);
+    for seed in 1..=number("--seeds", 3) {
+        let started = Instant::now();
+        let mut filter = ParticleFilter::new(grid, &field, count, seed as u64);
+        let (mut num_sure, mut num_wrong, mut first) = (0, 0, None);
+        for (frame, scan) in drive.scans.iter().enumerate() {
+            let before = drive.odometry[frame.saturating_sub(1)];
+            filter.add_scan(scan, &(before.inverse() * drive.odometry[frame]));
+            let Some((place, truth)) = filter.sure_place().zip(drive.truth[frame]) else { continue };
+            let off = (place.translation.vector - truth.translation.vector).norm();
+            num_sure += 1;
+            num_wrong += usize::from(off > SURE.1);
+            first.get_or_insert((frame + 1, off));
+        }
+        table.add(first.filter(|(_, off)| *off <= SURE.1).map(|(after, _)| after), num_wrong);
+        let time = 1e3 * started.elapsed().as_secs_f64() / drive.scans.len() as f64;
+        println!(
+            "  {count} particles, seed {seed}: sure at {num_sure} scans, wrong at {num_wrong}; first {first:.2?}; {time:.1} ms a scan"
+        );
     }
 }

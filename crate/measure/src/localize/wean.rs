@@ -10,8 +10,8 @@ use scanstitch::odometry::localization::{BeamModel, MapField};
 use scanstitch::pipeline::Settings;
 use scanstitch::pipeline::planar::{Localization, Reconstruction};
 
-use super::particles::ParticleFilter;
-use super::{number, run};
+use super::particles::{Drive, follow};
+use super::{Table, number, run};
 use crate::arguments::{argument, flag};
 
 fn localization(log: &LaserLog, grid: &OccupancyGrid, from: usize) -> Localization {
@@ -48,9 +48,9 @@ pub fn main() {
         score.print(&format!("from scan {from}"));
         table.add(score.found, score.wrong);
     }
-    println!("{HEADER}\n{}", table.row("branch and bound"));
-    if let Some(count) = argument("--particles").map(|count| count.parse().expect("a number")) {
-        particles(&log, &whole, &grid, count);
+    println!("{}\n{}", Table::HEADER, table.row("branch and bound"));
+    for count in super::particles::counts() {
+        particles(&log, &whole, &certain, &grid, count);
     }
 }
 
@@ -58,31 +58,6 @@ pub fn main() {
 fn starts(log: &LaserLog) -> impl Iterator<Item = usize> {
     let (starts, last) = (number("--starts", 20), log.scans.len() - 20);
     (0..starts).map(move |start| start * last / starts)
-}
-
-const HEADER: &str = "| | found | after scans (median) | runs with a certain wrong place |\n|---|---|---|---|";
-
-/// How many runs found the robot, after how many scans, and how many were certain of a wrong place.
-#[derive(Default)]
-struct Table {
-    num_runs: usize,
-    after: Vec<usize>,
-    num_wrong: usize,
-}
-
-impl Table {
-    fn add(&mut self, after: Option<usize>, num_wrong: usize) {
-        self.num_runs += 1;
-        self.after.extend(after);
-        self.num_wrong += usize::from(num_wrong > 0);
-    }
-
-    fn row(mut self, name: &str) -> String {
-        self.after.sort_unstable();
-        let median = self.after.get(self.after.len() / 2).map_or("-".to_owned(), usize::to_string);
-        let Self { num_runs, after, num_wrong } = self;
-        format!("| {name} | {} of {num_runs} | {median} | {num_wrong} |", after.len())
-    }
 }
 
 /// How far along the corridor a place is moved (m): its doors are 6.1 m apart.
@@ -121,34 +96,15 @@ fn along(certain: &[Option<Pose2>], whole: &Localization, grid: &OccupancyGrid) 
     }
 }
 
-/// How often a particle filter is sure of a place, and of a right one, by the runs that are good there.
-fn particles(log: &LaserLog, whole: &Localization, grid: &OccupancyGrid, count: usize) {
-    let field = MapField::new(grid);
-    let pose = |frame: usize| log.scans[frame].odometry.unwrap_or_default() * log.T_robot_laser;
+/// What a particle filter is sure of from each start, by the runs that are good there.
+fn particles(log: &LaserLog, whole: &Localization, certain: &[Option<Pose2>], grid: &OccupancyGrid, count: usize) {
+    let poses = log.scans.iter().map(|scan| scan.odometry.unwrap_or_default() * log.T_robot_laser);
+    let odometry: Vec<Pose2> = poses.collect();
     let mut table = Table::default();
     for from in starts(log) {
-        for seed in 1..=number("--seeds", 3) {
-            let started = std::time::Instant::now();
-            let mut filter = ParticleFilter::new(grid, &field, count, seed as u64);
-            let (mut sure, mut wrong, mut first) = (0, 0, None);
-            for frame in from..log.scans.len() {
-                let motion = if frame == from { Pose2::identity() } else { pose(frame - 1).inverse() * pose(frame) };
-                filter.add_scan(&whole.scans()[frame], &motion);
-                let location = &whole.locations()[frame];
-                let truth = location.place.filter(|_| location.status == Status::Good);
-                let Some((place, truth)) = filter.sure_place().zip(truth) else { continue };
-                let off = (place.translation.vector - truth.T_world_sensor.translation.vector).norm();
-                sure += 1;
-                wrong += usize::from(off > 1.0);
-                first.get_or_insert((frame - from + 1, off));
-            }
-            table.add(first.filter(|(_, off)| *off <= 1.0).map(|(after, _)| after), wrong);
-            let scans = (log.scans.len() - from) as f64;
-            let time = 1e3 * started.elapsed().as_secs_f64() / scans;
-            println!(
-                "{count} particles from scan {from}, seed {seed}: sure at {sure} scans, wrong at {wrong}; first {first:.2?}; {time:.1} ms a scan"
-            );
-        }
+        println!("from scan {from}");
+        let drive = Drive { scans: &whole.scans()[from..], odometry: &odometry[from..], truth: &certain[from..] };
+        follow(&drive, grid, count, &mut table);
     }
-    println!("{HEADER}\n{}", table.row(&format!("{count} particles")));
+    println!("{}", table.row(&format!("{count} particles")));
 }
