@@ -1,8 +1,9 @@
 // @ts-check
 /**
  * What the surface of a recording of depth images takes in WebAssembly on top of its run, one thread:
- * `node scripts/bench_surface.mjs FOLDER [VOXEL_SIZE]...`. Median milliseconds of processor time of putting a frame in, and those of extracting the mesh, as
- * the page does it while the run goes on. The folder has the depth images alone, or in `depth`.
+ * `node scripts/bench_surface.mjs FOLDER [VOXEL_SIZE]...`. Milliseconds of processor time: of the keyframes, for each frame of the run and for each
+ * keyframe; of the mesh that is shown then; of the other frames, which follow, and of the mesh of all, as
+ * the page makes them. The folder has the depth images alone, or in `depth`.
  */
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -35,24 +36,27 @@ console.log(`${names.length} frames, ${placed.length} good: ${perFrame.toFixed(1
 for (const voxel_size of sizes.length > 0 ? sizes.map(Number) : [0.01, 0.02]) {
   const surface = new Surface(reconstruction.decode_config() ?? '', { voxel_size, max_megabytes: 1500 });
   const poses = placed.flatMap(({ T_world_sensor: T }) => [T.x, T.y, T.z, T.qx, T.qy, T.qz, T.qw]);
-  const wanted = surface.follow(
-    Uint32Array.from(placed, ({ index }) => index),
-    Float64Array.from(poses),
-    true,
-  );
-  const times = [];
-  for (const frame of wanted) {
-    const kept = reconstruction.kept_points(frame);
-    if (!kept) continue;
+  /** Puts in what these frames ask for: milliseconds of each. */
+  const put = (/** @type {number} */ count, /** @type {boolean} */ isFinal) => {
+    const numbers = Uint32Array.from(placed.slice(0, count), ({ index }) => index);
+    return Array.from(surface.follow(numbers, Float64Array.from(poses.slice(0, 7 * count)), isFinal), (frame) => {
+      const kept = reconstruction.kept_points(frame);
+      start = now();
+      if (kept) surface.put(frame, kept);
+      return now() - start;
+    });
+  };
+  const mesh = () => {
     start = now();
-    surface.put(frame, kept);
-    times.push(now() - start);
-  }
-  const median = times.sort((a, b) => a - b)[times.length >> 1] ?? 0;
-  start = now();
-  const triangles = surface.num_triangles;
+    return `${surface.num_triangles} triangles in ${(now() - start).toFixed(0)} ms`;
+  };
+  const sum = (/** @type {number[]} */ times) => times.reduce((all, time) => all + time, 0);
+  const keyframes = placed.flatMap((_, at) => put(at + 1, false));
+  const [ofRun, ofEach] = [placed.length, keyframes.length].map((count) => (sum(keyframes) / count).toFixed(1));
   console.log(
-    `${100 * surface.voxel_size} cm: ${median.toFixed(1)} ms a frame (95 %: ${times[Math.floor(0.95 * times.length)]?.toFixed(1)}); ${triangles} triangles in ${(now() - start).toFixed(0)} ms`,
+    `${100 * voxel_size} cm: ${keyframes.length} keyframes, ${ofRun} ms a frame of the run, ${ofEach} each; ${mesh()}`,
   );
+  const rest = put(placed.length, true);
+  console.log(`  then ${rest.length} frames, ${(sum(rest) / 1000).toFixed(1)} s; ${mesh()}`);
   surface.free();
 }

@@ -140,6 +140,29 @@ fn what_later_views_see_through_is_carved_out() {
 }
 
 #[test]
+fn while_the_run_goes_on_images_from_nearly_the_same_place_wait_for_its_end() {
+    // Each view three times, from places a centimetre apart.
+    let nearly = |(pose, has_ball): (Pose3, bool)| {
+        (0..3).map(move |step| (Translation3::new(0.01 * f64::from(step), 0.0, 0.0) * pose, has_ball))
+    };
+    let views: Vec<_> = views(4, true).into_iter().flat_map(nearly).collect();
+    let (mut followed, images) = empty_surface(SurfaceOptions::default(), 3e-4, &views);
+    let frames = || views.iter().map(|(pose, _)| *pose).enumerate();
+    let put = |surface: &mut SurfaceReconstruction, count: usize, is_final: bool| {
+        let wanted = surface.follow(frames().take(count), is_final);
+        wanted.iter().for_each(|&frame| surface.put(frame, &SurfaceFrame::Image(images[frame].clone())));
+        wanted
+    };
+    let keyframes: Vec<usize> = (1..=views.len()).flat_map(|count| put(&mut followed, count, false)).collect();
+    assert_eq!(keyframes, [0, 3, 6, 9]);
+    assert_eq!(put(&mut followed, views.len(), true), [1, 2, 4, 5, 7, 8, 10, 11]);
+    let mut at_once = followed.clone();
+    at_once.follow([], true);
+    put(&mut at_once, views.len(), true);
+    assert_eq!(sorted_positions(&followed.mesh()), sorted_positions(&at_once.mesh()), "to the last bit");
+}
+
+#[test]
 fn after_poses_have_changed_the_surface_is_that_of_a_run_with_the_final_poses() {
     let (views, noise) = (views(10, true), 3e-4);
     let options = SurfaceOptions { voxel_size: 0.04, ..SurfaceOptions::default() };

@@ -1,23 +1,23 @@
 //! Surfaces of rendered flats against the exact ones: `cargo measure surface_scores [--voxel METRES] [--frames N] [--flats N]
-//! [--write DIR]`. For each flat and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
-//! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the times: the median over
-//! the frames of reading one and of adding it to the field, and of extracting the mesh.
+//! [--sensor NAME] [--kept] [--write DIR]`. For each flat and each sensor: the distance of the mesh's points from the true surface (mean, 95 %), the share of the
+//! true surface that has the mesh within 2 cm, the share of points within twice their standard deviation, and the processor times: the mean
+//! over the frames of reading one and of adding it to the field, and of extracting the mesh. `--kept` takes of each image what a run keeps,
+//! as the page does: every second pixel of every second row.
 //! `--write` leaves the depth images (mm), `poses.txt` (4 x 4, camera to world, row by row) and `camera.txt` for other programs, and
 //! `--score FILE.ply --flats N` scores a mesh that one of them made of the last.
 
 use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use nalgebra::Vector3;
 use scanstitch::camera::Pinhole;
 use scanstitch::geometry::{Pose3, RigidMotion};
 use scanstitch::io::point_cloud;
 use scanstitch::map::surface::SurfaceOptions;
-use scanstitch::pipeline::prepared_frame::DecodeConfig;
+use scanstitch::pipeline::prepared_frame::{DecodeConfig, FrameLabel, PreparedFrame};
 use scanstitch::pipeline::spatial_settings::SpatialSettings;
-use scanstitch::pipeline::surface::SurfaceReconstruction;
+use scanstitch::pipeline::surface::{SurfaceFrame, SurfaceReconstruction};
 use scanstitch_scene::apartment::{Apartment, WalkOptions};
 use scanstitch_scene::random::Random;
 use scanstitch_scene::space::stereo_camera::StereoCamera;
@@ -25,6 +25,7 @@ use scanstitch_scene::space::{DepthSensor, Space};
 
 use crate::apartment::recording::depth_png;
 use crate::arguments::arguments;
+use crate::depth::processor_time::timed;
 
 /// Points of the mesh and of the truth that are compared.
 const NUM_COMPARED: usize = 20_000;
@@ -53,14 +54,20 @@ fn sensors() -> [(&'static str, Sensor); 4] {
 pub fn main() -> Result<(), Box<dyn Error>> {
     let (mut voxel_size, mut num_frames, mut num_flats) = (0.01, 60, 2u64);
     let (mut write, mut score): (Option<PathBuf>, Option<PathBuf>) = (None, None);
+    let (mut wanted_sensor, mut is_kept) = (None, false);
     let mut arguments = arguments().into_iter();
     while let Some(name) = arguments.next() {
+        if name == "--kept" {
+            is_kept = true;
+            continue;
+        }
         let value = arguments.next().ok_or_else(|| format!("{name} needs a value"))?;
         match name.as_str() {
             "--voxel" => voxel_size = value.parse()?,
             "--frames" => num_frames = value.parse()?,
             "--flats" => num_flats = value.parse()?,
             "--write" => write = Some(value.into()),
+            "--sensor" => wanted_sensor = Some(value),
             "--score" => score = Some(value.into()),
             _ => return Err(format!("{name} is no option").into()),
         }
@@ -86,6 +93,9 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             return Ok(());
         }
         for (name, sensor) in sensors() {
+            if wanted_sensor.as_ref().is_some_and(|wanted| wanted != name) {
+                continue;
+            }
             let images = measured(&apartment.space, &walk, &camera, sensor, seed)?;
             if let Some(folder) = &write {
                 write_recording(
@@ -99,19 +109,21 @@ pub fn main() -> Result<(), Box<dyn Error>> {
                 SpatialSettings { fx: camera.fx, fy: camera.fy, cx: camera.cx, cy: camera.cy, ..settings_of(sensor) };
             let decode_config = DecodeConfig::new(&settings, "0.png", &images[0])?;
             let options = SurfaceOptions { voxel_size, max_megabytes: 1500.0, ..SurfaceOptions::default() };
-            let mut surface = SurfaceReconstruction::new(decode_config, options)?;
-            let (mut reading, mut fusing) = (Vec::new(), Vec::new());
-            for (index, (image, pose)) in images.iter().zip(&walk).enumerate() {
-                let start = Instant::now();
-                let image = surface.read(&index.to_string(), image, None)?;
-                reading.push(milliseconds_since(start));
-                let start = Instant::now();
-                surface.add(&image, pose);
-                fusing.push(milliseconds_since(start));
+            let mut surface = SurfaceReconstruction::new(decode_config.clone(), options)?;
+            let frames = if is_kept { kept(&decode_config, &images)? } else { images };
+            let (mut reading, mut fusing) = (0.0, 0.0);
+            surface.follow(walk.iter().copied().enumerate(), true);
+            for (index, frame) in frames.iter().enumerate() {
+                let (seconds, frame) = timed(|| match is_kept {
+                    true => surface.read_kept(frame),
+                    false => surface.read(&index.to_string(), frame, None).map(SurfaceFrame::Image),
+                });
+                let frame = frame?;
+                reading += seconds;
+                fusing += timed(|| surface.put(index, &frame)).0;
             }
-            let start = Instant::now();
-            let mesh = surface.mesh();
-            let times = [median(reading), median(fusing), milliseconds_since(start)];
+            let (extracting, mesh) = timed(|| surface.mesh());
+            let times = [reading / walk.len() as f64, fusing / walk.len() as f64, extracting].map(|time| 1000.0 * time);
             let points: Vec<Vector3<f64>> = mesh.positions.iter().map(double).collect();
             let score = Score::of(&apartment.space, &points, &mesh.deviations, &truth, COVERED);
             report(&format!("flat {seed}, {name}"), &score, mesh.triangles.len(), times);
@@ -120,13 +132,13 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn milliseconds_since(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1000.0
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or(0.0)
+/// What a run keeps of depth images, as bytes.
+fn kept(decode_config: &DecodeConfig, images: &[Vec<u8>]) -> Result<Vec<Vec<u8>>, Box<dyn Error>> {
+    let kept_of = |(index, image): (usize, &Vec<u8>)| {
+        let label = FrameLabel { name: index.to_string(), index, time: None };
+        Ok(PreparedFrame::from_depth(decode_config, label, image, None)?.to_bytes())
+    };
+    images.iter().enumerate().map(kept_of).collect()
 }
 
 fn double(point: &glam::Vec3) -> Vector3<f64> {

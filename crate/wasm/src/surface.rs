@@ -64,7 +64,8 @@ impl Surface {
 
     /// Takes in which frames of a run are to be in the surface from now on, by their numbers, each with its pose x y z qx qy qz qw (m,
     /// sensor to world). Returns those that are to be `put`: new ones, those that have moved, and those that are no longer in it. Where
-    /// most have moved, all are put anew. While the run goes on, small motions wait until `is_final`; clouds are all put anew then.
+    /// most have moved, all are put anew. While the run goes on, small motions, and images from nearly the same place,
+    /// wait until `is_final`; clouds are all put anew then.
     ///
     /// # Errors
     /// When a pose is none.

@@ -179,7 +179,11 @@ export class RunSurface implements ReactiveController {
       await client.begin(config, this.#voxelSize);
       making.quantisation = quantisation;
     }
-    const [frames, isFinal] = [this.#placedOf(snapshot.result), phase !== 'running'];
+    const frames = this.#placedOf(snapshot.result);
+    // A surface that has grown with the run first takes in its last keyframes and is shown, then has all frames.
+    const { made } = making;
+    const hasGrown = made !== null && !made.isFinal && !this.mesh?.is_of_clouds;
+    const isFinal = phase !== 'running' && !(hasGrown && !areEqual(frames, made.frames));
     await client.follow(frames, isFinal, {
       points: (frame) => session.ask('kept_points', frame),
       progress: (done, total) =>
