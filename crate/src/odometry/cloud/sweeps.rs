@@ -51,6 +51,8 @@ pub struct SweepOdometry {
     pub(super) velocity: Option<Vector6<f64>>,
     /// Whether the last registered sweep, whose velocity this is, was good.
     pub(super) is_last_good: bool,
+    /// Whether sweeps after it were lost.
+    pub(super) is_after_lost: bool,
     pub(super) gyro: Gyro,
     skew_test: SkewTest,
     /// The last sweep as it is, where the test is open.
@@ -132,6 +134,7 @@ impl SweepOdometry {
             last_time: None,
             velocity: None,
             is_last_good: false,
+            is_after_lost: false,
             gyro: Gyro::default(),
             skew_test: SkewTest::default(),
             last_as_it_is: None,
@@ -219,7 +222,10 @@ impl SweepOdometry {
         let predicted = self.find(&mut sweep);
         let mut found = match self.find_turned(&mut sweep, predicted) {
             Ok(found) => found,
-            Err(lost) => return self.lost(number, &sweep, *lost),
+            Err(lost) => {
+                self.is_after_lost = true;
+                return self.lost(number, &sweep, *lost);
+            }
         };
         self.doubt_look_alike(&sweep, &mut found);
         let (velocity, frame, found) = found;
@@ -238,7 +244,7 @@ impl SweepOdometry {
             velocities = (0..=number).map(|number| (number, Vector6::zeros())).collect();
         }
         (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
-        self.is_last_good = estimate.assessment.status == Status::Good;
+        (self.is_last_good, self.is_after_lost) = (estimate.assessment.status == Status::Good, false);
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
         SweepEstimate { estimate, velocities }

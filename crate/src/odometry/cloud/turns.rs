@@ -20,6 +20,8 @@ const MAX_TURN: f64 = FRAC_PI_2;
 /// search of turns without straightening takes for 0.15 rad either way.
 const NUM_RATES: i32 = 6;
 const LOOKS_ALIKE: &str = "it fits the map about as well turned by half a turn, and the turn since the last sweep is not known well enough to tell";
+const UNKNOWN_TURN: &str =
+    "sweeps before it were lost, and the turn since the last one is not known well enough to straighten it";
 
 impl SweepOdometry {
     /// Registers a sweep by other rates of turn about the upright axis of the sensor, where the pose by the last velocity is not sound, and
@@ -70,8 +72,8 @@ impl SweepOdometry {
         best.map(|(_, velocity)| velocity)
     }
 
-    /// Doubts a pose that the sweep fits as well turned by half a turn, where neither the last velocity, if its sweep was good, nor a
-    /// gyroscope tells which of both.
+    /// Doubts a pose after lost sweeps, and one that the sweep fits as well turned by half a turn, where neither the last velocity, if its
+    /// sweep was good, nor a gyroscope tells how far the lidar has turned: after lost sweeps the velocity that straightens it is unknown, too.
     pub(super) fn doubt_look_alike(&self, sweep: &Sweep, (_, frame, found): &mut FoundSweep) {
         let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
         let interval = self.interval(sweep);
@@ -86,7 +88,9 @@ impl SweepOdometry {
         if predicted.is_some_and(|predicted| (predicted.inverse() * motion).rotation_angle() < FRAC_PI_2) {
             return;
         }
-        if self.clouds.fits_turned(frame, &motion) {
+        if self.is_after_lost {
+            found.candidate.assessment.doubt(UNKNOWN_TURN);
+        } else if self.clouds.fits_turned(frame, &motion) {
             found.candidate.assessment.doubt(LOOKS_ALIKE);
         }
     }
