@@ -180,12 +180,32 @@ test('the grid is painted by hand and by numbers, cropped and turned to the wall
   await app.stitched();
   await expect(taken).toHaveText('3 steps taken');
 
+  // Corner by corner: by taps, by numbers, and one that is dragged.
+  await panel.getByRole('button', { name: 'Polygon' }).click();
+  const [cornerX, cornerY] = await app.placeOnMap(120, 120);
+  await page.mouse.click(cornerX, cornerY);
+  await page.mouse.click(...(await app.placeOnMap(250, 130)));
+  await page.mouse.click(...(await app.placeOnMap(190, 240)));
+  await type({ 'Corner x (m)': '3', 'Corner y (m)': '1' });
+  await panel.getByRole('button', { name: 'Add', exact: true }).click();
+  await expect(panel.getByRole('status')).toHaveText('4 corners');
+  await panel.getByRole('button', { name: 'Remove the last' }).click();
+  await expect(panel.getByRole('status')).toHaveText('3 corners');
+  await page.mouse.move(cornerX, cornerY);
+  await page.mouse.down();
+  await page.mouse.move(cornerX + 20, cornerY + 30, { steps: 3 });
+  await page.mouse.up();
+  await expect(panel.getByRole('status')).toHaveText('3 corners');
+  await panel.getByRole('button', { name: 'Paint the polygon' }).click();
+  await app.stitched();
+  await expect(taken).toHaveText('4 steps taken');
+
   const saving = page.waitForEvent('download');
   await panel.getByRole('button', { name: 'Save the steps' }).click();
   const folder = mkdtempSync(join(tmpdir(), 'scanstitch-grid-'));
   const steps = readFileSync(await (await saving).path());
   const actions = JSON.parse(steps.toString()).steps.map(({ action }: { action: string }) => action);
-  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate']);
+  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate', 'paint_polygon']);
   const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
   const replayed = await scanstitch(['edit', log, file, '--out', folder]);
   expect(replayed.status, replayed.stderr).toBe(0);

@@ -35,6 +35,20 @@ struct PlacedShape {
 }
 
 impl MapEdits {
+    /// Those of a map without scans: its shapes. The steps that need the scans are told.
+    pub fn of_grid(steps: &[Edit]) -> (Self, Vec<RefusedEdit>) {
+        let reason =
+            || "it needs the scans that the map was made of: give the recording in place of the grid".to_owned();
+        let (mut unused, mut shapes) = (Vec::new(), Vec::new());
+        for (index, step) in steps.iter().enumerate() {
+            match shape_of(step) {
+                Some((shape, cells)) => shapes.push(PlacedShape { index, shape, cells }),
+                None => unused.push(RefusedEdit { index, reason: reason() }),
+            }
+        }
+        (Self { shapes, ..Self::default() }, unused)
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()
