@@ -64,7 +64,7 @@ impl Candidate {
     }
 
     /// Whether it is accepted without a prediction near it: a wrong pose overlaps the map somewhere by chance.
-    fn is_sound(&self) -> bool {
+    pub(super) fn is_sound(&self) -> bool {
         self.overlap() >= LIMITS.doubtful_overlap && self.assessment.agreement >= LIMITS.doubtful_agreement
     }
 
@@ -78,7 +78,7 @@ impl Candidate {
     }
 
     /// Score by which candidates are compared: overlap, less twice the share of points that contradict free space.
-    fn score(&self) -> f64 {
+    pub(super) fn score(&self) -> f64 {
         self.overlap() - 2.0 * (1.0 - self.assessment.agreement)
     }
 }
@@ -147,7 +147,7 @@ impl CloudOdometry {
     }
 
     /// Registers a few of the points.
-    fn register_sample(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
+    pub(super) fn register_sample(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
         self.register_from(task, task.frame.at_most(ROUGH_POINTS).source(), guess)
     }
 

@@ -12,6 +12,7 @@ mod parts;
 pub mod prepared;
 mod skew_test;
 pub mod sweeps;
+mod turns;
 
 use nalgebra::Matrix6;
 
@@ -37,6 +38,8 @@ pub(crate) const ROUGH_POINTS: usize = 1000;
 /// 0.99, and of those wrong by 15 cm or 5 degrees less than 0.89.
 pub(crate) const LIMITS: Limits =
     Limits { lost_overlap: 0.2, doubtful_overlap: 0.4, lost_agreement: 0.85, doubtful_agreement: 0.95, ..Limits::NONE };
+/// Least difference of the scores of a pose and of any other one: of right places along streets it is at least 0.4.
+pub(crate) const MIN_LEAD: f64 = 0.2;
 /// Largest translation of the last step of a converged registration, in voxels.
 const MOVING_STEP: f64 = 0.1;
 /// The map is cleared of what is old each time that the path has grown by this share of the age.
@@ -155,12 +158,7 @@ impl CloudOdometry {
             return Err(Box::new(self.lost(Assessment::too_few_points(num_points), None)));
         };
 
-        // The target, and its pose.
-        let (target, T_world_target, T_target_last) = match self.options.method {
-            CloudMethod::CloudToCloud => (CloudTarget::Tree(last.target()), self.T_world_last, Pose3::identity()),
-            CloudMethod::CloudMap => (CloudTarget::Map(&self.map), Pose3::identity(), self.T_world_last),
-        };
-        let task = Task { frame, last, target, T_target_last };
+        let (task, T_world_target) = self.task(frame, last);
 
         // From the last pose and the last motion; by features always, never, or where the result is doubtful.
         let candidate = match self.options.global_registration {
@@ -180,6 +178,15 @@ impl CloudOdometry {
                 Ok(Found { candidate, T_world_sensor })
             }
         }
+    }
+
+    /// A cloud and its target, and the pose of that.
+    fn task<'a>(&'a self, frame: &'a PreparedCloud, last: &'a PreparedCloud) -> (Task<'a>, Pose3) {
+        let (target, T_world_target, T_target_last) = match self.options.method {
+            CloudMethod::CloudToCloud => (CloudTarget::Tree(last.target()), self.T_world_last, Pose3::identity()),
+            CloudMethod::CloudMap => (CloudTarget::Map(&self.map), Pose3::identity(), self.T_world_last),
+        };
+        (Task { frame, last, target, T_target_last }, T_world_target)
     }
 
     /// The first cloud defines the world frame.

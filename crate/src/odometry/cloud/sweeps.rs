@@ -40,16 +40,20 @@ pub struct SweepEstimate {
 
 /// Odometry of sweeps whose points have times. The world frame is that of the sensor at the time stamp of the first sweep.
 pub struct SweepOdometry {
-    clouds: CloudOdometry,
-    options: CloudOptions,
+    pub(super) clouds: CloudOdometry,
+    pub(super) options: CloudOptions,
     num_sweeps: usize,
     /// The first sweep with its number, as long as it is not straightened.
     first: Option<(usize, Sweep)>,
     T_world_stamp_of_first: Pose3,
     /// When the last registered sweep was measured (s).
     last_time: Option<f64>,
-    velocity: Option<Vector6<f64>>,
-    gyro: Gyro,
+    pub(super) velocity: Option<Vector6<f64>>,
+    /// Whether the last registered sweep, whose velocity this is, was good.
+    pub(super) is_last_good: bool,
+    /// Whether sweeps after it were lost.
+    pub(super) is_after_lost: bool,
+    pub(super) gyro: Gyro,
     skew_test: SkewTest,
     /// The last sweep as it is, where the test is open.
     last_as_it_is: Option<PreparedCloud>,
@@ -59,7 +63,7 @@ pub struct SweepOdometry {
 }
 
 /// A sweep as it was measured.
-struct Sweep {
+pub(super) struct Sweep {
     /// With normals, once they are estimated.
     cloud: PointCloud,
     /// The velocity by which it was straightened when its normals were estimated.
@@ -67,7 +71,7 @@ struct Sweep {
     /// From the time stamp to the middle of the sweep (s).
     middle: f64,
     /// Duration (s).
-    span: f64,
+    pub(super) span: f64,
     /// When its middle was measured (s), where the frame has a time stamp.
     time: Option<f64>,
     /// Median distance of the points from the sensor (m).
@@ -75,7 +79,7 @@ struct Sweep {
 }
 
 /// A sweep that was found: its velocity, as it was registered, and where.
-type FoundSweep = (Vector6<f64>, PreparedCloud, Found);
+pub(super) type FoundSweep = (Vector6<f64>, PreparedCloud, Found);
 
 impl Sweep {
     fn new(mut cloud: PointCloud, stamp: Option<f64>) -> Self {
@@ -90,7 +94,7 @@ impl Sweep {
 
     /// As it would be seen at once from where the sensor was in the middle. Normals are estimated anew where the velocity differs much
     /// from that of the last time, and turned otherwise.
-    fn straight(&mut self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
+    pub(super) fn straight(&mut self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
         let Some(times) = self.cloud.times.clone() else { return PreparedCloud::from_cloud(self.cloud.clone()) };
         let is_near = self.bend(&(velocity - self.velocity_of_normals)) < super::MOVING_STEP * options.voxel_size;
         let straight = deskew(self.cloud.clone(), velocity, self.middle);
@@ -129,6 +133,8 @@ impl SweepOdometry {
             T_world_stamp_of_first: Pose3::identity(),
             last_time: None,
             velocity: None,
+            is_last_good: false,
+            is_after_lost: false,
             gyro: Gyro::default(),
             skew_test: SkewTest::default(),
             last_as_it_is: None,
@@ -149,7 +155,7 @@ impl SweepOdometry {
         let (mut resumed, mut last) = (Self::new(options)?, Sweep::new(last, stamp));
         (resumed.clouds, resumed.num_sweeps, resumed.has_times) = (clouds, num_sweeps, true);
         resumed.clouds.begin(last.straight(&velocity, &options));
-        (resumed.last_time, resumed.velocity) = (last.time, Some(velocity));
+        (resumed.last_time, resumed.velocity, resumed.is_last_good) = (last.time, Some(velocity), true);
         (resumed.largest_bend, resumed.skew_test.verdict) = (last.bend(&velocity), Some(true));
         Ok(resumed)
     }
@@ -213,10 +219,16 @@ impl SweepOdometry {
         if self.clouds.last.is_none() {
             return self.begin(number, sweep);
         }
-        let (velocity, frame, found) = match self.find(&mut sweep) {
+        let predicted = self.find(&mut sweep);
+        let mut found = match self.find_turned(&mut sweep, predicted) {
             Ok(found) => found,
-            Err(lost) => return self.lost(number, &sweep, *lost),
+            Err(lost) => {
+                self.is_after_lost = true;
+                return self.lost(number, &sweep, *lost);
+            }
         };
+        self.doubt_look_alike(&sweep, &mut found);
+        let (velocity, frame, found) = found;
         let mut velocities = vec![(number, velocity)];
         if let Some((first_number, first)) = self.first.take() {
             self.T_world_stamp_of_first = first.at_stamp(&Pose3::identity(), &velocity);
@@ -232,6 +244,7 @@ impl SweepOdometry {
             velocities = (0..=number).map(|number| (number, Vector6::zeros())).collect();
         }
         (self.last_time, self.velocity) = (sweep.time, velocities.first().map(|(_, velocity)| *velocity));
+        (self.is_last_good, self.is_after_lost) = (estimate.assessment.status == Status::Good, false);
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
         SweepEstimate { estimate, velocities }
@@ -266,7 +279,7 @@ impl SweepOdometry {
     }
 
     /// The motion from the last sweep to this one with the turn that a gyroscope measured, and the rest as it was the last time.
-    fn motion_by_gyro(&self, sweep: &Sweep) -> Option<Pose3> {
+    pub(super) fn motion_by_gyro(&self, sweep: &Sweep) -> Option<Pose3> {
         let (from, to) = self.last_time.zip(sweep.time)?;
         let turn = UnitQuaternion::from_scaled_axis(self.gyro.rate(from, to)? * (to - from));
         Some(Pose3::from_parts(Translation3::from(self.clouds.last_motion.translation.vector), turn))
@@ -279,14 +292,14 @@ impl SweepOdometry {
     }
 
     /// Straightens the first sweep, as long as that can still be done.
-    fn straighten_first(&mut self, velocity: &Vector6<f64>) {
+    pub(super) fn straighten_first(&mut self, velocity: &Vector6<f64>) {
         if let Some((_, first)) = &mut self.first {
             self.clouds.begin(first.straight(velocity, &self.options));
         }
     }
 
     /// Registers a sweep and straightens it by what that finds, until both agree.
-    fn find_from(
+    pub(super) fn find_from(
         &mut self,
         sweep: &mut Sweep,
         mut velocity: Vector6<f64>,
@@ -335,7 +348,7 @@ impl SweepOdometry {
     }
 
     /// Time from the last registered sweep to this one (s). Where stamps do not tell, or stand still, a sweep follows the last one.
-    fn interval(&self, sweep: &Sweep) -> f64 {
+    pub(super) fn interval(&self, sweep: &Sweep) -> f64 {
         let by_stamps = sweep.time.zip(self.last_time).map(|(time, last)| time - last);
         by_stamps.filter(|interval| *interval > 0.0).unwrap_or(if sweep.span > 0.0 { sweep.span } else { 1.0 })
     }

@@ -14,7 +14,7 @@ use self::place::{Fit, Place, Stretch, options_of_places};
 use super::spatial::{FrameMotions, LoopReport, SOLVER_ITERATIONS, between_factor};
 use crate::geometry::{Pose3, RigidMotion};
 use crate::graph::pose_graph::{BetweenFactor, SpatialFactor, optimize_poses};
-use crate::odometry::cloud::{CloudOptions, LIMITS, RegisteredCloud};
+use crate::odometry::cloud::{CloudOptions, LIMITS, MIN_LEAD, RegisteredCloud};
 
 /// Length of a place (voxels): two and a half median ranges.
 const PLACE_LENGTH: f64 = 100.0;
@@ -23,8 +23,6 @@ const PLACE_LENGTH: f64 = 100.0;
 const MAX_DRIFT: f64 = 0.01;
 /// Earlier places that one is searched for in, the nearest first.
 const MAX_CANDIDATES: usize = 2;
-/// Least difference of the scores of the best position and of any other one: of right places it is at least 0.4.
-const MIN_LEAD: f64 = 0.2;
 /// A loop whose weight in the solution is less is no loop.
 const MIN_WEIGHT: f64 = 0.5;
 
