@@ -259,6 +259,11 @@ impl Odometry {
     }
 }
 
+/// Whether a motion leads to another place.
+pub fn is_other_place(motion: &Pose2) -> bool {
+    motion.translation_norm() > MIN_RIVAL_DISTANCE.translation || motion.rotation_angle() > MIN_RIVAL_DISTANCE.rotation
+}
+
 /// Whether a motion continues the one before.
 pub fn continues(before: &Pose2, motion: &Pose2) -> bool {
     is_continuation(&(before.inverse() * motion), before.translation_norm())

@@ -1,22 +1,18 @@
 //! Measured motion and what the scans make of it: the counterparts that its noise follows from, and whether the poses in a log are
 //! the wheels' own.
 
-use super::pairs::{known, register_alone, register_pair};
+use super::pairs::{COMPARED, known, register_alone, register_pair};
+use crate::geometry::quantile::MIN_SAMPLE;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::laser_log::OdometryOrigin;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::assess::{GOOD_AGREEMENT, MIN_POINTS};
 use crate::odometry::planar::hypothesis::{Hypothesis, fits_as_well};
+use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::odometry::planar::motion_noise::{Counterpart, EXPECTED_WRONG, MIN_SAMPLES};
-use crate::odometry::planar::{PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION};
+use crate::odometry::planar::{MIN_RIVAL_DISTANCE, PlanarOptions, RIVAL_SHARE_UNKNOWN_MOTION, is_other_place};
 use crate::pipeline::recorded_scan::{RecordedScans, is_one_log};
 
-/// So many stretches of the way are compared.
-const COMPARED: usize = 48;
-/// A stretch is as many steps as it takes to go this far (m) ...
-const STRETCH: f64 = 0.5;
-/// ... or to turn this much (rad).
-const STRETCH_TURN: f64 = 0.25;
 /// Motions near the border of the search, where a registration is pulled to its inside, are not compared where there are others: this share of
 /// its half width is left (`docs/measurements/laser.md`, numbers merged).
 const INSIDE: f64 = 0.8;
@@ -52,7 +48,7 @@ fn sum(steps: &[Pose2]) -> Pose2 {
     steps.iter().fold(Pose2::identity(), |sum, step| sum * step)
 }
 
-/// Runs of steps without a gap that go some way: the frame each begins at, and its steps.
+/// Runs of steps without a gap that lead to another place: the frame each begins at, and its steps.
 fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
     let mut stretches = Vec::new();
     let (mut from, mut steps): (usize, Vec<Pose2>) = (0, Vec::new());
@@ -63,7 +59,7 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
             way += motion.translation_norm();
             turn += motion.rotation_angle();
         }
-        if motion.is_none() || way > STRETCH || turn > STRETCH_TURN {
+        if motion.is_none() || way > MIN_RIVAL_DISTANCE.translation || turn > MIN_RIVAL_DISTANCE.rotation {
             if motion.is_some() {
                 stretches.push((from, std::mem::take(&mut steps)));
             }
@@ -74,10 +70,11 @@ fn stretches(motions: &[Option<Pose2>]) -> Vec<(usize, Vec<Pose2>)> {
     stretches
 }
 
-/// Scans fit measured stretches when a registration moves them by less than this (m) and this share of their way,
-const FITTING: (f64, f64) = (0.1, 0.1);
-/// ... by less than this turn (rad), and as many returns agree as in a good registration.
-const FITTING_TURN: f64 = 0.1;
+/// Whether a registration leaves a motion as it is certain to be.
+fn is_kept(motion: &Pose2, registered: &Pose2) -> bool {
+    let off = motion.inverse() * registered;
+    off.rotation_angle() < CERTAIN_SIGMA.0 && off.translation_norm() < CERTAIN_SIGMA.1
+}
 
 /// Whether scans fit each other where measured motions put them, all over the way.
 #[inline(never)]
@@ -89,10 +86,7 @@ pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bo
         let measured = sum(steps);
         let Hypothesis { registration, assessment } =
             register_pair(&scans.cleaned(*from), &scans.cleaned(from + steps.len()), measured, &options).0;
-        let off = measured.inverse() * registration.T_target_source;
-        assessment.agreement > GOOD_AGREEMENT
-            && off.translation_norm() < FITTING.0 + FITTING.1 * measured.translation_norm()
-            && off.rotation_angle() < FITTING_TURN
+        assessment.agreement > GOOD_AGREEMENT && is_kept(&measured, &registration.T_target_source)
     };
     let compared: Vec<bool> = stretches.iter().step_by(stride).map(fits).collect();
     let num_fitting = compared.iter().filter(|&&fits| fits).count();
@@ -101,13 +95,6 @@ pub(super) fn fits_scans(motions: &[Option<Pose2>], scans: &RecordedScans) -> bo
 
 /// Shortest path between two visits that counts as a revisit (m).
 const MIN_REVISIT_PATH: f64 = 15.0;
-/// Largest distance between the poses of two visits (m, rad).
-const MAX_REVISIT_DISTANCE: (f64, f64) = (1.0, 0.35);
-/// Fewer revisits do not decide whose the poses are.
-const MIN_REVISITS: usize = 4;
-/// Largest deviation of a registration from corrected poses at a revisit (m, rad).
-const CORRECTED: (f64, f64) = (0.25, 0.07);
-
 /// Whether the poses in a log are the wheels' own, and a note where that can be told: wheels drift, so where their path
 /// seems to come back to a place, the scans do not fit each other; where a program corrected the poses, they do. Of a path that
 /// comes back to too few places, poses that repeat the log's lines of odometry are the wheels'.
@@ -121,7 +108,7 @@ pub(super) fn log_holds_wheels(scans: &RecordedScans) -> (bool, Option<String>) 
         return (true, Some(note.to_owned()));
     }
     let (num_fitting, num_tried) = fitting_revisits(&poses, scans);
-    let is_told = num_tried >= MIN_REVISITS;
+    let is_told = num_tried >= MIN_SAMPLE;
     if !is_told && !are_all(OdometryOrigin::RepeatsWheels) {
         let way: f64 = poses.windows(2).map(|pair| (pair[0].inverse() * pair[1]).translation_norm()).sum();
         let note = "The log has poses, and whether they are the wheels' own cannot be told: they come back to too few places. \
@@ -154,18 +141,14 @@ fn fitting_revisits(poses: &[Pose2], scans: &RecordedScans) -> (usize, usize) {
         }
         let guess = poses[earlier].inverse() * poses[later];
         let Hypothesis { registration, assessment } = register_pair(&target, &source, guess, &options).0;
-        let off = guess.inverse() * registration.T_target_source;
         num_tried += 1;
-        num_fitting += usize::from(
-            assessment.status != Status::Lost
-                && off.translation_norm() < CORRECTED.0
-                && off.rotation_angle() < CORRECTED.1,
-        );
+        num_fitting +=
+            usize::from(assessment.status != Status::Lost && is_kept(&guess, &registration.T_target_source));
     }
     (num_fitting, num_tried)
 }
 
-/// Pairs of frames that these poses put at one place after a long way, at most one for every half metre of the path.
+/// Pairs of frames that these poses put at one place after a long way, at most one for each place of the path.
 #[inline(never)]
 fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     let mut along = vec![0.0; poses.len()];
@@ -174,13 +157,13 @@ fn revisits(poses: &[Pose2]) -> Vec<(usize, usize)> {
     }
     let mut chosen: Vec<usize> = Vec::new();
     for frame in 0..poses.len() {
-        if chosen.last().is_none_or(|&last| along[frame] - along[last] > STRETCH) {
+        if chosen.last().is_none_or(|&last| along[frame] - along[last] > MIN_RIVAL_DISTANCE.translation) {
             chosen.push(frame);
         }
     }
     let near = |earlier: usize, later: usize| {
         let apart = poses[earlier].inverse() * poses[later];
-        apart.translation_norm() < MAX_REVISIT_DISTANCE.0 && apart.rotation_angle() < MAX_REVISIT_DISTANCE.1
+        !is_other_place(&apart)
     };
     let earlier_of = |&later: &usize| {
         let is_revisited =

@@ -9,7 +9,7 @@ mod joint;
 mod keyframe_graph;
 mod localization;
 mod mending;
-mod pairs;
+pub(in crate::pipeline) mod pairs;
 mod run;
 mod scan_to_map;
 mod scan_unit;
