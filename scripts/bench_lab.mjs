@@ -78,7 +78,7 @@ function measure(page) {
       T[3] += 0.3 * Math.sin(i / 5);
       T[7] += 0.3 * Math.cos(i / 5);
       const asked = now();
-      session.iteration = await client.iteration(active, T, stride);
+      session.iteration = await client.ask('iteration', active, T, stride);
       pairs.push(now() - asked);
       session.pose = T;
       stage.scene = lab.sceneOf(facts);

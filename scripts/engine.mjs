@@ -76,11 +76,11 @@ export async function buildBench(outDir, ...options) {
   });
 }
 
-/** The engine's parts: what the page begins with, planar scans alone; everything; and what unpacks E57 and LAZ. */
+/** The engine's parts: what the page begins with, planar scans alone; everything; and what unpacks E57, LAZ and bzip2. */
 const PARTS = {
   planar: { title: 'what the page begins with (planar scans)', name: 'scanstitch_planar', package: 'scanstitch-wasm' },
   full: { title: 'the full engine', name: 'scanstitch', package: 'scanstitch-wasm' },
-  formats: { title: 'what unpacks E57 and LAZ', name: 'scanstitch_formats', package: 'scanstitch-formats' },
+  formats: { title: 'what unpacks E57, LAZ and bzip2', name: 'scanstitch_formats', package: 'scanstitch-formats' },
 };
 
 /**

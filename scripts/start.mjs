@@ -55,7 +55,7 @@ await runMain(async () => {
   const port = readPort();
   requireToolchain();
   const [tools, modules] = [buildTools(), ensureNodeModules()];
-  // The page's modules name the part for E57 and LAZ, so it is there before the page is served; it is small.
+  // The page's modules name the part for E57, LAZ and bzip2, so it is there before the page is served; it is small.
   const planar = ensureWasmTarget()
     .then(() => buildPart('planar', 'quick', tools))
     .then(() => buildPart('formats', 'quick', tools));

@@ -11,7 +11,7 @@ type Modules = Rolldown.ChunkingContext;
 
 /** The package's sources are built, not what is emitted of them. */
 export const FORMATS_ENGINE = {
-  '#formats-engine': join(import.meta.dirname, '../package/formats/engine_in_browser.ts'),
+  '#formats-engine': join(import.meta.dirname, '../package/archive/engine_in_browser.ts'),
 };
 
 /** One script of these modules of www/src and all that they import at once, but for what is in a group before it. */

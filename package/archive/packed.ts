@@ -56,7 +56,7 @@ async function unpackBy(head: Uint8Array, source: ByteSource, most: number): Pro
   if (first === 0x1f && second === 0x8b) return gunzip(source, most);
   if (first === 0x42 && second === 0x5a && third === 0x68) {
     const { unpackBzip2 } = await import('./bzip2.js');
-    return { bytes: unpackBzip2(await source.read(0, source.size), most), fault: null };
+    return { bytes: await unpackBzip2(await source.read(0, source.size), most), fault: null };
   }
   if (first === 0x28 && second === 0xb5 && third === 0x2f) {
     const { unpackZstd } = await import('./zstd.js');

@@ -224,7 +224,7 @@ class Ros1File {
     try {
       mustBePlausible(length, size);
       if (compression === 'none') records = packed;
-      else if (compression === 'bz2') records = unpackBzip2(packed, size);
+      else if (compression === 'bz2') records = await unpackBzip2(packed, size);
       else if (compression === 'lz4') records = unpackLz4(packed, size);
       else throw new RangeError(`packed with ${compression}, which is not read`);
     } catch (error) {

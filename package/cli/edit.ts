@@ -33,6 +33,15 @@ the source is in the frame of the target (m, rad), as far as the eye can tell: i
 A step that the scans or the graph contradict is not taken, and stderr says why. "unchecked": true puts a loop in as it
 is given, without any test; all poses are doubtful then. A loop that is put in and taken out again leaves no trace.
 
+Further steps edit the map that the loops have made, and its grid, in their order; points are x and y in metres:
+    { "action": "paint_line", "cells": "occupied", "ends": [[1, 2], [4, 2]], "width": 0.1 }
+    { "action": "paint_rectangle", "cells": "free", "corners": [[0, 0], [2, 1]] }
+    { "action": "paint_polygon", "cells": "unknown", "corners": [[0, 0], [2, 0], [1, 2]] }
+    { "action": "crop", "corners": [[-5, -5], [20, 12]] }
+    { "action": "rotate" }                  to the walls; "angle": 0.3 (rad) turns by that, counter-clockwise
+    { "action": "leave_out", "first": 10, "last": 19 }
+Poses, points and grid turn together, about the map's origin. Painted and cropped is the grid of the main piece.
+
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE, --odometry FILE, --table FORMAT, --map-format NAME, --g2o, --mcap, --workbench

@@ -2,8 +2,9 @@
 import { basename } from 'node:path';
 import type { EvaluationOptions, EvaluationSummary, RelationErrors } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import { csv, markdown } from '../base/tables.js';
 import { comparePair, type RelationOptions, type Remedies } from '../evaluation/compare.js';
-import { columnsOf, csvOf, formatValue, markdownOf } from '../evaluation/table.js';
+import { columnsOf, formatValue } from '../evaluation/table.js';
 import {
   attempt,
   type Command,
@@ -341,5 +342,5 @@ function printed(
 function rowsText(heads: string[], rows: string[][], form: string, nameColumn: number) {
   const shown = rows.map((row) => row.map((cell) => printable(cell)));
   const texts = new Set([nameColumn, heads.indexOf('reference')]);
-  return form === 'markdown' ? markdownOf(heads, shown, texts) : csvOf(heads, shown);
+  return form === 'markdown' ? markdown(heads, shown, texts) : csv([heads, ...shown]);
 }

@@ -1,7 +1,7 @@
 /** Planar scans to a trajectory, a map and a report. */
 import { basename } from 'node:path';
 import { zipSync } from 'fflate';
-import type { CleaningReport, Reconstruction, ReconstructionResult } from '../../pkg/scanstitch.js';
+import type { CleaningReport, Reconstruction, ReconstructionResult, RefusedEdit } from '../../pkg/scanstitch.js';
 import type { Note } from '../base/errors.js';
 import { printable } from '../base/printable.js';
 import type { Content } from '../files/content.js';
@@ -38,6 +38,7 @@ export async function reconstructPlanar(task: Task) {
     if (!steps || run.isStopped) return run;
     mend(reconstruction, steps, complain);
     const again = await runToTheEnd(reconstruction, signal);
+    tellUntaken(reconstruction.unused_edits(), steps.name, complain);
     return { ...run, total: run.total + again.total, isStopped: again.isStopped };
   });
   const result = reconstruction.result();
@@ -206,13 +207,15 @@ function mend(
     throw new CommandError(`${name}: The steps are for a recording of ${num_scans} scans, and this one has ${length}.`);
   }
   try {
-    for (const { index, reason } of reconstruction.set_edits(steps)) {
-      complain(`${name}: Step ${index + 1} was not taken: ${reason}.`);
-    }
+    tellUntaken(reconstruction.set_edits(steps), name, complain);
   } catch (error) {
     if (isScanstitchError(error)) throw new CommandError(`${name}: ${error.message}`);
     throw error;
   }
+}
+
+function tellUntaken(steps: readonly RefusedEdit[], name: string, complain: (problem: string) => void) {
+  for (const { index, reason } of steps) complain(`${name}: Step ${index + 1} was not taken: ${reason}.`);
 }
 
 function tellStop({ frames }: ReconstructionResult, complain: (problem: string) => void) {

@@ -93,15 +93,3 @@ export function columnsOf(
 export function formatValue(value: number | null, none = '–') {
   return value === null ? none : String(Number(value.toPrecision(6)));
 }
-
-/** @param textColumns that hold no numbers */
-export function markdownOf(heads: readonly string[], rows: readonly string[][], textColumns: ReadonlySet<number>) {
-  const line = (cells: readonly string[]) => `| ${cells.map((cell) => cell.replaceAll('|', '\\|')).join(' | ')} |\n`;
-  const rule = heads.map((_, column) => (textColumns.has(column) ? '---' : '---:'));
-  return [heads, rule, ...rows].map(line).join('');
-}
-
-export function csvOf(heads: readonly string[], rows: readonly string[][]) {
-  const cell = (text: string) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-  return [heads, ...rows].map((row) => `${row.map(cell).join(',')}\n`).join('');
-}

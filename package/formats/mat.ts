@@ -8,6 +8,7 @@ import { LIMITS } from '../archive/directory.js';
 import { joined, PIECE_BYTES, viewOf } from '../base/bytes.js';
 import { fileError } from '../base/errors.js';
 import { latin1 } from '../files/heads.js';
+import { NUMBER_TYPES, type NumberType } from './number_types.js';
 
 /** Column by column. */
 export type Numbers = { kind: 'numbers'; dims: number[]; values: Float64Array };
@@ -22,19 +23,12 @@ export type Variables = Map<string, Value>;
 
 const HEADER_BYTES = 128;
 const [MATRIX, COMPRESSED] = [14, 15];
-/** How numbers are stored, by the type of their element: bytes, and how they are read. */
-const NUMBERS: Record<number, [number, (view: DataView, at: number, little: boolean) => number]> = {
-  1: [1, (view, at) => view.getInt8(at)],
-  2: [1, (view, at) => view.getUint8(at)],
-  3: [2, (view, at, little) => view.getInt16(at, little)],
-  4: [2, (view, at, little) => view.getUint16(at, little)],
-  5: [4, (view, at, little) => view.getInt32(at, little)],
-  6: [4, (view, at, little) => view.getUint32(at, little)],
-  7: [4, (view, at, little) => view.getFloat32(at, little)],
-  9: [8, (view, at, little) => view.getFloat64(at, little)],
-  12: [8, (view, at, little) => Number(view.getBigInt64(at, little))],
-  13: [8, (view, at, little) => Number(view.getBigUint64(at, little))],
-};
+/** How the numbers of an element are stored, by its type. */
+const NUMBERS: Readonly<Record<number, NumberType | undefined>> = Object.fromEntries(
+  Object.entries({ 1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9: 'f8', 12: 'i8', 13: 'u8' }).map(
+    ([type, code]) => [type, NUMBER_TYPES[code]],
+  ),
+);
 /** Classes of arrays. */
 const [CELL, STRUCT, OBJECT, CHAR, SPARSE, FIRST_NUMERIC, LAST_NUMERIC, OPAQUE] = [1, 2, 3, 4, 5, 6, 15, 17];
 /** The types of numbers in files of level 4, as the types above. */

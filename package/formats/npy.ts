@@ -3,22 +3,11 @@
  *
  * Source of the layout: NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays".
  */
+import { viewOf } from '../base/bytes.js';
 import { fileError } from '../base/errors.js';
 import { latin1 } from '../files/heads.js';
 import type { Numbers } from './mat.js';
-
-const TYPES: Record<string, [number, (view: DataView, at: number, little: boolean) => number]> = {
-  f8: [8, (view, at, little) => view.getFloat64(at, little)],
-  f4: [4, (view, at, little) => view.getFloat32(at, little)],
-  i8: [8, (view, at, little) => Number(view.getBigInt64(at, little))],
-  u8: [8, (view, at, little) => Number(view.getBigUint64(at, little))],
-  i4: [4, (view, at, little) => view.getInt32(at, little)],
-  u4: [4, (view, at, little) => view.getUint32(at, little)],
-  i2: [2, (view, at, little) => view.getInt16(at, little)],
-  u2: [2, (view, at, little) => view.getUint16(at, little)],
-  i1: [1, (view, at) => view.getInt8(at)],
-  u1: [1, (view, at) => view.getUint8(at)],
-};
+import { NUMBER_TYPES } from './number_types.js';
 
 /** code: of the type of a value, such as f4; start: where the values begin (bytes) */
 export type Header = { dims: number[]; code: string; isBigEndian: boolean; isByColumn: boolean; start: number };
@@ -28,8 +17,8 @@ export function npyHeader(bytes: Uint8Array): Header | null {
   const head = latin1(bytes.subarray(0, 1024));
   const [, order = '', code = ''] = head.match(/'descr':\s*'([<>|=])(\w\d)'/) ?? [];
   const [, shape = ''] = head.match(/'shape':\s*\(([\d,\s]*)\)/) ?? [];
-  if (!head.startsWith('\x93NUMPY') || !TYPES[code]) return null;
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  if (!head.startsWith('\x93NUMPY') || !NUMBER_TYPES[code]) return null;
+  const view = viewOf(bytes);
   const dims = shape
     .split(',')
     .map((part) => part.trim())
@@ -48,7 +37,7 @@ export function npyHeader(bytes: Uint8Array): Header | null {
  */
 export function readNpy(name: string, bytes: Uint8Array): Numbers {
   const header = npyHeader(bytes);
-  const type = header && TYPES[header.code];
+  const type = header && NUMBER_TYPES[header.code];
   if (!header || !type) {
     throw fileError(
       name,
@@ -57,7 +46,7 @@ export function readNpy(name: string, bytes: Uint8Array): Numbers {
     );
   }
   const { dims, start } = header;
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const view = viewOf(bytes);
   const [size, read] = type;
   const count = dims.reduce((product, length) => product * length, 1);
   if (!(start + count * size <= bytes.length)) {
@@ -72,6 +61,12 @@ export function readNpy(name: string, bytes: Uint8Array): Numbers {
     values[isByColumn ? at : (at % columns) * rows + Math.floor(at / columns)] = value;
   }
   return { kind: 'numbers', dims: dims.length < 2 ? [rows, 1] : dims, values };
+}
+
+/** The numbers as they lie in memory. */
+export function rowByRow({ dims: [rows = 1], values }: Numbers) {
+  const columns = values.length / rows;
+  return Array.from(values, (_, at) => values[(at % columns) * rows + Math.floor(at / columns)] ?? Number.NaN);
 }
 
 export function cutOff(name: string, dims: readonly number[]) {

@@ -1,32 +1,11 @@
 /** Clouds of E57 and LAZ, unpacked by a part of the engine that is loaded with the first of them. */
+import { byFormatsEngine } from '../archive/formats_engine.js';
 import { fileError } from '../base/errors.js';
 import { pointsFile } from './ply.js';
 import type { Convert } from './reader.js';
 
-const REMEDY = 'Copy or export it again';
-
-let loading: Promise<typeof import('#formats-engine')> | undefined;
-
-function engine() {
-  loading ??= import('#formats-engine')
-    .then(async (module) => {
-      await module.start();
-      return module;
-    })
-    .catch((error) => {
-      loading = undefined; // a failed download may succeed at the next try
-      throw error;
-    });
-  return loading;
-}
-
-function unpacked<T>(name: string, unpack: () => T, what: string) {
-  try {
-    return unpack();
-  } catch (error) {
-    if (error instanceof WebAssembly.RuntimeError) loading = undefined; // it cannot go on
-    throw fileError(name, `This ${what} is damaged (${(error as Error).message})`, REMEDY);
-  }
+function damagedAs(name: string, what: string) {
+  return (reason: string) => fileError(name, `This ${what} is damaged (${reason})`, 'Copy or export it again');
 }
 
 /** The scans of an E57 file, each as a file. */
@@ -52,8 +31,8 @@ export async function e57Clouds(
   name: string,
   bytes: Uint8Array,
 ): Promise<{ ply: Uint8Array; count: number; num_invalid: number }[]> {
-  const { read_e57 } = await engine();
-  return unpacked(name, () => read_e57(bytes), 'E57 cloud').map((scan) => {
+  const scans = await byFormatsEngine(({ read_e57 }) => read_e57(bytes), damagedAs(name, 'E57 cloud'));
+  return scans.map((scan) => {
     const { positions, colors, num_invalid } = scan;
     scan.free();
     const ply = pointsFile(positions, { colors: colors.length > 0 ? colors : null, unit: 'm' });
@@ -62,7 +41,6 @@ export async function e57Clouds(
 }
 
 /** The LAS that a LAZ was packed from. */
-export async function lasOfLaz(name: string, bytes: Uint8Array) {
-  const { unpack_laz } = await engine();
-  return unpacked(name, () => unpack_laz(bytes), 'LAZ cloud');
+export function lasOfLaz(name: string, bytes: Uint8Array) {
+  return byFormatsEngine(({ unpack_laz }) => unpack_laz(bytes), damagedAs(name, 'LAZ cloud'));
 }

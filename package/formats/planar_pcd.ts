@@ -1,17 +1,14 @@
 /** Planar scans as PCD files (all z are 0), which the engine reads as PLY. Source: the PCD file format, version 0.7 (PCL). */
+import { lookUp } from '../base/look_up.js';
 import { MAX_OFF_PLANE } from '../files/heads.js';
+import { NUMBER_TYPES, type NumberType } from './number_types.js';
 import { bytesOf, plyFile } from './ply.js';
-
-const READERS: Record<string, keyof DataView> = {
-  ...{ F4: 'getFloat32', F8: 'getFloat64', I1: 'getInt8', I2: 'getInt16', I4: 'getInt32' },
-  ...{ U1: 'getUint8', U2: 'getUint16', U4: 'getUint32' },
-};
 
 /** of x, y and z; stride: bytes of a point */
 type Layout = {
   columns: number[];
   offsets: number[];
-  types: string[];
+  types: NumberType[];
   stride: number;
   numPoints: number;
   start: number;
@@ -32,9 +29,11 @@ function layoutOf(head: Uint8Array): Layout | null {
     lengths.slice(0, at).reduce((total, length) => total + length, 0);
   const bytes = sizes.map((size, at) => size * (counts[at] ?? 1));
   const found = ['x', 'y', 'z'].map((name) => names.indexOf(name));
-  const types = found.map((at) => `${kinds[at]}${sizes[at]}`);
+  const types = found
+    .map((at) => lookUp(NUMBER_TYPES, `${kinds[at]}${sizes[at]}`.toLowerCase()))
+    .filter((type) => type !== undefined);
   const stride = before(bytes, bytes.length);
-  if (found.some((at) => at < 0) || !types.every((type) => Object.hasOwn(READERS, type)) || !(stride > 0)) return null;
+  if (found.some((at) => at < 0) || types.length < found.length || !(stride > 0)) return null;
   return {
     columns: found.map((at) => before(counts, at)),
     offsets: found.map((at) => before(bytes, at)),
@@ -65,10 +64,7 @@ function pointsOf(
   const view = new DataView(body.buffer, body.byteOffset, body.byteLength);
   const count = Math.min(numPoints || 0, Math.floor(body.byteLength / stride));
   return Array.from({ length: count }, (_, point) =>
-    offsets.map((offset, axis) => {
-      const read = READERS[types[axis] ?? ''] as 'getFloat32';
-      return Number(view[read](stride * point + offset, true));
-    }),
+    offsets.map((offset, axis) => types[axis]?.[1](view, stride * point + offset, true) ?? Number.NaN),
   );
 }
 

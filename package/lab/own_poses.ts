@@ -1,4 +1,5 @@
 /** Reads what somebody's own ICP wrote: one 3 x 3 or 4 x 4 matrix an iteration, as CSV, JSON or npy. */
+import { npyHeader, readNpy, rowByRow } from '../formats/npy.js';
 
 /** Poses that cannot be used; the message says why and what would be right. */
 export class OwnPosesError extends Error {}
@@ -13,7 +14,7 @@ const MAX_DEFECT = 1e-4;
 export function read_own_poses(bytes: Uint8Array, name: string): number[][] {
   const fail = (problem: string) => new OwnPosesError(`${name}: ${problem}`);
   const matrices = /\.npy$/i.test(name)
-    ? fromNpy(bytes, fail)
+    ? fromNpy(bytes, name, fail)
     : /\.json$/i.test(name)
       ? fromJson(new TextDecoder().decode(bytes), fail)
       : fromText(new TextDecoder().decode(bytes), fail);
@@ -99,34 +100,18 @@ function fromJson(text: string, fail: Fail) {
   return data.map(matrix);
 }
 
-/** NumPy's own format, versions 1 to 3, little-endian floats. */
-function fromNpy(bytes: Uint8Array, fail: Fail) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  if (bytes.length < 12 || view.getUint32(0) !== 0x934e554d) throw fail('it is not an npy file.');
-  const [start, length] = view.getUint8(6) === 1 ? [10, view.getUint16(8, true)] : [12, view.getUint32(8, true)];
-  const header = new TextDecoder().decode(bytes.subarray(start, start + length));
-  const type = /'descr':\s*'<f([48])'/.exec(header)?.[1];
-  const shape = (/'shape':\s*\(([^)]*)\)/.exec(header)?.[1] ?? '')
-    .split(',')
-    .map((text) => text.trim())
-    .filter(Boolean)
-    .map(Number);
-  if (!type) throw fail('its numbers are not little-endian floats. Save with numpy.save(path, poses.astype(float)).');
-  if (/'fortran_order':\s*True/.test(header))
-    throw fail('it is in Fortran order. Save numpy.ascontiguousarray(poses).');
-  const size = Number(type);
-  const count = shape.reduce((product, n) => product * n, 1);
-  if (start + length + size * count > bytes.length) throw fail('it is cut off.');
-  const values = Array.from({ length: count }, (_, i) => {
-    const offset = start + length + size * i;
-    return size === 8 ? view.getFloat64(offset, true) : view.getFloat32(offset, true);
-  });
-  const last = shape.at(-1) ?? 0;
-  const lengthOfOne = shape.length === 2 && (last === 9 || last === 16) ? last : last * last;
-  if (shape.length < 2 || (lengthOfOne !== 9 && lengthOfOne !== 16)) {
-    throw fail(`its shape is (${shape.join(', ')}). Save an array of n x 3 x 3 or n x 4 x 4.`);
+/** NumPy's own format. */
+function fromNpy(bytes: Uint8Array, name: string, fail: Fail) {
+  const header = npyHeader(bytes);
+  if (!header) throw fail('it is not an npy file of plain numbers. Save with numpy.save(path, poses.astype(float)).');
+  if (header.isByColumn) throw fail('it is in Fortran order. Save numpy.ascontiguousarray(poses).');
+  const { dims } = header;
+  const last = dims.at(-1) ?? 0;
+  const lengthOfOne = dims.length === 2 && (last === 9 || last === 16) ? last : last * last;
+  if (dims.length < 2 || (lengthOfOne !== 9 && lengthOfOne !== 16)) {
+    throw fail(`its shape is (${dims.join(', ')}). Save an array of n x 3 x 3 or n x 4 x 4.`);
   }
-  return blocks(values, lengthOfOne, fail);
+  return blocks(rowByRow(readNpy(name, bytes)), lengthOfOne, fail);
 }
 
 function blocks(values: number[], length: number, fail: Fail) {

@@ -1,7 +1,8 @@
 /** A run of planar scans as one of several strategies: what it costs and gains. */
 import type { ReconstructionResult } from '../../pkg/scanstitch.js';
 import { median } from '../formats/angles.js';
-import { type Compared, csv } from './strategy_table.js';
+import { csv } from '../base/tables.js';
+import type { Compared } from './strategy_table.js';
 
 /**
  * @param mapSizes number of points that each scan has on the map

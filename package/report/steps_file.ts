@@ -1,5 +1,5 @@
 /** The file that keeps the steps by which a map was mended: what the page saves and the command line replays. */
-import type { Edit } from '../../pkg/scanstitch.js';
+import type { Cell, Edit, PlanarPose } from '../../pkg/scanstitch.js';
 import type { StepsFile } from '../files/recording.js';
 import { object, parsed, show } from './checked_json.js';
 
@@ -32,21 +32,117 @@ export function readSteps(text: string): StepsFile {
   };
 }
 
+type Action = Edit['action'];
+type Point = [number, number];
+
+/** How each kind of step is read; the engine says what is wrong with its numbers. */
+const READERS: { [A in Action]: (step: Fields) => Omit<Extract<Edit, { action: A }>, 'action'> } = {
+  remove_loop: (step) => ({ target: step.count('target'), source: step.count('source') }),
+  add_loop: (step) => ({
+    target: step.count('target'),
+    source: step.count('source'),
+    T_target_source: step.pose('T_target_source'),
+    unchecked: step.flag('unchecked'),
+  }),
+  paint_line: (step) => ({ cells: step.cells(), ends: step.pair('ends'), width: step.number('width') }),
+  paint_rectangle: (step) => ({ cells: step.cells(), corners: step.pair('corners') }),
+  paint_polygon: (step) => ({ cells: step.cells(), corners: step.points('corners') }),
+  crop: (step) => ({ corners: step.pair('corners') }),
+  rotate: (step) => (step.has('angle') ? { angle: step.number('angle') } : {}),
+  leave_out: (step) => ({ first: step.count('first'), last: step.count('last') }),
+};
+
+function isAction(action: unknown): action is Action {
+  return typeof action === 'string' && Object.hasOwn(READERS, action);
+}
+
 function readStep(value: unknown, where: string): Edit {
-  const { action, target, source, T_target_source: pose, unchecked = false, ...others } = object(value, where);
-  const [unknown] = Object.keys(others);
-  if (unknown !== undefined) throw new Error(`${where} has ${show(unknown)}, which no step has`);
-  const scans = { target: count(target, `${where}: "target"`), source: count(source, `${where}: "source"`) };
-  if (action === 'remove_loop') return { action, ...scans };
-  if (action !== 'add_loop') throw new Error(`${where}: "action" is remove_loop or add_loop, not ${show(action)}`);
-  if (typeof unchecked !== 'boolean') throw new Error(`${where}: "unchecked" is true or false, not ${show(unchecked)}`);
-  const { x, y, theta } = object(pose, `${where}: "T_target_source"`);
-  const number = (coordinate: unknown, name: string) => {
-    if (typeof coordinate === 'number' && Number.isFinite(coordinate)) return coordinate;
-    throw new Error(`${where}: "${name}" of "T_target_source" is a number, not ${show(coordinate)}`);
-  };
-  const T_target_source = { x: number(x, 'x'), y: number(y, 'y'), theta: number(theta, 'theta') };
-  return { action, ...scans, T_target_source, unchecked };
+  const { action, ...fields } = object(value, where);
+  if (!isAction(action)) {
+    throw new Error(`${where}: "action" is one of ${Object.keys(READERS).join(', ')}, not ${show(action)}`);
+  }
+  const step = new Fields(fields, where);
+  const read = READERS[action](step);
+  const [unknown] = step.rest;
+  if (unknown !== undefined) throw new Error(`${where} has ${show(unknown)}, which no step ${action} has`);
+  return { action, ...read } as Edit;
+}
+
+/** The fields of a step, each taken once. */
+class Fields {
+  readonly #taken = new Set<string>();
+
+  constructor(
+    readonly values: Record<string, unknown>,
+    readonly where: string,
+  ) {}
+
+  /** Names of those that were not taken. */
+  get rest(): string[] {
+    return Object.keys(this.values).filter((name) => !this.#taken.has(name));
+  }
+
+  has(name: string): boolean {
+    return this.values[name] !== undefined;
+  }
+
+  count(name: string): number {
+    return count(this.#take(name), `${this.where}: "${name}"`);
+  }
+
+  number(name: string): number {
+    return finite(this.#take(name), `${this.where}: "${name}"`);
+  }
+
+  flag(name: string): boolean {
+    const value = this.#take(name) ?? false;
+    if (typeof value === 'boolean') return value;
+    throw new Error(`${this.where}: "${name}" is true or false, not ${show(value)}`);
+  }
+
+  cells(): Cell {
+    const value = this.#take('cells');
+    if (value === 'occupied' || value === 'free' || value === 'unknown') return value;
+    throw new Error(`${this.where}: "cells" is occupied, free or unknown, not ${show(value)}`);
+  }
+
+  pose(name: string): PlanarPose {
+    const { x, y, theta } = object(this.#take(name), `${this.where}: "${name}"`);
+    const of = (value: unknown, coordinate: string) => finite(value, `${this.where}: "${coordinate}" of "${name}"`);
+    return { x: of(x, 'x'), y: of(y, 'y'), theta: of(theta, 'theta') };
+  }
+
+  points(name: string): Point[] {
+    const value = this.#take(name);
+    const where = `${this.where}: "${name}"`;
+    if (!Array.isArray(value)) throw new Error(`${where} is a list of points [x, y], not ${show(value)}`);
+    return value.map((point: unknown, index) => {
+      const one = `Point ${index + 1} of "${name}"`;
+      if (!Array.isArray(point) || point.length !== 2)
+        throw new Error(`${this.where}: ${one} is [x, y] in metres, not ${show(point)}`);
+      return [
+        finite(point[0], `${this.where}: x of p${one.slice(1)}`),
+        finite(point[1], `${this.where}: y of p${one.slice(1)}`),
+      ];
+    });
+  }
+
+  pair(name: string): [Point, Point] {
+    const [first, second, ...others] = this.points(name);
+    if (first && second && others.length === 0) return [first, second];
+    throw new Error(`${this.where}: "${name}" has two points, not ${first ? (second ? others.length + 2 : 1) : 0}`);
+  }
+
+  #take(name: string): unknown {
+    this.#taken.add(name);
+    return this.values[name];
+  }
+}
+
+function finite(value: unknown, where: string): number {
+  if (typeof value === 'number' && Number.isFinite(value)) return value;
+  // 1e999 is read as infinite, for which JSON has no word.
+  throw new Error(`${where} is a number, not ${typeof value === 'number' ? String(value) : show(value)}`);
 }
 
 function count(value: unknown, where: string) {

@@ -1,5 +1,6 @@
 /** Results of strategies as rows: for CSV, Markdown and tables on a screen. One list of columns serves them all. */
 import type { MapQuality, StrategyErrors, StrategyResult, StrategyTiming, Trend } from '../../pkg/scanstitch.js';
+import { csv, markdown } from '../base/tables.js';
 
 /** What tables and figures read of a strategy: of frames in space, or of planar scans, which have no `map_bytes`. */
 export interface Compared extends Pick<StrategyResult, 'num_lost' | 'map_points' | 'notes'> {
@@ -232,15 +233,5 @@ export function markdownOf(rows: readonly Row[]) {
   const columns = columnsOf(rows);
   const heads = ['Strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
   const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
-  const line = (cells: string[]) => `| ${cells.join(' | ')} |\n`;
-  return line(heads) + line(heads.map((_, index) => (index === 0 ? '---' : '---:'))) + lines.map(line).join('');
-}
-
-export function csv(lines: readonly (readonly unknown[])[]) {
-  return lines.map((line) => `${line.map(quoted).join(',')}\n`).join('');
-}
-
-function quoted(value: unknown) {
-  const text = value === null || value === undefined ? '' : String(value);
-  return /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  return markdown(heads, lines, new Set([0]));
 }

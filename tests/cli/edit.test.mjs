@@ -13,6 +13,23 @@ const HERE = { x: 0, y: 0, theta: 0 };
 const WRONG = { action: 'add_loop', target: 0, source: 65, T_target_source: HERE };
 const TAKEN_OUT = { action: 'remove_loop', target: 65, source: 0 };
 
+const LINE = {
+  action: 'paint_line',
+  cells: 'occupied',
+  ends: [
+    [1, -0.5],
+    [1, 0.5],
+  ],
+  width: 0.2,
+};
+const CROP = {
+  action: 'crop',
+  corners: [
+    [-0.5, -0.5],
+    [4, 0.5],
+  ],
+};
+
 /** @param {unknown[]} steps @param {number} [num_scans] */
 function fileOf(steps, num_scans = NUM_SCANS) {
   return JSON.stringify({ scanstitch_steps: 1, num_scans, settings: { max_range: 20 }, steps });
@@ -68,6 +85,71 @@ test('a loop that is put in unchecked makes all doubtful, is refused with checks
   assert.deepEqual(resultsIn(out('undone')), plain);
 });
 
+test('the grid is painted, cropped and turned to the walls with all poses, and steps out of the map are told', async (t) => {
+  const folder = temporaryFolder(t);
+  const far = {
+    action: 'paint_rectangle',
+    cells: 'free',
+    corners: [
+      [90, 90],
+      [91, 91],
+    ],
+  };
+  const steps = [{ action: 'rotate', angle: 0.5 }, LINE, CROP];
+  const [log = '', painted = '', turned = '', outside = ''] = writeFiles(folder, {
+    'drive.log': driveLog(BUILDING, 0, NUM_SCANS),
+    'painted.json': fileOf([LINE, CROP]),
+    'turned.json': fileOf([...steps, { action: 'rotate' }, { action: 'leave_out', first: 60, last: 65 }]),
+    'outside.json': fileOf([LINE, far]),
+  });
+  const out = (/** @type {string} */ name) => join(folder, name);
+  const edited = async (/** @type {string} */ steps, /** @type {string} */ name) =>
+    scanstitch(['edit', log, steps, '--workbench', '--mcap', '--out', out(name)]);
+
+  // The first pose is the map's origin, and the corridor runs along x.
+  assert.equal((await edited(painted, 'painted')).status, 0);
+  const grid = gridIn(out('painted'));
+  assert.deepEqual([grid.width, grid.height], [90, 20]);
+  assert.deepEqual([grid.at(1, 0.3), grid.at(0.5, 0), grid.at(3.9, 0)], [0, 254, 254]);
+  assert.equal(
+    (await scanstitch(['reconstruct', join(out('painted'), 'workbench.zip'), '--out', out('again')])).status,
+    0,
+  );
+  assert.deepEqual(resultsIn(out('again')), resultsIn(out('painted')));
+
+  // Turned away and back by the walls, in front of which the robot starts.
+  assert.equal((await edited(turned, 'turned')).status, 0);
+  const yaml = readFileSync(join(out('turned'), 'map.yaml'), 'utf8');
+  assert.match(yaml, /^origin: \[.*, 0\.0\]$/m);
+  const heading = JSON.parse(readFileSync(join(out('turned'), 'report.json'), 'utf8')).frames[0].T_world_sensor.theta;
+  assert.ok(Math.abs(heading) < 0.003, `${heading} rad from the corridor`);
+  assert.match(
+    readFileSync(join(out('turned'), 'report.json'), 'utf8'),
+    /shapes painted 1; grid cropped 1; .*scans left out 6/,
+  );
+
+  const told = await edited(outside, 'outside');
+  assert.equal(told.status, 2);
+  assert.match(
+    told.stderr,
+    /outside\.json: Step 2 was not taken: no cell of the map lies in it: the map reaches from \(.*\) m\./,
+  );
+});
+
+/** What map_server reads of a grid. @param {string} folder */
+function gridIn(folder) {
+  const yaml = readFileSync(join(folder, 'map.yaml'), 'utf8');
+  const [, x0 = '', y0 = ''] = /origin: \[(.*?), (.*?),/.exec(yaml) ?? [];
+  const pgm = readFileSync(join(folder, 'map.pgm'));
+  const [width = 0, height = 0] = (pgm.toString('latin1').split('\n')[1] ?? '').split(' ').map(Number);
+  const cells = pgm.subarray(pgm.length - width * height);
+  const at = (/** @type {number} */ x, /** @type {number} */ y) => {
+    const [column, row] = [x - Number(x0), y - Number(y0)].map((along) => Math.floor(along / 0.05));
+    return cells[(height - 1 - (row ?? 0)) * width + (column ?? 0)];
+  };
+  return { width, height, at };
+}
+
 test('wrong steps are told with their place', async (t) => {
   const folder = temporaryFolder(t);
   const few = 6;
@@ -76,9 +158,51 @@ test('wrong steps are told with their place', async (t) => {
     ['{', /s\.json: This is no JSON, and so no file of steps\./],
     ['{}', /s\.json: This is no file of steps: it has no "scanstitch_steps"\./],
     ['{"scanstitch_steps": 7}', /s\.json: These steps are of version 7; this program reads 1\./],
-    [fileOf([{ ...TAKEN_OUT, scan: 3 }]), /s\.json: Step 1 has "scan", which no step has\./],
-    [fileOf([WRONG, { action: 'bend' }]), /s\.json: Step 2: "target" is a whole number from 0, not missing\./],
-    [fileOf([{ ...WRONG, action: 'bend' }]), /s\.json: Step 1: "action" is remove_loop or add_loop, not "bend"\./],
+    [fileOf([{ ...TAKEN_OUT, scan: 3 }]), /s\.json: Step 1 has "scan", which no step remove_loop has\./],
+    [fileOf([WRONG, { action: 'add_loop' }]), /s\.json: Step 2: "target" is a whole number from 0, not missing\./],
+    [
+      fileOf([WRONG, { action: 'bend' }]),
+      /s\.json: Step 2: "action" is one of remove_loop, .*, leave_out, not "bend"\./,
+    ],
+    [fileOf([{ ...LINE, cells: 'grey' }]), /s\.json: Step 1: "cells" is occupied, free or unknown, not "grey"\./],
+    [fileOf([{ ...LINE, width: null }]), /s\.json: Step 1: "width" is a number, not null\./],
+    [fileOf([LINE]).replace('0.2', '1e999'), /s\.json: Step 1: "width" is a number, not Infinity\./],
+    [fileOf([{ ...LINE, ends: [[0, 0]] }]), /s\.json: Step 1: "ends" has two points, not 1\./],
+    [
+      fileOf([{ ...CROP, corners: [[0, 0], [1]] }]),
+      /s\.json: Step 1: Point 2 of "corners" is \[x, y\] in metres, not \[1\]\./,
+    ],
+    [
+      fileOf([
+        {
+          ...CROP,
+          corners: [
+            [0, 0],
+            [1, 'b'],
+          ],
+        },
+      ]),
+      /s\.json: Step 1: y of point 2 of "corners" is a number, not "b"\./,
+    ],
+    [
+      fileOf(
+        [
+          {
+            ...CROP,
+            corners: [
+              [3, 0],
+              [3, 4],
+            ],
+          },
+        ],
+        few,
+      ),
+      /s\.json: Step 1: the rectangle has no size: both corners have x = 3\. Give two opposite corners\./,
+    ],
+    [
+      fileOf([LINE, { action: 'leave_out', first: 3, last: 9 }], few),
+      /s\.json: Step 2 names scan 9, and the recording has 6\./,
+    ],
     [
       fileOf([{ ...WRONG, T_target_source: { ...HERE, y: '1' } }]),
       /s\.json: Step 1: "y" of "T_target_source" is a number, not "1"\./,

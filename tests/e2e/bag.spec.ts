@@ -46,6 +46,18 @@ function messages(num_frames: number): Parameters<typeof mcapBytes>[1] {
   });
 }
 
+test('a bag of ROS 1 packed by bzip2 is the same as one that is not', async ({ spatial }) => {
+  const results = [];
+  for (const packing of ['none', 'bz2']) {
+    const content = readFileSync(join(import.meta.dirname, `../data/bags/ros1_${packing}.bag`));
+    await spatial.drop([{ name: 'drive.bag', content }]);
+    const { frames } = (await spatial.stitched()).result;
+    expect(frames).toHaveLength(12);
+    results.push(frames.map(({ name, status, T_world_sensor }) => ({ name, status, T_world_sensor })));
+  }
+  expect(results[1]).toEqual(results[0]);
+});
+
 for (const [name, bytes] of [
   ['room.mcap', mcapBytes],
   ['room.db3', db3Bytes],

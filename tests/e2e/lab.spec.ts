@@ -90,18 +90,18 @@ test('the figures stand under the iteration that they are of, however long it ta
         trace: { costs: number[] };
         at: number;
         stepBy(direction: 1): void;
-        client: { tracedIteration(run: number, at: number): Promise<unknown> };
+        client: { ask(question: string, ...given: unknown[]): Promise<unknown> };
       };
     };
     const { session } = view;
     // No iteration is answered before the test says so, nor the next one, which the lab asks for in advance.
-    const answer = session.client.tracedIteration.bind(session.client);
+    const answer = session.client.ask.bind(session.client);
     let open = (): void => undefined;
     const shut = (): Promise<void> => new Promise((resolve) => (open = resolve));
     let gate = shut();
-    session.client.tracedIteration = async (run, at) => {
-      await gate;
-      return answer(run, at);
+    session.client.ask = async (question, ...given) => {
+      if (question === 'traced_iteration') await gate;
+      return answer(question, ...given);
     };
     const panel = view.shadowRoot.querySelector('scanstitch-lab-side')?.shadowRoot;
     const seen: string[] = [];

@@ -26,7 +26,7 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
   await app.drop([{ name: 'drive.log', content: LOG }]);
   const right = (await app.stitched()).result;
   const posesOf = ({ frames }: typeof right): unknown[] => frames.map(({ T_world_sensor }) => T_world_sensor);
-  await page.getByRole('button', { name: /^Loops/ }).click();
+  await page.getByRole('button', { name: 'Mend the map' }).click();
   const panel = page.locator('scanstitch-mend');
   await panel.getByLabel('File of steps').setInputFiles(stepsFile(WRONG));
   const wrong = (await app.stitched()).result;
@@ -79,7 +79,7 @@ test('a wrong loop is found and removed by three clicks, undone by a key, and re
   await page.getByRole('menuitem', { name: /^Workbench/ }).click();
   await app.drop([{ name: 'workbench.zip', content: readFileSync(await (await keeping).path()) }]);
   expect(posesOf((await app.stitched()).result)).toEqual(posesOf(wrong));
-  await page.getByRole('button', { name: /^Loops/ }).click();
+  await page.getByRole('button', { name: 'Mend the map' }).click();
   await expect(panel.getByRole('heading', { name: '1 step taken' })).toBeVisible();
 });
 
@@ -120,4 +120,86 @@ test('a loop is proposed by two scans, refused with the reason, and the panel is
   await page.setViewportSize({ width: 390, height: 844 });
   expect(await overflowOf(page)).toBeLessThanOrEqual(0);
   await expect(panel.getByRole('button', { name: 'Back' })).toBeVisible();
+});
+
+test('the grid is painted by hand and by numbers, cropped and turned to the walls, undone by a key, and replayed to the same bytes', async ({
+  empty: app,
+  page,
+}) => {
+  await app.drop([{ name: 'drive.log', content: LOG }]);
+  await app.stitched();
+  await app.stage.press('m');
+  const panel = page.locator('scanstitch-mend');
+  await panel.getByRole('button', { name: 'Grid and frame' }).click();
+  const taken = panel.getByRole('heading', { name: /steps? taken/ });
+
+  // By the mouse: a line is dragged, and the map stays.
+  const [x, y] = await app.placeOnMap(150, 150);
+  const before = await app.worldAt(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 90, y + 60, { steps: 4 });
+  await page.mouse.up();
+  expect(await app.worldAt(x, y)).toBe(before);
+  const field = (name: string): ReturnType<typeof panel.getByLabel> => panel.getByLabel(name, { exact: true });
+  const fromX = Number(/x (-?[\d.]+)/.exec(before.replace('−', '-'))?.[1]);
+  await expect.poll(async () => Math.abs(Number(await field('From x (m)').inputValue()) - fromX)).toBeLessThan(0.02);
+  await panel.getByRole('button', { name: 'Paint the line' }).click();
+  await app.stitched();
+  await expect(taken).toHaveText('1 step taken');
+
+  // By numbers, and what is wrong with them.
+  const type = async (numbers: Record<string, string>): Promise<void> => {
+    for (const [name, value] of Object.entries(numbers)) {
+      await field(name).fill(value);
+      await field(name).blur();
+    }
+  };
+  await panel.getByRole('button', { name: 'Rectangle' }).click();
+  await panel.getByRole('button', { name: 'Unknown' }).click();
+  await type({ 'From x (m)': '1', 'From y (m)': '-0.5', 'To x (m)': '1', 'To y (m)': '0.5' });
+  await expect(panel.getByRole('status')).toHaveText('The rectangle has no size: give two opposite corners.');
+  await expect(panel.getByRole('button', { name: 'Paint the rectangle' })).toBeDisabled();
+  await type({ 'To x (m)': '2' });
+  await app.stage.press('Enter');
+  await app.stitched();
+  await expect(taken).toHaveText('2 steps taken');
+
+  // By two taps; undone by a key, and done again.
+  await panel.getByRole('button', { name: 'Rotate to the walls' }).click();
+  await app.stitched();
+  await panel.getByRole('button', { name: 'Crop', exact: true }).click();
+  await page.mouse.click(...(await app.placeOnMap(120, 120)));
+  await page.mouse.click(...(await app.placeOnMap(250, 280)));
+  await panel.getByRole('button', { name: 'Crop to the rectangle' }).click();
+  await app.stitched();
+  await expect(taken).toHaveText('4 steps taken');
+  await app.stage.press('Control+z');
+  await app.stitched();
+  await expect(taken).toHaveText('3 steps taken');
+
+  const saving = page.waitForEvent('download');
+  await panel.getByRole('button', { name: 'Save the steps' }).click();
+  const folder = mkdtempSync(join(tmpdir(), 'scanstitch-grid-'));
+  const steps = readFileSync(await (await saving).path());
+  const actions = JSON.parse(steps.toString()).steps.map(({ action }: { action: string }) => action);
+  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate']);
+  const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
+  const replayed = await scanstitch(['edit', log, file, '--out', folder]);
+  expect(replayed.status, replayed.stderr).toBe(0);
+  await page.getByRole('button', { name: 'Export' }).click();
+  const exporting = page.waitForEvent('download');
+  await page.getByRole('menuitem', { name: /^Everything/ }).click();
+  const exported = unzipSync(readFileSync(await (await exporting).path()));
+  for (const name of ['trajectory.tum', 'map.ply', 'report.json', 'map.pgm', 'map.yaml']) {
+    expect(Buffer.from(exported[name] ?? []).equals(readFileSync(join(folder, name))), name).toBe(true);
+  }
+  rmSync(folder, { recursive: true });
+
+  await expectNamedControls(page);
+  for (const scheme of ['Dark', 'Light']) {
+    await page.getByRole('button', { name: `${scheme} colours` }).click();
+    await expect.poll(() => page.evaluate(findWeakContrast)).toEqual([]);
+  }
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await overflowOf(page)).toBeLessThanOrEqual(0);
 });

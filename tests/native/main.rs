@@ -29,6 +29,7 @@ mod laser_tables;
 mod laser_worlds;
 mod localization;
 mod long_sequences;
+mod map_edits;
 mod map_quality;
 mod mending;
 mod moving;

@@ -70,7 +70,7 @@ fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
     let refusal = reconstruction.preview_edit(&[same_pose(target, source, false)]).unwrap().refusal;
     assert!(refusal.unwrap().starts_with("the scans do not match there"));
 
-    reconstruction = mended(reconstruction, &[wrong]).0;
+    reconstruction = mended(reconstruction, std::slice::from_ref(&wrong)).0;
     let apart = |poses: &[Pose2]| (poses[target].inverse() * poses[source]).translation_norm();
     assert!(apart(&poses) > 5.0 && apart(&reconstruction.poses()) < 3.0);
     assert_eq!(num_good(&reconstruction), 0);
@@ -82,7 +82,7 @@ fn a_wrong_loop_is_found_by_its_chi_squared_and_taken_out_without_a_trace() {
     assert!(worst.is_unchecked && worst.is_added && worst.chi_squared > 1000.0, "{worst:?}");
 
     let remove = Edit::RemoveLoop { target: worst.target, source: worst.source };
-    let consequence = reconstruction.preview_edit(&[wrong, remove]).unwrap();
+    let consequence = reconstruction.preview_edit(&[wrong.clone(), remove.clone()]).unwrap();
     assert!(consequence.refusal.is_none() && consequence.furthest_moves > 5.0, "{consequence:?}");
     assert!(consequence.chi_squared[1] < 0.1 * consequence.chi_squared[0], "{consequence:?}");
     assert_eq!(consequence.num_becoming_good, report.frames.iter().filter(|f| f.status == Status::Good).count());
@@ -105,7 +105,7 @@ fn a_right_loop_is_put_in_again_from_a_rough_guess_and_is_refused_a_second_time(
         let (target, source) = (right.target, right.source);
         let guess = (off * Pose2::from(right.T_target_source)).into();
         let add = Edit::AddLoop { target, source, T_target_source: guess, unchecked: false };
-        let again = reconstruction.preview_edit(&[Edit::RemoveLoop { target, source }, add]).unwrap();
+        let again = reconstruction.preview_edit(&[Edit::RemoveLoop { target, source }, add.clone()]).unwrap();
         num_taken += usize::from(again.refusal.is_none());
         let twice = reconstruction.preview_edit(&[add]).unwrap();
         assert_eq!(twice.refusal.unwrap(), "there is a loop between these places already: take it out first");
@@ -139,10 +139,10 @@ fn pieces_of_a_corridor_are_joined_by_hand_and_come_apart_when_that_is_undone() 
     let (target, source) = (150, 590);
     let guess = Pose2::new(Vector2::new(0.4, -0.3), 0.1) * truth(target).inverse() * truth(source);
     let join = Edit::AddLoop { target, source, T_target_source: guess.into(), unchecked: false };
-    let consequence = reconstruction.preview_edit(&[join]).unwrap();
+    let consequence = reconstruction.preview_edit(std::slice::from_ref(&join)).unwrap();
     assert!(consequence.refusal.is_none(), "{consequence:?}");
     assert_eq!(consequence.num_pieces[1] + 1, consequence.num_pieces[0]);
-    let (mut reconstruction, refused) = mended(reconstruction, &[join]);
+    let (mut reconstruction, refused) = mended(reconstruction, std::slice::from_ref(&join));
     assert!(refused.is_empty());
     let pieces: Vec<usize> = reconstruction.frames_from(0).iter().map(|frame| frame.piece).collect();
     assert_eq!(pieces[target], pieces[source]);
@@ -153,9 +153,9 @@ fn pieces_of_a_corridor_are_joined_by_hand_and_come_apart_when_that_is_undone() 
     let (target, source) = (65, 580);
     let guess = Pose2::new(Vector2::new(-0.3, 0.4), -0.1) * truth(target).inverse() * truth(source);
     let confirm = Edit::AddLoop { target, source, T_target_source: guess.into(), unchecked: false };
-    let consequence = reconstruction.preview_edit(&[join, confirm]).unwrap();
+    let consequence = reconstruction.preview_edit(&[join.clone(), confirm.clone()]).unwrap();
     assert!(consequence.refusal.is_none() && consequence.num_becoming_good > 0, "{consequence:?}");
-    let (mut reconstruction, refused) = mended(reconstruction, &[join, confirm]);
+    let (mut reconstruction, refused) = mended(reconstruction, &[join.clone(), confirm]);
     assert!(refused.is_empty());
     assert!(num_good(&reconstruction) >= num_before, "{} of {num_before}", num_good(&reconstruction));
     let near = (145, 585);

@@ -6,9 +6,11 @@ use scanstitch::odometry::assessment::Status;
 use scanstitch::odometry::cloud::{CloudOdometry, CloudOptions, GlobalRegistrationUse, PreparedCloud, SweepOdometry};
 use scanstitch::pipeline::{FrameLabel, PreparedFrame, SpatialReconstruction, SpatialSettings, Stage};
 use scanstitch::preprocess::deskew::deskew;
+use scanstitch_scene::gyroscope::corridor;
 use scanstitch_scene::moving_lidar::MovingLidar;
 use scanstitch_scene::plaza::{around_the_plaza, plaza};
 use scanstitch_scene::space::{Shape, Solid, Space};
+use scanstitch_scene::straight_corridor::{along, pillared, short_sighted};
 
 /// Half the sides of the room (m).
 const HALF: [f64; 3] = [7.0, 5.0, 2.0];
@@ -311,4 +313,30 @@ fn straight_sweeps_without_times_are_left_as_they_are() {
     assert!(notes.contains("Clouds fit one another better as they are") && !notes.contains("Sweeps are"), "{notes}");
     let (metres, radians) = errors_of_steps(&reconstruction.poses(), 0, true);
     assert!(metres < 0.02 && radians < 0.005, "{metres} m, {radians} rad");
+}
+
+/// Good sweeps after the first of a straight drive, and the largest error of their positions (m).
+fn good_along(space: &Space, pose: impl Fn(f64) -> Pose3) -> (usize, f64) {
+    let (lidar, options) = (short_sighted(MovingLidar::rings(16, 1800)), CloudOptions::new(0.05));
+    let mut odometry = SweepOdometry::new(options).unwrap();
+    let (mut num_good, mut largest) = (0, 0.0);
+    for number in 0..8 {
+        let sweep = lidar.sweep(space, &pose, start(number), number as u64);
+        let cloud = PreparedCloud::downsampled(&sweep, &options).unwrap();
+        let found = odometry.register_sweep(cloud, Some(start(number))).estimate;
+        if number > 0 && found.assessment.status == Status::Good {
+            let truth = pose(0.0).inverse() * pose(start(number));
+            num_good += 1;
+            largest = f64::max(largest, (truth.inverse() * found.T_world_sensor).translation_norm());
+        }
+    }
+    (num_good, largest)
+}
+
+#[test]
+fn no_sweep_is_good_in_a_bare_corridor_and_each_is_between_pillars() {
+    let (bare, _) = good_along(&corridor(), along(1.0, 1));
+    let (with_pillars, largest) = good_along(&pillared(1), along(1.0, 1));
+    assert_eq!(bare, 0, "nothing measures the motion along a bare corridor");
+    assert!(with_pillars == 7 && largest < 0.05, "{with_pillars}, {largest}");
 }

@@ -1,4 +1,5 @@
-//! Clouds in E57 and LAZ, unpacked: a part of the engine of its own, which is fetched when such a file comes.
+//! Clouds in E57 and LAZ, and files packed by bzip2, unpacked: a part of the engine of its own, which is fetched when such a file
+//! comes.
 //!
 //! E57 is read by the crate `e57`, scan by scan, each in the frame of its scanner; LAZ is unpacked by the crate `laz` into the LAS that
 //! it was packed from.
@@ -8,6 +9,7 @@ use std::io::Cursor;
 use e57::{CartesianCoordinate, E57Reader};
 use laz::{LasZipDecompressor, LazVlr};
 
+pub mod bzip2;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 

@@ -32,3 +32,35 @@ pub fn read_e57(bytes: &[u8]) -> Result<Vec<E57Scan>, JsError> {
 pub fn unpack_laz(bytes: &[u8]) -> Result<Vec<u8>, JsError> {
     crate::unpack_laz(bytes).map_err(|error| JsError::new(&error))
 }
+
+/// Unpacks what bzip2 has packed, piece by piece.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct Bzip2 {
+    inner: crate::bzip2::Unpacker,
+}
+
+#[wasm_bindgen]
+impl Bzip2 {
+    /// Waits for the first piece.
+    #[wasm_bindgen(constructor)]
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// What comes out of the next packed bytes. Where that is more than `most` bytes, it ends soon after them.
+    ///
+    /// # Errors
+    /// When the bytes are damaged or are not packed by bzip2.
+    pub fn push(&mut self, packed: &[u8], most: usize) -> Result<Vec<u8>, JsError> {
+        self.inner.push(packed, most).map_err(|error| JsError::new(&error))
+    }
+
+    /// Whether what has come ends where a stream ends.
+    #[wasm_bindgen(getter)]
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.inner.is_complete()
+    }
+}

@@ -61,7 +61,7 @@ impl Drive<'_> {
 }
 
 /// The options that the page has for clouds like this one.
-fn options_for(cloud: &PointCloud) -> CloudOptions {
+pub fn options_for(cloud: &PointCloud) -> CloudOptions {
     let mut ranges: Vec<f32> = cloud.positions.iter().map(|point| point.length()).collect();
     ranges.sort_by(f32::total_cmp);
     SpatialSettings::default().for_clouds(f64::from(ranges[ranges.len() / 2])).cloud_options()

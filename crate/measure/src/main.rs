@@ -5,6 +5,7 @@
 
 mod apartment;
 mod arguments;
+mod bare_corridor;
 mod cloud_scores;
 mod cloud_surfaces;
 mod course_pipeline;
@@ -35,6 +36,7 @@ use std::error::Error;
 
 fn main() -> Result<(), Box<dyn Error>> {
     match std::env::args().nth(1).unwrap_or_default().as_str() {
+        "bare_corridor" => bare_corridor::main(),
         "cloud_scores" => cloud_scores::main(),
         "cloud_surfaces" => cloud_surfaces::main()?,
         "course_pipeline" => course_pipeline::main(),

@@ -23,6 +23,7 @@ pub mod ring;
 pub mod samples;
 pub mod space;
 pub mod spinning_lidar;
+pub mod straight_corridor;
 pub mod streets;
 pub mod traffic;
 pub mod world;

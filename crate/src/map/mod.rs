@@ -2,7 +2,7 @@
 //!
 //! - For registration: `local` (planar scans), `cloud`, `surfel` (depth images), `keyframes`.
 //! - Results: [`local::StitchedMap`], [`voxel`] (a cloud), [`occupancy_grid`], [`picture`], [`surface`] (triangles).
-//! - What is left out of a result: `seen_through`.
+//! - What is left out of a result: `seen_through`; how it is best laid: [`wall_direction`].
 //!
 //! Read `local` first: the others do in space what it does in the plane.
 
@@ -15,5 +15,6 @@ pub(crate) mod seen_through;
 pub mod surface;
 pub(crate) mod surfel;
 pub mod voxel;
+pub mod wall_direction;
 
 pub use local::StitchedMap;

@@ -8,16 +8,22 @@
 //! Where the sensor and the robot were, nothing else was: a planner that starts there needs these cells to be free, whatever
 //! the beams of other scans say.
 
+mod edits;
+
 use std::fmt::Write as _;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::occupancy_map::{FREE_THRESH, OCCUPIED_THRESH, OccupancyMap};
 use crate::preprocess::planar_scan::PlanarScan;
+pub use edits::Shape;
 
 /// The state of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Cell {
     /// Beams crossed it.
     Free,

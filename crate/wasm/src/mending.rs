@@ -34,7 +34,7 @@ impl Reconstruction {
         self.engine.graph_g2o()
     }
 
-    /// What the last of these steps would change after those before it. The map stays as it is.
+    /// What the last of these steps, one about a loop, would change after those before it. The map stays as it is.
     ///
     /// # Errors
     /// When the run is not done, the map has no graph, or a step is not valid.
@@ -42,13 +42,22 @@ impl Reconstruction {
         Ok(plain(&self.engine.preview_edit(&edits(steps)?)?))
     }
 
-    /// Takes these steps, and none that were taken before. Call `step()` then until its stage is `done`. Returns the steps that were
-    /// not taken, with the reason.
+    /// Takes these steps, and none that were taken before. Call `step()` then until its stage is `done`. Returns the steps about loops
+    /// that were not taken, with the reason; `unused_edits()` tells the others.
     ///
     /// # Errors
-    /// When the run is not done, the map has no graph, or a step is not valid; all stays as it is.
+    /// When the run is not done, a step is about loops and the map has no graph, or a step is not valid; all stays as it is.
     #[wasm_bindgen(unchecked_return_type = "RefusedEdit[]")]
     pub fn set_edits(&mut self, steps: Edits) -> Result<Vec<Ts<RefusedEdit>>, Thrown> {
         Ok(self.engine.set_edits(&edits(steps)?)?.iter().map(plain).collect())
+    }
+
+    /// The steps of a run that is done which had no effect on the map or its grid, with the reason: those that lie outside.
+    ///
+    /// # Errors
+    /// No input causes an error.
+    #[wasm_bindgen(unchecked_return_type = "RefusedEdit[]")]
+    pub fn unused_edits(&self) -> Result<Vec<Ts<RefusedEdit>>, Thrown> {
+        Ok(self.engine.unused_edits().iter().map(plain).collect())
     }
 }

@@ -171,7 +171,7 @@ export class ScanstitchMap extends FlatMap {
 
   protected override renderOwn(): unknown {
     const state = { pressed: this.layer !== null };
-    return this.canMend ? mapButton('loops', 'Loops of the map', 'Loops of the map (M)', this.mend, state) : nothing;
+    return this.canMend ? mapButton('loops', 'Mend the map', 'Mend the map (M)', this.mend, state) : nothing;
   }
 
   protected override get ownKeys(): Record<string, () => void> {
@@ -238,7 +238,8 @@ export class ScanstitchMap extends FlatMap {
   }
 
   private content(): MapContent {
-    const { points, colors, layers, occupancy, dark } = this;
+    const { points, colors, occupancy, dark } = this;
+    const layers = { ...this.layers, occupancy: this.layers.occupancy || this.layer?.showsGrid === true };
     return {
       points,
       colors,
@@ -264,8 +265,18 @@ export class ScanstitchMap extends FlatMap {
     if (!this.layer?.drag?.(view.centerX - moved.centerX, view.centerY - moved.centerY)) this.move(moved);
   }
 
+  press(x: number, y: number, reach: number): void {
+    const at = this.toWorld(x, y);
+    this.layer?.press?.(at.x, at.y, reach / this.view.scale);
+  }
+
   release(): void {
     this.layer?.release?.();
+  }
+
+  override zoom(x: number, y: number, factor: number): void {
+    this.layer?.cancel?.();
+    super.zoom(x, y, factor);
   }
 
   tap(x: number, y: number, reach: number): void {

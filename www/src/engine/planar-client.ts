@@ -260,8 +260,17 @@ export class PlanarClient {
       }
       const isToMend = event.state === 'done' && !this.#isMended && this.#steps.length > 0;
       if (isToMend) this.mend(this.#steps);
+      else if (event.state === 'done' && this.#steps.length > 0) this.#tellUnused();
       this.#listener.snapshot(isToMend ? 'running' : event.state, this.#growing.take(event.growth));
     }
+  }
+
+  #tellUnused(): void {
+    const run = this.#run;
+    this.ask('unused_edits').then(
+      (unused) => run === this.#run && this.#listener.refused(unused),
+      () => undefined, // reported as a crash
+    );
   }
 
   #onLoaded(loaded: ReadOutcome): void {

@@ -33,7 +33,10 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
 };
 /** What only the full engine knows of. */
 type Tables = Pick<Served<PlanarApi>, 'describeTable'>;
-type FullOnly = Pick<full.Reconstruction, 'add_log' | 'graph_g2o' | 'graph_loops' | 'preview_edit' | 'set_edits'>;
+type FullOnly = Pick<
+  full.Reconstruction,
+  'add_log' | 'graph_g2o' | 'graph_loops' | 'preview_edit' | 'set_edits' | 'unused_edits'
+>;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
 type Reconstruction = Omit<

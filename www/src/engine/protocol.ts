@@ -152,6 +152,7 @@ export interface Answers {
   /** Of a run that is done; the full engine alone tells them. */
   graph_loops: GraphLoops;
   graph_g2o: string;
+  unused_edits: RefusedEdit[];
 }
 
 /** What became of the files that were to be read. */

@@ -1,11 +1,10 @@
 /** The ranked table: its columns, its order, and its text for a report. */
+import { csv as csvOf, markdown as markdownOf } from '../../../package/base/tables.js';
 import {
   columnsOf as figureColumns,
-  csvOf,
   figureColumn,
   type FigureColumn,
   formatValue,
-  markdownOf,
 } from '../../../package/evaluation/table.js';
 import type { Comparison, EvaluationOptions, Refusal } from './protocol.js';
 
@@ -63,7 +62,7 @@ export function markdown(ranking: Ranking): string {
 }
 
 export function csv(ranking: Ranking): string {
-  return csvOf(heads(ranking), cells(ranking));
+  return csvOf([heads(ranking), ...cells(ranking)]);
 }
 
 /** Without the file's name at its start, where the row has it already. */

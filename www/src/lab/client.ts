@@ -6,19 +6,7 @@ import type { CloudData } from '../components/given-clouds.js';
 import { LatestQuery } from '../engine/latest-query.js';
 import { type Arguments, EngineProblem, type Result, WorkerDied } from '../engine/remote.js';
 import { type WorkerFaults, WorkerHost } from '../engine/worker-host.js';
-import type {
-  BasinEnds,
-  BasinLabels,
-  LabApi,
-  LabFacts,
-  LabIteration,
-  LabTrace,
-  LocalMinimum,
-  Options,
-  OwnComparison,
-  Pose,
-  SearchedBlock,
-} from './protocol.js';
+import type { LabApi, LabFacts, LabIteration, LocalMinimum, Options, Pose } from './protocol.js';
 import workerUrl from './lab-worker.ts?worker&url';
 
 /** Workers that share a landscape or a basin: the second core is worth it, more are rarely there. */
@@ -114,7 +102,7 @@ export class LabClient {
   #pair: Pair | null = null;
   #methods = new Map<number, Options>();
   readonly #following = new LatestQuery<Following, LabIteration>({
-    compute: ({ method, T, stride }) => this.iteration(method, T, stride),
+    compute: ({ method, T, stride }) => this.ask('iteration', method, T, stride),
     answered: ({ answered }, iteration) => answered(iteration),
     failed: (_, error) => {
       // The crash of a worker is reported elsewhere; for a pose that the engine refuses there is nothing to draw.
@@ -148,24 +136,9 @@ export class LabClient {
     for (const worker of [this.#stepper, ...this.#surveyWorkers]) worker.forget(method);
   }
 
-  trace(method: number, init: Pose | null): Promise<LabTrace> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'trace', init);
-  }
-
-  /** `stride`: that of the source points that are used. */
-  iteration(method: number, T: Pose, stride = 1): Promise<LabIteration> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'iteration', T, stride);
-  }
-
-  /** Of the last trace of the method. */
-  tracedIteration(method: number, index: number): Promise<LabIteration> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'traced_iteration', index);
-  }
-
-  /** Planar clouds: where the correlative search goes within half widths (m, rad) of a pose. */
-  searchPath(method: number, T_center: Pose, translation: number, rotation: number): Promise<SearchedBlock[]> {
-    const options = this.#options(method);
-    return this.#stepper.ask(this.#opened(), method, options, 'search_path', T_center, translation, rotation);
+  /** Asks the worker that steps; what each question means is told in `LabApi`. */
+  ask<K extends Question>(question: K, method: number, ...given: Given<K>): Promise<Result<LabApi[K]>> {
+    return this.#stepper.ask(this.#opened(), method, this.#options(method), question, ...given);
   }
 
   /** The minima of a landscape, the most prominent first. */
@@ -173,17 +146,7 @@ export class LabClient {
     return this.#stepper.minima(costs, width);
   }
 
-  /** Tells the ends of a basin apart. */
-  label(method: number, ends: BasinEnds, reference: Pose): Promise<BasinLabels> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'label', ends, reference);
-  }
-
-  /** Somebody's own poses, the start first, beside the engine's steps. */
-  own(method: number, poses: readonly (readonly number[])[]): Promise<OwnComparison> {
-    return this.#stepper.ask(this.#opened(), method, this.#options(method), 'own', poses);
-  }
-
-  /** As `iteration`, for poses that follow the hand: while one is being answered only the latest one after it waits. */
+  /** As `ask` for an iteration, for poses that follow the hand: while one is being answered only the latest one after it waits. */
   follow(method: number, T: Pose, stride: number, answered: (iteration: LabIteration) => void): void {
     this.#following.ask({ method, T, stride, answered });
   }

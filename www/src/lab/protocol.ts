@@ -89,7 +89,8 @@ export interface LabApi {
   search_path(method: number, T_center: Pose, translation: number, rotation: number): SearchedBlock[];
   minima(costs: Float64Array, width: number): LocalMinimum[];
   basin(method: number, part: GridPart): BasinEnds;
-  /** `poses`: theirs, the start first. */
+  /** Somebody's own poses, the start first, beside the engine's steps. */
   own(method: number, poses: readonly (readonly number[])[]): OwnComparison;
+  /** Tells the ends of a basin apart. */
   label(method: number, ends: BasinEnds, reference: Pose): BasinLabels;
 }

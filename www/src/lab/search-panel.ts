@@ -61,7 +61,7 @@ export class ScanstitchLabSearch extends LitElement {
     const center = start ?? IDENTITY;
     try {
       const begin = performance.now();
-      const blocks = await client.searchPath(run.id, center, this.reach, this.turn / DEGREES);
+      const blocks = await client.ask('search_path', run.id, center, this.reach, this.turn / DEGREES);
       if (this.madeOf !== madeOf) return;
       this.milliseconds = performance.now() - begin;
       this.search = { center, reach: this.reach, blocks };

@@ -174,7 +174,7 @@ export class LabSession extends Session<LabClient> {
     this.runs = [...others, own];
     try {
       const facts = await client.prepare(own.id, run.options);
-      this.#change(own.id, { facts, comparison: await client.own(own.id, all) });
+      this.#change(own.id, { facts, comparison: await client.ask('own', own.id, all) });
       this.selectRun(own.id);
     } catch (error) {
       this.#onProblem(error);
@@ -251,8 +251,8 @@ export class LabSession extends Session<LabClient> {
     const { trace } = run;
     if (!trace || !this.client) return null;
     const iteration = await (run.own
-      ? this.client.iteration(run.id, poseAt(trace, at))
-      : this.client.tracedIteration(run.id, at));
+      ? this.client.ask('iteration', run.id, poseAt(trace, at), 1)
+      : this.client.ask('traced_iteration', run.id, at));
     if (this.runs.find(({ id }) => id === run.id)?.trace === trace) this.#iterations.keep(run.id, at, iteration);
     return iteration;
   }
@@ -296,7 +296,7 @@ export class LabSession extends Session<LabClient> {
         this.#change(id, { options: { ...options, voxel_size } });
         return this.#runOne(id);
       }
-      const trace = await client.trace(id, start);
+      const trace = await client.ask('trace', id, start);
       const run = this.runs.find((one) => one.id === id);
       // Overtaken by another change.
       if (run?.options !== options || this.start !== start) return;

@@ -137,7 +137,7 @@ export class BasinSurvey extends Survey<Basin> {
     let [done, nextLabel] = [0, start + LABEL_MS];
     const tell = async (): Promise<void> => {
       const [ends, at, share] = [joinedEnds(known), index.slice(), done / index.length];
-      const labels = await client.label(method, ends, reference);
+      const labels = await client.ask('label', method, ends, reference);
       if (!signal.aborted)
         this.show({ grid, index: at, ends, labels, progress: share, milliseconds: performance.now() - start });
     };
@@ -176,7 +176,7 @@ export async function shareHome(client: LabClient, method: number, grid: Grid, f
   const known: BasinEnds[] = [];
   const add = (_: GridPart, ends: BasinEnds): void => void known.push(ends);
   await client.share(method, 'basin', parts(grid, 8), add, new AbortController().signal);
-  return (await client.label(method, joinedEnds(known), reference)).share_home;
+  return (await client.ask('label', method, joinedEnds(known), reference)).share_home;
 }
 
 function joinedEnds(all: readonly BasinEnds[]): BasinEnds {

@@ -7,12 +7,20 @@ import { icon } from '../components/icons.js';
 import { panelStyles, shared, statusStyles } from '../components/theme.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
 import { formatAngle, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import type { MapLayer } from '../views/map-layer.js';
 import type { Status } from '../views/map-painter.js';
 import { composed } from './loop-poses.js';
+import { gridLayer } from './grid-layer.js';
+import { gridPanel, gridStyles } from './grid-panel.js';
 import { fitOf, loopLayer } from './loop-layer.js';
 import { type Draft, Mending } from './mending.js';
 
-export { loopLayer, Mending };
+export { Mending };
+
+/** What lies over the map. */
+export function mendLayer(mending: Mending): MapLayer {
+  return mending.isOnGrid ? gridLayer(mending.grid, mending.keys) : loopLayer(mending);
+}
 
 const WORDS: Record<Status, string> = { good: 'fits', doubtful: 'strained', lost: 'contradicted' };
 /** So many loops are listed; all are drawn. */
@@ -51,14 +59,16 @@ export class ScanstitchMend extends LitElement {
     if (isUndo) mending.undo();
     else if (event.key === 'Delete' && mending.draft?.kind === 'old') mending.take();
     else if (event.key === 'Escape' && mending.draft) mending.prepare(null);
+    else if (event.key === 'Escape' && mending.isOnGrid && mending.grid.places.length > 0) mending.grid.clear();
     else if (event.key === 'Escape') this.close();
     else return;
     event.preventDefault();
   };
 
   protected override render(): TemplateResult {
-    const { loops, draft, problem } = this.mending;
+    const { loops, draft, problem, isOnGrid } = this.mending;
     const body = (): TemplateResult => {
+      if (isOnGrid) return gridPanel(this.mending);
       if (problem !== '') return html`<p>${problem}</p>`;
       if (!loops) return html`<p class="muted">Looking at the loops</p>`;
       if (!draft) return this.renderList(loops.loops);
@@ -70,7 +80,16 @@ export class ScanstitchMend extends LitElement {
           ${icon('close')}
         </button>
       </header>
+      <div class="choice" role="group" aria-label="What is mended">
+        ${this.renderPart('loops', 'Loops')} ${this.renderPart('grid', 'Grid and frame')}
+      </div>
       ${body()} ${this.renderSteps()}`;
+  }
+
+  private renderPart(part: 'grid' | 'loops', label: string): TemplateResult {
+    const { mending } = this;
+    const isShown = mending.isOnGrid === (part === 'grid');
+    return html`<button aria-pressed=${isShown} @click=${() => mending.edit(part)}>${label}</button>`;
   }
 
   private renderList(loops: readonly GraphLoop[]): TemplateResult {
@@ -188,7 +207,7 @@ export class ScanstitchMend extends LitElement {
 
   private renderSteps(): TemplateResult {
     const { mending } = this;
-    const { steps, isIdle } = mending;
+    const { steps, isDone: isIdle } = mending;
     return html`<section aria-label="Steps">
       <h3>${plural(steps.length, 'step')} taken</h3>
       <div class="actions">
@@ -196,7 +215,12 @@ export class ScanstitchMend extends LitElement {
           Undo
         </button>
         <button ?disabled=${steps.length === 0} @click=${() => mending.save()}>Save the steps</button>
-        <button ?disabled=${!isIdle} @click=${() => this.renderRoot.querySelector('input')?.click()}>Open steps</button>
+        <button
+          ?disabled=${!isIdle}
+          @click=${() => this.renderRoot.querySelector<HTMLElement>('input[type=file]')?.click()}
+        >
+          Open steps
+        </button>
         <button ?disabled=${!isIdle} title="graph.g2o, with information matrices" @click=${() => mending.saveGraph()}>
           Save the graph
         </button>
@@ -220,6 +244,7 @@ export class ScanstitchMend extends LitElement {
     shared,
     panelStyles,
     statusStyles,
+    gridStyles,
     css`
       :host {
         grid-area: question;

@@ -15,8 +15,8 @@ export class MendSwitch {
 
   readonly toggle = async (): Promise<void> => {
     const { host, mending } = this;
-    const { loopLayer, Mending } = await import('./mend-panel.js');
-    this.#mending = mending ? null : new Mending(host.session, () => host.requestUpdate(), loopLayer);
+    const { mendLayer, Mending } = await import('./mend-panel.js');
+    this.#mending = mending ? null : new Mending(host.session, () => host.requestUpdate(), mendLayer);
     host.requestUpdate();
   };
 

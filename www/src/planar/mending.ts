@@ -7,6 +7,7 @@ import { changedSettings } from '../export/exports.js';
 import { download } from '../export/download.js';
 import { plural, sentence } from '../views/format.js';
 import type { MapLayer } from '../views/map-layer.js';
+import { GridTools } from './grid-tools.js';
 import { composed, inverse } from './loop-poses.js';
 import type { PlanarSession } from './session.js';
 
@@ -26,6 +27,9 @@ export class Mending {
   draft: Draft | null = null;
   /** Null while it is not known. */
   consequence: Consequence | null = null;
+  /** Whether the grid is edited, and not the loops. */
+  isOnGrid = false;
+  readonly grid = new GridTools(() => this.#changed());
   /** Why there is nothing to mend; empty where there is. */
   problem = '';
   #layer: MapLayer | null = null;
@@ -48,6 +52,11 @@ export class Mending {
 
   get isIdle(): boolean {
     return this.session.phase === 'done' && this.loops !== null;
+  }
+
+  /** Whether there is a map whose grid can be edited, which needs no loops. */
+  get isDone(): boolean {
+    return this.session.phase === 'done' && this.session.snapshot !== null;
   }
 
   /** Its layer over the map: another one after every change. */
@@ -77,6 +86,12 @@ export class Mending {
       (loops) => settle(loops, ''),
       (error: unknown) => settle(null, messageOf(error)),
     );
+  }
+
+  /** Edits the grid, or the loops. */
+  edit(what: 'grid' | 'loops'): void {
+    this.isOnGrid = what === 'grid';
+    this.#changed();
   }
 
   /** What is to be done; null: nothing. */
@@ -113,6 +128,13 @@ export class Mending {
   }
 
   get keys(): Record<string, () => void> {
+    if (this.isOnGrid) {
+      const { grid } = this;
+      return {
+        Enter: () => this.takeOnGrid(),
+        ...(grid.places.length > 0 && { Escape: () => grid.clear() }),
+      };
+    }
     const back = this.draft && { Escape: () => this.prepare(null) };
     if (this.draft?.kind !== 'new' || !this.draft.pose) return { ...back };
     return {
@@ -146,8 +168,33 @@ export class Mending {
     if (step && consequence?.refusal === null) this.#mend([...this.steps, step]);
   }
 
+  /** Takes what the tool of the grid has drawn. */
+  takeOnGrid(): void {
+    const { step } = this.grid;
+    if (!step || !this.isDone) return;
+    this.grid.clear();
+    this.session.announce(step.action === 'crop' ? 'The grid is cropped.' : 'The shape is painted.');
+    this.#mend([...this.steps, step]);
+  }
+
+  /** Turns the map (rad); null: to its walls. */
+  rotate(angle: number | null): void {
+    this.grid.clear();
+    this.session.announce('The map is turned.');
+    this.#mend([...this.steps, { action: 'rotate', ...(angle !== null && { angle }) }]);
+  }
+
+  leaveOut(first: number, last: number): void {
+    const { length } = this.poses;
+    if (![first, last].every((scan) => Number.isInteger(scan) && scan >= 0 && scan < length) || first > last) {
+      this.session.report(`Scans are left out from a number to one that is not less, of 0 to ${length - 1}.`);
+      return;
+    }
+    this.#mend([...this.steps, { action: 'leave_out', first, last }]);
+  }
+
   undo(): void {
-    if (!this.isIdle || this.steps.length === 0) return;
+    if (!this.isDone || this.steps.length === 0) return;
     this.session.announce('The last step was undone.');
     this.#mend(this.steps.slice(0, -1));
   }
@@ -197,7 +244,7 @@ export class Mending {
   #mend(steps: readonly Edit[]): void {
     this.draft = null;
     const { session } = this;
-    if (this.isIdle) {
+    if (this.isDone) {
       [session.phase, session.progress, session.activity] = ['running', 0, 'Mending the map'];
       session.client?.mend(steps);
       session.changed();

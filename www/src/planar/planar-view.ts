@@ -177,8 +177,11 @@ export class ScanstitchPlanar extends RunView<Settings, Snapshot, PlanarSession,
     const hasPairs = this.pairsShown !== 'none';
     const areWanted = hasPairs && scan !== null;
     this.pairs.want(hasPairs, [snapshot, selected], areWanted ? () => session.ask('correspondences', scan) : null);
-    const gridOf = wantsOccupancy && this.isOver ? snapshot : null;
-    this.pictures.want(wantsOccupancy, [gridOf], gridOf && (() => this.picturesOf(session)));
+    const isOnGrid = this.mendSwitch.mending?.layer.showsGrid === true;
+    const wantsGrid = wantsOccupancy || isOnGrid;
+    const gridOf = wantsGrid && this.isOver ? snapshot : null;
+    // While a step is taken, the grid before it is better than none.
+    if (gridOf || !isOnGrid) this.pictures.want(wantsGrid, [gridOf], gridOf && (() => this.picturesOf(session)));
   }
 
   private async picturesOf(session: PlanarSession): Promise<OccupancyPictures> {

@@ -36,18 +36,23 @@ const FIGURES: readonly Figure[] = [
     title: 'Distance to ground truth',
     about: 'After aligning the first poses. A jump is a wrongly registered frame.',
   },
-  { id: 'paths', title: 'Paths from above', about: 'Dashed: ground truth.' },
+  { id: 'paths', title: 'Paths from above', about: '' },
 ];
 const MAPS: Figure = {
   id: 'paths',
   title: 'Maps on top of each other',
-  about: 'With the paths; the selected strategy is on top. Dashed: ground truth.',
+  about: 'With the paths; the selected strategy is on top.',
 };
 
 /** Planar scans keep all points of a map, whatever the strategy; their maps are drawn. */
 export function figuresOf(drawn: readonly Drawn[]): readonly Figure[] {
   const hasMaps = drawn.some(({ map }) => map !== null);
-  return hasMaps ? [...FIGURES.filter(({ id }) => id === 'time' || id === 'error'), MAPS] : FIGURES;
+  const hasReference = drawn.some(({ result }) => result.comparison !== null);
+  const all = hasMaps ? [...FIGURES.filter(({ id }) => id === 'time' || id === 'error'), MAPS] : FIGURES;
+  if (!hasReference) return all.filter(({ id }) => id !== 'error');
+  return all.map((figure) =>
+    figure.id === 'paths' ? { ...figure, about: `${figure.about} Dashed: ground truth.`.trim() } : figure,
+  );
 }
 
 export function makePainter(id: FigureId, all: readonly Drawn[], colors: Colors, isLog: boolean): Painter {

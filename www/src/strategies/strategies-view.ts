@@ -215,7 +215,6 @@ export class ScanstitchStrategies extends LitElement {
 
   private renderFigures(): TemplateResult {
     const colors = this.colorsOf(this.dark);
-    const hasReference = this.session.results.some(({ comparison }) => comparison !== null);
     const drawn = this.session.results.map((result, index): Drawn => ({
       result,
       map: this.session.maps[index] ?? null,
@@ -224,30 +223,28 @@ export class ScanstitchStrategies extends LitElement {
       isSelected: this.session.compared[index]?.name === this.selected,
     }));
     return html`<div class="figures">
-      ${figuresOf(drawn)
-        .filter(({ id }) => id !== 'error' || hasReference)
-        .map(({ id, title, about }) => {
-          const isLog = id !== 'paths' && this.logFigures.has(id);
-          return html`<section class=${drawn[0]?.map && id === 'paths' ? 'wide' : ''} aria-label=${title}>
-            <header>
-              <h2>${title}</h2>
-              <span class="muted">${about}</span>
-              ${
-                id === 'paths'
-                  ? nothing
-                  : html`<label
-                      ><input type="checkbox" .checked=${isLog} @change=${() => this.toggleLog(id)} />Logarithmic
-                      scale</label
-                    >`
-              }
-            </header>
-            <scanstitch-figure
-              .painter=${makePainter(id, drawn, colors, isLog)}
-              label=${title}
-              description="${about} ${this.figureWords(id)}"
-            ></scanstitch-figure>
-          </section>`;
-        })}
+      ${figuresOf(drawn).map(({ id, title, about }) => {
+        const isLog = id !== 'paths' && this.logFigures.has(id);
+        return html`<section class=${drawn[0]?.map && id === 'paths' ? 'wide' : ''} aria-label=${title}>
+          <header>
+            <h2>${title}</h2>
+            <span class="muted">${about}</span>
+            ${
+              id === 'paths'
+                ? nothing
+                : html`<label
+                    ><input type="checkbox" .checked=${isLog} @change=${() => this.toggleLog(id)} />Logarithmic
+                    scale</label
+                  >`
+            }
+          </header>
+          <scanstitch-figure
+            .painter=${makePainter(id, drawn, colors, isLog)}
+            label=${title}
+            description="${about} ${this.figureWords(id)}"
+          ></scanstitch-figure>
+        </section>`;
+      })}
     </div>`;
   }
 

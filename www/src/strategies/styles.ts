@@ -73,9 +73,14 @@ export const strategyStyles = css`
     padding-top: 10px;
   }
   .figures {
-    display: grid;
-    grid-template-columns: repeat(2, minmax(0, 1fr));
+    display: flex;
+    flex-wrap: wrap;
     gap: 10px;
+  }
+  /* Two a row; a figure without a neighbour takes the whole row. */
+  .figures section {
+    flex: 1 1 calc(50% - 10px);
+    min-width: 0;
   }
   .figures header label {
     ${row};
@@ -88,14 +93,14 @@ export const strategyStyles = css`
     height: 260px;
   }
   .figures .wide {
-    grid-column: 1 / -1;
+    flex-basis: 100%;
   }
   .figures .wide scanstitch-figure {
     height: 420px;
   }
   @container (max-width: 760px) {
-    .figures {
-      grid-template-columns: minmax(0, 1fr);
+    .figures section {
+      flex-basis: 100%;
     }
   }
 `;

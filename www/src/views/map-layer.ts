@@ -8,8 +8,14 @@ export interface MapLayer {
   tap(x: number, y: number, reach: number, size: Size, view: Viewport): boolean;
   /** Whether it takes the drag (m); the map is moved otherwise. */
   drag?(x: number, y: number): boolean;
+  /** A finger or button goes down in the world (m), which `reach` (m) means about. */
+  press?(x: number, y: number, reach: number): void;
   /** The drag has ended. */
   release?(): void;
+  /** What was begun is a zoom. */
+  cancel?(): void;
+  /** Whether it is laid over the occupancy grid in place of the points. */
+  showsGrid?: boolean;
   /** What keys mean while it is there. */
   keys?: Record<string, () => void>;
 }

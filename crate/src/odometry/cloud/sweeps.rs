@@ -295,18 +295,23 @@ impl SweepOdometry {
         let mut frame = sweep.straight(&velocity, &self.options);
         let mut found = self.clouds.find(&frame)?;
         let mut num_passes = 1;
+        let mut before = velocity;
         while !self.is_refuted() {
             let motion = self.clouds.T_world_last.inverse() * found.T_world_sensor;
             let next = motion.log() / interval;
-            if sweep.bend(&(next - velocity)) < MIN_BEND * self.options.voxel_size {
+            let is_settled = |change| sweep.bend(&change) < MIN_BEND * self.options.voxel_size;
+            if is_settled(next - velocity) {
                 break;
             }
+            let is_to_and_fro = num_passes > 1 && is_settled(next - before);
             if num_passes == MAX_PASSES {
                 found.candidate.assessment.doubt(STILL_CHANGING);
                 break;
             }
             num_passes += 1;
-            velocity = next;
+            // Of two velocities that lead to each other, the one in the middle (Mann, "Mean value methods in iteration", 1953).
+            let following = if is_to_and_fro { 0.5 * (velocity + next) } else { next };
+            before = std::mem::replace(&mut velocity, following);
             self.straighten_first(&velocity);
             self.clouds.last_motion = motion;
             frame = sweep.straight(&velocity, &self.options);

@@ -3,10 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::graph::loops::planar::GraphState;
+use crate::map::occupancy_grid::Cell;
 use crate::pipeline::report::PlanarPose;
 
-/// A step of mending. Scans are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A step of mending. Scans are counted from 0; points are x and y (m) in the map as the steps before it have turned it.
+///
+/// Loops are taken out and put in first, whatever comes between. What follows changes no pose but by [`Rotate`](Self::Rotate): the
+/// painted and cropped grid is that of the main piece.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
 #[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
 pub enum Edit {
@@ -28,6 +32,47 @@ pub enum Edit {
         /// Puts it in as it is given, without a match or a test. All poses are doubtful then.
         #[serde(default)]
         unchecked: bool,
+    },
+    /// Makes the cells along a straight line what they are said to be.
+    PaintLine {
+        /// What they are.
+        cells: Cell,
+        /// Where it begins and ends.
+        ends: [[f64; 2]; 2],
+        /// Its width (m); all cells that it passes through are painted at least.
+        width: f64,
+    },
+    /// Makes the cells in a rectangle along the map's axes what they are said to be.
+    PaintRectangle {
+        /// What they are.
+        cells: Cell,
+        /// Two opposite corners.
+        corners: [[f64; 2]; 2],
+    },
+    /// Makes the cells in a closed line what they are said to be.
+    PaintPolygon {
+        /// What they are.
+        cells: Cell,
+        /// Its corners, three at least.
+        corners: Vec<[f64; 2]>,
+    },
+    /// Cuts off what lies outside a rectangle along the map's axes.
+    Crop {
+        /// Two opposite corners.
+        corners: [[f64; 2]; 2],
+    },
+    /// Turns the map about its origin, with all poses.
+    Rotate {
+        /// Counter-clockwise (rad); by default as little as it takes to lay most walls along the axes.
+        #[serde(default)]
+        angle: Option<f64>,
+    },
+    /// Leaves scans out of the map and its grid. Their poses stay.
+    LeaveOut {
+        /// The first of them.
+        first: usize,
+        /// The last of them.
+        last: usize,
     },
 }
 
@@ -106,10 +151,11 @@ pub struct Consequence {
 }
 
 impl Edit {
-    /// The scans that stand for its places.
-    pub(super) fn scans(&self) -> [usize; 2] {
+    /// The scans that stand for the places of a loop; `None` for a step that is not about loops.
+    pub(super) fn scans(&self) -> Option<[usize; 2]> {
         match *self {
-            Self::RemoveLoop { target, source } | Self::AddLoop { target, source, .. } => [target, source],
+            Self::RemoveLoop { target, source } | Self::AddLoop { target, source, .. } => Some([target, source]),
+            _ => None,
         }
     }
 }
@@ -121,6 +167,16 @@ pub struct BeforeMending {
     pub num_findings: Vec<usize>,
     /// The graph as the run left it; `None` before it was looked at.
     pub graph: Option<GraphState>,
-    /// What is said of a mended map.
-    pub note: Option<String>,
+    /// The steps about loops that were given, and what became of them.
+    pub loops: Vec<Edit>,
+    pub applied: Applied,
+}
+
+/// What became of steps about loops, without loops that were put in and taken out again.
+#[derive(Default)]
+pub struct Applied {
+    pub num_added: usize,
+    pub num_removed: usize,
+    /// By their places among these steps.
+    pub refused: Vec<RefusedEdit>,
 }

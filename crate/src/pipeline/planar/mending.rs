@@ -6,7 +6,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::Reconstruction;
-use super::edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
+use super::edits::{Applied, Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use super::keyframe_graph::KeyframeGraph;
 use super::run::Run;
 use crate::error::{Error, Result};
@@ -27,39 +27,67 @@ impl Reconstruction {
     /// # Errors
     /// Where there is no graph.
     pub fn graph_loops(&mut self) -> Result<GraphLoops> {
-        Ok(Mending::of(self.run.as_mut(), &self.settings)?.loops())
+        Ok(Mending::of(done(self.run.as_mut())?, &self.settings)?.loops())
     }
 
     /// The graph as a g2o file: nodes are scans, counted from 0, edges have the information that the graph gives them. `None` where there is no
     /// graph yet.
     pub fn graph_g2o(&self) -> Option<String> {
-        let graph = self.run.as_ref()?.graph.as_ref()?;
-        Some(AnyPoseGraph::Plane(graph.pose_graph()).to_g2o())
+        let run = self.run.as_ref()?;
+        let mut graph = run.graph.as_ref()?.pose_graph();
+        graph.poses.iter_mut().for_each(|pose| *pose = run.map_edits.in_map(*pose));
+        Some(AnyPoseGraph::Plane(graph).to_g2o())
     }
 
-    /// What the last of these steps would change after those before it. The map stays as it is.
+    /// What the last of these steps, one about a loop, would change after those before it. The map stays as it is.
     ///
     /// # Errors
-    /// Where there is no graph or no step, or a step names a scan that does not exist.
+    /// Where there is no graph or no such step, or a step is not valid.
     pub fn preview_edit(&mut self, edits: &[Edit]) -> Result<Consequence> {
-        Mending::of(self.run.as_mut(), &self.settings)?.preview(edits)
+        let run = done(self.run.as_mut())?;
+        run.check(edits)?;
+        if edits.last().is_none_or(|edit| edit.scans().is_none()) {
+            return Err(Error::whole("There is no step about a loop", "Give one as the last"));
+        }
+        Mending::of(run, &self.settings)?.preview(&about_loops(edits).1)
     }
 
     /// Takes these steps, and none that were taken before. Call [`step`](Self::step) then until it says [`Stage::Done`]. Returns the
-    /// steps that were not taken.
+    /// steps about loops that were not taken; [`unused_edits`](Self::unused_edits) tells the others.
     ///
     /// # Errors
-    /// Where there is no graph, or a step names a scan that does not exist; all stays as it is.
+    /// Where a step is not valid, or is about loops and there is no graph; all stays as it is.
     pub fn set_edits(&mut self, edits: &[Edit]) -> Result<Vec<RefusedEdit>> {
-        let Applied { taken, refused } = Mending::of(self.run.as_mut(), &self.settings)?.apply(edits)?;
-        self.run.iter_mut().for_each(|run| run.end_loops_again(&taken));
-        Ok(refused)
+        let run = done(self.run.as_mut())?;
+        run.check(edits)?;
+        let (numbers, loops) = about_loops(edits);
+        if loops != run.before_mending.loops {
+            run.before_mending.applied = Mending::of(run, &self.settings)?.apply(&loops);
+            run.before_mending.loops = loops;
+            run.end_loops_again();
+        }
+        run.map_edits.set(edits);
+        run.lay_map();
+        let refused = run.before_mending.applied.refused.iter();
+        Ok(refused.map(|refused| RefusedEdit { index: numbers[refused.index], ..refused.clone() }).collect())
     }
 }
 
+/// The run, where it is done.
+pub(super) fn done(run: Option<&mut Run>) -> Result<&mut Run> {
+    let run = run.filter(|run| run.stage == Stage::Done);
+    run.ok_or_else(|| Error::whole("The run is not done", "Call step() until it is"))
+}
+
+/// The steps about loops among others, and where they are.
+fn about_loops(edits: &[Edit]) -> (Vec<usize>, Vec<Edit>) {
+    let numbered = edits.iter().enumerate().filter(|(_, edit)| edit.scans().is_some());
+    numbered.map(|(number, edit)| (number, edit.clone())).unzip()
+}
+
 impl Run {
-    /// Tells pieces and verdicts anew, by the graph that these steps have made. What comes next is the joint registration.
-    fn end_loops_again(&mut self, taken: &[Edit]) {
+    /// Tells pieces and verdicts anew, by the graph that steps have made. What comes next is the joint registration.
+    fn end_loops_again(&mut self) {
         for (estimate, count) in self.estimates.iter_mut().zip(&self.before_mending.num_findings) {
             estimate.findings.truncate(*count);
         }
@@ -74,17 +102,7 @@ impl Run {
                 self.estimates.iter_mut().for_each(|estimate| estimate.findings.push(Finding::UncheckedLoop));
             }
         }
-        let num_added = taken.iter().filter(|edit| matches!(edit, Edit::AddLoop { .. })).count();
-        let num_removed = taken.len() - num_added;
-        self.before_mending.note = (!taken.is_empty())
-            .then(|| format!("The map was mended by hand: loops put in {num_added}, taken out {num_removed}."));
     }
-}
-
-/// What became of the steps of a list, without loops that were put in and taken out again.
-struct Applied {
-    taken: Vec<Edit>,
-    refused: Vec<RefusedEdit>,
 }
 
 /// What steps of mending work on: the graph of a run that is done.
@@ -110,9 +128,7 @@ struct Told {
 }
 
 impl<'a> Mending<'a> {
-    fn of(run: Option<&'a mut Run>, settings: &Settings) -> Result<Self> {
-        let run = run.filter(|run| run.stage == Stage::Done);
-        let run = run.ok_or_else(|| Error::whole("The run is not done", "Call step() until it is"))?;
+    fn of(run: &'a mut Run, settings: &Settings) -> Result<Self> {
         let Some(graph) = &mut run.graph else {
             return Err(Error::whole("The map has no graph", "Use the joint strategy: strategy=joint"));
         };
@@ -160,20 +176,21 @@ impl<'a> Mending<'a> {
             return Err(Error::whole("There is no step", "Give one at least"));
         };
         let present = self.graph.closure.state();
-        self.apply(before)?;
+        self.apply(before);
         let old = self.told();
         let applied = self.apply(edits);
         let new = self.told();
         self.graph.closure.restore(&present);
-        let refusal = applied?.refused.into_iter().find(|refused| refused.index == before.len());
+        let refusal = applied.refused.into_iter().find(|refused| refused.index == before.len());
         let moved = |&scan: &usize| (old.poses[scan].translation.vector - new.poses[scan].translation.vector).norm();
         let placed: Vec<usize> = (0..self.poses.len()).filter(|&scan| self.is_placed(scan)).collect();
         let furthest = placed.iter().copied().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap_or(0);
         let (was_good, is_good) = (&old.is_good, &new.is_good);
         let changed = |was: bool| placed.iter().filter(move |&&scan| was_good[scan] == was && is_good[scan] != was);
         let num_pieces = |told: &Told| placed.iter().map(|&scan| told.pieces[scan]).collect::<HashSet<_>>().len();
-        let is_lost =
-            |scans: &[usize; 2]| !new.loops.contains(scans) && self.places(*scans) != self.places(edit.scans());
+        let is_lost = |scans: &[usize; 2]| {
+            !new.loops.contains(scans) && Some(self.places(*scans)) != edit.scans().map(|of| self.places(of))
+        };
         Ok(Consequence {
             refusal: refusal.map(|refused| refused.reason),
             chi_squared: [old.chi_squared, new.chi_squared],
@@ -204,23 +221,18 @@ impl<'a> Mending<'a> {
     }
 
     /// Puts the graph to what these steps make of that of the run.
-    fn apply(&mut self, edits: &[Edit]) -> Result<Applied> {
-        let num_scans = self.poses.len();
-        for (index, edit) in edits.iter().enumerate() {
-            if let Some(scan) = edit.scans().into_iter().find(|&scan| scan >= num_scans) {
-                let problem = format!("Step {} names scan {scan}, and the recording has {num_scans}", index + 1);
-                return Err(Error::whole(problem, format!("Scans are counted from 0 to {}", num_scans - 1)));
-            }
-        }
+    fn apply(&mut self, loops: &[Edit]) -> Applied {
         self.graph.closure.restore(&self.unedited);
-        let mut applied = Applied { taken: Vec::new(), refused: Vec::new() };
-        for index in self.lasting(edits) {
-            match self.take(&edits[index]) {
-                Ok(()) => applied.taken.push(edits[index]),
-                Err(reason) => applied.refused.push(RefusedEdit { index, reason }),
+        let mut applied = Applied::default();
+        for index in self.lasting(loops) {
+            let Some(scans) = loops[index].scans() else { continue };
+            match (self.take(&loops[index], scans), &loops[index]) {
+                (Err(reason), _) => applied.refused.push(RefusedEdit { index, reason }),
+                (Ok(()), Edit::AddLoop { .. }) => applied.num_added += 1,
+                (Ok(()), _) => applied.num_removed += 1,
             }
         }
-        Ok(applied)
+        applied
     }
 
     /// The steps without loops that are put in and taken out again later, which must leave nothing behind.
@@ -230,7 +242,7 @@ impl<'a> Mending<'a> {
         let mut present: HashMap<[usize; 2], Option<usize>> = of_run.collect();
         let mut lasts = vec![true; edits.len()];
         for (index, edit) in edits.iter().enumerate() {
-            let places = self.places(edit.scans());
+            let Some(places) = edit.scans().map(|scans| self.places(scans)) else { continue };
             if matches!(edit, Edit::AddLoop { .. }) {
                 present.entry(places).or_insert(Some(index));
             } else if let Some(Some(added)) = present.remove(&places) {
@@ -240,16 +252,13 @@ impl<'a> Mending<'a> {
         (0..edits.len()).filter(|&index| lasts[index]).collect()
     }
 
-    fn take(&mut self, edit: &Edit) -> std::result::Result<(), String> {
-        let scans = edit.scans();
+    fn take(&mut self, edit: &Edit, scans: [usize; 2]) -> std::result::Result<(), String> {
         if let Some(lost) = scans.into_iter().find(|&scan| !self.is_placed(scan)) {
             return Err(format!("scan {lost} has no pose"));
         }
         let [(a, T_a_target), (b, T_b_source)] = scans.map(|scan| self.graph.attached(scan));
         let closure = &mut self.graph.closure;
         let added = match edit {
-            Edit::RemoveLoop { .. } if closure.remove_loop([a, b]) => Ok(()),
-            Edit::RemoveLoop { .. } => return Err("there is no loop between the places of these scans".to_owned()),
             Edit::AddLoop { T_target_source, unchecked, .. } => {
                 let [target, source] = scans.map(|scan| self.T_laser_robot[scan]);
                 let T = target * Pose2::from(*T_target_source) * source.inverse();
@@ -260,6 +269,8 @@ impl<'a> Mending<'a> {
                     closure.add_loop([a, b], &T_a_b, &self.options)
                 }
             }
+            _ if closure.remove_loop([a, b]) => Ok(()),
+            _ => return Err("there is no loop between the places of these scans".to_owned()),
         };
         added.map_err(|refusal| self.reason(&refusal))
     }

@@ -2,12 +2,15 @@
 
 mod chosen_odometry;
 mod counterparts;
+mod edit_faults;
+mod edited_map;
 mod edits;
 mod fan;
 mod joining;
 mod joint;
 mod keyframe_graph;
 mod localization;
+mod map_edits;
 mod mending;
 pub(in crate::pipeline) mod pairs;
 mod run;
@@ -237,7 +240,7 @@ impl Reconstruction {
         let checked = self.run.as_ref().and_then(|run| run.chosen_odometry.checked.as_ref());
         notes.extend(checked.iter().flat_map(|checked| checked.refusal.iter().chain(&checked.notes)).cloned());
         notes.extend(self.notes_on_recordings());
-        notes.extend(self.run.iter().filter_map(|run| run.before_mending.note.clone()));
+        notes.extend(self.run.iter().filter_map(Run::note_on_edits));
         let unconnected = self.unconnected();
         notes.extend(unconnected.clone());
         ReconstructionResult {
@@ -299,17 +302,18 @@ impl Reconstruction {
     /// The map of all frames that are not lost, as far as the run has come.
     pub fn map(&self) -> StitchedMap {
         let Some(run) = &self.run else { return StitchedMap::default() };
-        StitchedMap::new(run.placed().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.poses[frame])))
+        StitchedMap::new(run.mapped().map(|frame| (frame as u32, run.scans[frame].as_ref(), run.pose_in_map(frame))))
     }
 
     /// The points of that part alone (m), world frame.
     pub fn map_points_from(&self, first: usize) -> Vec<[f32; 2]> {
         let Some(run) = &self.run else { return Vec::new() };
-        let frames: Vec<usize> = run.placed().skip_while(|&frame| frame < first).collect();
+        let frames: Vec<usize> = run.mapped().skip_while(|&frame| frame < first).collect();
         let num_points = frames.iter().map(|&frame| run.scans[frame].points.len()).sum();
         let mut points = Vec::with_capacity(num_points);
         for frame in frames {
-            let moved = run.scans[frame].points.iter().map(|point| run.poses[frame].act(point));
+            let T_map_sensor = run.pose_in_map(frame);
+            let moved = run.scans[frame].points.iter().map(|point| T_map_sensor.act(point));
             points.extend(moved.map(|point| [point.x as f32, point.y as f32]));
         }
         points
@@ -317,7 +321,7 @@ impl Reconstruction {
 
     /// How many points each of the frames from this one on has in the map.
     pub fn map_sizes_from(&self, first: usize) -> Vec<u32> {
-        let size = |run: &Run, frame| if run.is_placed(frame) { run.scans[frame].points.len() as u32 } else { 0 };
+        let size = |run: &Run, frame| if run.is_mapped(frame) { run.scans[frame].points.len() as u32 } else { 0 };
         self.run.iter().flat_map(|run| (first..run.poses.len()).map(|frame| size(run, frame))).collect()
     }
 
@@ -415,10 +419,14 @@ impl Reconstruction {
         if run.poses.len() < self.names.len() {
             return Ok(None);
         }
-        let estimate: Vec<Option<Pose2>> =
-            (0..run.poses.len()).map(|frame| run.is_placed(frame).then(|| run.pose_of_robot(frame))).collect();
+        // Compared as the run found them: a turn of the map changes no error.
+        let T_run_map = run.map_edits.T_map_run().inverse();
+        let pose = |frame: usize| run.is_placed(frame).then(|| T_run_map * run.pose_of_robot(frame));
+        let estimate: Vec<Option<Pose2>> = (0..run.poses.len()).map(pose).collect();
         let good: Vec<bool> = (0..run.poses.len()).map(|frame| run.is_good(frame)).collect();
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        planar_error(&estimate, &good, &names, self.stamps().times.as_deref(), name, reference).map(Some)
+        let mut compared = planar_error(&estimate, &good, &names, self.stamps().times.as_deref(), name, reference)?;
+        compared.reference.iter_mut().flatten().for_each(|point| *point = run.map_edits.point_in_map(point));
+        Ok(Some(compared))
     }
 }

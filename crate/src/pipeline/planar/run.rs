@@ -11,13 +11,13 @@ use super::edits::BeforeMending;
 use super::joining::{BeginJoining, PieceSearch};
 use super::joint::{Joint, POINTS_A_STEP};
 use super::keyframe_graph::{KeyframeGraph, LONG_SEQUENCE};
+use super::map_edits::MapEdits;
 use super::scan_to_map::ScanToMap;
 use crate::evaluation::sharpness::{Sharpness, SharpnessMeter};
 use crate::geometry::Pose2;
 use crate::graph::loops::planar::{LoopTrials, Uncertainty};
 use crate::io::trajectory::Trajectory;
 use crate::map::local::LocalMap;
-use crate::map::occupancy_grid::OccupancyGrid;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::belief::Finding;
@@ -49,6 +49,7 @@ pub struct Run {
     /// For each frame the certain piece of the map that it belongs to.
     pieces: Vec<usize>,
     pub(super) before_mending: BeforeMending,
+    pub map_edits: MapEdits,
     /// The range that many returns share, taken for the sensor's limit (m).
     pub detected_limit: Option<f64>,
     /// The scans registered so far, cleaned, and what that left out.
@@ -92,6 +93,7 @@ impl Run {
             chosen_odometry,
             pieces: vec![0; recorded.len()],
             before_mending: BeforeMending::default(),
+            map_edits: MapEdits::default(),
             detected_limit,
             scans: Vec::new(),
             cleaning: Vec::new(),
@@ -246,6 +248,7 @@ impl Run {
         meter.advance(POINTS_A_STEP);
         if meter.is_done() {
             self.sharpness = meter.sharpness();
+            self.lay_map();
             self.stage = Stage::Done;
         } else {
             self.meter = Some(meter);
@@ -267,32 +270,9 @@ impl Run {
         (0..self.poses.len()).filter(|&frame| self.is_placed(frame))
     }
 
-    /// Indices of those in one certain piece of the map.
-    pub fn placed_in(&self, piece: usize) -> impl Iterator<Item = usize> + '_ {
-        self.placed().filter(move |&frame| self.pieces[frame] == piece)
-    }
-
-    /// What is free and what is occupied by the frames of one piece, in cells of this side (m).
-    pub fn occupancy_grid(&self, piece: usize, resolution: f64) -> OccupancyGrid {
-        let frames: Vec<usize> = self.placed_in(piece).collect();
-        let placed: Vec<_> = frames.iter().map(|&frame| (self.scans[frame].as_ref(), self.poses[frame])).collect();
-        let of_laser = |stretch: &[usize]| stretch.iter().map(|&frame| self.poses[frame]).collect();
-        let of_robot = |stretch: &[usize]| stretch.iter().map(|&frame| self.pose_of_robot(frame)).collect();
-        // Where the way of the robot between frames is not known, it is not assumed.
-        let drives: Vec<Vec<Pose2>> = frames
-            .chunk_by(|before, after| before + 1 == *after)
-            .flat_map(|stretch| [of_laser(stretch), of_robot(stretch)])
-            .collect();
-        let mut grid = OccupancyGrid::new(&placed, &drives, resolution);
-        let pieces = self.sizes_of_pieces();
-        if pieces.len() > 1 {
-            let which = if piece == 0 { "the main piece".to_owned() } else { format!("piece {piece}") };
-            let (count, all, num) = (frames.len(), pieces.iter().map(|(_, size)| size).sum::<usize>(), pieces.len());
-            grid.remark = format!(
-                "This is {which} of a map in {num} pieces that are not connected: {count} of {all} placed scans."
-            );
-        }
-        grid
+    /// The certain piece of the map that a frame belongs to.
+    pub fn piece(&self, frame: usize) -> usize {
+        self.pieces[frame]
     }
 
     /// The certain pieces of the map with the number of frames of each; the main one first.
@@ -319,11 +299,6 @@ impl Run {
             }
         };
         (1..count).map(of).collect()
-    }
-
-    /// Pose of the robot at a scan, by that of its laser.
-    pub fn pose_of_robot(&self, frame: usize) -> Pose2 {
-        self.poses[frame] * self.T_laser_robot[frame]
     }
 
     /// How well frames are known to each other by the graph; nothing without the joint solution.
@@ -367,7 +342,8 @@ impl Run {
         labels.zip(&self.cleaning).zip(&self.estimates).skip(first).map(|((label, cleaning), estimate)| {
             let pose = self.pose_of_robot(label.index);
             let piece = self.pieces[label.index];
-            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose) }
+            let T_map_run = self.map_edits.T_map_run();
+            FrameResult { piece, ..FrameResult::of_scan(label, *cleaning, estimate, pose, &T_map_run) }
         })
     }
 
@@ -379,9 +355,9 @@ impl Run {
         let earlier: Vec<usize> = self.placed().take_while(|&earlier| earlier < frame).collect();
         let mut map = LocalMap::new(settings.map_capacity(), settings.metric);
         for &earlier in &earlier[earlier.len().saturating_sub(settings.map_capacity())..] {
-            map.insert(Rc::clone(&self.scans[earlier]), self.poses[earlier]);
+            map.insert(Rc::clone(&self.scans[earlier]), self.pose_in_map(earlier));
         }
-        map.correspondences(&self.scans[frame], &self.poses[frame], settings.max_correspondence_distance)
+        map.correspondences(&self.scans[frame], &self.pose_in_map(frame), settings.max_correspondence_distance)
     }
 }
 

@@ -1,7 +1,7 @@
-/** The part of the engine that unpacks E57 and LAZ, in a browser. */
+/** The part of the engine that unpacks E57, LAZ and bzip2, in a browser. */
 import init from '../../pkg/scanstitch_formats.js';
 
-export { read_e57, unpack_laz } from '../../pkg/scanstitch_formats.js';
+export { Bzip2, read_e57, unpack_laz } from '../../pkg/scanstitch_formats.js';
 
 /** Makes it ready. */
 export async function start() {

@@ -1,0 +1,154 @@
+/** The part of the panel beside the map that edits its grid. */
+import { css, html, nothing, type TemplateResult } from 'lit';
+import type { Cell } from '../engine/protocol.js';
+import type { GridTool } from './grid-tools.js';
+import type { Mending } from './mending.js';
+
+const TOOLS: readonly (readonly [GridTool, string])[] = [
+  ['line', 'Line'],
+  ['rectangle', 'Rectangle'],
+  ['crop', 'Crop'],
+];
+const CELLS: readonly (readonly [Cell, string, string])[] = [
+  ['occupied', 'Occupied', 'A wall or another thing to keep off'],
+  ['free', 'Free', 'Where a robot may drive'],
+  ['unknown', 'Unknown', 'As if no beam had come there'],
+];
+const WORDS: Record<GridTool, { ends: string; take: string }> = {
+  line: { ends: 'Drag along the line, or tap its two ends, or type their coordinates.', take: 'Paint the line' },
+  rectangle: {
+    ends: 'Drag over the rectangle, or tap two opposite corners, or type their coordinates.',
+    take: 'Paint the rectangle',
+  },
+  crop: {
+    ends: 'Drag over what is to stay, or tap two opposite corners, or type their coordinates.',
+    take: 'Crop to the rectangle',
+  },
+};
+const FIELDS = ['From x', 'y', 'To x', 'y'] as const;
+const NAMES = ['From x (m)', 'From y (m)', 'To x (m)', 'To y (m)'] as const;
+
+export function gridPanel(mending: Mending): TemplateResult {
+  const { grid, isDone } = mending;
+  return html`<section aria-label="Grid">
+      ${choice('Tool', TOOLS, grid.tool, (tool) => grid.choose(tool))}
+      ${grid.tool === 'crop' ? nothing : choice('Paint as', CELLS, grid.cells, (cells) => grid.paintAs(cells))}
+      <div class="actions">
+        <button class="primary" title="Enter" ?disabled=${!isDone || !grid.step} @click=${() => mending.takeOnGrid()}>
+          ${WORDS[grid.tool].take}
+        </button>
+        <button title="Escape" ?disabled=${grid.places.length === 0} @click=${() => grid.clear()}>Clear</button>
+      </div>
+      <p class="explanation">${WORDS[grid.tool].ends}</p>
+      <div class="fields">
+        ${FIELDS.map((label, at) => number(label, NAMES[at] ?? '', grid.numbers[at] ?? null, (to) => grid.type(at, to)))}
+        ${grid.tool === 'line' ? number('Width', 'Width (m)', grid.width, (width) => grid.widen(width)) : nothing}
+      </div>
+      ${grid.problem === '' ? nothing : html`<p role="status">${grid.problem}</p>`}
+    </section>
+    <section aria-label="Turn">
+      <h3>Turn the map</h3>
+      <p class="explanation">All poses turn with it, so that the exported files fit each other.</p>
+      <button ?disabled=${!isDone} @click=${() => mending.rotate(null)}>Rotate to the walls</button>
+      <form
+        class="fields"
+        @submit=${(event: SubmitEvent) => {
+          event.preventDefault();
+          const [degrees = NaN] = numbersOf(event);
+          if (!Number.isNaN(degrees)) mending.rotate((degrees * Math.PI) / 180);
+        }}
+      >
+        ${number('By °', 'Angle (°), counter-clockwise', null)}
+        <button ?disabled=${!isDone}>Rotate</button>
+      </form>
+    </section>
+    <section aria-label="Scans left out">
+      <h3>Leave scans out</h3>
+      <form
+        class="fields"
+        @submit=${(event: SubmitEvent) => {
+          event.preventDefault();
+          const [first = NaN, last = NaN] = numbersOf(event);
+          mending.leaveOut(first, last);
+        }}
+      >
+        ${number('From scan', 'First scan', null)} ${number('to', 'Last scan', null)}
+        <button ?disabled=${!isDone}>Leave out</button>
+      </form>
+    </section>`;
+}
+
+/** Buttons of which one is pressed. */
+function choice<T extends string>(
+  label: string,
+  options: readonly (readonly [T, string, string?])[],
+  chosen: T,
+  take: (option: T) => void,
+): TemplateResult {
+  return html`<div class="choice" role="group" aria-label=${label}>
+    ${options.map(
+      ([option, words, hint]) =>
+        html`<button aria-pressed=${option === chosen} title=${hint ?? nothing} @click=${() => take(option)}>
+          ${label === 'Paint as' ? html`<i class="cell ${option}"></i>` : nothing}${words}
+        </button>`,
+    )}
+  </div>`;
+}
+
+function number(label: string, name: string, value: number | null, take?: (value: number) => void): TemplateResult {
+  return html`<label
+    >${label}<input
+      type="number"
+      step="any"
+      aria-label=${name}
+      .value=${value === null ? '' : String(value)}
+      @change=${({ target }: Event) => take?.((target as HTMLInputElement).valueAsNumber)}
+  /></label>`;
+}
+
+function numbersOf(event: SubmitEvent): number[] {
+  const inputs = (event.target as HTMLFormElement).querySelectorAll('input');
+  return [...inputs].map((input) => input.valueAsNumber);
+}
+
+export const gridStyles = css`
+  .choice {
+    display: grid;
+    grid-auto-columns: 1fr;
+    grid-auto-flow: column;
+    gap: 4px;
+  }
+  .choice button {
+    gap: 4px;
+    min-width: 0;
+    padding-inline: 2px;
+    font-size: calc(13 * var(--px));
+  }
+  .choice button[aria-pressed='true'] {
+    border-color: var(--accent);
+    box-shadow: inset 0 0 0 1px var(--accent);
+  }
+  .cell {
+    flex: none;
+    width: 11px;
+    height: 11px;
+    border: 1px solid var(--line-strong);
+    background: #fff;
+  }
+  .cell.occupied {
+    background: #141414;
+  }
+  .cell.unknown {
+    background: #8d8d8d;
+  }
+  .fields label {
+    min-width: calc(52 * var(--px));
+  }
+  .fields button {
+    align-self: end;
+  }
+  .fields input {
+    appearance: textfield;
+    padding-inline: 6px;
+  }
+`;
