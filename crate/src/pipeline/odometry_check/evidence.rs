@@ -2,12 +2,12 @@
 
 use nalgebra::Vector2;
 
-use super::super::planar::pairs::{MOST, spread_pairs};
+use super::super::planar::pairs::spread_pairs;
 use super::super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, planar_poses};
 use crate::geometry::quantile::{MIN_SAMPLE, quantile};
 use crate::geometry::{Pose2, RigidMotion};
 use crate::io::trajectory::Trajectory;
-use crate::odometry::planar::assess::MIN_OVERLAP;
+use crate::odometry::planar::assess::{MIN_OVERLAP, MOST};
 use crate::odometry::planar::hypothesis::{NUM_SEARCHED_POINTS, agrees_as_well, thinned};
 use crate::registration::free_space::FreeSpaceTest;
 use crate::registration::free_space::beams::RangeProfile;
@@ -27,10 +27,8 @@ const POSITION_UNITS: [(f64, &str); 8] = [
 ];
 /// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
-/// ... and the step between two of them: a robot's turn lasts longer.
+/// ... and the step between two of them: a robot's turn lasts longer. One step is the delay of a message, not another clock.
 const CLOCK_STEP: f64 = 0.25;
-/// Offsets below this (s) are the delay of a message, not another clock.
-const MIN_CLOCK_OFFSET: f64 = 0.5;
 
 /// A pair of scans that look different.
 struct ScanPair {
@@ -179,7 +177,7 @@ impl Evidence {
         let agreement = |offset: f64| self.agreement(scans, |scan| timed.at(scans[scan].time? - offset));
         let tried = (-steps..=steps).map(|step| f64::from(step) * CLOCK_STEP).map(|offset| (agreement(offset), offset));
         let (agreement, offset) = tried.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().total_cmp(&a.1.abs())))?;
-        (offset.abs() >= MIN_CLOCK_OFFSET).then(|| Reading {
+        (offset.abs() > CLOCK_STEP).then(|| Reading {
             agreement,
             problem: format!("Its clock is {} s {}", offset.abs(), if offset > 0.0 { "behind" } else { "ahead" }),
             remedy: format!("Add {offset} s to its times"),

@@ -5,9 +5,9 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use super::pairs::{MOST, known, register_alone, spread_pairs};
+use super::pairs::{known, register_alone, spread_pairs};
 use crate::io::laser_log::{Bearings, LaserLog, LaserScan};
-use crate::odometry::planar::assess::MIN_POINTS;
+use crate::odometry::planar::assess::{MIN_POINTS, MOST};
 use crate::odometry::planar::hypothesis::agrees_as_well;
 use crate::odometry::planar::motion_noise::{EXPECTED_WRONG, MotionNoise};
 use crate::pipeline::recorded_scan::RecordedScan;
@@ -26,9 +26,8 @@ const CHANCE: f64 = 1e-4;
 pub(super) fn corrected(log: &LaserLog, settings: &Settings) -> Option<(LaserLog, String)> {
     let stated = fan(log.scans.first()?).filter(|_| !log.are_bearings_given)?;
     let all: Vec<usize> = (0..log.scans.len()).collect();
-    let pairs = spread_pairs(&all, |first, second| {
-        differ(&log.scans[first], &log.scans[second]).then_some((first, second))
-    });
+    let pairs =
+        spread_pairs(&all, |first, second| differ(&log.scans[first], &log.scans[second]).then_some((first, second)));
     let fits = |factor: f64| -> Vec<Fit> {
         let is_possible = factor * stated < 2.0 * PI * (1.0 + SAME_FAN);
         let fit = |&(first, second): &(usize, usize)| {
@@ -146,7 +145,8 @@ fn differ(first: &LaserScan, second: &LaserScan) -> bool {
 /// Whether so many pairs fit better as chance brings once in many logs only (sign test).
 fn is_beyond_chance(before: &[Fit], after: &[Fit], of: fn(&Fit) -> f64) -> bool {
     let gains = || before.iter().zip(after).map(|(before, after)| of(after) - of(before));
-    let (num_better, num_worse) = (gains().filter(|&gain| gain > 0.0).count(), gains().filter(|&gain| gain < 0.0).count());
+    let (num_better, num_worse) =
+        (gains().filter(|&gain| gain > 0.0).count(), gains().filter(|&gain| gain < 0.0).count());
     let num = num_better + num_worse;
     let mut ways = 1.0;
     let mut at_most_as_many_worse = 0.0;

@@ -19,8 +19,6 @@ use crate::registration::free_space::FreeSpaceTally;
 pub(in crate::pipeline) const COMPARED: usize = 48;
 /// Largest number of scans between the two of a pair: the motion is then small enough for both to see the same.
 const MAX_APART: usize = 64;
-/// Share of the returns from which on most of them agree.
-pub(in crate::pipeline) const MOST: f64 = 0.5;
 
 /// Pairs of these scans, spread over all of them: of each the one with the nearest later scan that makes a pair with it.
 pub(in crate::pipeline) fn spread_pairs<T>(scans: &[usize], pair: impl Fn(usize, usize) -> Option<T>) -> Vec<T> {
