@@ -27,8 +27,6 @@ const MAX_STEPS: usize = 5;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
-/// The longest of them (m).
-pub const LONGEST_COMPARED: f64 = *STRETCH_LENGTHS.last().expect("there is one");
 /// Standard deviation of a motion that nothing tells: of a direction that nothing constrains, across a break of the chain, of an
 /// implausible pose (rad, m). With 0.6 rad, ACES is in 5 pieces (3).
 pub const UNREGISTERED: (f64, f64) = (1.0, 1.5);

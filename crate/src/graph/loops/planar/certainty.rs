@@ -4,13 +4,11 @@ use super::LoopClosure;
 use super::submap::Submap;
 use super::uncertainty::RelativeCovariances;
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::joint_scan_registration::MAX_NEIGHBOR_DISTANCE;
 use crate::odometry::planar::information::{openness, sigmas};
-use crate::odometry::planar::odometry_model::LONGEST_COMPARED;
 
-/// Places of a piece that are nearer to each other than this (m) are known to each other: the longest stretch that is compared with the
-/// odometry, and half a submap at both of its ends. A longer way may leave more open at its end.
-const MAX_CERTAIN_DISTANCE: f64 = LONGEST_COMPARED + MAX_NEIGHBOR_DISTANCE;
+/// Places of a piece that are nearer to each other than this (m) are known to each other: a stretch of 20 m, and half a submap
+/// at both of its ends. A longer way may leave more open at its end.
+const MAX_CERTAIN_DISTANCE: f64 = 25.0;
 
 /// Standard deviations of the motion between two nodes, as the chain and the loops leave it open.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +25,7 @@ pub struct Uncertainty {
 
 impl LoopClosure {
     /// For each keyframe the number of its piece. A piece grows from its first submap over links and loops, the most certain first.
-    /// A submap joins it if its pose is certain relative to those of all its submaps within that distance.
+    /// A submap joins it if its pose is certain relative to those of all its submaps within 25 m.
     pub fn pieces(&self) -> Vec<usize> {
         let (neighbors, covariances) = (self.neighbors(), self.relative_covariances(true));
         let mut piece_of = vec![usize::MAX; self.submaps.len()];
