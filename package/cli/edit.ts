@@ -1,22 +1,31 @@
 /** `scanstitch edit`: the map of planar scans, mended by the steps that a file keeps. */
 import { basename } from 'node:path';
-import { readSteps } from '../report/steps_file.js';
+import { printable } from '../base/printable.js';
+import { readSteps, type StepsFile } from '../report/steps_file.js';
 import { type Command, CommandError, type Engine, optionsOf, readArguments } from './command.js';
+import { writeResults } from './disk.js';
 import { openInputs, readRequired } from './inputs.js';
+import { readMap } from './localize.js';
 import { withoutNamed } from './reconstruct.js';
-import { reconstructPlanar } from './reconstruct_planar.js';
+import { reconstructPlanar, tellUntaken } from './reconstruct_planar.js';
 import { readMapFormat } from './results.js';
-import { Complaints, tellNotes } from './terminal.js';
+import { Complaints, print, tellNotes } from './terminal.js';
 
 const OPTIONS = {
   ...optionsOf({ texts: 'reference odometry table map-format', lists: 'set', flags: 'g2o mcap workbench' }),
   out: { type: 'string', default: 'scanstitch-out' },
 } as const;
 
+/** A map of ROS's map_server. */
+const IS_MAP = /\.ya?ml$/i;
+
+type Named = StepsFile & { name: string };
+
 export const edit: Command = {
   name: 'edit',
   about: 'a map of planar scans, mended by the steps that a file keeps',
   help: () => `scanstitch edit RECORDING... STEPS [OPTION]...
+scanstitch edit MAP STEPS [OPTION]...
 
 Reconstructs planar scans as scanstitch reconstruct does, with the settings that the file of steps keeps, and mends
 the map by its steps: the results are those that the page exports, byte by byte. The page saves such a file; it can be
@@ -42,16 +51,19 @@ Further steps edit the map that the loops have made, and its grid, in their orde
     { "action": "leave_out", "first": 10, "last": 19 }
 Poses, points and grid turn together, about the map's origin. Painted and cropped is the grid of the main piece.
 
+Of a MAP without its scans, map.yaml beside its picture, the grid alone is painted and cropped.
+
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --reference FILE, --odometry FILE, --table FORMAT, --map-format NAME, --g2o, --mcap, --workbench
                      as in scanstitch reconstruct
   --set NAME=VALUE   one setting in place of that of the file; may be repeated
 
-Written into DIR: what scanstitch reconstruct writes.
+Written into DIR: what scanstitch reconstruct writes; of a MAP, map.pgm and map.yaml.
 
-Example:
+Examples:
   scanstitch edit drive.log drive.steps.json --out mended
+  scanstitch edit map.yaml walls.steps.json --out mended
 `,
   run,
 };
@@ -69,6 +81,11 @@ async function run(engine: Engine, args: string[]) {
   const options = { ...given, steps, intrinsics: undefined, preset: undefined, workers: 0 };
   const complaints = new Complaints();
   const { complain, problems } = complaints;
+  const [map, ...others] = inputs;
+  if (map !== undefined && others.length === 0 && IS_MAP.test(map)) {
+    await editGrid(engine, map, steps, out, complain);
+    return complaints.exitCode;
+  }
   const { recording, close } = await openInputs(inputs, complain, { isTable: table !== undefined });
   try {
     if (recording.kind !== 'planar_scans')
@@ -79,6 +96,14 @@ async function run(engine: Engine, args: string[]) {
     await close();
   }
   return complaints.exitCode;
+}
+
+/** Paints and crops a grid without its scans. */
+async function editGrid(engine: Engine, path: string, steps: Named, out: string, complain: Complaints['complain']) {
+  const grid = readMap(engine, path, undefined);
+  tellUntaken(grid.edit(steps.steps), steps.name, complain);
+  await writeResults(out, { 'map.pgm': grid.pgm(), 'map.yaml': grid.yaml('map.pgm') });
+  print(`${grid.width} x ${grid.height} cells of ${grid.resolution} m\nWritten to ${printable(out)}\n`);
 }
 
 function read(path: string) {

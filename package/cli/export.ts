@@ -5,6 +5,7 @@ import { maskFiles, readAreas } from '../report/area_masks.js';
 import { geoTiff } from '../report/geotiff.js';
 import { dxf, svg, worldFile } from '../report/map_drawings.js';
 import { wallLines } from '../report/wall_lines.js';
+import { WALL_HEIGHT, wallFile } from '../report/wall_mesh.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
 import { writeResults } from './disk.js';
 import { readRequired } from './inputs.js';
@@ -15,11 +16,12 @@ import { Complaints, print } from './terminal.js';
 const OPTIONS = {
   out: { type: 'string', default: 'scanstitch-out' },
   resolution: { type: 'string' },
+  height: { type: 'string' },
 } as const;
 
 export const exportMap: Command = {
   name: 'export',
-  about: 'a map as walls (DXF, SVG), as GeoTIFF, with a world file, and as masks for nav2',
+  about: 'a map as walls (DXF, SVG, GLB, STL), as GeoTIFF, with a world file, and as masks for nav2',
   help: () => `scanstitch export MAP [AREAS] [OPTION]...
 
 Writes an occupancy grid, as scanstitch localize reads it, for other programs. AREAS is a file of polygons in the world
@@ -37,6 +39,7 @@ middle.
 Options:
   --out DIR          folder of the results, created if missing (default: ${OPTIONS.out.default})
   --resolution M     side of a pixel of a picture without a YAML file (m)
+  --height M         of the walls in space (m; default: ${WALL_HEIGHT.usual}, for planar scans do not tell it)
 
 Written into DIR:
   map.pgm, map.yaml  the map as map_server reads it
@@ -44,6 +47,8 @@ Written into DIR:
   map.png, map.pgw   its picture with its world file, for QGIS and others
   walls.dxf          the outlines of the walls as closed polylines (m), within a cell
   walls.svg          the same as a drawing
+  walls.glb          the same in space, as high as a room, for viewers of models
+  walls.stl          the same for printing, in millimetres
   keepout_mask.pgm, keepout_mask.yaml
                      100 in areas to keep out of, else 0; costmap_filter_info_server: type 0, base 0.0, multiplier 1.0
   speed_mask.pgm, speed_mask.yaml
@@ -63,6 +68,7 @@ async function run(engine: Engine, args: string[]) {
   }
   const complaints = new Complaints();
   const grid = readMap(engine, map, values.resolution);
+  const height = readWallHeight(values.height);
   const lines = wallLines(grid);
   const files = {
     'map.pgm': grid.pgm(),
@@ -72,11 +78,22 @@ async function run(engine: Engine, args: string[]) {
     'map.pgw': worldFile(grid),
     'walls.dxf': dxf(lines),
     'walls.svg': svg(lines),
+    'walls.glb': await wallFile(grid, height, 'glb'),
+    'walls.stl': await wallFile(grid, height, 'stl'),
     ...(areas !== undefined && maskFiles(grid, read(areas), complaints.complain)),
   };
   await writeResults(values.out, files);
   print(`${lines.length} outlines of walls\nWritten to ${printable(values.out)}\n`);
   return complaints.exitCode;
+}
+
+function readWallHeight(given: string | undefined) {
+  const height = given === undefined ? WALL_HEIGHT.usual : Number(given);
+  const { least, most } = WALL_HEIGHT;
+  if (!(height >= least && height <= most)) {
+    throw new CommandError(`--height ${given}: give a number of metres from ${least} to ${most}.`);
+  }
+  return height;
 }
 
 function rgbOf(grey: Uint8Array) {

@@ -177,7 +177,9 @@ function complainOfOptions(
     complain(`--intrinsics ${intrinsics}: not used, for ${what} have no camera.`);
   }
   if (mesh !== undefined && kind === 'planar_scans') {
-    complain(`--mesh ${mesh.path}: not used, for planar scans have no surface.`);
+    complain(
+      `--mesh ${mesh.path}: not used, for planar scans have no surface; scanstitch export writes the walls of their map.`,
+    );
   }
   if (splats !== undefined && kind !== 'depth_images') {
     complain(`--splats ${splats}: not used, for ${what} have no pictures.`);

@@ -214,7 +214,7 @@ function mend(
   }
 }
 
-function tellUntaken(steps: readonly RefusedEdit[], name: string, complain: (problem: string) => void) {
+export function tellUntaken(steps: readonly RefusedEdit[], name: string, complain: (problem: string) => void) {
   for (const { index, reason } of steps) complain(`${name}: Step ${index + 1} was not taken: ${reason}.`);
 }
 

@@ -2,6 +2,7 @@
 import { basename, relative } from 'node:path';
 import type { SpatialReconstruction } from '../../pkg/scanstitch.js';
 import { printable } from '../base/printable.js';
+import { nameOfReference } from '../files/names.js';
 import type { Recording } from '../files/recording.js';
 import { cameraFor, engineCamera } from '../recording/camera_file.js';
 import { trajectoryBytes } from '../recording/pose_file.js';
@@ -171,8 +172,7 @@ export async function readReference({ recording, options, complain }: Task): Pro
   }
   const sources = recording.reference.flatMap((path) => recording.files.get(path) ?? []);
   const [first] = sources;
-  const last = sources.at(-1);
-  if (!first || !last) return null;
+  if (!first) return null;
   const contents = [];
   for (const source of sources) {
     const bytes = await readSource(source, source.path, complain);
@@ -180,8 +180,8 @@ export async function readReference({ recording, options, complain }: Task): Pro
     contents.push(bytes);
   }
   const [only] = contents as [Uint8Array];
-  if (first === last) return { name: basename(first.path), bytes: trajectoryBytes(first.path, only) };
-  return { name: `${basename(first.path)} to ${basename(last.path)}`, bytes: joinPoses(contents) };
+  const name = basename(nameOfReference(recording.reference));
+  return { name, bytes: sources.length > 1 ? joinPoses(contents) : trajectoryBytes(first.path, only) };
 }
 
 async function runAll(

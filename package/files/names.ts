@@ -47,6 +47,11 @@ export function nameOf({ members }: Series) {
   return first === last ? first.path : `${first.path} to ${baseOf(last.path)}`;
 }
 
+/** What to call a reference: its file, or the folder of its files. */
+export function nameOfReference([first = '', ...others]: readonly string[]) {
+  return others.length > 0 ? folderOf(first) || 'the pose files' : first;
+}
+
 export function groupBy<T>(values: readonly T[], keyOf: (value: T) => string) {
   const groups: Map<string, T[]> = new Map();
   for (const value of values) {

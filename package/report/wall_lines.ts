@@ -7,7 +7,7 @@ export type Point = readonly [x: number, y: number];
 /** The grey of an occupied cell. */
 const OCCUPIED = 0;
 /** Largest distance of a line from the edges of the cells (cells): more than the steps of a slanted wall, 0.71, and no more than is known. */
-const TOLERANCE = 1;
+export const TOLERANCE = 1;
 /** Along x, y, -x and -y: each is the one before, turned to the left. */
 const DIRECTIONS: readonly Point[] = [
   [1, 0],
@@ -18,7 +18,7 @@ const DIRECTIONS: readonly Point[] = [
 
 /** Closed lines in the world (m): walls lie to the left of them, so that holes run the other way round. */
 export function wallLines(grid: Grid): Point[][] {
-  return outlines(grid).map((line) => simplified(line).map((corner) => inWorld(grid, corner)));
+  return outlines(grid).map((line) => simplified(line, TOLERANCE).map((corner) => inWorld(grid, corner)));
 }
 
 /** A point of the world, from its columns and rows in the grid, counted from the corner with the smallest x and y. */
@@ -28,8 +28,8 @@ export function inWorld({ resolution, origin, yaw }: Omit<Grid, 'grey_values'>, 
   return [x0 + resolution * (cos * column - sin * row), y0 + resolution * (sin * column + cos * row)];
 }
 
-/** Follows the edges between occupied cells and others, corner by corner. */
-function outlines(grid: Grid) {
+/** Follows the edges between occupied cells and others, corner by corner (columns and rows): never across one another. */
+export function outlines(grid: Grid) {
   const edges = edgesFrom(grid);
   const lines: Point[][] = [];
   for (let start = 0; start < edges.length; start++) {
@@ -82,7 +82,7 @@ function followed(edges: Uint8Array, start: number, stride: number) {
 }
 
 /** Douglas and Peucker 1973, between two corners that stay. */
-function simplified(line: Point[]) {
+export function simplified(line: Point[], tolerance: number) {
   const first = line[0] as Point;
   const distances = line.map(([x, y]) => Math.hypot(x - first[0], y - first[1]));
   const furthest = distances.indexOf(distances.reduce((a, b) => Math.max(a, b), 0));
@@ -96,7 +96,7 @@ function simplified(line: Point[]) {
     const [from, to] = range;
     isKept[from] = 1;
     const [split, distance] = furthestFrom(closed, from, to);
-    if (distance > TOLERANCE) ranges.push([from, split], [split, to]);
+    if (distance > tolerance) ranges.push([from, split], [split, to]);
   }
   return line.filter((_, index) => isKept[index] === 1);
 }

@@ -12,6 +12,7 @@ import { findMiniBrowser, startWebKit } from './webkit.mjs';
 /**
  * @typedef {object} Driver
  * @property {string} version
+ * @property {number} rounding by which numbers may differ from Chromium's
  * @property {string[]} faults errors of the page's scripts that the browser tells
  * @property {(url: string) => Promise<unknown>} goto
  * @property {(script: string) => Promise<any>} evaluate an expression, awaited
@@ -34,6 +35,7 @@ async function startChromium() {
   page.on('pageerror', ({ message }) => faults.push(message));
   return {
     version: `Chromium ${browser.version()}`,
+    rounding: 0,
     faults,
     goto: (url) => page.goto(url),
     evaluate: (script) => page.evaluate(script),

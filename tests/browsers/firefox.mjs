@@ -45,6 +45,7 @@ export async function startFirefox(program) {
   const { context } = contexts[0];
   return {
     version: `Firefox ${capabilities.browserVersion}`,
+    rounding: 0,
     faults,
     goto: (url) => send('browsingContext.navigate', { context, url, wait: 'complete' }),
     async evaluate(script) {

@@ -150,6 +150,78 @@ function gridIn(folder) {
   return { width, height, at };
 }
 
+test('a grid without its scans is painted and cropped, and other steps are told', async (t) => {
+  const folder = temporaryFolder(t);
+  const [width, height] = [10, 8];
+  const yaml =
+    'image: map.pgm\nresolution: 0.5\norigin: [-1, -1, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n';
+  const [map = '', , file = '', wrong = ''] = writeFiles(folder, {
+    'map.yaml': yaml,
+    'map.pgm': Buffer.concat([Buffer.from(`P5\n${width} ${height}\n255\n`), Buffer.alloc(width * height, 205)]),
+    'a.json': fileOf(
+      [
+        // The cells with x from 0 to 1 and y from 0 to 0.5, then all up to x = 2, y = 1.
+        {
+          action: 'paint_rectangle',
+          cells: 'occupied',
+          corners: [
+            [0, 0],
+            [1, 0.5],
+          ],
+        },
+        { action: 'rotate' },
+        {
+          action: 'crop',
+          corners: [
+            [-1, -1],
+            [2, 1],
+          ],
+        },
+        {
+          action: 'paint_rectangle',
+          cells: 'free',
+          corners: [
+            [50, 50],
+            [51, 51],
+          ],
+        },
+      ],
+      0,
+    ),
+    'b.json': fileOf(
+      [
+        {
+          action: 'paint_rectangle',
+          cells: 'free',
+          corners: [
+            [0, 0],
+            [0, 1],
+          ],
+        },
+      ],
+      0,
+    ),
+  });
+  const out = join(folder, 'out');
+  const { status, stderr } = await scanstitch(['edit', map, file, '--out', out]);
+  assert.equal(status, 2, stderr);
+  assert.match(stderr, /a\.json: Step 2 was not taken: it needs the scans that the map was made of/);
+  assert.match(stderr, /a\.json: Step 4 was not taken: no cell of the map lies in it/);
+  const picture = readFileSync(join(out, 'map.pgm'));
+  const [header = '', columns, rows] = /^P5\n(?:#.*\n)*(\d+) (\d+)\n255\n/.exec(picture.toString('latin1')) ?? [];
+  assert.deepEqual([columns, rows], ['6', '4']);
+  const cells = [...picture.subarray(header.length)].map((grey) => (grey === 0 ? '#' : grey === 205 ? '?' : '.'));
+  assert.equal(cells.join(''), '??????' + '??##??' + '??????' + '??????');
+  assert.match(readFileSync(join(out, 'map.yaml'), 'utf8'), /origin: \[-1(\.0*)?, -1(\.0*)?, 0(\.0*)?\]/);
+
+  const refused = await scanstitch(['edit', map, wrong, '--out', join(folder, 'none')]);
+  assert.deepEqual(
+    [refused.status, /Step 1: the rectangle has no size/.test(refused.stderr)],
+    [1, true],
+    refused.stderr,
+  );
+});
+
 test('wrong steps are told with their place', async (t) => {
   const folder = temporaryFolder(t);
   const few = 6;

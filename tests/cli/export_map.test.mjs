@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { wallFile } from '../../npm/report/wall_mesh.js';
 import { scanstitch, temporaryFolder, writeFiles } from './support.mjs';
 
 /** From the top: `#` is a wall, `.` free, `?` unknown. A room with a pillar, and two walls that touch in a corner. */
@@ -187,6 +188,81 @@ test('masks have the values of nav2, walls and picture lie where the map has the
   assert.deepEqual(pillar?.toSorted(), corners.toSorted());
   const drawn = readFileSync(join(out, 'walls.svg'), 'utf8').match(/[ML](\S+) (\S+?)(?=[LZ])/g)?.length;
   assert.equal(drawn, walls.flat().length);
+});
+
+/** Corners of the triangles of an STL file (m), after their normals have been looked at. */
+function triangles(/** @type {Buffer} */ stl) {
+  const count = stl.readUInt32LE(80);
+  assert.equal(stl.length, 84 + 50 * count);
+  return Array.from({ length: count }, (_, i) => {
+    const [normal = [], a = [], b = [], c = []] = [0, 1, 2, 3].map((vector) =>
+      [0, 4, 8].map((axis) => stl.readFloatLE(84 + 50 * i + 12 * vector + axis)),
+    );
+    const corners = [a, b, c].map((corner) => corner.map((value) => value / 1000));
+    const [turned, length] = [cross(...edges(corners)), Math.hypot(...cross(...edges(corners)))];
+    assert.ok(Math.hypot(...turned.map((value, axis) => value / length - (normal[axis] ?? 0))) < 1e-5);
+    return corners;
+  });
+}
+
+const edges = (/** @type {number[][]} */ [a = [], b = [], c = []]) =>
+  /** @type {const} */ ([
+    b.map((value, axis) => value - (a[axis] ?? 0)),
+    c.map((value, axis) => value - (a[axis] ?? 0)),
+  ]);
+
+/** @param {number[]} a @param {number[]} b */
+function cross([ax = 0, ay = 0, az = 0], [bx = 0, by = 0, bz = 0]) {
+  return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+}
+
+/** The volume that triangles enclose: of the pyramids over them from the origin. */
+function volume(/** @type {number[][][]} */ faces) {
+  const of = (/** @type {number[][]} */ [a = [], b = [], c = []]) =>
+    cross(b, c).reduce((sum, value, axis) => sum + value * (a[axis] ?? 0), 0) / 6;
+  return faces.reduce((sum, face) => sum + of(face), 0);
+}
+
+test('walls in space are closed, as high as they are asked for, and face outwards', async (t) => {
+  const folder = temporaryFolder(t);
+  const [map = ''] = writeFiles(folder, { 'room.yaml': YAML, 'room.pgm': room() });
+  const out = join(folder, 'out');
+  const { status, stderr } = await scanstitch(['export', map, '--height', '1.5', '--out', out]);
+  assert.equal(status, 0, stderr);
+  const faces = triangles(readFileSync(join(out, 'walls.stl')));
+  const levels = new Set(faces.flat().map(([, , z]) => z));
+  assert.deepEqual([...levels].sort(), [0, 1.5]);
+  // No side is open: the areas of the faces, with their directions, add up to nothing.
+  const sum = faces.map((face) => cross(...edges(face))).reduce((all, one) => all.map((v, i) => v + (one[i] ?? 0)));
+  assert.ok(Math.hypot(...sum) < 1e-4, `${sum}`);
+  const footprint = polylines(readFileSync(join(out, 'walls.dxf'), 'utf8')).reduce((all, line) => all + area(line), 0);
+  assert.ok(Math.abs(volume(faces) - 1.5 * footprint) < 1e-3, `${volume(faces)} of ${1.5 * footprint} m^3`);
+
+  const glb = readFileSync(join(out, 'walls.glb'));
+  const { accessors, meshes } = JSON.parse(glb.toString('utf8', 20, 20 + glb.readUInt32LE(12)));
+  const { min, max } = accessors[meshes[0].primitives[0].attributes.POSITION];
+  const inSpace = faces.flat();
+  for (const axis of [0, 1, 2]) {
+    const values = inSpace.map((corner) => corner[axis] ?? NaN);
+    assert.ok(Math.abs(Math.min(...values) - min[axis]) < 1e-5 && Math.abs(Math.max(...values) - max[axis]) < 1e-5);
+  }
+
+  const flat = await scanstitch(['export', map, '--height', '0', '--out', out]);
+  assert.deepEqual([flat.status, /--height 0: give a number of metres from 0\.01 to 100/.test(flat.stderr)], [1, true]);
+});
+
+test('lines that would meet are left as the steps of cells', async () => {
+  // Two slanted walls beside each other: as lines of a drawing they overlap, or fall together to nothing.
+  for (const [step, thick, gap, cells] of /** @type {const} */ ([
+    [3, 3, 1, 72],
+    [2, 1, 1, 24],
+  ])) {
+    const isWall = (/** @type {number} */ at) => (at >= 0 && at < thick) || (at >= thick + gap && at < 2 * thick + gap);
+    const greys = Array.from({ length: 480 }, (_, at) => (isWall((at % 40) - step * Math.floor(at / 40)) ? 0 : 254));
+    const grid = { width: 40, height: 12, resolution: 1, origin: new Float64Array(3), yaw: 0 };
+    const stl = await wallFile({ ...grid, grey_values: () => Uint8Array.from(greys) }, 1, 'stl');
+    assert.ok(Math.abs(volume(triangles(Buffer.from(stl))) - cells) < 1e-6);
+  }
 });
 
 test('wrong files of areas are told with their place', async (t) => {

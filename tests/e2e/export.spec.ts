@@ -61,6 +61,13 @@ test('each result alone, and everything in one zip; the page reads its own map a
   expect(tiff.name).toBe('map.tif');
   expect(tiff.bytes.toString('latin1', 0, 4)).toBe('II*\0');
 
+  const walls = await exported(app, /^Walls to print/);
+  expect(walls.name).toBe('walls.stl');
+  expect(walls.bytes.readUInt32LE(80)).toBeGreaterThan(100);
+  expect(walls.bytes).toHaveLength(84 + 50 * walls.bytes.readUInt32LE(80));
+  const space = await exported(app, /^Walls in space/);
+  expect([space.name, space.bytes.toString('latin1', 0, 4)]).toEqual(['walls.glb', 'glTF']);
+
   const mcap = await exported(app, /^MCAP/);
   const { bag } = await openOne(mcap.name, new Uint8Array(mcap.bytes));
   expect(bag.topics.map(({ name: topic, count }) => [topic, count])).toEqual([

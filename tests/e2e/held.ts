@@ -17,32 +17,38 @@ export async function hold(page: Page, address: string | RegExp): Promise<() => 
   };
 }
 
-type Gated = Window & { gate: { isClosed: boolean; waiting: (() => void)[] } };
+type Gated = Window & { gate: { isClosed: boolean; numLeft: number; waiting: (() => void)[] } };
 
-/** A gate in front of the workers of pages that are opened from now on: while it is closed, what is sent to them by this method waits. */
+/**
+ * A gate in front of the workers of pages that are opened from now on: while it is closed, what is sent to them by this method waits.
+ * It closes by itself after this many, until it is opened.
+ */
 export async function gateWorkers(
   page: Page,
   method: string,
-): Promise<{ close(): Promise<void>; open(): Promise<void> }> {
-  await page.addInitScript((method) => {
-    const gate = { isClosed: false, waiting: [] as (() => void)[] };
+  numLeft: number,
+): Promise<{ close(): Promise<void>; open(leastWaiting?: number): Promise<void> }> {
+  const behind = { method, numLeft };
+  await page.addInitScript(({ method, numLeft }) => {
+    const gate = { isClosed: false, numLeft, waiting: [] as (() => void)[] };
     Object.assign(window, { gate });
     const { postMessage } = Worker.prototype;
     Worker.prototype.postMessage = function (this: Worker, message: { method?: string }, more: never): void {
       const post = (): void => postMessage.call(this, message, more);
-      if (gate.isClosed && message.method === method) gate.waiting.push(post);
+      if (message.method !== method) return post();
+      if (gate.isClosed || gate.numLeft-- <= 0) gate.waiting.push(post);
       else post();
     };
-  }, method);
+  }, behind);
   return {
     close: () => page.evaluate(() => void ((window as unknown as Gated).gate.isClosed = true)),
-    /** Fails where nothing waits. */
-    open: async () => {
+    /** Fails where fewer wait. */
+    open: async (leastWaiting = 1) => {
       const num = (): Promise<number> => page.evaluate(() => (window as unknown as Gated).gate.waiting.length);
-      await expect.poll(num, { message: `${method} sent to workers` }).toBeGreaterThan(0);
+      await expect.poll(num, { message: `${method} sent to workers` }).toBeGreaterThanOrEqual(leastWaiting);
       await page.evaluate(() => {
         const { gate } = window as unknown as Gated;
-        gate.isClosed = false;
+        Object.assign(gate, { isClosed: false, numLeft: Infinity });
         for (const post of gate.waiting.splice(0)) post();
       });
     },

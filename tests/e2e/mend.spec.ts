@@ -2,11 +2,12 @@
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { type Locator } from '@playwright/test';
 import { unzipSync } from 'fflate';
 import { BUILDING, driveLog } from '../cli/drive_log.mjs';
 import { scanstitch, writeFiles } from '../cli/support.mjs';
 import { expectNamedControls, findWeakContrast } from './access.js';
-import { expect, overflowOf, test } from './scanstitch_page.js';
+import { expect, overflowOf, type ScanstitchPage, test } from './scanstitch_page.js';
 
 const NUM_SCANS = 66;
 const LOG = driveLog(BUILDING, 0, NUM_SCANS);
@@ -18,6 +19,14 @@ const stepsFile = (...steps: object[]): { name: string; mimeType: string; buffer
   mimeType: 'application/json',
   buffer: Buffer.from(JSON.stringify({ scanstitch_steps: 1, num_scans: NUM_SCANS, settings: {}, steps })),
 });
+
+/** The log, stitched, with the panel open. */
+async function mendTheLog(app: ScanstitchPage): Promise<Locator> {
+  await app.drop([{ name: 'drive.log', content: LOG }]);
+  await app.stitched();
+  await app.stage.press('m');
+  return app.page.locator('scanstitch-mend');
+}
 
 test('a wrong loop is found and removed by three clicks, undone by a key, and replayed on the command line', async ({
   empty: app,
@@ -87,10 +96,7 @@ test('a loop is proposed by two scans, refused with the reason, and the panel is
   empty: app,
   page,
 }) => {
-  await app.drop([{ name: 'drive.log', content: LOG }]);
-  await app.stitched();
-  await app.stage.press('m');
-  const panel = page.locator('scanstitch-mend');
+  const panel = await mendTheLog(app);
   await panel.getByRole('button', { name: 'Propose a loop' }).click();
   await panel.getByLabel('First scan').fill('5');
   await panel.getByLabel('First scan').press('Enter');
@@ -126,10 +132,7 @@ test('the grid is painted by hand and by numbers, cropped and turned to the wall
   empty: app,
   page,
 }) => {
-  await app.drop([{ name: 'drive.log', content: LOG }]);
-  await app.stitched();
-  await app.stage.press('m');
-  const panel = page.locator('scanstitch-mend');
+  const panel = await mendTheLog(app);
   await panel.getByRole('button', { name: 'Grid and frame' }).click();
   const taken = panel.getByRole('heading', { name: /steps? taken/ });
 
@@ -177,12 +180,32 @@ test('the grid is painted by hand and by numbers, cropped and turned to the wall
   await app.stitched();
   await expect(taken).toHaveText('3 steps taken');
 
+  // Corner by corner: by taps, by numbers, and one that is dragged.
+  await panel.getByRole('button', { name: 'Polygon' }).click();
+  const [cornerX, cornerY] = await app.placeOnMap(120, 120);
+  await page.mouse.click(cornerX, cornerY);
+  await page.mouse.click(...(await app.placeOnMap(250, 130)));
+  await page.mouse.click(...(await app.placeOnMap(190, 240)));
+  await type({ 'Corner x (m)': '3', 'Corner y (m)': '1' });
+  await panel.getByRole('button', { name: 'Add', exact: true }).click();
+  await expect(panel.getByRole('status')).toHaveText('4 corners');
+  await panel.getByRole('button', { name: 'Remove the last' }).click();
+  await expect(panel.getByRole('status')).toHaveText('3 corners');
+  await page.mouse.move(cornerX, cornerY);
+  await page.mouse.down();
+  await page.mouse.move(cornerX + 20, cornerY + 30, { steps: 3 });
+  await page.mouse.up();
+  await expect(panel.getByRole('status')).toHaveText('3 corners');
+  await panel.getByRole('button', { name: 'Paint the polygon' }).click();
+  await app.stitched();
+  await expect(taken).toHaveText('4 steps taken');
+
   const saving = page.waitForEvent('download');
   await panel.getByRole('button', { name: 'Save the steps' }).click();
   const folder = mkdtempSync(join(tmpdir(), 'scanstitch-grid-'));
   const steps = readFileSync(await (await saving).path());
   const actions = JSON.parse(steps.toString()).steps.map(({ action }: { action: string }) => action);
-  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate']);
+  expect(actions).toEqual(['paint_line', 'paint_rectangle', 'rotate', 'paint_polygon']);
   const [log = '', file = ''] = writeFiles(folder, { 'drive.log': LOG, 'drive.steps.json': steps });
   const replayed = await scanstitch(['edit', log, file, '--out', folder]);
   expect(replayed.status, replayed.stderr).toBe(0);

@@ -20,6 +20,8 @@ const RECORDINGS: readonly (readonly [name: string, path: string])[] = [
   ['scans as text of rostopic', 'reports/rostopic_echo'],
   ['a scanner upside down', 'reports/laser_upside_down'],
   ['poses of a phone', 'reports/stray_scanner'],
+  ['clouds with a pose file each', 'reports/missing_frame'],
+  ['clouds in map coordinates', 'reports/utm_csv'],
   ['a table of ranges', 'reports/rplidar_polar/lidar_data.txt'],
   ['clouds as PCD', 'lidar/pcl_room'],
   ['clouds of a car', 'lidar/kitti_pair'],

@@ -10,7 +10,7 @@ use scanstitch_scene::space::Space;
 use scanstitch_scene::straight_corridor::{along, pillared, short_sighted};
 
 use crate::arguments::argument;
-use crate::lidar_sweeps::options_for;
+use crate::lidar_sweeps::{chosen_lidars, options_for};
 
 /// Error of the position (m) above which a good sweep is wrong.
 const WRONG: f64 = 0.3;
@@ -70,15 +70,7 @@ pub fn main() {
         "| corridor, lidar, speed | good | within the largest part | misplaced | wrong step | largest error (m) |"
     );
     println!("|---|---|---|---|---|---|");
-    for (name, lidar) in [
-        ("16 rings", MovingLidar::rings(16, 1800)),
-        ("32 rings", MovingLidar::rings(32, 1024)),
-        ("64 rings", MovingLidar::rings(64, 1024)),
-        ("rosette", MovingLidar::rosette()),
-    ] {
-        if argument("--only").is_some_and(|only| only != name) {
-            continue;
-        }
+    for (name, lidar) in chosen_lidars() {
         let lidar = short_sighted(lidar);
         for (place, speed) in [("bare", 0.5), ("bare", 1.0), ("bare", 2.0), ("pillars", 1.0)] {
             let mut counts = Counts::default();

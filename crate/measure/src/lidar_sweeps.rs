@@ -166,6 +166,17 @@ fn cell(errors: &[(f64, f64, usize)]) -> String {
     format!("{:.1} / {:.1}, {:.0}", 1e3 * mean(|e| e.0), 1e3 * mean(|e| e.1), mean(|e| e.2 as f64))
 }
 
+/// The lidars by their names, or the one of `--only`.
+pub fn chosen_lidars() -> impl Iterator<Item = (&'static str, MovingLidar)> {
+    let lidars = [
+        ("16 rings", MovingLidar::rings(16, 1800)),
+        ("32 rings", MovingLidar::rings(32, 1024)),
+        ("64 rings", MovingLidar::rings(64, 1024)),
+        ("rosette", MovingLidar::rosette()),
+    ];
+    lidars.into_iter().filter(|(name, _)| argument("--only").is_none_or(|only| only == *name))
+}
+
 pub fn main() {
     let number = |name, default| argument(name).and_then(|count| count.parse().ok()).unwrap_or(default);
     let num_sweeps = number("--sweeps", 20);
@@ -177,15 +188,7 @@ pub fn main() {
         "{:26} {:>22} {:>22} {:>22} {:>22}",
         "rmse / most (mm), good", "no skew", "straightened", "skew left in", "by the true motion"
     );
-    for (name, lidar) in [
-        ("16 rings", MovingLidar::rings(16, 1800)),
-        ("32 rings", MovingLidar::rings(32, 1024)),
-        ("64 rings", MovingLidar::rings(64, 1024)),
-        ("rosette", MovingLidar::rosette()),
-    ] {
-        if argument("--only").is_some_and(|only| only != name) {
-            continue;
-        }
+    for (name, lidar) in chosen_lidars() {
         for (speed, rate) in [(0.5, 1.0), (2.0, 1.0), (10.0, 1.0), (0.5, 2.0), (2.0, 2.0), (10.0, 2.0)] {
             let mut columns = [(); 4].map(|()| Vec::new());
             for (space, seed) in worlds.iter().zip(1..) {

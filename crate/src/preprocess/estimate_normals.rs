@@ -46,7 +46,7 @@ pub fn estimate_clear_normals(
     normals(points, tree, chosen.iter().copied(), neighborhood, viewpoint, Clarity::PLANE)
 }
 
-/// What is asked of neighbours.
+/// Bounds on the shape of a neighbourhood.
 #[derive(Clone, Copy)]
 struct Clarity {
     /// Largest ratio of the smallest spread to the second largest (variances).

@@ -1,13 +1,17 @@
 //! Occupancy grids from files for JavaScript.
 
+use tsify::Ts;
 use wasm_bindgen::prelude::*;
 
 use crate::thrown::Thrown;
 
+use crate::mending::{Edits, edits};
 use crate::occupancy_grid::OccupancyGrid;
+use crate::plain;
 use scanstitch::error::Result as EngineResult;
 use scanstitch::io::occupancy_map::{self, MapYaml, OccupancyMap};
 use scanstitch::map::occupancy_grid::OccupancyGrid as Grid;
+use scanstitch::pipeline::planar::{RefusedEdit, edit_grid};
 
 /// Name of the picture that a YAML file of ROS's map_server belongs to.
 ///
@@ -44,6 +48,16 @@ impl OccupancyGrid {
     /// When the file is not such a map.
     pub fn of_probabilities(name: &str, bytes: &[u8]) -> Result<OccupancyGrid, Thrown> {
         of_map(name, occupancy_map::read_probabilities(bytes))
+    }
+
+    /// Paints and crops the map by these steps. Returns those that had no effect, with the reason: those outside the map, and those that
+    /// need the scans it was made of.
+    ///
+    /// # Errors
+    /// When a step is not valid; the map stays as it is.
+    #[wasm_bindgen(unchecked_return_type = "RefusedEdit[]")]
+    pub fn edit(&mut self, steps: Edits) -> Result<Vec<Ts<RefusedEdit>>, Thrown> {
+        Ok(edit_grid(&mut self.grid, &edits(steps)?)?.iter().map(plain).collect())
     }
 
     /// What is worth knowing of the map, in whole sentences; empty where there is nothing.

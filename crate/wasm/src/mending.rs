@@ -15,7 +15,7 @@ extern "C" {
     pub type Edits;
 }
 
-fn edits(list: Edits) -> Result<Vec<Edit>, Thrown> {
+pub(crate) fn edits(list: Edits) -> Result<Vec<Edit>, Thrown> {
     from_object(Some(list.into()))
 }
 

@@ -2,7 +2,18 @@
 
 export interface ExportItem {
   id:
-    'trajectory' | 'matrices' | 'map' | 'grid' | 'geotiff' | 'picture' | 'report' | 'mcap' | 'workbench' | 'everything';
+    | 'trajectory'
+    | 'matrices'
+    | 'map'
+    | 'grid'
+    | 'geotiff'
+    | 'walls_glb'
+    | 'walls_stl'
+    | 'picture'
+    | 'report'
+    | 'mcap'
+    | 'workbench'
+    | 'everything';
   label: string;
   detail: string;
 }
@@ -15,6 +26,8 @@ export const EXPORTS: readonly ExportItem[] = [
   { id: 'map', label: 'Map', detail: 'all points in one frame, as PLY' },
   { id: 'grid', label: 'Occupancy grid', detail: 'map.pgm and map.yaml for ROS, one pair per piece, as a zip' },
   { id: 'geotiff', label: 'GeoTIFF', detail: 'the grid of the main piece in metres, for QGIS' },
+  { id: 'walls_glb', label: 'Walls in space', detail: 'of the main piece, 2.5 m high, as GLB' },
+  { id: 'walls_stl', label: 'Walls to print', detail: 'the same as STL, in millimetres' },
   { id: 'mcap', label: 'MCAP', detail: 'grid, scans and path, for Foxglove and rviz' },
   { id: 'workbench', label: 'Workbench', detail: 'scans, settings and steps, to open again as it is' },
   { id: 'picture', label: 'Picture', detail: 'the map as you see it, as PNG' },

@@ -3,6 +3,7 @@ import type { Answers, Edit, InputFile, Inputs } from '../engine/protocol.js';
 import { Remote } from '../engine/remote.js';
 import { startWorker } from '../engine/start.js';
 import type { reportHtml } from '../../../package/report/report.js';
+import type { WallFormat } from '../../../package/report/wall_mesh.js';
 import type { ZipApi } from './zip-worker.js';
 import type { Download, ExportItem } from './download.js';
 import zipUrl from './zip-worker.ts?worker&url';
@@ -42,6 +43,10 @@ export async function makeExport(id: ExportItem['id'], sources: Sources): Promis
       return { name: 'occupancy_grid.zip', blob: await zip(bytesOf(await sources.ask('gridFiles'))) };
     case 'geotiff':
       return { name: 'map.tif', blob: new Blob([await geoTiffOf(sources)]) };
+    case 'walls_glb':
+      return { name: 'walls.glb', blob: new Blob([await wallsOf(sources, 'glb')]) };
+    case 'walls_stl':
+      return { name: 'walls.stl', blob: new Blob([await wallsOf(sources, 'stl')]) };
     case 'mcap':
       return { name: 'map.mcap', blob: new Blob([await mcapOf(sources)]) };
     case 'workbench':
@@ -77,11 +82,22 @@ export function changedSettings(settings: object | null, defaults: object = {}):
   return Object.fromEntries(Object.entries(settings ?? {}).filter(([name, value]) => value !== before.get(name)));
 }
 
-/** Of the main piece. */
-async function geoTiffOf({ ask }: Sources): Promise<Uint8Array<ArrayBuffer>> {
-  const { geoTiff } = await import('../../../package/report/geotiff.js');
+/** The grid of the main piece, and its greys. */
+async function gridOf({ ask }: Sources) {
   const { grey_values: greys, ...grid } = await ask('occupancy_grid');
-  return geoTiff({ ...grid, origin: Float64Array.from(grid.origin), yaw: 0 }, greys);
+  return { grid: { ...grid, origin: Float64Array.from(grid.origin), yaw: 0 }, greys: new Uint8Array(greys) };
+}
+
+async function geoTiffOf(sources: Sources): Promise<Uint8Array<ArrayBuffer>> {
+  const { geoTiff } = await import('../../../package/report/geotiff.js');
+  const { grid, greys } = await gridOf(sources);
+  return geoTiff(grid, greys);
+}
+
+async function wallsOf(sources: Sources, format: WallFormat): Promise<Uint8Array<ArrayBuffer>> {
+  const { WALL_HEIGHT, wallFile } = await import('../../../package/report/wall_mesh.js');
+  const { grid, greys } = await gridOf(sources);
+  return new Uint8Array(await wallFile({ ...grid, grey_values: () => greys }, WALL_HEIGHT.usual, format));
 }
 
 async function mcapOf({ ask, points: { points, offsets } }: Sources): Promise<Uint8Array<ArrayBuffer>> {

@@ -49,6 +49,15 @@ function paint(tools: GridTools, ctx: Context, size: Size, view: Viewport, dark:
       ctx.stroke();
       ctx.lineWidth -= extra;
     }
+  } else if (from && to && tools.tool === 'polygon') {
+    ctx.beginPath();
+    for (const place of tools.places) ctx.lineTo(...onScreen(place));
+    ctx.closePath();
+    ctx.fillStyle = FILLS[tools.cells];
+    ctx.fill('evenodd');
+    ctx.strokeStyle = color;
+    ctx.lineWidth = 2;
+    ctx.stroke();
   } else if (from && to) {
     const [[x0, y0], [x1, y1]] = [onScreen(from), onScreen(to)];
     ctx.beginPath();

@@ -1,12 +1,13 @@
 /** The part of the panel beside the map that edits its grid. */
 import { css, html, nothing, type TemplateResult } from 'lit';
 import type { Cell } from '../engine/protocol.js';
-import type { GridTool } from './grid-tools.js';
+import type { GridTool, GridTools } from './grid-tools.js';
 import type { Mending } from './mending.js';
 
 const TOOLS: readonly (readonly [GridTool, string])[] = [
   ['line', 'Line'],
   ['rectangle', 'Rectangle'],
+  ['polygon', 'Polygon'],
   ['crop', 'Crop'],
 ];
 const CELLS: readonly (readonly [Cell, string, string])[] = [
@@ -19,6 +20,10 @@ const WORDS: Record<GridTool, { ends: string; take: string }> = {
   rectangle: {
     ends: 'Drag over the rectangle, or tap two opposite corners, or type their coordinates.',
     take: 'Paint the rectangle',
+  },
+  polygon: {
+    ends: 'Tap its corners one after the other, drag one to move it, or type their coordinates.',
+    take: 'Paint the polygon',
   },
   crop: {
     ends: 'Drag over what is to stay, or tap two opposite corners, or type their coordinates.',
@@ -40,10 +45,7 @@ export function gridPanel(mending: Mending): TemplateResult {
         <button title="Escape" ?disabled=${grid.places.length === 0} @click=${() => grid.clear()}>Clear</button>
       </div>
       <p class="explanation">${WORDS[grid.tool].ends}</p>
-      <div class="fields">
-        ${FIELDS.map((label, at) => number(label, NAMES[at] ?? '', grid.numbers[at] ?? null, (to) => grid.type(at, to)))}
-        ${grid.tool === 'line' ? number('Width', 'Width (m)', grid.width, (width) => grid.widen(width)) : nothing}
-      </div>
+      ${grid.tool === 'polygon' ? cornerFields(grid) : endFields(grid)}
       ${grid.problem === '' ? nothing : html`<p role="status">${grid.problem}</p>`}
     </section>
     <section aria-label="Turn">
@@ -76,6 +78,36 @@ export function gridPanel(mending: Mending): TemplateResult {
         <button ?disabled=${!isDone}>Leave out</button>
       </form>
     </section>`;
+}
+
+/** Both ends of a line, or two opposite corners. */
+function endFields(grid: GridTools): TemplateResult {
+  return html`<div class="fields">
+    ${FIELDS.map((label, at) => number(label, NAMES[at] ?? '', grid.numbers[at] ?? null, (to) => grid.type(at, to)))}
+    ${grid.tool === 'line' ? number('Width', 'Width (m)', grid.width, (width) => grid.widen(width)) : nothing}
+  </div>`;
+}
+
+/** The next corner of a polygon. */
+function cornerFields(grid: GridTools): TemplateResult {
+  const count = grid.corners.length;
+  return html`<form
+      class="fields"
+      @submit=${(event: SubmitEvent) => {
+        event.preventDefault();
+        const [x = NaN, y = NaN] = numbersOf(event);
+        if (!Number.isFinite(x) || !Number.isFinite(y)) return;
+        grid.addCorner([x, y]);
+        (event.target as HTMLFormElement).reset();
+      }}
+    >
+      ${number('Corner x', 'Corner x (m)', null)} ${number('y', 'Corner y (m)', null)}
+      <button>Add</button>
+    </form>
+    <div class="actions">
+      <span role="status">${count === 1 ? '1 corner' : `${count} corners`}</span>
+      <button ?disabled=${count === 0} @click=${() => grid.removeCorner()}>Remove the last</button>
+    </div>`;
 }
 
 /** Buttons of which one is pressed. */
@@ -114,14 +146,14 @@ function numbersOf(event: SubmitEvent): number[] {
 export const gridStyles = css`
   .choice {
     display: grid;
-    grid-auto-columns: 1fr;
+    grid-auto-columns: minmax(min-content, 1fr);
     grid-auto-flow: column;
     gap: 4px;
   }
   .choice button {
     gap: 4px;
     min-width: 0;
-    padding-inline: 2px;
+    padding-inline: 4px;
     font-size: calc(13 * var(--px));
   }
   .choice button[aria-pressed='true'] {

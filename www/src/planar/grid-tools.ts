@@ -1,7 +1,7 @@
 /** What edits a map's grid: the tool in hand, and the shape that it has drawn. */
 import type { Cell, Edit } from '../engine/protocol.js';
 
-export type GridTool = 'line' | 'rectangle' | 'crop';
+export type GridTool = 'line' | 'rectangle' | 'polygon' | 'crop';
 export type Place = readonly [x: number, y: number];
 /** x and y of both ends of a line, or of two opposite corners (m); null where they are not given yet. */
 type Numbers = readonly [number | null, number | null, number | null, number | null];
@@ -18,8 +18,10 @@ export class GridTools {
   /** Of a line (m). */
   width = WIDTH;
   numbers: Numbers = NONE;
-  /** The end that a drag moves, where it began and how far it has come (m); null while there is no drag. */
-  #drag: { end: 0 | 1; x: number; y: number; before: Numbers } | null = null;
+  /** Of a polygon. */
+  corners: readonly Place[] = [];
+  /** Which of the places a drag moves, where it began and how far it has come (m), and all of them before; null while there is no drag. */
+  #drag: { at: number; x: number; y: number; before: readonly Place[] } | null = null;
 
   constructor(readonly onChange: () => void) {}
 
@@ -45,25 +47,37 @@ export class GridTools {
     this.#set(this.numbers.map((number, i) => (i !== at ? number : Number.isNaN(value) ? null : value)));
   }
 
+  /** Gives a polygon one more corner. */
+  addCorner(corner: Place): void {
+    this.#put([...this.corners, corner]);
+  }
+
+  removeCorner(): void {
+    this.#put(this.corners.slice(0, -1));
+  }
+
   clear(): void {
-    this.#set(NONE);
+    this.#put([]);
   }
 
   /** The ends or corners that are given. */
-  get places(): Place[] {
+  get places(): readonly Place[] {
+    if (this.tool === 'polygon') return this.corners;
     const [x0, y0, x1, y1] = this.numbers;
     const first: Place[] = x0 === null || y0 === null ? [] : [[x0, y0]];
     return x1 === null || y1 === null ? first : [...first, [x1, y1]];
   }
 
   get isWhole(): boolean {
-    return this.numbers.every((number) => number !== null);
+    return this.tool === 'polygon' ? this.corners.length > 2 : this.numbers.every((number) => number !== null);
   }
 
   /** Why what is drawn cannot be taken, in words; empty where it can. */
   get problem(): string {
     const [from, to] = this.places;
     if (!from || !to || !this.isWhole) return '';
+    if (this.tool === 'polygon')
+      return areOnLine(this.corners) ? 'The polygon has no area: its corners lie on a line.' : '';
     const [wide, high] = [from[0] !== to[0], from[1] !== to[1]];
     if (this.tool === 'line') {
       if (!(wide || high)) return 'The line has no length: its ends are at one place.';
@@ -76,11 +90,10 @@ export class GridTools {
   get step(): Edit | null {
     const [from, to] = this.places;
     if (!from || !to || !this.isWhole || this.problem !== '') return null;
-    const both: [[number, number], [number, number]] = [
-      [from[0], from[1]],
-      [to[0], to[1]],
-    ];
+    const pair = ([x, y]: Place): [number, number] => [x, y];
+    const both: [[number, number], [number, number]] = [pair(from), pair(to)];
     const { tool, cells, width } = this;
+    if (tool === 'polygon') return { action: 'paint_polygon', cells, corners: this.corners.map(pair) };
     if (tool === 'crop') return { action: 'crop', corners: both };
     if (tool === 'rectangle') return { action: 'paint_rectangle', cells, corners: both };
     return { action: 'paint_line', cells, ends: both, width };
@@ -88,32 +101,31 @@ export class GridTools {
 
   // On the map.
 
-  /** A tap gives the first end, then the second; after both the next shape begins. */
-  tap([x, y]: Place): void {
-    const [first] = this.places;
-    const isSecond = first !== undefined && !this.isWhole;
-    this.#set(isSecond ? [first[0], first[1], rounded(x), rounded(y)] : [rounded(x), rounded(y), null, null]);
+  /** A tap gives a polygon its next corner; of others the first end, then the second; after both the next shape begins. */
+  tap(place: Place): void {
+    if (this.tool === 'polygon') this.addCorner(place);
+    else this.#put([...(this.isWhole ? [] : this.places), place]);
   }
 
-  /** A finger or button goes down; `reach` (m): how near it must be to an end to move it. */
+  /** A finger or button goes down; `reach` (m): how near it must be to an end or corner to move it. */
   press([x, y]: Place, reach: number): void {
-    const distances = this.places.map(([endX, endY]) => Math.hypot(endX - x, endY - y));
+    const { places: before } = this;
+    const distances = before.map(([endX, endY]) => Math.hypot(endX - x, endY - y));
     const near = distances.indexOf(Math.min(...distances));
-    const { numbers: before, isWhole } = this;
-    if (near >= 0 && (distances[near] ?? Infinity) <= reach) {
-      const [endX, endY] = this.places[near] ?? [x, y];
-      this.#drag = { end: near === 0 ? 0 : 1, x: endX, y: endY, before };
-    } else this.#drag = isWhole ? null : { end: 1, x, y, before };
+    const grasped = (distances[near] ?? Infinity) <= reach ? before[near] : undefined;
+    if (grasped) this.#drag = { at: near, x: grasped[0], y: grasped[1], before };
+    else this.#drag = this.isWhole || this.tool === 'polygon' ? null : { at: 1, x, y, before };
   }
 
   /** Whether the drag (m) draws; the map is moved otherwise. */
   drag(right: number, up: number): boolean {
     const drag = this.#drag;
     if (!drag) return false;
-    if (drag.end === 1 && !this.isWhole) this.numbers = [rounded(drag.x), rounded(drag.y), null, null];
+    // Of a shape with two ends that is not whole, the drag begins where the button went down.
+    const places = drag.at < this.places.length ? this.places : [[drag.x, drag.y] as const];
     [drag.x, drag.y] = [drag.x + right, drag.y + up];
-    const moved = [rounded(drag.x), rounded(drag.y)];
-    this.#set(drag.end === 0 ? [...moved, ...this.numbers.slice(2)] : [...this.numbers.slice(0, 2), ...moved]);
+    const moved: Place = [drag.x, drag.y];
+    this.#put([...places.slice(0, drag.at), moved, ...places.slice(drag.at + 1)]);
     return true;
   }
 
@@ -126,7 +138,16 @@ export class GridTools {
     if (!this.#drag) return;
     const { before } = this.#drag;
     this.#drag = null;
-    this.#set(before);
+    this.#put(before);
+  }
+
+  /** Takes these ends or corners. */
+  #put(places: readonly Place[]): void {
+    const whole = places.map(([x, y]): Place => [rounded(x), rounded(y)]);
+    if (this.tool === 'polygon') {
+      this.corners = whole;
+      this.onChange();
+    } else this.#set(whole.flat());
   }
 
   #set(numbers: readonly (number | null)[]): void {
@@ -138,4 +159,13 @@ export class GridTools {
 
 function rounded(metres: number): number {
   return Math.round(metres * PER_METRE) / PER_METRE;
+}
+
+/** Whether all corners lie on one line, within what is rounded. */
+function areOnLine([[x0, y0] = [0, 0], ...others]: readonly Place[]): boolean {
+  const areas = others.map(([x, y], index) => {
+    const [nextX, nextY] = others[index + 1] ?? [x0, y0];
+    return (x - x0) * (nextY - y0) - (y - y0) * (nextX - x0);
+  });
+  return areas.every((area) => Math.abs(area) < PER_METRE ** -2);
 }

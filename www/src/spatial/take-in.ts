@@ -1,4 +1,5 @@
 /** From a recording that was opened to the frames that are loaded: they join what is open or replace it. */
+import { nameOfReference } from '../../../package/files/names.js';
 import type { Content, OpenedRecording } from '../../../package/recording_reader.js';
 import type { Opened } from '../datasets/dataset.js';
 import type { SpatialJob } from '../engine/preparer.js';
@@ -39,14 +40,12 @@ export async function combine(present: SpatialDataset | null, opened: Opened, jo
 }
 
 function makeDataset({ title, origin, recording }: Opened): SpatialDataset {
-  const [first = ''] = recording.reference;
-  const folder = first.slice(0, Math.max(first.lastIndexOf('/'), 0));
   return {
     title: title || baseName(recording.root) || 'Your recording',
     origin,
     recording,
     jobs: jobsOf(recording),
-    referenceName: recording.reference.length > 1 ? folder || 'the pose files' : first,
+    referenceName: nameOfReference(recording.reference),
   };
 }
 

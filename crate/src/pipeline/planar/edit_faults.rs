@@ -21,9 +21,7 @@ impl Run {
                 let problem = format!("Step {number} names scan {scan}, and the recording has {num_scans}");
                 return Err(Error::whole(problem, format!("Scans are counted from 0 to {}", num_scans - 1)));
             }
-            if let Some((problem, remedy)) = fault(edit) {
-                return Err(Error::whole(format!("Step {number}: {problem}"), remedy));
-            }
+            check_alone(number, edit)?;
         }
         let leaves_out = |frame: usize| {
             edits.iter().any(|edit| matches!(edit, Edit::LeaveOut { first, last } if (*first..=*last).contains(&frame)))
@@ -33,6 +31,14 @@ impl Run {
         }
         Ok(())
     }
+}
+
+/// Whether a step is valid, whatever the map.
+///
+/// # Errors
+/// Where it is not; `number` is counted from 1.
+pub(super) fn check_alone(number: usize, edit: &Edit) -> Result<()> {
+    fault(edit).map_or(Ok(()), |(problem, remedy)| Err(Error::whole(format!("Step {number}: {problem}"), remedy)))
 }
 
 fn named_scans(edit: &Edit) -> Option<[usize; 2]> {

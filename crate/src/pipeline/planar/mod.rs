@@ -39,6 +39,7 @@ use crate::registration::icp::IterationRecord;
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 use joining::{BeginJoining, Joining};
 pub use localization::{Localization, LocalizationResult, LocatedPose, LocatedScan};
+pub use map_edits::edit_grid;
 use run::{LaterRecording, Run};
 pub use scan_to_map::ScanToMap;
 use scan_unit::ScanUnit;
