@@ -83,6 +83,9 @@ async function run(engine: Engine, args: string[]) {
   const { complain, problems } = complaints;
   const [map, ...others] = inputs;
   if (map !== undefined && others.length === 0 && IS_MAP.test(map)) {
+    for (const name of Object.keys(values).filter((name) => name !== 'out')) {
+      complain(`--${name}: not used, for a map is edited without its scans.`);
+    }
     await editGrid(engine, map, steps, out, complain);
     return complaints.exitCode;
   }

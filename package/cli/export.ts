@@ -78,10 +78,14 @@ async function run(engine: Engine, args: string[]) {
     'map.pgw': worldFile(grid),
     'walls.dxf': dxf(lines),
     'walls.svg': svg(lines),
-    'walls.glb': await wallFile(grid, height, 'glb'),
-    'walls.stl': await wallFile(grid, height, 'stl'),
+    ...(lines.length > 0 && {
+      'walls.glb': await wallFile(grid, height, 'glb'),
+      'walls.stl': await wallFile(grid, height, 'stl'),
+    }),
     ...(areas !== undefined && maskFiles(grid, read(areas), complaints.complain)),
   };
+  if (lines.length === 0)
+    complaints.complain(`${basename(map)}: The map shows no wall, so walls.glb and walls.stl were not written.`);
   await writeResults(values.out, files);
   print(`${lines.length} outlines of walls\nWritten to ${printable(values.out)}\n`);
   return complaints.exitCode;

@@ -4,8 +4,7 @@ import { toGlb } from '../mesh/glb.js';
 
 /** Height of the walls (m): that of most rooms. Planar scans do not tell it. */
 export const WALL_HEIGHT = { usual: 2.5, least: 0.01, most: 100 };
-export const WALL_FORMATS = ['glb', 'stl'] as const;
-export type WallFormat = (typeof WALL_FORMATS)[number];
+export type WallFormat = 'glb' | 'stl';
 
 /** Triangles with three vertices of their own each, counter-clockwise from outside (m, z up, the map's frame). */
 type Triangles = number[];
@@ -13,9 +12,10 @@ type Triangles = number[];
 /** A wall: its outline, and those of the rooms within it (columns and rows). */
 type Wall = { outline: Point[]; holes: Point[][] };
 
-/** The walls as a file: GLB in metres, STL in millimetres, as printers read it. */
+/** The walls as a file: GLB in metres, STL in millimetres, as printers read it. Throws where there is no wall. */
 export async function wallFile(grid: Grid, height: number, format: WallFormat): Promise<Uint8Array> {
   const positions = Float32Array.from(await extruded(grid, height));
+  if (positions.length === 0) throw new Error('The map shows no wall');
   if (format === 'stl') return stl(positions);
   const normals = normalsOf(positions);
   return toGlb({

@@ -179,7 +179,7 @@ test('ScanNet: frames without a pose (-inf) cost nothing but their comparison', 
   assert.equal(status, 0, stderr);
   assert.match(
     stderr,
-    /^note: 1\.txt to 6\.txt: 2 of its 6 poses have nan or inf in place of numbers \(first pose 0, counted from 0\)/m,
+    /^note: pose: 2 of its 6 poses have nan or inf in place of numbers \(first pose 0, counted from 0\)/m,
   );
   const { num_matched, errors, max } = result?.comparison ?? { num_matched: 0, errors: [], max: 9 };
   assert.deepEqual([num_matched, errors.map((error) => error === null)], [4, [true, false, false, true, false, false]]);

@@ -203,8 +203,9 @@ test('a grid without its scans is painted and cropped, and other steps are told'
     ),
   });
   const out = join(folder, 'out');
-  const { status, stderr } = await scanstitch(['edit', map, file, '--out', out]);
+  const { status, stderr } = await scanstitch(['edit', map, file, '--out', out, '--g2o']);
   assert.equal(status, 2, stderr);
+  assert.match(stderr, /--g2o: not used, for a map is edited without its scans/);
   assert.match(stderr, /a\.json: Step 2 was not taken: it needs the scans that the map was made of/);
   assert.match(stderr, /a\.json: Step 4 was not taken: no cell of the map lies in it/);
   const picture = readFileSync(join(out, 'map.pgm'));

@@ -1,7 +1,7 @@
 // @ts-check
 /** `scanstitch export`: masks as nav2's map_server reads them, walls as DXF and SVG, a world file; files of areas that are wrong. */
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { wallFile } from '../../npm/report/wall_mesh.js';
@@ -246,6 +246,14 @@ test('walls in space are closed, as high as they are asked for, and face outward
     const values = inSpace.map((corner) => corner[axis] ?? NaN);
     assert.ok(Math.abs(Math.min(...values) - min[axis]) < 1e-5 && Math.abs(Math.max(...values) - max[axis]) < 1e-5);
   }
+
+  const [bare = ''] = writeFiles(folder, {
+    'bare.yaml': YAML.replace('room', 'bare'),
+    'bare.pgm': Buffer.concat([Buffer.from('P5\n12 7\n255\n'), Buffer.alloc(84, 254)]),
+  });
+  const none = await scanstitch(['export', bare, '--out', join(folder, 'none')]);
+  assert.deepEqual([none.status, existsSync(join(folder, 'none', 'walls.glb'))], [2, false]);
+  assert.match(none.stderr, /bare\.yaml: The map shows no wall, so walls\.glb and walls\.stl were not written\./);
 
   const flat = await scanstitch(['export', map, '--height', '0', '--out', out]);
   assert.deepEqual([flat.status, /--height 0: give a number of metres from 0\.01 to 100/.test(flat.stderr)], [1, true]);

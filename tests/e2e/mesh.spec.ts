@@ -252,11 +252,17 @@ test('a surface that is switched on while the run goes on grows with it, and its
   // From the third on, frames wait until they are let go.
   await page.evaluate(() => {
     const { postMessage } = Worker.prototype;
-    const held = Object.assign(window, { since: 0, num_free: 2, waiting: [] as (() => void)[] });
+    const start = { since: performance.now(), num_placed: 0, placed_at: 0 };
+    const held = Object.assign(window, { ...start, num_free: 2, waiting: [] as (() => void)[] });
     Worker.prototype.postMessage = function (this: Worker, message: unknown, options: unknown): void {
       const post = (): void => postMessage.call(this, message, options as StructuredSerializeOptions);
-      const isFrame = (message as { method?: string }).method === 'place';
-      if (isFrame) held.since ||= performance.now();
+      const { method, id } = message as { method?: string; id?: number };
+      const isFrame = method === 'place';
+      if (isFrame) {
+        this.addEventListener('message', ({ data }) => {
+          if (data.id === id) [held.num_placed, held.placed_at] = [held.num_placed + 1, performance.now()];
+        });
+      }
       if (!isFrame || held.num_free-- > 0) post();
       else held.waiting.push(post);
     };
@@ -269,12 +275,13 @@ test('a surface that is switched on while the run goes on grows with it, and its
       for (const post of now) post();
     }, count);
   await spatial.drop(recording(8));
-  // The first map is sent with the next frame after this.
+  // A map is sent with the next frame after this: between two maps there is as long as it took to the first, or 400 ms.
   await page.waitForFunction(() => {
-    const { since } = window as unknown as { since: number };
-    return since > 0 && performance.now() - since > 400;
+    const { since, num_placed, placed_at } = window as unknown as Record<'since' | 'num_placed' | 'placed_at', number>;
+    return num_placed === 2 && performance.now() - placed_at > 2 * (placed_at - since) + 400;
   });
   await letGo(1);
+  await expect.poll(async () => Number(await spatial.table.getAttribute('aria-rowcount')) - 1).toBeGreaterThan(1);
   await button(page).click();
   // It begins with the frames of the map that was sent last: the third may come with the next one.
   expect((await counts(spatial)).frames).toMatch(/^[23] frames$/);

@@ -1,7 +1,7 @@
 //! Runs the depth engine on the images of a real camera and prints one line per frame: status, processor time, evidence and pose.
 //!
 //! `cargo measure depth_camera d435_robot [--depth-only] [--every 2] [--reverse] [--agree] [--lines FILE]`.
-//! `--agree` compares the depth of successive frames at their poses. Other cameras' recordings are made from it: `--size 848x480`,
+//! `--focal 570` is taken for the focal length (pixels) in place of the recorded one. `--agree` compares the depth of successive frames at their poses. Other cameras' recordings are made from it: `--size 848x480`,
 //! `--offset 0.05` (of the colours, m), `--rolling 0.5` and `--exposure 0.3` (of the time from frame to frame).
 
 use nalgebra::Vector3;
@@ -36,7 +36,9 @@ pub fn main() {
     let depth = order.iter().map(|&index| damaged(&whole.depth[index], index, scale, noise, holes)).collect();
     let color = order.iter().filter_map(|&index| whole.color.get(index).cloned()).collect();
     let truth = order.iter().filter_map(|&index| whole.truth.get(index).copied()).collect();
-    let recording = Recording { depth, color, truth, ..whole };
+    let focal = argument("--focal").map(|text| text.parse().expect("pixels"));
+    let intrinsics = whole.intrinsics.map(|[fx, fy, cx, cy]| [focal.unwrap_or(fx), focal.unwrap_or(fy), cx, cy]);
+    let recording = Recording { depth, color, intrinsics, truth, ..whole };
     let is_depth_only = flag("--depth-only");
     let color = if is_depth_only { ColorUse::NotUsed } else { ColorUse::Used };
     let depth_scale = recording.depth_scale.unwrap_or_default();
@@ -86,9 +88,15 @@ pub fn main() {
     }
     reconstruction.result().notes.iter().for_each(|note| eprintln!("{note}"));
     if recording.truth.len() == seconds.len() {
-        let [aligned, first_equal] = mean_errors(&recording.truth, &reconstruction.poses()).map(|error| 1000.0 * error);
+        let MeanErrors { aligned, with_scale, path_ratio, first_equal } =
+            mean_errors(&recording.truth, &reconstruction.poses());
         eprintln!(
-            "mean distance from the reference: {aligned:.1} mm aligned, {first_equal:.1} mm with first poses equal"
+            "mean distance from the reference: {:.1} mm aligned, {:.1} mm with first poses equal; {:.1} mm with a scale, \
+             the path is {:+.2} % longer",
+            1000.0 * aligned,
+            1000.0 * first_equal,
+            1000.0 * with_scale,
+            100.0 * (path_ratio - 1.0)
         );
     }
     let worst = seconds.iter().copied().fold(0.0, f64::max);
@@ -101,20 +109,37 @@ pub fn main() {
     );
 }
 
-/// Mean distances (m) of an estimate from the truth: aligned by rotation and translation, and with first poses made equal.
-fn mean_errors(truth: &[Pose3], estimate: &[Pose3]) -> [f64; 2] {
+/// Mean distances of an estimate from the truth (m).
+struct MeanErrors {
+    /// Aligned by rotation and translation, ...
+    aligned: f64,
+    /// ... and by a scale as well.
+    with_scale: f64,
+    /// The estimate's size over the truth's: the reciprocal of that scale.
+    path_ratio: f64,
+    /// With first poses made equal.
+    first_equal: f64,
+}
+
+fn mean_errors(truth: &[Pose3], estimate: &[Pose3]) -> MeanErrors {
     let positions = |poses: &[Pose3]| -> Vec<Vector3<f64>> { poses.iter().map(|T| T.translation.vector).collect() };
     let (truth_positions, found) = (positions(truth), positions(estimate));
     let mean = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
         let errors = found.iter().zip(&truth_positions).map(|(point, truth)| (moved(point) - truth).norm());
         errors.sum::<f64>() / found.len() as f64
     };
-    let aligned = umeyama(&found, &truth_positions, false).map_or(f64::NAN, |fit| {
-        let similarity = fit.similarity;
-        mean(&|point| similarity.rotation * point + similarity.translation)
-    });
+    let aligned = |has_scale: bool| {
+        umeyama(&found, &truth_positions, has_scale).map_or((f64::NAN, f64::NAN), |fit| {
+            let similarity = fit.similarity;
+            let moved =
+                |point: &Vector3<f64>| similarity.scale * (similarity.rotation * point) + similarity.translation;
+            (mean(&moved), similarity.scale)
+        })
+    };
     let first = truth[0] * estimate[0].inverse();
-    [aligned, mean(&|point| first.transform_point(&(*point).into()).coords)]
+    let first_equal = mean(&|point| first.transform_point(&(*point).into()).coords);
+    let (with_scale, scale) = aligned(true);
+    MeanErrors { aligned: aligned(false).0, with_scale, path_ratio: 1.0 / scale, first_equal }
 }
 
 /// The changes that the options name; `None` where they name none.

@@ -38,7 +38,7 @@ type FullOnly = Pick<
   'add_log' | 'graph_g2o' | 'graph_loops' | 'preview_edit' | 'set_edits' | 'unused_edits'
 >;
 /** That of the full engine tells more of a grid that was read from a file. */
-type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw'>;
+type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw' | 'edit'>;
 type Reconstruction = Omit<
   full.Reconstruction,
   keyof FullOnly | 'draw' | 'localization' | 'map_file' | 'occupancy_grid'

@@ -2,7 +2,8 @@
 //!
 //! - `wean --map FILE`: CMU's map (unpacked) and log: from `--starts N` places of the log, where and after how many scans the robot is
 //!   found, and whether all runs agree with the one from the first scan; `--out FILE` writes that one's trajectory;
-//!   `--particles N` beside it a particle filter from the same places, with `--seeds N`;
+//!   `--particles N` beside it a particle filter from the same places, with `--seeds N`; `--along` alone: what the scans score at
+//!   their places and at places moved along the corridor;
 //! - `halves`: each half of a log in the grid of the other half, by the poses in the log: every other scan, and with `--time` the first half
 //!   and the second; `--only NAME`, `--alone` without odometry, `--starts N`;
 //! - `others`: each log in the grids of the other buildings, 30 pairs, or all in CMU's map with `--map FILE`; `--scans N` of each log;

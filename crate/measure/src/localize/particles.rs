@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, Vector2, Vector3};
 use scanstitch::geometry::{Pose2, RigidMotion};
 use scanstitch::map::occupancy_grid::{Cell, OccupancyGrid};
-use scanstitch::odometry::localization::MapField;
+use scanstitch::odometry::localization::{BeamModel, MapField};
 use scanstitch::odometry::planar::motion_noise::MotionNoise;
 use scanstitch::preprocess::planar_scan::PlanarScan;
 use scanstitch_scene::random::Random;
@@ -16,6 +16,7 @@ const SURE: (f64, f64) = (0.95, 1.0);
 
 pub struct ParticleFilter<'a> {
     field: &'a MapField,
+    model: BeamModel,
     noise: MotionNoise,
     random: Random,
     particles: Vec<Pose2>,
@@ -34,7 +35,7 @@ impl<'a> ParticleFilter<'a> {
             grid.T_world_grid() * Pose2::new(at, random.uniform(0.0, std::f64::consts::TAU))
         };
         let particles = (0..count).map(|_| particle()).collect();
-        Self { field, noise: MotionNoise::default(), random, particles }
+        Self { field, model: BeamModel::of(field), noise: MotionNoise::default(), random, particles }
     }
 
     /// Moves, weighs and draws again.
@@ -47,7 +48,7 @@ impl<'a> ParticleFilter<'a> {
             let normal = Vector3::from_fn(|_, _| self.random.normal());
             let noise = spread.map_or_else(Vector3::zeros, |spread| spread * normal);
             *particle = (*particle * Pose2::exp(&noise) * motion).renormalized();
-            log_weights.push(INDEPENDENT * self.field.score(&beams, particle));
+            log_weights.push(INDEPENDENT * self.field.score(&self.model, &beams, particle));
         }
         self.draw(&log_weights);
     }

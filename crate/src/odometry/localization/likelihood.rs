@@ -162,9 +162,9 @@ impl MapField {
 
     /// The sum of the scores of returns in a sensor's frame, at a pose in the world: the logarithm of their likelihood over that of returns
     /// from anywhere, if they were independent.
-    pub fn score(&self, ends: &[Vector2<f64>], T_world_sensor: &Pose2) -> f64 {
-        let (model, T_grid_sensor) = (BeamModel::of(self), self.T_world_grid.inverse() * T_world_sensor);
-        ends.iter().map(|end| self.score_of_end(&model, &T_grid_sensor.act(end))).sum()
+    pub fn score(&self, model: &BeamModel, ends: &[Vector2<f64>], T_world_sensor: &Pose2) -> f64 {
+        let T_grid_sensor = self.T_world_grid.inverse() * T_world_sensor;
+        ends.iter().map(|end| self.score_of_end(model, &T_grid_sensor.act(end))).sum()
     }
 
     /// The score of a return.

@@ -11,7 +11,7 @@ use nalgebra::{UnitComplex, Vector2};
 
 use super::field::MapField;
 use super::likelihood::BeamModel;
-use super::pooled::{Pooled, layer_of};
+use super::pooled::{Pooled, Reach, layer_of};
 use crate::geometry::Pose2;
 use crate::geometry::quantile::quantile;
 use crate::map::occupancy_grid::Cell;
@@ -81,8 +81,8 @@ struct Block {
 impl Ord for Block {
     /// The larger bound first, then the finer one; the rest makes the order the same everywhere.
     fn cmp(&self, other: &Self) -> Ordering {
-        let key = |block: &Self| (block.bound, usize::MAX - block.level, block.turn, block.x, block.y);
-        key(self).cmp(&key(other))
+        let rest = |block: &Self| (usize::MAX - block.level, block.turn, block.x, block.y);
+        self.bound.cmp(&other.bound).then_with(|| rest(self).cmp(&rest(other)))
     }
 }
 
@@ -104,15 +104,16 @@ impl Search {
         let scale = (high - low) / f64::from(u8::MAX);
         let value = |score: f64| ((score - low) / scale).round().clamp(0.0, f64::from(u8::MAX)) as u8;
         let middle = |cell: usize| Vector2::new((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5) * side;
-        let scores = (0..width * height).map(|cell| value(field.score_of_end(&model, &middle(cell)))).collect();
+        let scores: Vec<u8> =
+            (0..width * height).map(|cell| value(field.score_of_end(&model, &middle(cell)))).collect();
         let mut free = vec![0; width * height];
         for (cell, _) in field.cells.iter().enumerate().filter(|(_, state)| **state == Cell::Free) {
             free[cell / field.width / step * width + cell % field.width / step] = u8::MAX;
         }
         Self {
             side,
-            scores: Pooled::new(scores, width, value(0.0)),
-            free: Pooled::new(free, width, 0),
+            scores: Pooled::new(&scores, width, value(0.0)),
+            free: Pooled::new(&free, width, 0),
             scale: (low, scale),
         }
     }
@@ -123,7 +124,7 @@ impl Search {
         if ends.is_empty() {
             return Found { is_complete: true, ..Found::default() };
         }
-        let turns = Turns::new(self.side, &interleaved(ends));
+        let turns = Turns::new(self.side, &interleaved(ends), &self.scores);
         let floor = self.value_of(wanted.least_mean * ends.len() as f64, ends.len());
         let margin = (wanted.margin / self.scale.1).ceil() as u32;
         let mut blocks = self.first_blocks(&turns, floor);
@@ -162,11 +163,10 @@ impl Search {
 
     fn first_blocks(&self, turns: &Turns, least: u32) -> BinaryHeap<Block> {
         let ((width, height), side) = (self.scores.size(), 1 << TOP);
-        let full = |chunk: &[TurnedEnd]| u32::from(u8::MAX) * chunk.len() as u32;
         let mut blocks = BinaryHeap::new();
         for (x, y) in (0..height).step_by(side).flat_map(|y| (0..width).step_by(side).map(move |x| (x, y))) {
             for (turn, ends) in turns.levels[TOP].iter().enumerate() {
-                let most: Vec<u32> = ends.chunks(CHUNK).map(full).collect();
+                let most: Vec<u32> = ends.chunks().map(|chunk| u32::from(u8::MAX) * chunk.len() as u32).collect();
                 self.push(turns, Block { bound: 0, level: TOP, turn, x, y }, &most, least, &mut blocks);
             }
         }
@@ -176,18 +176,12 @@ impl Search {
     fn divide(&self, turns: &Turns, block: &Block, least: u32, blocks: &mut BinaryHeap<Block>) {
         let (level, half) = (block.level - 1, 1 << (block.level - 1));
         let last = turns.levels[level].len() - 1;
-        let chunks = turns.levels[block.level][block.turn].chunks(CHUNK);
-        let most: Vec<u32> = chunks.map(|chunk| self.most(chunk, block)).collect();
+        let most: Vec<u32> = turns.levels[block.level][block.turn].most(&self.scores, block).collect();
         for (x, y) in [(0, 0), (half, 0), (0, half), (half, half)].map(|(x, y)| (block.x + x, block.y + y)) {
             for turn in 2 * block.turn..=(2 * block.turn + 1).min(last) {
                 self.push(turns, Block { bound: 0, level, turn, x, y }, &most, least, blocks);
             }
         }
-    }
-
-    /// What some returns score at most in a block.
-    fn most(&self, ends: &[TurnedEnd], block: &Block) -> u32 {
-        ends.iter().map(|end| end.max(&self.scores, block.x, block.y)).sum()
     }
 
     /// Adds a block where its bound is not too low and a robot can be in it. `most`: what each chunk of the returns scores at most, by the
@@ -198,8 +192,8 @@ impl Search {
             return;
         }
         let mut bound = most.iter().sum::<u32>();
-        for (chunk, most) in turns.levels[block.level][block.turn].chunks(CHUNK).zip(most) {
-            bound -= most.saturating_sub(self.most(chunk, &block));
+        for (here, most) in turns.levels[block.level][block.turn].most(&self.scores, &block).zip(most) {
+            bound -= most.saturating_sub(here);
             if bound < least {
                 return;
             }
@@ -221,12 +215,53 @@ struct TurnedEnd {
     x: i32,
     y: i32,
     layer: Option<usize>,
+    /// Where its value is for a sensor in the cell (0, 0).
+    offset: u32,
 }
 
 impl TurnedEnd {
-    #[inline]
+    /// Of a return in a block of translations of this side.
+    fn of(&[x, to_x, y, to_y]: &Reach, side: i32, scores: &Pooled) -> Self {
+        let layer = layer_of((to_x - x).max(to_y - y) + side);
+        Self { x, y, layer, offset: scores.offset(layer.unwrap_or_default(), x, y) }
+    }
+
+    /// The largest score from a cell of the sensor, wherever it is.
     fn max(&self, scores: &Pooled, x: i32, y: i32) -> u32 {
         self.layer.map_or(u32::from(u8::MAX), |layer| scores.max(layer, self.x + x, self.y + y))
+    }
+}
+
+/// Where the turns of a block move all returns.
+struct TurnedEnds {
+    ends: Vec<TurnedEnd>,
+    /// The corners of all of them; `None` where no square covers one.
+    corners: Option<Reach>,
+}
+
+impl TurnedEnds {
+    fn of(reaches: &[Reach], side: i32, scores: &Pooled) -> Self {
+        let ends: Vec<TurnedEnd> = reaches.iter().map(|reach| TurnedEnd::of(reach, side, scores)).collect();
+        let corners = ends.iter().map(|end| [end.x, end.x, end.y, end.y]).reduce(|all, end| covering(&all, &end));
+        Self { corners: corners.filter(|_| ends.iter().all(|end| end.layer.is_some())), ends }
+    }
+
+    fn chunks(&self) -> impl Iterator<Item = &[TurnedEnd]> {
+        self.ends.chunks(CHUNK)
+    }
+
+    /// What each chunk of the returns scores at most in a block.
+    fn most<'a>(&'a self, scores: &'a Pooled, &Block { x, y, .. }: &Block) -> impl Iterator<Item = u32> + 'a {
+        let moved = |[from_x, to_x, from_y, to_y]: Reach| [from_x + x, to_x + x, from_y + y, to_y + y];
+        let are_held = self.corners.is_some_and(|corners| scores.holds(&moved(corners)));
+        let shift = scores.shift(x, y);
+        self.chunks().map(move |chunk| {
+            if are_held {
+                chunk.iter().map(|end| scores.at(end.offset.wrapping_add(shift))).sum()
+            } else {
+                chunk.iter().map(|end| end.max(scores, x, y)).sum::<u32>()
+            }
+        })
     }
 }
 
@@ -235,14 +270,11 @@ struct Turns {
     /// From one turn of the lattice to the next (rad).
     step: f64,
     /// For each level and block of turns the returns.
-    levels: Vec<Vec<Vec<TurnedEnd>>>,
+    levels: Vec<Vec<TurnedEnds>>,
 }
 
-/// The cells that a return is moved to: least and largest along x and y.
-type Reach = [i32; 4];
-
 impl Turns {
-    fn new(side: f64, ends: &[Vector2<f64>]) -> Self {
+    fn new(side: f64, ends: &[Vector2<f64>], scores: &Pooled) -> Self {
         let lever = quantile(&mut ends.iter().map(Vector2::norm).collect::<Vec<_>>(), LEVER_QUANTILE);
         let count = (std::f64::consts::TAU * lever.unwrap_or_default().max(side) / side).ceil().max(8.0);
         let step = std::f64::consts::TAU / count;
@@ -255,18 +287,10 @@ impl Turns {
         let mut reaches: Vec<Vec<Reach>> = (0..count as usize).map(reaches).collect();
         let mut levels = Vec::new();
         for level in 0..=TOP {
-            let ends_of = |group: &Vec<Reach>| group.iter().map(|reach| TurnedEnd::of(reach, 1 << level)).collect();
-            levels.push(reaches.iter().map(ends_of).collect());
+            levels.push(reaches.iter().map(|group| TurnedEnds::of(group, 1 << level, scores)).collect());
             reaches = reaches.chunks(2).map(joined).collect();
         }
         Self { step, levels }
-    }
-}
-
-impl TurnedEnd {
-    /// Of a return in a block of translations of this side.
-    fn of(&[x, to_x, y, to_y]: &Reach, side: i32) -> Self {
-        Self { x, y, layer: layer_of((to_x - x).max(to_y - y) + side) }
     }
 }
 
@@ -280,10 +304,14 @@ fn interleaved(ends: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
 fn joined(groups: &[Vec<Reach>]) -> Vec<Reach> {
     let mut joined = groups[0].clone();
     for (reach, other) in joined.iter_mut().zip(groups.iter().skip(1).flatten()) {
-        let [x, to_x, y, to_y] = *other;
-        *reach = [reach[0].min(x), reach[1].max(to_x), reach[2].min(y), reach[3].max(to_y)];
+        *reach = covering(reach, other);
     }
     joined
+}
+
+/// The cells from the least to the largest of two reaches.
+fn covering(a: &Reach, b: &Reach) -> Reach {
+    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
 /// Places found so far.
@@ -373,11 +401,11 @@ mod tests {
         let off = field.in_world(&found.places[0]).inverse() * truth;
         assert!(off.translation_norm() < 0.2 && off.rotation_angle() < 0.1, "{off}");
         // Every pose of the lattice, looked at one by one.
-        let turns = Turns::new(search.side, &ends);
+        let turns = Turns::new(search.side, &ends, &search.scores);
         let (width, height) = search.scores.size();
         let cells = || (0..width * height).map(|cell| (cell % width, cell / width));
         let sum = |turn: usize, (x, y): (i32, i32)| {
-            turns.levels[0][turn].iter().map(|end| end.max(&search.scores, x, y)).sum::<u32>()
+            turns.levels[0][turn].ends.iter().map(|end| end.max(&search.scores, x, y)).sum::<u32>()
         };
         let all: Vec<(usize, (i32, i32), u32)> = (0..turns.levels[0].len())
             .flat_map(|turn| cells().map(move |at| (turn, at)))

@@ -7,9 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{UnitComplex, Vector2};
 
-use super::edit_faults::check_alone;
 use super::edits::{Edit, RefusedEdit};
-use crate::error::Result;
 use crate::evaluation::trajectory_error::PlanarPoint;
 use crate::geometry::Pose2;
 use crate::map::occupancy_grid::{Cell, OccupancyGrid, Shape};
@@ -37,6 +35,20 @@ struct PlacedShape {
 }
 
 impl MapEdits {
+    /// Those of a map without scans: its shapes. The steps that need the scans are told.
+    pub fn of_grid(steps: &[Edit]) -> (Self, Vec<RefusedEdit>) {
+        let reason =
+            || "it needs the scans that the map was made of: give the recording in place of the grid".to_owned();
+        let (mut unused, mut shapes) = (Vec::new(), Vec::new());
+        for (index, step) in steps.iter().enumerate() {
+            match shape_of(step) {
+                Some((shape, cells)) => shapes.push(PlacedShape { index, shape, cells }),
+                None => unused.push(RefusedEdit { index, reason: reason() }),
+            }
+        }
+        (Self { shapes, ..Self::default() }, unused)
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.steps.is_empty()
@@ -139,26 +151,6 @@ impl MapEdits {
         ];
         parts.into_iter().flatten()
     }
-}
-
-/// Edits a grid that is there without the scans it was made of: paints it and crops it. Returns the steps that had no effect, with the
-/// reason: those outside the grid, and those that need the scans.
-///
-/// # Errors
-/// When a step is not valid; the grid stays as it is.
-pub fn edit_grid(grid: &mut OccupancyGrid, steps: &[Edit]) -> Result<Vec<RefusedEdit>> {
-    (1..).zip(steps).try_for_each(|(number, step)| check_alone(number, step))?;
-    let reason = || "it needs the scans that the map was made of: give the recording in place of the grid".to_owned();
-    let (mut unused, mut shapes) = (Vec::new(), Vec::new());
-    for (index, step) in steps.iter().enumerate() {
-        match shape_of(step) {
-            Some((shape, cells)) => shapes.push(PlacedShape { index, shape, cells }),
-            None => unused.push(RefusedEdit { index, reason: reason() }),
-        }
-    }
-    unused.extend(MapEdits { shapes, ..MapEdits::default() }.edit(grid));
-    unused.sort_by_key(|refused| refused.index);
-    Ok(unused)
 }
 
 /// The angle from the nearest axis (rad).

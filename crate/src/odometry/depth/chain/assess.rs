@@ -59,10 +59,7 @@ impl Chain {
             }
             return Decision::Append(hypothesis, assessment);
         }
-        // A chain of a few frames may itself be wrong: no plausible frame is added to it.
-        let is_plausible =
-            hypothesis.is_tentative(self.gate_of(&hypothesis)) && (hypothesis.is_degenerate() || self.is_established());
-        if is_plausible || self.goes_on(&hypothesis) {
+        if hypothesis.is_tentative(self.gate_of(&hypothesis)) || self.goes_on(&hypothesis) {
             return Decision::KeepTentative(hypothesis, assessment);
         }
         Decision::Reject(hypothesis, assessment)

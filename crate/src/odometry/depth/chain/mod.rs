@@ -126,8 +126,7 @@ impl Chain {
         &self.members
     }
 
-    /// Whether it has enough steps to tell how the camera moves: it is kept beside a longer one, and a plausible frame may begin a
-    /// tentative branch of it.
+    /// Whether it has enough steps to tell how the camera moves: it is kept beside a longer one.
     pub(super) fn is_established(&self) -> bool {
         self.members.len() > MIN_STEPS
     }

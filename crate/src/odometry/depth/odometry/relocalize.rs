@@ -6,8 +6,6 @@ use super::DepthOdometry;
 use crate::odometry::assessment::{Assessment, Status};
 use crate::registration::prepared_surfels::PreparedSurfels;
 
-/// Rounds of relocalization after the last frame.
-const MAX_ROUNDS: usize = 3;
 /// Frames before a registered one that are relocalized, ...
 const MAX_BACKWARD_FRAMES: u32 = 12;
 /// ... until this many of them fail.
@@ -25,7 +23,6 @@ pub(super) struct BackwardRelocalization {
 /// Progress of relocalization after the last frame.
 #[derive(Clone)]
 pub(super) struct RelocalizationRounds {
-    num_left: usize,
     /// Frames still to be tried in this round.
     to_try: Vec<u32>,
     /// Whether a frame has been relocalized in this round, which may help others.
@@ -62,18 +59,16 @@ impl DepthOdometry {
     /// Tries to relocalize one of the unregistered frames after the last frame; whether there may be more to try.
     pub fn relocalize_next(&mut self) -> bool {
         let Some(chain) = &mut self.chain else { return false };
-        let rounds = self.rounds.get_or_insert_with(|| RelocalizationRounds {
-            num_left: MAX_ROUNDS,
-            to_try: Vec::new(),
-            has_succeeded: true,
-        });
+        let first_round = || RelocalizationRounds { to_try: Vec::new(), has_succeeded: true };
+        let rounds = self.rounds.get_or_insert_with(first_round);
         if rounds.to_try.is_empty() {
-            if rounds.num_left == 0 || !rounds.has_succeeded {
+            // Each round has one frame less, at least.
+            if !rounds.has_succeeded {
                 return false;
             }
             let numbers = self.unregistered_frames.numbers().into_iter();
             let to_try = numbers.filter(|number| !chain.is_member(*number)).collect();
-            *rounds = RelocalizationRounds { num_left: rounds.num_left - 1, to_try, has_succeeded: false };
+            *rounds = RelocalizationRounds { to_try, has_succeeded: false };
         }
         let Some(number) = rounds.to_try.pop() else { return false };
         if self.relocalize(number, true)
