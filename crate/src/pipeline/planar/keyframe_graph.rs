@@ -297,7 +297,7 @@ impl Relations {
         if all.is_empty() {
             // A doubted registration lies somewhere in the window that was searched.
             let searched = (UNKNOWN_SIGMA.0 / THREE_SIGMA, UNKNOWN_SIGMA.1 / THREE_SIGMA);
-            let sigma = if estimate.link == Link::Doubted && !is_start { searched } else { UNREGISTERED };
+            let sigma = if estimate.link == Link::Doubted && !is_start { searched } else { untold() };
             all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
@@ -346,10 +346,17 @@ fn keyframes(estimates: &[FrameEstimate], poses: &[Pose2], is_long: bool) -> (Ve
     (nodes, hangs_on)
 }
 
+/// Standard deviation of a motion that nothing tells, across a break of the chain or to an implausible pose (rad, m): the heading is as
+/// open as a registration may leave it, and the position lies within the usual search.
+fn untold() -> (f64, f64) {
+    let ((heading, _), (_, position)) = (UNREGISTERED, UNKNOWN_SIGMA);
+    (heading, position)
+}
+
 /// How well a motion is known without any registration of it (rad, m).
 fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
     if is_measured {
-        return UNREGISTERED; // the measured motion is a relation of its own
+        return untold(); // the measured motion is a relation of its own
     }
     (
         OPEN_DIRECTION_SIGMA.0 + OPEN_DIRECTION_SHARE * motion.rotation_angle(),
