@@ -220,7 +220,8 @@ impl Input {
             if STILL.contains(&within) {
                 return at(time - (within - STILL.start));
             }
-            let latency = LATENCY.start + (LATENCY.end - LATENCY.start) * f64::from(uniform(period as usize, 0, chance));
+            let latency =
+                LATENCY.start + (LATENCY.end - LATENCY.start) * f64::from(uniform(period as usize, 0, chance));
             at(if LATE.contains(&within) { time - latency } else { time })
         };
         let late: Vec<Pose2> = times.iter().map(|&time| told(time)).collect();
