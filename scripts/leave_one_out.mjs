@@ -50,7 +50,6 @@ const THRESHOLDS = [
       { file: 'registration/free_space/beams.rs', name: 'RELATIVE_TOLERANCE' },
     ],
   },
-  { means: 'gate about the odometry', constants: [{ file: MEASURED, name: 'SIGMAS' }] },
   {
     means: 'slip beyond the gate',
     constants: [
@@ -94,12 +93,8 @@ const THRESHOLDS = [
     constants: [{ file: `${LOOPS}/consistency.rs`, name: 'MAX_CYCLE_SIGMA' }],
   },
   {
-    means: 'weight below which a loop is taken back',
-    constants: [{ file: `${LOOPS}/acceptance.rs`, name: 'MIN_FITTING_WEIGHT' }],
-  },
-  {
-    means: 'scans that are matched in the joint solution',
-    constants: [{ file: 'pipeline/planar/keyframe_graph.rs', name: 'MIN_EDGE_SHARE' }],
+    means: 'overlap of a registration, of a match and of scans in the joint solution',
+    constants: [{ file: ASSESSMENT, name: 'MIN_OVERLAP' }],
   },
 ];
 

@@ -33,6 +33,7 @@ mod map_edits;
 mod map_quality;
 mod mending;
 mod moving;
+mod named_numbers;
 mod odometry_check;
 mod pair_registration;
 mod pcd;

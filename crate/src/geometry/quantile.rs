@@ -3,6 +3,9 @@
 /// Ratio of the standard deviation of a normal distribution to its median absolute value.
 pub(crate) const MEDIAN_TO_SIGMA: f64 = 1.4826;
 
+/// Standard deviations beyond which a tenth of the absolute values of a normal distribution lies.
+pub(crate) const TENTH_BEYOND: f64 = 1.645;
+
 /// Standard deviations beyond which a number is not one of a normal distribution: of those that are, 0.3 % lie beyond.
 pub(crate) const THREE_SIGMA: f64 = 3.0;
 

@@ -61,8 +61,8 @@ struct Matched<M: RigidMotion> {
     sq_residuals: f64,
 }
 
-/// Largest distance between neighbouring nodes (m).
-const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
+/// Largest distance between neighbouring nodes (m; where headings are compared, a radian counts as a metre).
+pub const MAX_NEIGHBOR_DISTANCE: f64 = 4.0;
 
 /// Edges, in both directions, between each node and the `matched` nodes before it, and as many of the nearest among the earlier
 /// ones, for paths that revisit a place. 0 matches all pairs. `positions` are those of the nodes (m).

@@ -13,6 +13,8 @@ pub struct Input {
     pub clock: Option<f64>,
     /// Whether the odometry's headings are written in degrees.
     pub in_degrees: bool,
+    /// Number of the draw of `wheels_stop`: another one has its faults elsewhere.
+    pub draw: usize,
 }
 
 /// All faults, by name.
@@ -51,6 +53,8 @@ pub const ALL: &[&str] = &[
 
 /// `wheels_stop`: the fault comes again after this time (s), ...
 const STOP_PERIOD: f64 = 25.0;
+/// ... which begins, from one draw to the next, this share of it earlier (the golden ratio: draws are spread evenly), ...
+const DRAW_SHIFT: f64 = 0.618;
 /// ... the odometry repeats one pose in this part of it (s), ...
 const STILL: std::ops::Range<f64> = 5.0..6.0;
 /// ... and comes late in this one (s), ...
@@ -71,7 +75,7 @@ impl Input {
             poses.iter().map(planar).map(Some).collect::<Vec<_>>()
         });
         let odometry = in_file.or_else(|| log.scans.iter().map(|scan| scan.odometry.map(Some)).collect());
-        Self { log: log.clone(), odometry, numbers, clock: None, in_degrees: false }
+        Self { log: log.clone(), odometry, numbers, clock: None, in_degrees: false, draw: 0 }
     }
 
     /// The odometry as a file would hold it.
@@ -200,6 +204,8 @@ impl Input {
     /// Odometry that stops for a second and then jumps, comes late, misses poses and has foreign steps.
     fn stop_wheels(&mut self) {
         let times = self.times();
+        let chance = 40 + self.draw;
+        let start = times[0] - STOP_PERIOD * (DRAW_SHIFT * self.draw as f64).fract();
         let Some(poses) = &mut self.odometry else { return };
         let old: Vec<Pose2> = poses.iter().map(|pose| pose.unwrap_or_default()).collect();
         let at = |time: f64| {
@@ -209,22 +215,23 @@ impl Input {
             old[after - 1] * Pose2::exp(&(motion * share.clamp(0.0, 1.0)))
         };
         let told = |time: f64| {
-            let period = ((time - times[0]) / STOP_PERIOD).floor();
-            let within = time - times[0] - period * STOP_PERIOD;
+            let period = ((time - start) / STOP_PERIOD).floor();
+            let within = time - start - period * STOP_PERIOD;
             if STILL.contains(&within) {
                 return at(time - (within - STILL.start));
             }
-            let latency = LATENCY.start + (LATENCY.end - LATENCY.start) * f64::from(uniform(period as usize, 0, 40));
+            let latency =
+                LATENCY.start + (LATENCY.end - LATENCY.start) * f64::from(uniform(period as usize, 0, chance));
             at(if LATE.contains(&within) { time - latency } else { time })
         };
         let late: Vec<Pose2> = times.iter().map(|&time| told(time)).collect();
         let step = |scan: usize| late[scan - 1].inverse() * late[scan];
         let mut now = late[0];
         for (scan, pose) in poses.iter_mut().enumerate().skip(1) {
-            let other = 1 + (uniform(scan, 1, 40) * (late.len() - 1) as f32) as usize;
-            let is_foreign = uniform(scan, 2, 40) < FOREIGN_AND_MISSING.0;
+            let other = 1 + (uniform(scan, 1, chance) * (late.len() - 1) as f32) as usize;
+            let is_foreign = uniform(scan, 2, chance) < FOREIGN_AND_MISSING.0;
             now *= step(if is_foreign { other.min(late.len() - 1) } else { scan });
-            *pose = (uniform(scan, 3, 40) >= FOREIGN_AND_MISSING.1).then_some(now);
+            *pose = (uniform(scan, 3, chance) >= FOREIGN_AND_MISSING.1).then_some(now);
         }
     }
 

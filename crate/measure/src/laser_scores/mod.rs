@@ -2,10 +2,10 @@
 //! time per scan.
 //!
 //! `cargo measure laser_scores [--out FOLDER] [--data FOLDER] [--only NAME] [--mode odometry|alone]
-//! [--damage all|NAME,...] [--append NAME] [--without all|NAME,...] [--worlds]
+//! [--damage all|NAME,... [--draw 0]] [--append NAME] [--without all|NAME,...] [--worlds]
 //! [--loops] [--campus [seed=1] [seeds=1] [campus_step=1] [campus_length=630]] [NAME=VALUE]...`
 //!
-//! `--damage` runs damaged logs (`damage.rs`), `--append` logs with another log appended,
+//! `--damage` runs damaged logs (`damage.rs`; `--draw` puts the faults of `wheels_stop` elsewhere), `--append` logs with another log appended,
 //! `--worlds` the generated worlds that look the same from several places. `--without` leaves out one part of the engine
 //! after the other: odometry, second_basin, consistent_sets, robust_kernel, doubt.
 //!
@@ -150,6 +150,7 @@ pub fn main() {
     }) {
         for damage in &damages {
             let mut input = read(case.name);
+            input.draw = option("--draw").map_or(0, |draw| draw.parse().expect("the number of a draw"));
             if !damage.is_empty() {
                 input.damage(damage);
             }

@@ -14,6 +14,9 @@ pub(crate) const GOOD_AGREEMENT: f64 = 0.9;
 pub(crate) const PLAUSIBLE_AGREEMENT: f64 = 0.8;
 /// A registration or a match of submaps of which a smaller share of the returns has a partner says nothing.
 pub(crate) const MIN_OVERLAP: f64 = 0.25;
+/// Share of the returns of a scan from which on it is most of them. For a scan that has to lie on the map, 0.7 and 1.4 times as much:
+/// `docs/measurements/laser.md`, thresholds.
+pub(crate) const MOST: f64 = 0.5;
 /// Limits of planar scans.
 const PLANAR_LIMITS: Limits = Limits {
     min_pairs: MIN_POINTS,

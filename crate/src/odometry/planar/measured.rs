@@ -11,6 +11,7 @@ use super::{
     FrameEstimate, Link, MeasuredMotion, Odometry, REGISTRATION_SIGMA, UNKNOWN_SIGMA, registered, unregistered,
 };
 use crate::geometry::mahalanobis;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
 use crate::odometry::assessment::Status;
@@ -19,10 +20,9 @@ use crate::registration::correlative::{LikelihoodGrid, SearchWindow};
 /// Wheels slip now and then, mostly in turns: a good registration may differ from measured motion by this (rad, m) whatever the usual
 /// noise of the wheels, ...
 const MAX_SLIP: (f64, f64) = (0.35, 0.25);
-/// ... to whose translation this share of the measured translation is added.
+/// ... to whose translation this share of the measured translation is added. Without it, the corridor with `wheels_stop` has 1770 good
+/// frames (1829), and 3 of 1,245 pairs in small pieces are wrong (none).
 const SLIP_SHARE: f64 = 0.1;
-/// Window of a search about measured motion, in standard deviations.
-const SIGMAS: f64 = 3.5;
 
 impl Odometry {
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
@@ -125,7 +125,8 @@ impl Odometry {
             return best;
         }
         let (rotation, translation) = sigmas(&motion.T_before_sensor, &motion.covariance);
-        let window = SearchWindow { translation: 0.1 + SIGMAS * translation, rotation: 0.02 + SIGMAS * rotation };
+        let window =
+            SearchWindow { translation: 0.1 + THREE_SIGMA * translation, rotation: 0.02 + THREE_SIGMA * rotation };
         let grid = LikelihoodGrid::new(&self.map.points());
         let Some(found) = grid.search(&thinned(scan.points(), NUM_SEARCHED_POINTS), prediction, window) else {
             return best;

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::MeasuredMotion;
 use super::information::chained;
+use super::{MeasuredMotion, UNKNOWN_SIGMA};
 use crate::geometry::mahalanobis;
-use crate::geometry::quantile::quantile;
+use crate::geometry::quantile::{MEDIAN_TO_SIGMA, MIN_SAMPLE, TENTH_BEYOND, quantile};
 use crate::geometry::{Pose2, RigidMotion};
 
 /// Variances of measured motion: what is added by every step, by every metre of the way and by every radian of a turn, so
@@ -25,19 +25,8 @@ pub struct MotionNoise {
 const TRANSLATION: (f64, f64, f64) = (0.004, 0.05, 0.05);
 /// ... and of a heading after a step (rad), a turn by a radian (rad) and a metre (rad).
 const ROTATION: (f64, f64, f64) = (0.004, 0.07, 0.03);
-/// Before anything is known of the wheels, they are trusted half as much.
+/// Before anything is known of the wheels, they are trusted half as much as those of a plain robot; none are trusted twice as much.
 const UNKNOWN: f64 = 2.0;
-/// The scales stay within these: less noise is not believed of any wheel, more is no measurement.
-const SCALES: (f64, f64) = (0.5, 8.0);
-/// Fewer counterparts than this do not tell the noise.
-pub const MIN_SAMPLES: usize = 8;
-/// Medians of the size of errors of unit deviation, in the plane (Rayleigh) and on the line (normal).
-const UNIT_MEDIANS: (f64, f64) = (1.177, 0.674);
-/// 90 % quantiles of the same: wheels that slip now and then have long tails.
-const UNIT_TAILS: (f64, f64) = (2.146, 1.645);
-
-/// A wrong step may be any motion within the window of a search: its density a square metre and radian, over 3 m, 3 m and 70 degrees.
-const WRONG_DENSITY: f64 = 1.0 / (3.0 * 3.0 * 1.22);
 /// Share of the steps that are wrong, before anything is known.
 pub const EXPECTED_WRONG: f64 = 0.05;
 /// The noise is told from the median and from the tail beyond which this share lies: of more wrong steps it would be told from these.
@@ -65,7 +54,7 @@ impl MotionNoise {
         let count = counterparts.len();
         let explained = |noise: Self| counterparts.iter().filter(move |c| noise.explains(c)).collect::<Vec<_>>();
         let num_wrong = count - explained(Self::default()).len();
-        if count < MIN_SAMPLES {
+        if count < MIN_SAMPLE {
             return (Self::default(), num_wrong);
         }
         let all: Vec<&Counterpart> = counterparts.iter().collect();
@@ -75,7 +64,7 @@ impl MotionNoise {
             translation_scale: most.translation_scale.max(UNKNOWN),
             rotation_scale: most.rotation_scale.max(UNKNOWN),
         });
-        let has_many = (right.len() as f64) < (1.0 - TAIL) * count as f64 && right.len() >= MIN_SAMPLES;
+        let has_many = (right.len() as f64) < (1.0 - TAIL) * count as f64 && right.len() >= MIN_SAMPLE;
         (Self::of(if has_many { &right } else { &all }, 1.0 - TAIL), num_wrong)
     }
 
@@ -99,11 +88,13 @@ impl MotionNoise {
         let scale = |values: &mut [f64], median: f64, tail: f64| {
             let mut of = |share| quantile(values, share).unwrap_or(0.0);
             let scale = (of(0.5) / median).max(if share > 0.5 { of(share) / tail } else { 0.0 });
-            scale.clamp(SCALES.0, SCALES.1)
+            scale.max(1.0 / UNKNOWN)
         };
+        // What this share of the errors of unit deviation in the plane exceeds (Rayleigh).
+        let in_plane = |beyond: f64| (-2.0 * beyond.ln()).sqrt();
         Self {
-            translation_scale: scale(&mut translations, UNIT_MEDIANS.0, UNIT_TAILS.0),
-            rotation_scale: scale(&mut rotations, UNIT_MEDIANS.1, UNIT_TAILS.1),
+            translation_scale: scale(&mut translations, in_plane(0.5), in_plane(TAIL)),
+            rotation_scale: scale(&mut rotations, 1.0 / MEDIAN_TO_SIGMA, TENTH_BEYOND),
         }
     }
 
@@ -118,7 +109,9 @@ impl MotionNoise {
         let covariance = noise + covariance;
         let sq_distance = mahalanobis::squared(&(measured * registered.inverse()).log(), &covariance);
         let log_density = -0.5 * (sq_distance + (TAU.powi(3) * covariance.determinant()).ln());
-        log_density - WRONG_DENSITY.ln()
+        // A wrong step may be any motion within the window of the usual search.
+        let (rotation, translation) = UNKNOWN_SIGMA;
+        log_density + (8.0 * rotation * translation * translation).ln()
     }
 
     /// Whether a counterpart is likelier by this noise than as a wrong step.
@@ -146,8 +139,8 @@ impl MotionNoise {
     }
 }
 
-/// Of fewer numbers less than five lie in the tail, which does not tell it.
-pub const MIN_FOR_TAIL: usize = (5.0 / TAIL) as usize;
+/// Of fewer numbers too few lie in the tail to tell it.
+pub const MIN_FOR_TAIL: usize = (MIN_SAMPLE as f64 / TAIL) as usize;
 
 /// How much a robot's motion changes: variances of the heading (rad^2) and the position (m^2) in the frame at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,7 +154,7 @@ impl MotionChange {
         let offs: Vec<Vector3<f64>> = changes.map(|(expected, motion)| (expected.inverse() * motion).log()).collect();
         let sigma = |axis: usize| {
             let mut sizes: Vec<f64> = offs.iter().map(|off| off[axis].abs()).collect();
-            quantile(&mut sizes, 1.0 - TAIL).map_or(0.0, |size| size / UNIT_TAILS.1)
+            quantile(&mut sizes, 1.0 - TAIL).map_or(0.0, |size| size / TENTH_BEYOND)
         };
         let variances = Vector3::from_fn(|axis, _| sigma(axis).powi(2));
         (offs.len() >= MIN_FOR_TAIL).then_some(Self { variances })

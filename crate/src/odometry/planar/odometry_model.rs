@@ -9,15 +9,16 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::belief::Finding;
 use super::information::{chained, seen_from, sigmas, softened_covariance};
-use super::motion_noise::{Counterpart, MIN_FOR_TAIL, MotionChange, MotionNoise, TAIL};
+use super::motion_noise::{Counterpart, EXPECTED_WRONG, MIN_FOR_TAIL, MotionChange, MotionNoise, TAIL};
 use super::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, continues, may_follow};
 use crate::geometry::mahalanobis;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{Pose2, RigidMotion};
 
-/// A step counts that is registered to this share of what the odometry is known to; ...
+/// A step counts that is registered to this share of what the odometry is known to; with any that tells more than
+/// the odometry, 1 of 1,187 pairs in small pieces of the corridor with `wheels_stop` is wrong (none); ...
 const CALIBRATING_SHARE: f64 = 0.5;
-/// ... it tells the size where it is this long (m).
+/// ... it tells the size where it is this long (m). With shorter ones, ACES with `wheels_stop` has 61 good frames fewer.
 const CALIBRATING_LENGTH: f64 = 0.1;
 /// Registered steps are themselves too long or too short by up to this share: 0.1 to 0.4 % in the median of four logs.
 const REGISTERED_SCALE: f64 = 0.005;
@@ -26,7 +27,8 @@ const MAX_STEPS: usize = 5;
 /// Lengths of the stretches of the result that are compared (m). Wheels that slip for a moment contradict a shorter one, and are
 /// right again over these.
 const STRETCH_LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
-/// What a registration leaves open of a direction that nothing constrains (rad, m).
+/// What a registration leaves open of a direction that nothing constrains (rad, m). With 0.6 rad, ACES is in 5 pieces (3); with 1.5 m,
+/// 145 of 7,347 pairs of the corridor are falsely good in eight draws of `wheels_stop` (100 of 7,322).
 pub const UNREGISTERED: (f64, f64) = (1.0, 1.0);
 /// Chain or result and odometry contradict each other beyond this squared Mahalanobis distance. Of the six logs at hand no stretch of
 /// the result does (17.3 at most); where the ground ahead seems to move on with the robot, 30 and more.
@@ -38,9 +40,9 @@ const LINEAR_HEADING: f64 = 0.25;
 /// odometry, a step that contradicts its registration is the likelier of the two to be wrong. None of 2,880 was (`laser_scores --mode
 /// alone`, good steps of five logs); this is ten times what that leaves possible.
 const FALSE_REGISTRATIONS: f64 = 0.01;
-/// Fewer sure steps do not bound the next one, for one in this many is longer than all before; and fewer keyframes that fit each other
-/// say little.
-pub const MIN_SURE: usize = 20;
+/// Fewer sure steps do not bound the next one: that it is longer than all of so many is as likely as a wrong step. Fewer keyframes that
+/// fit each other say as little.
+pub const MIN_SURE: usize = EXPECTED_WRONG.recip() as usize;
 
 /// The odometry of a run, step by step.
 #[derive(Debug, Clone, Default)]

@@ -1,23 +1,22 @@
 //! A scan whose motion was not measured: registered near the prediction or else in a wide window, and compared with the other places
 //! where it may fit as well.
 
-use super::assess::GOOD_AGREEMENT;
+use super::assess::{GOOD_AGREEMENT, MIN_OVERLAP, MOST};
 use super::belief::Finding;
 use super::hypothesis::{Hypothesis, NUM_SEARCHED_POINTS, fits_as_well, rival_of_best, thinned};
 use super::information::information_less_normal_noise;
 use super::{
     BRIEF_ITERATIONS, FrameEstimate, InitialGuess, Link, MIN_FRAMES_KNOWN_MOTION, MIN_RIVAL_DISTANCE, Odometry,
-    RIVAL_SHARE, RIVAL_SHARE_UNKNOWN_MOTION, UNKNOWN_SIGMA, is_continuation, registered,
+    RIVAL_SHARE, UNKNOWN_SIGMA, is_continuation, registered,
 };
 use crate::geometry::{Pose2, RigidMotion};
 use crate::map::local::QueryScan;
 use crate::odometry::assessment::Status;
 use crate::registration::correlative::{LikelihoodGrid, RESOLUTION, SearchWindow, WindowSearch};
 
-/// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m).
+/// Distance from the last pose within which another place is searched, under any heading, where the motion is not known (m). With 0.7
+/// and 1.4 times as much nothing changes on logs (`docs/measurements/laser.md`, thresholds); worlds that repeat themselves need it.
 const WIDE_SEARCH_RADIUS: f64 = 4.0 * UNKNOWN_SIGMA.1;
-/// Smallest share of a scan's points that lie on the map (0..=1) for which it is good where the motion is not known.
-const MIN_OVERLAP_UNKNOWN_MOTION: f64 = 0.5;
 /// Number of other places that are refined.
 const MAX_RIVALS: usize = 3;
 
@@ -77,7 +76,8 @@ impl Odometry {
         }
         let is_expected = self.is_expected(prediction, &best.registration.T_target_source);
         let overlap = best.registration.fitness;
-        if !is_expected && overlap < MIN_OVERLAP_UNKNOWN_MOTION {
+        // Where the motion is not known, most of a scan has to lie on the map.
+        if !is_expected && overlap < MOST {
             return Some(Finding::LittleOverlap(overlap));
         }
         if self.options.without.second_basin {
@@ -90,7 +90,7 @@ impl Odometry {
             let anywhere = SearchWindow { translation: WIDE_SEARCH_RADIUS, rotation: std::f64::consts::PI };
             let searched = thinned(scan.points(), NUM_SEARCHED_POINTS / 2);
             let anywhere = grid.window(&searched, &self.T_world_last, anywhere);
-            self.rival_of(best, scan, &anywhere, RIVAL_SHARE_UNKNOWN_MOTION)
+            self.rival_of(best, scan, &anywhere, MIN_OVERLAP)
         };
         rival.map(|rival| rival_of_best(best, &rival))
     }

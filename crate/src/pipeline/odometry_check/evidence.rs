@@ -1,38 +1,19 @@
 //! What pairs of scans say of the odometry: how much of what they saw agrees by it, and by another reading of it.
 
-use super::super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, planar_poses};
-use crate::geometry::Pose2;
-use crate::geometry::quantile::quantile;
-use crate::io::trajectory::Trajectory;
-use crate::registration::free_space::beams::RELATIVE_TOLERANCE;
+use nalgebra::Vector2;
 
-/// About this many pairs of scans are compared, and always fewer than twice as many.
-const MAX_PAIRS: usize = 60;
-/// Fewer pairs that tell anything decide nothing.
-const MIN_PAIRS: usize = 5;
-/// Largest number of scans between the two of a pair: the motion is then small enough for both to see the same.
-const MAX_APART: usize = 64;
-/// A pair of scans is informative about motion where its agreement without any motion is below this.
-const MAX_STILL: f64 = 0.6;
-/// Where too few pairs have moved: smallest change of the agreement by the odometry for which a pair is used.
-const MIN_DIFFERENCE: f64 = 0.25;
-/// Returns of a scan that are moved into the other.
-const MAX_RETURNS: usize = 60;
-/// Bearings to a full turn: what a scan saw there is its nearest return.
-const NUM_BEARINGS: usize = 360;
-/// Of the returns, at least this share has to lie in the other's view.
-const MIN_IN_VIEW: f64 = 0.2;
-/// A return agrees with a range that differs by at most this (m), beside the share of it by which ranges differ anyway.
-const RANGE_TOLERANCE: f64 = 0.1;
-/// Another reading has to make this much more agree than the odometry as it is, ...
+use super::super::planar::pairs::spread_pairs;
+use super::super::recorded_scan::{Matching, RecordedScan, TimedPoses, match_odometry, planar_poses};
+use crate::geometry::quantile::{MIN_SAMPLE, quantile};
+use crate::geometry::{Pose2, RigidMotion};
+use crate::io::trajectory::Trajectory;
+use crate::odometry::planar::assess::{MIN_OVERLAP, MOST};
+use crate::odometry::planar::hypothesis::{NUM_SEARCHED_POINTS, agrees_as_well, thinned};
+use crate::registration::free_space::FreeSpaceTest;
+use crate::registration::free_space::beams::RangeProfile;
+
+/// Another reading has to make this share of the returns more agree than the odometry as it is; odometry, more than no motion at all.
 const MIN_GAIN: f64 = 0.2;
-/// ... and this much in all.
-const MIN_AGREEMENT: f64 = 0.5;
-/// Readings whose agreement differs by less are as good.
-const MIN_STEP: f64 = 0.02;
-/// Odometry has to make this much more agree than no motion at all: that of another log gains 0.06 at the most on six logs
-/// of buildings, their own 0.4 and more.
-const MIN_MOTION_GAIN: f64 = 0.1;
 /// What other positions are tried: metres to one of their units, and what to call them.
 const POSITION_UNITS: [(f64, &str); 8] = [
     (0.01, "centimetres"),
@@ -46,19 +27,17 @@ const POSITION_UNITS: [(f64, &str); 8] = [
 ];
 /// Largest offset of the clock that is tried (s), ...
 const MAX_CLOCK_OFFSET: f64 = 30.0;
-/// ... and the step between two of them: a robot's turn lasts longer.
+/// ... and the step between two of them: a robot's turn lasts longer. One step is the delay of a message, not another clock.
 const CLOCK_STEP: f64 = 0.25;
-/// Offsets below this (s) are the delay of a message, not another clock.
-const MIN_CLOCK_OFFSET: f64 = 0.5;
 
 /// A pair of scans that look different.
 struct ScanPair {
     first: usize,
     second: usize,
     /// Returns of the second (m).
-    returns: Vec<[f64; 2]>,
-    /// Nearest range of the first at each bearing (m); NaN for none.
-    ranges: Vec<f64>,
+    returns: Vec<Vector2<f64>>,
+    /// What the first saw.
+    profile: RangeProfile,
 }
 
 /// What pairs of scans say of motion.
@@ -67,30 +46,24 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// Pairs all over the log, of scans that are as close in it as they may be and still look different.
+    /// Pairs all over the log, of scans that are as close in it as they may be and still look different: by what they saw, or, where
+    /// hardly anything moved, by the odometry.
     pub(super) fn new(scans: &[RecordedScan], poses: &[Option<Pose2>], limit: f64) -> Self {
         let known: Vec<usize> = (0..scans.len()).filter(|&scan| poses[scan].is_some()).collect();
-        let stride = (known.len() / MAX_PAIRS).max(1);
-        let pair = |first: usize, tells: &dyn Fn(&ScanPair, f64) -> bool| {
-            let ranges = profile(&scans[first], limit);
-            let apart = std::iter::successors(Some(1), |apart| Some(2 * apart)).take_while(|&apart| apart <= MAX_APART);
-            let later = apart.map(|apart| first + apart).take_while(|&second| second < scans.len());
-            let mut pairs = later.filter(|&second| poses[second].is_some()).map(|second| {
-                let returns = returns_of(&scans[second], limit);
-                ScanPair { first, second, returns, ranges: ranges.clone() }
-            });
-            pairs.find(|pair| tells(pair, pair.agreement(&Pose2::identity())))
+        let pairs = |tells: &dyn Fn(&ScanPair, f64) -> bool| {
+            spread_pairs(&known, |first, second| {
+                let returns = thinned(&returns_of(&scans[second], limit), NUM_SEARCHED_POINTS);
+                let profile = RangeProfile::new(&returns_of(&scans[first], limit));
+                let pair = ScanPair { first, second, returns, profile };
+                tells(&pair, pair.agreement(&Pose2::identity())).then_some(pair)
+            })
         };
-        let pairs = |tells: &dyn Fn(&ScanPair, f64) -> bool| -> Vec<ScanPair> {
-            known.iter().step_by(stride).filter_map(|&first| pair(first, tells)).collect()
-        };
-        let moved = pairs(&|_, still| still < MAX_STILL);
-        if moved.len() >= MIN_PAIRS {
+        let moved = pairs(&|_, still| still < MOST);
+        if moved.len() >= MIN_SAMPLE {
             return Self { pairs: moved };
         }
-        // Hardly anything moved, unless it is the odometry.
         let differs =
-            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > MIN_DIFFERENCE;
+            |pair: &ScanPair, still: f64| (still - pair.agreement_by(scans, |scan| poses[scan])).abs() > MIN_GAIN;
         Self { pairs: pairs(&differs) }
     }
 
@@ -103,7 +76,7 @@ impl Evidence {
     /// How far these poses are the mirror image of the scans, to follow "is"; `None` where they are not. A laser that turns the other way than its
     /// readings were taken shows every motion mirrored at the axis that points ahead.
     pub(super) fn mirror(&self, scans: &[RecordedScan], pose: impl Fn(usize) -> Option<Pose2>) -> Option<String> {
-        if self.pairs.len() < MIN_PAIRS {
+        if self.pairs.len() < MIN_SAMPLE {
             return None;
         }
         let mirrored_of = |pair: &ScanPair| {
@@ -132,13 +105,13 @@ impl Evidence {
     /// Smallest agreement of another reading that counts against the odometry as it is given. Positions a thousand times too small
     /// are no motion at all: a reading has to be better than that as well.
     fn least(&self, as_given: f64) -> f64 {
-        (as_given + MIN_GAIN).max(self.still() + MIN_MOTION_GAIN).max(MIN_AGREEMENT)
+        (as_given + MIN_GAIN).max(self.still() + MIN_GAIN).max(MOST)
     }
 
     /// Whether what the scans saw agrees with the odometry, and better than without any motion.
     pub(super) fn confirms(&self, scans: &[RecordedScan], poses: &[Option<Pose2>]) -> bool {
         let as_given = self.agreement(scans, |scan| poses[scan]);
-        self.pairs.len() >= MIN_PAIRS && as_given >= MIN_AGREEMENT && as_given >= self.still() + MIN_GAIN
+        self.pairs.len() >= MIN_SAMPLE && as_given >= MOST && as_given >= self.still() + MIN_GAIN
     }
 
     /// What speaks against the odometry as it is, and what would mend it.
@@ -149,7 +122,7 @@ impl Evidence {
         poses: &[Option<Pose2>],
         matching: Matching,
     ) -> Option<(String, String)> {
-        if self.pairs.len() < MIN_PAIRS {
+        if self.pairs.len() < MIN_SAMPLE {
             return None;
         }
         let as_given = self.agreement(scans, |scan| poses[scan]);
@@ -160,7 +133,7 @@ impl Evidence {
         }
         // Of readings that are as good, the plainest, which comes first.
         let better =
-            |best: Reading, next: Reading| if next.agreement > best.agreement + MIN_STEP { next } else { best };
+            |best: Reading, next: Reading| if agrees_as_well(best.agreement, next.agreement) { best } else { next };
         let best = readings.into_iter().reduce(better);
         let (still, least) = (self.still(), self.least(as_given));
         let is_better = |best: &Reading| best.agreement >= least;
@@ -168,7 +141,7 @@ impl Evidence {
             let figures = format!("{} % of what the scans saw agrees then", percent(agreement));
             return Some((format!("{problem}: {figures}, and {} % as it is", percent(as_given)), remedy));
         }
-        (as_given < still + MIN_MOTION_GAIN).then(|| {
+        (as_given < still + MIN_GAIN).then(|| {
             let (with, without) = (percent(as_given), percent(still));
             let problem = format!(
                 "It is not what the scans saw: with its motion ({:.2} m from scan to scan, median) {with} % of that agrees, \
@@ -204,7 +177,7 @@ impl Evidence {
         let agreement = |offset: f64| self.agreement(scans, |scan| timed.at(scans[scan].time? - offset));
         let tried = (-steps..=steps).map(|step| f64::from(step) * CLOCK_STEP).map(|offset| (agreement(offset), offset));
         let (agreement, offset) = tried.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.abs().total_cmp(&a.1.abs())))?;
-        (offset.abs() >= MIN_CLOCK_OFFSET).then(|| Reading {
+        (offset.abs() > CLOCK_STEP).then(|| Reading {
             agreement,
             problem: format!("Its clock is {} s {}", offset.abs(), if offset > 0.0 { "behind" } else { "ahead" }),
             remedy: format!("Add {offset} s to its times"),
@@ -232,21 +205,16 @@ impl ScanPair {
         Some(T_world_first.inverse() * pose(self.second)? * second.T_robot_laser)
     }
 
-    /// Share of the second scan's returns that lie where the first has a return, moved by this pose of the second.
+    /// Share of the second scan's returns that lie where the first has a surface, moved by this pose of the second.
     fn agreement(&self, T_first_second: &Pose2) -> f64 {
-        let (mut in_view, mut agreed) = (0, 0);
-        for &[x, y] in &self.returns {
-            let p = T_first_second * nalgebra::Point2::new(x, y);
-            let (range, bearing) = (p.coords.norm(), bearing_of(p.x, p.y));
-            let nearby = [NUM_BEARINGS - 1, 0, 1].map(|off| self.ranges[(bearing + off) % NUM_BEARINGS] - range);
-            let off = nearby.into_iter().map(f64::abs).filter(|off| off.is_finite()).fold(f64::NAN, f64::min);
-            if off.is_finite() {
-                in_view += 1;
-                agreed += usize::from(off < RANGE_TOLERANCE + RELATIVE_TOLERANCE * range);
-            }
+        let (mut num_seen, mut num_agreeing) = (0, 0);
+        for point in &self.returns {
+            let test = self.profile.classify(&T_first_second.act(point));
+            num_seen += usize::from(test != FreeSpaceTest::Unknown);
+            num_agreeing += usize::from(test == FreeSpaceTest::Agreeing(()));
         }
-        let is_seen = f64::from(in_view) >= MIN_IN_VIEW * self.returns.len() as f64 && in_view > 0;
-        if is_seen { agreed as f64 / f64::from(in_view) } else { 0.0 }
+        let is_seen = num_seen as f64 > MIN_OVERLAP * self.returns.len() as f64;
+        if is_seen { num_agreeing as f64 / num_seen as f64 } else { 0.0 }
     }
 }
 
@@ -257,30 +225,11 @@ fn median_step(poses: &[Option<Pose2>]) -> f64 {
     quantile(&mut steps, 0.5).unwrap_or(0.0)
 }
 
-fn bearing_of(x: f64, y: f64) -> usize {
-    let turns = y.atan2(x) / std::f64::consts::TAU;
-    (turns.rem_euclid(1.0) * NUM_BEARINGS as f64) as usize % NUM_BEARINGS
-}
-
-/// x, y and range (m) of what a scan saw.
-fn seen(scan: &RecordedScan, limit: f64) -> impl Iterator<Item = ([f64; 2], f64)> + '_ {
+/// What a scan saw (m).
+fn returns_of(scan: &RecordedScan, limit: f64) -> Vec<Vector2<f64>> {
     let max_range = scan.max_range.min(limit);
-    let points = scan.cloud.positions.iter().map(|p| [f64::from(p.x), f64::from(p.y)]);
-    points.map(|[x, y]| ([x, y], x.hypot(y))).filter(move |&(_, range)| range > 0.0 && range < max_range)
-}
-
-fn profile(scan: &RecordedScan, limit: f64) -> Vec<f64> {
-    let mut ranges = vec![f64::NAN; NUM_BEARINGS];
-    for ([x, y], range) in seen(scan, limit) {
-        let nearest = &mut ranges[bearing_of(x, y)];
-        *nearest = nearest.min(range);
-    }
-    ranges
-}
-
-fn returns_of(scan: &RecordedScan, limit: f64) -> Vec<[f64; 2]> {
-    let all: Vec<[f64; 2]> = seen(scan, limit).map(|(point, _)| point).collect();
-    all.iter().copied().step_by(all.len().div_ceil(MAX_RETURNS).max(1)).collect()
+    let points = scan.cloud.positions.iter().map(|p| Vector2::new(f64::from(p.x), f64::from(p.y)));
+    points.filter(|point| (f64::MIN_POSITIVE..max_range).contains(&point.norm())).collect()
 }
 
 /// The odometry with its headings taken for degrees, and its positions scaled; `None` where it has no such headings.

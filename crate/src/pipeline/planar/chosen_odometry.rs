@@ -2,8 +2,8 @@
 
 use super::counterparts::{counterparts, fits_scans, log_holds_wheels};
 use crate::geometry::Pose2;
+use crate::geometry::quantile::MIN_SAMPLE;
 use crate::io::trajectory::Trajectory;
-use crate::odometry::planar::motion_noise::MIN_SAMPLES;
 use crate::odometry::planar::odometry_model::OdometryModel;
 use crate::pipeline::odometry_check::{CheckedOdometry, check_odometry, mirror_of_log};
 use crate::pipeline::recorded_scan::{RecordedScans, match_odometry, motions_between, poses_of_laser};
@@ -85,7 +85,7 @@ fn compared(poses: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, O
     }
     let model = OdometryModel::new(motions, &counterparts(motions, scans));
     let (num_wrong, num_compared) = model.wrong;
-    if num_compared >= MIN_SAMPLES && 2 * num_wrong > num_compared {
+    if num_compared >= MIN_SAMPLE && 2 * num_wrong > num_compared {
         let note = format!(
             "The odometry contradicts the scans in {num_wrong} of {num_compared} places compared and was left out. Check that it \
              belongs to this log, is in metres and radians, and has the log's clock."

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use std::rc::Rc;
 
 use super::keyframe_graph::KeyframeGraph;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::loops::planar::WINDOW_SIGMAS;
 use crate::map::occupancy_grid::{OccupancyGrid, RESOLUTION};
 use crate::odometry::localization::{LONGEST_STRETCH, StretchSearch};
 use crate::odometry::planar::information::CERTAIN_SIGMA;
@@ -124,8 +124,8 @@ impl Piece {
         let (motion, _) = certain.first()?;
         let agrees = |(other, middle): &&(Pose2, Pose2)| {
             let off = (motion * middle).inverse() * (other * middle);
-            off.rotation_angle() < WINDOW_SIGMAS * CERTAIN_SIGMA.0
-                && off.translation_norm() < WINDOW_SIGMAS * CERTAIN_SIGMA.1
+            off.rotation_angle() < THREE_SIGMA * CERTAIN_SIGMA.0
+                && off.translation_norm() < THREE_SIGMA * CERTAIN_SIGMA.1
         };
         let is_enough = certain.len() >= NUM_CERTAIN.min(self.stretches.len());
         (is_enough && certain.iter().all(agrees)).then_some(*motion)

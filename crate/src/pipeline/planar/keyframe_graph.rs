@@ -5,18 +5,21 @@ use std::rc::Rc;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose2, RigidMotion};
-use crate::graph::joint_scan_registration::{Edge, OdometryFactor, edges_between};
+use crate::graph::joint_scan_registration::{Edge, MAX_NEIGHBOR_DISTANCE, OdometryFactor, edges_between};
 use crate::graph::loops::planar::{ChainLink, LoopClosure, LoopTrials, Uncertainty};
 use crate::graph::pose_graph::{BetweenFactor, PlanarFactor};
 use crate::io::pose_graph::{Edge as MotionEdge, PoseGraph};
 use crate::map::local::is_new_view;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::ablation::Ablation;
-use crate::odometry::planar::assess::PLAUSIBLE_AGREEMENT;
+use crate::odometry::planar::assess::{MIN_OVERLAP, PLAUSIBLE_AGREEMENT};
 use crate::odometry::planar::information::{openness, seen_from, softened_covariance};
-use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel};
-use crate::odometry::planar::{FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA};
+use crate::odometry::planar::odometry_model::{MIN_SURE, OdometryModel, UNREGISTERED};
+use crate::odometry::planar::{
+    FrameEstimate, Link, MIN_FRAMES_KNOWN_MOTION, MeasuredMotion, REGISTRATION_SIGMA, UNKNOWN_SIGMA,
+};
 use crate::preprocess::planar_scan::PlanarScan;
 use crate::search::order::ascending;
 
@@ -24,24 +27,14 @@ use crate::search::order::ascending;
 /// is matched with a few others.
 pub const LONG_SEQUENCE: usize = 100;
 /// A direction that the walls leave open is known, without measured motion, by the motion before: to a share of it and
-/// this (rad, m).
+/// this (rad, m). With a third of what a motion may change by, the corridor has one stretch falsely good from scans alone (none).
 const OPEN_DIRECTION_SIGMA: (f64, f64) = (0.03, 0.03);
 /// That share.
 const OPEN_DIRECTION_SHARE: f64 = 0.3;
-/// Without odometry: standard deviation of a doubted registration (rad, m) ...
-const DOUBTED_SIGMA: (f64, f64) = (0.3, 0.5);
-/// ... and of the pose across a break of the chain, or of an implausible one (rad, m).
-const UNKNOWN_SIGMA: (f64, f64) = (1.0, 1.5);
 /// Openness of a link above which it divides two submaps.
 const MAX_OPENNESS: f64 = 0.1;
-/// The piece of the first frame is the main one unless another is this many times as large.
-const MAIN_PIECE_RATIO: usize = 4;
 /// Keyframes that each keyframe is matched with among those just before it and, at most, among the earlier ones that saw the same place.
 const NUM_MATCHED: usize = 3;
-/// Keyframes this far apart (m, a radian counted as a metre) are not matched.
-const MAX_EDGE_DISTANCE: f64 = 3.0;
-/// Nor are keyframes of which a smaller share of all returns agrees.
-const MIN_EDGE_SHARE: f64 = 0.35;
 /// Standard deviation of a match's residuals (m): the pose graph's relations are weighted in its units.
 const MATCH_SIGMA: f64 = 0.08;
 
@@ -123,8 +116,7 @@ impl KeyframeGraph {
         }
     }
 
-    /// For each frame the number of the certain piece it belongs to, 0 being the main one, that of the first keyframe
-    /// unless it is small.
+    /// For each frame the number of the certain piece it belongs to, 0 being the main one: the largest.
     pub fn pieces(&self) -> Vec<usize> {
         if self.without.doubt {
             return vec![0; self.hangs_on.len()];
@@ -134,16 +126,12 @@ impl KeyframeGraph {
         let num_pieces = of_nodes.iter().max().map_or(0, |last| last + 1);
         // Earlier pieces win where there are several of one size.
         let largest = (0..num_pieces).max_by_key(|&piece| (size(piece), std::cmp::Reverse(piece))).unwrap_or(0);
-        if size(0) * MAIN_PIECE_RATIO < size(largest) {
-            for piece in &mut of_nodes {
-                *piece = if *piece == largest {
-                    0
-                } else if *piece == 0 {
-                    largest
-                } else {
-                    *piece
-                };
-            }
+        for piece in &mut of_nodes {
+            *piece = match *piece {
+                0 => largest,
+                main if main == largest => 0,
+                other => other,
+            };
         }
         self.hangs_on.iter().map(|(node, _)| of_nodes[*node]).collect()
     }
@@ -247,7 +235,7 @@ impl KeyframeGraph {
         let sees_same = |&earlier: &usize| self.see_the_same(earlier, later, of_nodes);
         let near: Vec<(f64, usize)> = (0..window)
             .map(|earlier| (apart(earlier), earlier))
-            .filter(|(apart, _)| *apart < MAX_EDGE_DISTANCE)
+            .filter(|(apart, _)| *apart < MAX_NEIGHBOR_DISTANCE)
             .collect();
         let nearest_first = ascending(near.iter().map(|(apart, _)| *apart)).into_iter().map(|index| near[index].1);
         let revisited = nearest_first.filter(sees_same).take(NUM_MATCHED);
@@ -262,7 +250,7 @@ impl KeyframeGraph {
         }
         let seen = self.closure.free_space(first, second, &(of_nodes[first].inverse() * of_nodes[second]));
         let all = self.closure.num_points(first) + self.closure.num_points(second);
-        seen.agreement() > PLAUSIBLE_AGREEMENT && seen.agreeing as f64 > MIN_EDGE_SHARE * all as f64
+        seen.agreement() > PLAUSIBLE_AGREEMENT && seen.agreeing as f64 > MIN_OVERLAP * all as f64
     }
 }
 
@@ -307,7 +295,9 @@ impl Relations {
             all.push(relation(*T_before_sensor, covariance, estimate.link == Link::Registered));
         }
         if all.is_empty() {
-            let sigma = if estimate.link == Link::Doubted && !is_start { DOUBTED_SIGMA } else { UNKNOWN_SIGMA };
+            // A doubted registration lies somewhere in the window that was searched.
+            let searched = (UNKNOWN_SIGMA.0 / THREE_SIGMA, UNKNOWN_SIGMA.1 / THREE_SIGMA);
+            let sigma = if estimate.link == Link::Doubted && !is_start { searched } else { untold() };
             all.push(relation(T_before_frame, &diagonal(sigma), true));
         }
         let is_tied = estimate.link == Link::Registered || measured.is_some();
@@ -356,10 +346,17 @@ fn keyframes(estimates: &[FrameEstimate], poses: &[Pose2], is_long: bool) -> (Ve
     (nodes, hangs_on)
 }
 
+/// Standard deviation of a motion that nothing tells, across a break of the chain or to an implausible pose (rad, m): the heading is as
+/// open as a registration may leave it, and the position lies within the usual search.
+fn untold() -> (f64, f64) {
+    let ((heading, _), (_, position)) = (UNREGISTERED, UNKNOWN_SIGMA);
+    (heading, position)
+}
+
 /// How well a motion is known without any registration of it (rad, m).
 fn expected(motion: &Pose2, is_measured: bool) -> (f64, f64) {
     if is_measured {
-        return UNKNOWN_SIGMA; // the measured motion is a relation of its own
+        return untold(); // the measured motion is a relation of its own
     }
     (
         OPEN_DIRECTION_SIGMA.0 + OPEN_DIRECTION_SHARE * motion.rotation_angle(),

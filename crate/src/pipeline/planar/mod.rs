@@ -13,7 +13,7 @@ mod keyframe_graph;
 mod localization;
 mod map_edits;
 mod mending;
-mod pairs;
+pub(in crate::pipeline) mod pairs;
 mod run;
 mod scan_to_map;
 mod scan_unit;

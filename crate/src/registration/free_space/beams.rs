@@ -32,9 +32,14 @@ struct Beam {
 }
 
 /// Smallest tolerance for a difference of ranges (m).
-pub(crate) const MIN_TOLERANCE: f64 = 0.15;
+const MIN_TOLERANCE: f64 = 0.15;
 /// Tolerance for a difference of ranges, as a share of the range: a small error in heading moves far walls.
-pub(crate) const RELATIVE_TOLERANCE: f64 = 0.03;
+const RELATIVE_TOLERANCE: f64 = 0.03;
+
+/// Ranges of one surface, at this range (m), differ by up to this (m).
+pub(crate) fn tolerance(range: f64) -> f64 {
+    larger(MIN_TOLERANCE, RELATIVE_TOLERANCE * range)
+}
 
 impl RangeProfile {
     /// Sorts the returns (m, sensor frame) by bearing.
@@ -72,7 +77,7 @@ impl RangeProfile {
         if high.bearing - low.bearing > self.max_gap {
             return FreeSpaceTest::Unknown;
         }
-        let tolerance = larger(MIN_TOLERANCE, RELATIVE_TOLERANCE * range);
+        let tolerance = tolerance(range);
         let (near, far) = if high.range < low.range { (high.range, low.range) } else { (low.range, high.range) };
         if range < near - tolerance {
             FreeSpaceTest::InFreeSpace

@@ -32,7 +32,8 @@ pub enum Relation {
     Contradicts,
 }
 
-/// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad).
+/// Two consistent matches support each other where the cycle through both has a smaller standard deviation (m, rad): about twice
+/// what is certain. With what is certain, the corridor has 1896 good frames (1928), and with `wheels_stop` more pieces.
 const MAX_CYCLE_SIGMA: (f64, f64) = (0.35, 0.09);
 
 /// How far the way round through two matches is from closing.

@@ -2,7 +2,7 @@
 
 use super::LoopClosure;
 use super::matching::Pair;
-use super::pairs::WINDOW_SIGMAS;
+use crate::geometry::quantile::THREE_SIGMA;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::information::CERTAIN_SIGMA;
 use crate::registration::correlative::SearchWindow;
@@ -56,7 +56,7 @@ impl LoopClosure {
         };
         let others: Vec<usize> = of(into).collect();
         // Once for the place, and once for what the piece bends by. In windows as wide as this a match needs another one to support it.
-        let sigmas = 2.0 * WINDOW_SIGMAS;
+        let sigmas = 2.0 * THREE_SIGMA;
         let window = SearchWindow { translation: sigmas * CERTAIN_SIGMA.1, rotation: sigmas * CERTAIN_SIGMA.0 };
         let pairs_of = |submap: usize| {
             let place = |submap: usize| self.poses[self.submaps[submap].anchor];

@@ -9,6 +9,7 @@
 use std::rc::Rc;
 
 use crate::geometry::{Pose2, RigidMotion};
+use crate::graph::joint_scan_registration::MAX_NEIGHBOR_DISTANCE;
 use crate::graph::pose_graph::{PlanarFactor, optimize_poses};
 use crate::odometry::planar::ablation::Ablation;
 use crate::preprocess::planar_scan::PlanarScan;
@@ -32,7 +33,7 @@ pub use certainty::Uncertainty;
 use consistency::Candidate;
 pub use edits::{GraphState, LoopEvidence, Refusal};
 use matching::{Pair, SourceStretch, TargetStretch, free_space_between, match_stretches};
-pub use pairs::WINDOW_SIGMAS;
+pub use submap::MAX_COMPARED_RANGE;
 use submap::{Keyframe, Submap};
 pub use trial::{LoopTrial, LoopTrials, TrialOutcome};
 use uncertainty::RelativeCovariances;
@@ -51,17 +52,13 @@ pub struct ChainLink {
     pub begins_recording: bool,
 }
 
-/// A submap ends after this length of path (m) ...
-const SUBMAP_LENGTH: f64 = 4.0;
-/// ... or this number of scans.
+/// Number of scans after which a submap ends, however near to each other they are (see `pairs::MAX_CANDIDATES`).
 const SUBMAP_SCANS: usize = 40;
 /// Most iterations of the pose graph's solution after each round.
 const MAX_GRAPH_STEPS: usize = 20;
 /// What searches may cost for each keyframe, in windows of a metre and a tenth of a radian: at most about two milliseconds. With
 /// half of it the search ended before the loops of the infinite corridor played backwards were closed.
 const SEARCH_BUDGET: f64 = 120.0;
-/// Rounds at the most.
-const MAX_ROUNDS: usize = 12;
 
 /// A loop of the graph.
 #[derive(Clone)]
@@ -188,7 +185,7 @@ impl LoopClosure {
             return;
         }
         let has_news = self.round == 0 || self.accept();
-        if !has_news || self.round == MAX_ROUNDS {
+        if !has_news {
             self.is_done = true;
             return;
         }
@@ -232,14 +229,14 @@ impl LoopClosure {
     }
 }
 
-/// Links in a row joined to submaps: none reaches across a weak link.
+/// Links in a row joined to submaps of neighbours: none reaches across a weak link.
 fn joined(links: &[ChainLink], keyframes: &[Keyframe], poses: &[Pose2]) -> Vec<Submap> {
     let mut submaps = Vec::new();
     let (mut start, mut driven) = (0, 0.0);
     for index in 1..=links.len() {
         let is_end = index == links.len();
         driven += if is_end { 0.0 } else { (poses[index - 1].inverse() * poses[index]).translation_norm() };
-        if is_end || driven > SUBMAP_LENGTH || index - start >= SUBMAP_SCANS || links[index].is_weak {
+        if is_end || driven > MAX_NEIGHBOR_DISTANCE || index - start >= SUBMAP_SCANS || links[index].is_weak {
             submaps.push(Submap::new(start..index, keyframes, poses));
             (start, driven) = (index, 0.0);
         }

@@ -8,7 +8,7 @@ use crate::odometry::planar::ablation::Ablation;
 use crate::odometry::planar::assess::MIN_OVERLAP;
 use crate::registration::correlative::SearchWindow;
 
-/// A match needs this share of agreeing returns.
+/// A match needs this share of agreeing returns. With 0.8, the fifth campus has 5 stretches falsely good (2), and the corridor 10 wrong (9).
 const MIN_AGREEMENT: f64 = 0.85;
 
 /// What came of comparing two submaps.

@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::FrameEstimate;
-use super::super::motion_noise::{MIN_SAMPLES, isolated};
+use super::super::motion_noise::isolated;
 use super::OdometryModel;
+use crate::geometry::quantile::MIN_SAMPLE;
 use crate::geometry::{RigidMotion, mahalanobis};
 
 impl OdometryModel {
@@ -31,7 +32,7 @@ impl OdometryModel {
                 sq_errors += squared(&(measured.T_before_sensor * registered.inverse()).log()) - 3.0;
             }
         }
-        let share = if count < MIN_SAMPLES { 0.0 } else { (sq_errors / sq_isolated).clamp(0.0, 1.0) };
+        let share = if count < MIN_SAMPLE { 0.0 } else { (sq_errors / sq_isolated).clamp(0.0, 1.0) };
         for (step, isolated) in self.steps.iter_mut().zip(&isolated) {
             let Some(step) = step else { continue };
             let (adjoint, variances) = (step.T_before_sensor.adjoint(), share * isolated.component_mul(isolated));
