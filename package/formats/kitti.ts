@@ -49,6 +49,8 @@ function isLayout(values: Float32Array | Float64Array, columns: number, count: n
   let inSight = 0;
   for (let row = 0; row < rows; row += 1) {
     const [x = 0, y = 0, z = 0, intensity = 0, ring = 0] = values.subarray(row * columns, (row + 1) * columns);
+    // No return, as drivers of spinning lidars write it.
+    if ([x, y, z].every(Number.isNaN)) continue;
     const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_COORDINATE;
     if (!isPoint || !(intensity >= 0 && intensity <= MAX_INTENSITY) || !Number.isInteger(ring)) return false;
     // Bytes that are no floats mostly make numbers next to zero.

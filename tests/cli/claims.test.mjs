@@ -84,7 +84,9 @@ test('clouds of NumPy with a point a column, and 64-bit floats without a header'
     ['bin', bin],
   ])) {
     const files = Object.fromEntries(CLOUDS.map((points, at) => [`${at}.${ending}`, make(points)]));
-    hasMoved((await reconstruct(t, files)).report);
+    const { report, said } = await reconstruct(t, files);
+    assert.equal(report?.frames.length, 2, said);
+    hasMoved(report);
   }
 });
 
@@ -148,7 +150,7 @@ function hasDriven(report) {
 }
 
 test('a small number that stands for no return is no wall', async (t) => {
-  const none = SCANS.map((ranges) => ranges.map((range) => (range > 3.5 ? '0.120' : range.toFixed(3))).join(','));
+  const none = SCANS.map((ranges) => ranges.map((range) => (range > 4.2 ? '0.120' : range.toFixed(3))).join(','));
   const { report, said } = await reconstruct(t, { 's.csv': none.join('\n') });
   assert.match(said, /readings are 0\.120 m and hardly any lies up to 2 times that: they were taken for no return/);
   hasDriven(report);
