@@ -5,6 +5,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { test } from 'node:test';
 import { metresOfLas } from '../../npm/formats/las_units.js';
+import { cameraFor } from '../../npm/recording/camera_file.js';
 import { scaled } from '../../npm/recording/scaled_camera.js';
 import { roomCloud } from './room_clouds.mjs';
 import { roomLog } from './laser_room.mjs';
@@ -119,6 +120,15 @@ test('the header of a LAS says in which unit it is', () => {
   assert.deepEqual(ofText(`COMPD_CS["a",${projected},VERT_CS["NAVD88",UNIT["metre",1]]]`), [foot, foot, 1]);
   assert.throws(() => ofText(geographic), /longitude and latitude/);
   assert.deepEqual(metresOfLas('a.las', new Uint8Array(227)), [1, 1, 1]);
+});
+
+test('a camera in shares of the sides of its images, and a field of view whose name says degrees', () => {
+  const of = (/** @type {string} */ text) => cameraFor('camera.txt', Buffer.from(text), { width: 640, height: 480 });
+  const { camera, notes } = of('0.9140625 1.21875 0.5 0.5 0\n');
+  assert.deepEqual([camera.fx, camera.fy, camera.cx, camera.cy], [585, 585, 319.5, 239.5]);
+  assert.match(notes.join(), /shares of the sides of the images, 640 x 480 pixels/);
+  const view = of('{"fov_x_deg": 57.36, "width": 640, "height": 480}').camera;
+  assert.ok(Math.abs(view.fx - 585) < 0.5, `${view.fx}`);
 });
 
 test('the camera of images that were turned by a quarter is turned with them', () => {
