@@ -254,11 +254,10 @@ pub fn evaluate(
     }
     let is_anchored = options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape;
     let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
-    let offset = misfit.as_ref().filter(|_| is_by_time).and_then(|_| offset_between(whole_reference, whole_estimate));
+    let differ = misfit.is_some() && is_by_time;
+    let offset = differ.then(|| offset_between(whole_reference, whole_estimate, options)).flatten();
     summary.notes.extend(
-        offset
-            .filter(|offset| (offset - options.offset).abs() > options.max_diff)
-            .map(|offset| format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times.")),
+        offset.map(|offset| format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times.")),
     );
     let hint = misfit.or_else(|| is_anchored.then(of_first_row).flatten());
     summary.notes.extend(hint);
@@ -384,7 +383,7 @@ fn associate(
                 notes.push(format!("The {whose}'s times count the poses of the other: they were matched by number."));
                 pairs
             } else {
-                timed.map_err(|error| with_offset(error, reference, estimate))?
+                timed.map_err(|error| with_offset(error, reference, estimate, options))?
             }
         }
         (Association::Time, None) => {
@@ -413,8 +412,8 @@ fn associate(
 }
 
 /// An error about times, with the offset of the clocks where the motions tell it.
-fn with_offset(error: Error, reference: &Trajectory, estimate: &Trajectory) -> Error {
-    match offset_between(reference, estimate) {
+fn with_offset(error: Error, reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Error {
+    match offset_between(reference, estimate, options) {
         Some(offset) => Error {
             remedy: format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times"),
             ..error
@@ -423,9 +422,10 @@ fn with_offset(error: Error, reference: &Trajectory, estimate: &Trajectory) -> E
     }
 }
 
-/// The offset (s) to add to the estimate's times, by the motions of both.
-fn offset_between(reference: &Trajectory, estimate: &Trajectory) -> Option<f64> {
+/// The offset (s) to add to the estimate's times, by the motions of both, where it is another than the one that is used.
+fn offset_between(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Option<f64> {
     clock_offset([&reference.positions, &estimate.positions], stamps_of(reference, estimate)?)
+        .filter(|offset| (offset - options.offset).abs() > options.max_diff)
 }
 
 /// Roll, pitch and yaw of each pose (rad): the rotation is Rz(yaw) Ry(pitch) Rx(roll).
