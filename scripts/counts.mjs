@@ -20,7 +20,13 @@ export function countCargo(output) {
     counts.skipped += Number(ignored ?? 0);
   }
   const lacking = output.match(/skipped: \S+ is absent$/gm)?.length ?? 0;
-  return { ...counts, passed: counts.passed - lacking, skipped: counts.skipped + lacking };
+  const failures = [...output.matchAll(/^---- (\S+) stdout ----\n([^]*?)(?=^---- |^failures:)/gm)];
+  return {
+    passed: counts.passed - lacking,
+    failed: counts.failed,
+    skipped: counts.skipped + lacking,
+    failures: failures.map(([, name = '', reason = '']) => failure(name, reason)),
+  };
 }
 
 /**
@@ -40,10 +46,13 @@ export function noWarnings({ code, output }) {
  */
 export function countNode(output) {
   const count = (/** @type {string} */ word) => Number(output.match(new RegExp(`^ℹ ${word} (\\d+)$`, 'm'))?.[1] ?? 0);
+  const [, told = ''] = output.split(/^✖ failing tests:$/m);
+  const failures = [...told.matchAll(/^test at (\S+)\n✖ (.*?)(?: \([\d.]+ms\))?\n([^]*?)(?=^test at |(?![^]))/gm)];
   return {
     passed: count('pass'),
     failed: count('fail') + count('cancelled'),
     skipped: count('skipped') + count('todo'),
+    failures: failures.map(([, place = '', name = '', reason = '']) => failure(`${place} ${name}`, reason)),
   };
 }
 
@@ -53,8 +62,62 @@ export function countNode(output) {
  * @returns {Counts}
  */
 export function countPlaywright(report) {
-  const { expected, unexpected, flaky, skipped } = JSON.parse(report).stats;
-  return { passed: expected, failed: unexpected + flaky, skipped };
+  const { stats, suites } = JSON.parse(report);
+  const { expected, unexpected, flaky, skipped } = stats;
+  return { passed: expected, failed: unexpected + flaky, skipped, failures: playwrightFailures({ suites }) };
+}
+
+/**
+ * @typedef {object} Suite as Playwright reports a file or a group of tests
+ * @property {Suite[]} [suites]
+ * @property {{ file: string, line: number, title: string, ok: boolean, tests: { results: Try[] }[] }[]} [specs]
+ */
+/** @typedef {{ errors?: { message?: string }[] }} Try */
+
+/** @param {Suite} suite @returns {string[]} */
+function playwrightFailures({ suites = [], specs = [] }) {
+  const own = specs
+    .filter(({ ok }) => !ok)
+    .map(({ file, line, title, tests }) => {
+      const errors = tests.flatMap(({ results }) => results.at(-1)?.errors ?? []);
+      return failure(`${file}:${line} ${title}`, errors.map(({ message = '' }) => message).join('\n'));
+    });
+  return [...own, ...suites.flatMap(playwrightFailures)];
+}
+
+/** The colours that runners print, and what else a terminal alone understands. */
+const ESCAPES = /\u001B\[[\d;?]*[A-Za-z]/g;
+/** What went wrong stands in the first lines: the stage's own output has the rest. */
+const LINES_OF_FAILURE = 12;
+
+/** @param {string} name @param {string} reason */
+function failure(name, reason) {
+  const lines = reason
+    .replace(ESCAPES, '')
+    .split('\n')
+    .filter((line) => line.trim() !== '' && !/^ +at .*node:/.test(line));
+  return [name, ...lines.slice(0, LINES_OF_FAILURE).map((line) => `    ${line}`)].join('\n');
+}
+
+/**
+ * What a second try of the tests that failed says of the first one: what passes then is unsteady, which is told by name and fails
+ * nothing.
+ * @param {Counts} first
+ * @param {Counts} second
+ * @returns {Counts}
+ */
+export function afterSecondTry(first, second) {
+  if (second.passed + second.failed !== first.failed) return first; // it tried something else
+  const { failures: again = [] } = second;
+  const nameOf = (/** @type {string} */ text) => text.split('\n')[0];
+  const stay = new Set(again.map(nameOf));
+  return {
+    ...first,
+    passed: first.passed + second.passed,
+    failed: second.failed,
+    failures: again,
+    unsteady: (first.failures ?? []).filter((text) => !stay.has(nameOf(text))),
+  };
 }
 
 /**

@@ -7,14 +7,22 @@ import { availableParallelism } from 'node:os';
 import { print, say, track } from './progress.mjs';
 import { duration, StepError } from './steps.mjs';
 
-/** @typedef {{ passed: number, failed: number, skipped: number }} Counts */
+/**
+ * What became of a stage's tests.
+ * @typedef {object} Counts
+ * @property {number} passed
+ * @property {number} failed
+ * @property {number} skipped
+ * @property {string[]} [failures] for each that failed, its name and below it the first lines of the reason
+ * @property {string[]} [unsteady] the same of those that passed when they were tried again
+ */
 /**
  * A stage, or something that stages need.
  * @typedef {object} Task
  * @property {string} name
  * @property {string} about
  * @property {readonly Task[]} [needs] what has to be done before it
- * @property {boolean} [light] it computes little: it goes on beside everything else
+ * @property {number} [busy] how many processors it keeps busy: 1 if not told, 0 for what goes on beside everything else
  * @property {string} [folder] cargo's folder, which it locks: tasks of one folder go one after the other
  * @property {() => Promise<Counts | void>} run what a stage returns is counted
  */
@@ -28,7 +36,7 @@ import { duration, StepError } from './steps.mjs';
  * @property {string} waited for what, and how long
  */
 
-/** So many tasks go on at a time: one more than processors, for each waits now and then. */
+/** So much goes on at a time, in processors that it keeps busy: one more than there are, for each task waits now and then. */
 export const NUM_AT_A_TIME = availableParallelism() + 1;
 /** Waiting for less is not told (ms). */
 const TOLD_WAIT_MS = 500;
@@ -86,11 +94,10 @@ export async function runStages(stages) {
   const running = new Map();
   let last = '';
 
-  const isFree = (/** @type {Task} */ { light, folder }) => {
-    const others = [...running.keys()];
-    const isLocked = folder !== undefined && others.some((other) => other.folder === folder);
-    return !isLocked && (light || others.filter((other) => !other.light).length < NUM_AT_A_TIME);
-  };
+  const isLocked = (/** @type {Task} */ { folder }) =>
+    folder !== undefined && [...running.keys()].some((other) => other.folder === folder);
+  const numBusy = () => [...running.keys()].reduce((sum, { busy = 1 }) => sum + busy, 0);
+  const fits = (/** @type {number} */ busy) => busy === 0 || numBusy() === 0 || numBusy() + busy <= NUM_AT_A_TIME;
   const begin = (/** @type {Task} */ task, /** @type {{ at: number, last: string }} */ { at, last }) => {
     waiting.delete(task);
     const waits = [waitFor(last, at - start), waitFor('a free processor', performance.now() - at)];
@@ -102,16 +109,36 @@ export async function runStages(stages) {
   };
 
   for (;;) {
+    // One that finds too few processors free keeps later ones from taking them.
+    let isFull = false;
     for (const task of waiting) {
       if (!(task.needs ?? []).every((need) => outcomes.has(need))) continue;
       const since = ready.get(task) ?? { at: performance.now(), last };
       ready.set(task, since);
-      if (isFree(task)) running.set(task, begin(task, since));
+      const { busy = 1 } = task;
+      if (isLocked(task) || (isFull && busy > 0)) continue;
+      if (fits(busy)) running.set(task, begin(task, since));
+      else isFull = true;
     }
     if (running.size === 0) return outcomes;
     await Promise.race(running.values());
     last = [...outcomes.keys()].at(-1)?.name ?? '';
   }
+}
+
+/**
+ * What failed, each with its stage and reason, and what failed once: the last pages of a long output are what people see.
+ * @param {ReadonlyMap<Task, Outcome>} outcomes
+ */
+export function failuresOf(outcomes) {
+  return [...outcomes].flatMap(([{ name }, { counts, failed }]) => {
+    const { failures = [], unsteady = [], failed: numFailed } = counts ?? { failed: Number(failed) };
+    const own = failures.length === 0 && numFailed > 0 ? ['see its output above'] : failures;
+    return [
+      ...own.map((text) => `failed: ${name}: ${text}`),
+      ...unsteady.map((text) => `unsteady, passed when it was tried again: ${name}: ${text}`),
+    ];
+  });
 }
 
 /** @param {string} what @param {number} milliseconds */
@@ -147,15 +174,17 @@ function row(name, { counts, failed, milliseconds, cpuSeconds, waited }) {
   return (waited === '' ? line : `${line}  waited ${waited}`).trimEnd();
 }
 
-/** The last line: `N passed, N failed`, and `N skipped` where there are such. @param {Iterable<Outcome>} outcomes */
+/** The last line: `N passed, N failed`, and `N skipped`, `N unsteady` where there are such. @param {Iterable<Outcome>} outcomes */
 export function sumOf(outcomes) {
-  const sum = { passed: 0, failed: 0, skipped: 0 };
+  const sum = { passed: 0, failed: 0, skipped: 0, unsteady: 0 };
   for (const { counts, failed: hasFailed } of outcomes) {
-    const { passed, failed, skipped } = counts ?? { passed: 0, failed: Number(hasFailed), skipped: 0 };
+    const { passed, failed, skipped, unsteady = [] } = counts ?? { passed: 0, failed: Number(hasFailed), skipped: 0 };
     sum.passed += passed;
     sum.failed += failed;
     sum.skipped += skipped;
+    sum.unsteady += unsteady.length;
   }
-  const { passed, failed, skipped } = sum;
-  return { failed, line: `${passed} passed, ${failed} failed${skipped > 0 ? `, ${skipped} skipped` : ''}` };
+  const { passed, failed, ...rare } = sum;
+  const told = Object.entries(rare).flatMap(([word, count]) => (count > 0 ? [`, ${count} ${word}`] : []));
+  return { failed, line: `${passed} passed, ${failed} failed${told.join('')}` };
 }

@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { PassThrough } from 'node:stream';
 import { test } from 'node:test';
-import { believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
+import { afterSecondTry, believe, countCargo, countNode, countPlaywright, noWarnings } from '../../scripts/counts.mjs';
 import { currentWork, isProgress, tellOn, track } from '../../scripts/progress.mjs';
-import { NUM_AT_A_TIME, runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
+import { failuresOf, NUM_AT_A_TIME, runStages, sumOf, tableOf } from '../../scripts/stages.mjs';
 
 // What the stages tell belongs to no test.
 tellOn(new PassThrough().resume());
@@ -25,14 +25,27 @@ test result: ok. 2 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; fini
      Running tests/search.rs (target/debug/deps/search-2)
 
 running 9 tests
+test search::nearest ... FAILED
+
+failures:
+
+---- search::nearest stdout ----
+
+thread 'search::nearest' panicked at search.rs:7:5:
+left: 1
+
+failures:
+    search::nearest
+
 test result: FAILED. 8 passed; 1 failed; 0 ignored; 0 measured; 0 filtered out; finished in 1.42s
 `;
 
 test('Rust tests that lack a recording are skipped, not passed', () => {
-  assert.deepEqual(countCargo(CARGO), { passed: 8, failed: 1, skipped: 3 });
+  const failures = ["search::nearest\n    thread 'search::nearest' panicked at search.rs:7:5:\n    left: 1"];
+  assert.deepEqual(countCargo(CARGO), { passed: 8, failed: 1, skipped: 3, failures });
   const browser = 'test result: ok. 7 passed; 0 failed; 0 ignored; 0 filtered out; finished in 0.22s\n';
-  assert.deepEqual(countCargo(browser), { passed: 7, failed: 0, skipped: 0 });
-  assert.deepEqual(countCargo('error: could not compile'), { passed: 0, failed: 0, skipped: 0 });
+  assert.deepEqual(countCargo(browser), { passed: 7, failed: 0, skipped: 0, failures: [] });
+  assert.deepEqual(countCargo('error: could not compile'), { passed: 0, failed: 0, skipped: 0, failures: [] });
 });
 
 test('a compilation that warns has failed, one that asks the network again has not', () => {
@@ -48,11 +61,46 @@ test('a compilation that warns has failed, one that asks the network again has n
   assert.deepEqual(noWarnings({ code: 101, output: retried }), failed);
 });
 
-test('Node and Playwright tell what they skipped', () => {
+test('Node and Playwright tell what they skipped, and what failed and why', () => {
   const spec = 'ℹ tests 9\nℹ suites 0\nℹ pass 4\nℹ fail 1\nℹ cancelled 1\nℹ skipped 2\nℹ todo 1\nℹ duration_ms 5\n';
-  assert.deepEqual(countNode(spec), { passed: 4, failed: 2, skipped: 3 });
-  const report = JSON.stringify({ stats: { expected: 5, unexpected: 1, flaky: 2, skipped: 3 } });
-  assert.deepEqual(countPlaywright(report), { passed: 5, failed: 3, skipped: 3 });
+  assert.deepEqual(countNode(spec), { passed: 4, failed: 2, skipped: 3, failures: [] });
+  const told = `${spec}\n✖ failing tests:\n\ntest at a.test.mjs:2:1\n✖ one is two (3.46ms)\n  Error: no\n      at node:internal/x:1:2\n
+test at b.test.mjs:7:1\n✖ ends\n  'timed out'\n`;
+  assert.deepEqual(countNode(told).failures, [
+    'a.test.mjs:2:1 one is two\n      Error: no',
+    "b.test.mjs:7:1 ends\n      'timed out'",
+  ]);
+  const errors = [{ message: '\u001b[31mnot\u001b[39m seen\n\nCall log' }];
+  const specOf = (/** @type {boolean} */ ok) => ({
+    ...{ file: 'a.spec.ts', line: 3, title: 'stops', ok },
+    tests: [{ results: [{ errors }] }],
+  });
+  const suites = [{ suites: [{ specs: [specOf(false), specOf(true)] }] }];
+  const report = JSON.stringify({ stats: { expected: 5, unexpected: 1, flaky: 2, skipped: 3 }, suites });
+  const failures = ['a.spec.ts:3 stops\n    not seen\n    Call log'];
+  assert.deepEqual(countPlaywright(report), { passed: 5, failed: 3, skipped: 3, failures });
+});
+
+test('what passes at the second try is unsteady and told, what fails twice has failed', () => {
+  const first = { passed: 7, failed: 2, skipped: 1, failures: ['a\n    late', 'b\n    wrong'] };
+  const second = { passed: 1, failed: 1, skipped: 0, failures: ['b\n    wrong again'] };
+  const counts = { passed: 8, failed: 1, skipped: 1, failures: second.failures, unsteady: ['a\n    late'] };
+  assert.deepEqual(afterSecondTry(first, second), counts);
+  assert.deepEqual(
+    afterSecondTry(first, { ...second, passed: 0 }),
+    first,
+    'a second try that did not run says nothing',
+  );
+  const outcome = { counts, failed: false, milliseconds: 1, cpuSeconds: 1, waited: '' };
+  assert.deepEqual(sumOf([outcome]), { failed: 1, line: '8 passed, 1 failed, 1 skipped, 1 unsteady' });
+  const stage = (/** @type {string} */ name) => ({ name, about: '', run: async () => counts });
+  const outcomes = new Map();
+  outcomes.set(stage('e2e'), outcome).set(stage('docs'), { ...outcome, counts: null, failed: true });
+  assert.deepEqual(failuresOf(outcomes), [
+    'failed: e2e: b\n    wrong again',
+    'unsteady, passed when it was tried again: e2e: a\n    late',
+    'failed: docs: see its output above',
+  ]);
 });
 
 test('a runner that failed without naming a test has failed once', () => {
@@ -121,9 +169,12 @@ test('what locks one folder of cargo goes one after the other, and only so much 
     stage('a', { folder }),
     stage('b', { folder }),
     ...Array.from({ length: NUM_AT_A_TIME }, (_, index) => stage(`other ${index}`)),
-    stage('light', { light: true }),
+    stage('light', { busy: 0 }),
+    stage('all', { busy: NUM_AT_A_TIME }),
   ];
   await runStages(stages);
+  const beside = log.slice(at('+all') + 1, at('-all')).filter((entry) => !entry.endsWith('light'));
+  assert.deepEqual(beside, [], 'what keeps all processors busy has them alone');
   assert.ok(at('-a') < at('+b'));
   assert.ok(at('+light') < at('-a'), 'what computes little does not wait');
   const most = log
