@@ -40,7 +40,10 @@ export const convert: Convert = async (file, { madeOf, notes }) => {
   if (loss !== null) notes.push(lost(path, loss));
   const metres = metresOfLas(path, await file.readHead(Math.min(start, MAX_RECORDS_BYTES)));
   if (metres.some((unit) => unit !== 1)) {
-    notes.push({ file: path, reason: `its header says feet (${metres.join(', ')} m along x, y, z): it is read in metres` });
+    notes.push({
+      file: path,
+      reason: `its header says feet (${metres.join(', ')} m along x, y, z): it is read in metres`,
+    });
   }
   const unpack = async () => {
     const bytes = await file.read();

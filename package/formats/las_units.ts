@@ -74,5 +74,9 @@ function ofText(text: string): Units {
     return length && Number(length[2]) > 0 ? Number(length[2]) : undefined;
   });
   const isProjected = /PROJ(CS|CRS)|LOCAL_CS|ENGCRS|GEOCCS/.test(text);
-  return { isGeographic: !isProjected && /GEOG(CS|CRS)/.test(text), ground: ground ?? 1, ...(up !== undefined && { up }) };
+  return {
+    isGeographic: !isProjected && /GEOG(CS|CRS)/.test(text),
+    ground: ground ?? 1,
+    ...(up !== undefined && { up }),
+  };
 }

@@ -218,7 +218,12 @@ const OPEN_VIEW = /(^|[^h])fov(_?(deg|rad))?$|field_?of_?view$/i;
 
 /** What a field of view from side to side makes of images of this size: degrees, or radians by its name. */
 function focalOfView(key: string, value: unknown, size: Size | null) {
-  if (!size || typeof value !== 'number' || !/^(h?fov(x|h)?(deg(rees)?|rad(ians)?)?|horizontalfov(deg|rad)?|fieldofview|cameraanglex)$/.test(key)) return null;
+  if (
+    !size ||
+    typeof value !== 'number' ||
+    !/^(h?fov(x|h)?(deg(rees)?|rad(ians)?)?|horizontalfov(deg|rad)?|fieldofview|cameraanglex)$/.test(key)
+  )
+    return null;
   const angle = /rad|angle/.test(key) || value < Math.PI ? value : (value * Math.PI) / 180;
   const focal = size.width / 2 / Math.tan(angle / 2);
   return isFocal(focal) ? [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2] : null;

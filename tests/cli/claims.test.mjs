@@ -54,7 +54,10 @@ function hasMoved(report, unit = 1) {
 
 test('map coordinates in millimetres are told from metres: no map has so many', async (t) => {
   const as = (/** @type {Point} */ [x, y, z]) => [1e3 * (x + 539_720), 1e3 * (y + 4_065_742), 1e3 * (z + 100)];
-  const { report, said } = await reconstruct(t, { '0.ply': doublePly(CLOUDS[0] ?? [], as), '1.ply': doublePly(CLOUDS[1] ?? [], as) });
+  const { report, said } = await reconstruct(t, {
+    '0.ply': doublePly(CLOUDS[0] ?? [], as),
+    '1.ply': doublePly(CLOUDS[1] ?? [], as),
+  });
   assert.equal(report.cloud_unit, 0.001);
   assert.match(said, /0\.001 m are assumed.*--set cloud_unit=NUMBER/);
   assert.equal(report.frames[1].status, 'good');
@@ -134,10 +137,7 @@ test('a camera in shares of the sides of its images, and a field of view whose n
 test('the camera of images that were turned by a quarter is turned with them', () => {
   const camera = { label: '', fx: 580, fy: 585, cx: 322, cy: 238, size: null, distortion: [], depth_scale: null };
   const turned = scaled('k.txt', camera, { width: 480, height: 640 });
-  assert.deepEqual(
-    [turned.camera.fx, turned.camera.fy, turned.camera.cx, turned.camera.cy],
-    [585, 580, 238, 322],
-  );
+  assert.deepEqual([turned.camera.fx, turned.camera.fy, turned.camera.cx, turned.camera.cy], [585, 580, 238, 322]);
   assert.match(turned.notes.join(), /turned by a quarter.*in which direction is not known/);
   const sized = { ...camera, size: { width: 640, height: 480 } };
   assert.equal(scaled('k.json', sized, { width: 480, height: 640 }).camera.cx, 238);
@@ -153,7 +153,7 @@ const SCANS = roomLog(20)
 /** Their way (m). */
 const WAY = 0.95;
 
-/** @param {any} report @param {number} [status] */
+/** @param {any} report */
 function hasDriven(report) {
   const { x, y } = report.frames.at(-1).T_world_sensor;
   assert.ok(report.frames.length === 20 && Math.abs(Math.hypot(x, y) - WAY) < 0.05, `${x}, ${y}`);
@@ -172,7 +172,9 @@ test('times in days, short names of columns in any order, angles whose names say
   assert.match(julian.said, /time=1:d/);
   assert.ok(Math.abs(julian.report.frames[19].time - julian.report.frames[0].time - 1.9) < 0.01);
   hasDriven(julian.report);
-  const rows = SCANS.flatMap((ranges, scan) => ranges.map((r, beam) => [(1000 * r).toFixed(1), beam - 90, scan].join(',')));
+  const rows = SCANS.flatMap((ranges, scan) =>
+    ranges.map((r, beam) => [(1000 * r).toFixed(1), beam - 90, scan].join(',')),
+  );
   hasDriven((await reconstruct(t, { 's.csv': `dist,ang,scan\n${rows.join('\n')}` })).report);
   const objects = SCANS.map((ranges, scan) => ({
     timestamp: scan / 10,
@@ -185,7 +187,11 @@ test('times in days, short names of columns in any order, angles whose names say
 function handPath(begin, end, step, offset) {
   return Array.from({ length: Math.floor((end - begin) / step) }, (_, at) => {
     const time = begin + at * step;
-    const [x, y, z] = [Math.sin(0.7 * time) + 0.3 * Math.sin(2.3 * time), Math.cos(0.05 * time * time), 0.2 * Math.sin(time)];
+    const [x, y, z] = [
+      Math.sin(0.7 * time) + 0.3 * Math.sin(2.3 * time),
+      Math.cos(0.05 * time * time),
+      0.2 * Math.sin(time),
+    ];
     const half = 0.2 * Math.sin(0.9 * time);
     return [(time + offset).toFixed(4), x, y, z, 0, 0, Math.sin(half), Math.cos(half)].join(' ');
   }).join('\n');
