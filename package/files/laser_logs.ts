@@ -111,7 +111,8 @@ export function isOfLabels(path: string, head: Uint8Array) {
 }
 
 /** What an angle, the number of a beam and a range are called, as the engine knows it. */
-const ANGLE = /(^|[^\p{L}\d])(angle|angule|theta|bearing|azimut|servo|winkel|ángulo|angulo|angolo|角度|方位)/iu;
+const ANGLE =
+  /(^|[^\p{L}\d])(angle|angule|theta|bearing|azimut|servo|winkel|ángulo|angulo|angolo|角度|方位|ang(?![\p{L}\d]))/iu;
 const IN_ANGLES = /(^|[^\p{L}\d])(deg|rad|degrees|radians)([^\p{L}\d]|$)|°/iu;
 const HEADING =
   /^(odometry|odom|odo|pose|robot|position|pos)?[_. ]?(theta|th|yaw|heading|phi|ang|orientation|rotation|rot|gier|richtung|cap|lacet|rumbo)([^\p{L}]|$)/iu;

@@ -24,21 +24,33 @@ const MAX_TIMES_BYTES = 64 * 2 ** 20;
 /** A cloud of fewer points is none. */
 const MIN_POINTS = 16;
 
+/** names: of the properties of a point; bytes: of each of them */
+type Layout = { names: readonly string[]; bytes: 4 | 8 };
+
 /**
  * The layout of a cloud, by its first points; null where it is none.
  * @param size of the file (bytes)
  */
-function layoutOf(head: Uint8Array, size: number) {
-  const values = new Float32Array(head.slice(0, head.length - (head.length % 4)).buffer);
-  return LAYOUTS.find((names) => isLayout(values, names.length, size)) ?? null;
+function layoutOf(head: Uint8Array, size: number): Layout | null {
+  const whole = (bytes: number) => head.slice(0, head.length - (head.length % bytes)).buffer;
+  const floats = new Float32Array(whole(4));
+  const single = LAYOUTS.find((names) => isLayout(floats, names.length, size / 4));
+  if (single) return { names: single, bytes: 4 };
+  const doubles = new Float64Array(whole(8));
+  // As NumPy writes an array of its own floats; without a brightness nothing tells how many columns there are.
+  const [names = []] = LAYOUTS;
+  return isLayout(doubles, names.length, size / 8) ? { names, bytes: 8 } : null;
 }
 
-function isLayout(values: Float32Array, columns: number, size: number) {
+/** @param count of the numbers in the whole file */
+function isLayout(values: Float32Array | Float64Array, columns: number, count: number) {
   const rows = Math.floor(values.length / columns);
-  if (size % (4 * columns) !== 0 || rows < MIN_POINTS) return false;
+  if (count % columns !== 0 || rows < MIN_POINTS) return false;
   let inSight = 0;
   for (let row = 0; row < rows; row += 1) {
     const [x = 0, y = 0, z = 0, intensity = 0, ring = 0] = values.subarray(row * columns, (row + 1) * columns);
+    // No return, as drivers of spinning lidars write it.
+    if ([x, y, z].every(Number.isNaN)) continue;
     const isPoint = Math.max(Math.abs(x), Math.abs(y), Math.abs(z)) < MAX_COORDINATE;
     if (!isPoint || !(intensity >= 0 && intensity <= MAX_INTENSITY) || !Number.isInteger(ring)) return false;
     // Bytes that are no floats mostly make numbers next to zero.
@@ -53,8 +65,10 @@ function isLayout(values: Float32Array, columns: number, size: number) {
  * @param size of the file (bytes)
  */
 export function kittiCloud(bytes: Uint8Array, size: number) {
-  const names = layoutOf(bytes.subarray(0, 8192), size);
-  return names && plyFile(bytes, size / (4 * names.length), names);
+  const layout = layoutOf(bytes.subarray(0, 8192), size);
+  if (!layout) return null;
+  const { names, bytes: each } = layout;
+  return plyFile(bytes, size / (each * names.length), names, each === 8 ? 'double' : 'float');
 }
 
 /** Of 3 x 4 numbers, row by row: a motion. */

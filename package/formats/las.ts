@@ -4,6 +4,7 @@
  * Source of the layout: ASPRS, "LAS Specification 1.4 - R15", tables 3 and 7 to 17.
  */
 import { fileError, lost } from '../base/errors.js';
+import { metresOfLas } from './las_units.js';
 import { pointsFile } from './ply.js';
 import type { Convert } from './reader.js';
 
@@ -13,6 +14,8 @@ export const HEADER_BYTES = 255;
 const COMPRESSED = 0x80;
 /** x, y and z of every point record, 32-bit integers. */
 const MIN_RECORD = 20;
+/** Records before the points that are looked into for the unit. */
+const MAX_RECORDS_BYTES = 2 ** 18;
 /** Bytes before red, green and blue of 16 bits, by the format of the points. */
 const COLORS_AT: Record<number, number> = { 2: 20, 3: 28, 5: 28, 7: 30, 8: 30, 10: 30 };
 
@@ -33,13 +36,20 @@ interface LasHeader {
 export const convert: Convert = async (file, { madeOf, notes }) => {
   const { path } = file;
   const head = await file.readHead(HEADER_BYTES);
-  const { loss } = lasHeader(path, head, file.size);
+  const { loss, start } = lasHeader(path, head, file.size);
   if (loss !== null) notes.push(lost(path, loss));
+  const metres = metresOfLas(path, await file.readHead(Math.min(start, MAX_RECORDS_BYTES)));
+  if (metres.some((unit) => unit !== 1)) {
+    notes.push({
+      file: path,
+      reason: `its header says feet (${metres.join(', ')} m along x, y, z): it is read in metres`,
+    });
+  }
   const unpack = async () => {
     const bytes = await file.read();
     return isLaz(head) ? (await import('./packed_clouds.js')).lasOfLaz(path, bytes) : bytes;
   };
-  return madeOf(file, async () => lasCloud(path, await unpack()), { isCloud: true });
+  return madeOf(file, async () => lasCloud(path, await unpack(), metres), { isCloud: true });
 };
 
 /** Whether the points of a LAS are packed: then it is a LAZ. */
@@ -77,9 +87,10 @@ export function lasHeader(name: string, head: Uint8Array, size: number): LasHead
 
 /**
  * @param name for messages
+ * @param metres of a unit of each axis
  * @returns PLY; throws a ScanstitchError
  */
-export function lasCloud(name: string, bytes: Uint8Array): Uint8Array {
+export function lasCloud(name: string, bytes: Uint8Array, metres: readonly number[] = [1, 1, 1]): Uint8Array {
   const { start, record, count, axes, colorsAt } = lasHeader(name, bytes, bytes.length);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const points = new Float64Array(3 * count);
@@ -87,7 +98,7 @@ export function lasCloud(name: string, bytes: Uint8Array): Uint8Array {
   for (let point = 0; point < count; point += 1) {
     const at = start + point * record;
     for (const [axis, { scale, offset }] of axes.entries()) {
-      points[3 * point + axis] = view.getInt32(at + 4 * axis, true) * scale + offset;
+      points[3 * point + axis] = (view.getInt32(at + 4 * axis, true) * scale + offset) * (metres[axis] ?? 1);
       if (colors) colors[3 * point + axis] = view.getUint16(at + (colorsAt ?? 0) + 2 * axis, true);
     }
   }

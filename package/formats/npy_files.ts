@@ -6,7 +6,7 @@ import { colorFile, depthFile } from '../bag/images.js';
 import { baseOf, folderOf, hintOf } from '../files/names.js';
 import type { Numbers } from './mat.js';
 import { cutOff, type Header, npyHeader, readNpy } from './npy.js';
-import { bytesOf, plyFile } from './ply.js';
+import { pointsFile } from './ply.js';
 import { polarTable } from './polar.js';
 
 /** suffix: what its name ends with, in place of `.npy`; make: of the bytes of the array */
@@ -32,12 +32,21 @@ export function partsOf(path: string, header: Header, size: number, numAlike: nu
   const { dims, code } = header;
   const images = imagesOf(path, header, size, numAlike);
   const [first = 0, second = 0] = dims;
+  // A point a column, as of Open3D's and PyTorch's tensors; a table of so few scans of so many readings is none.
+  if (dims.length === 2 && isPoint(first) && second >= MIN_POINTS && /^f/.test(code) && !PATHS.test(baseOf(path))) {
+    return [{ suffix: '.npy', isCloud: true, make: (bytes, name) => points(inColumns(readNpy(name, bytes)), 3) }];
+  }
   if (images.length > 0 || first < MIN_SIDE || PATHS.test(baseOf(path)) || !/^[fiu]/.test(code)) return images;
   if (dims.length === 1) return [{ suffix: '.txt', make: oneScan }];
   if (dims.length !== 2) return [];
   if (second === 2) return [planar(readNpy(path, bytes))];
-  const isCloud = second >= 3 && second <= 6 && (numAlike > 1 || first >= MIN_POINTS);
+  const isCloud = isPoint(second) && (numAlike > 1 || first >= MIN_POINTS);
   return isCloud ? [{ suffix: '.npy', isCloud: true, make: (bytes, name) => points(readNpy(name, bytes), 3) }] : [];
+}
+
+/** Whether so many numbers may be those of a point: x y z with or without its brightness or colour. */
+function isPoint(count: number) {
+  return count >= 3 && count <= 6;
 }
 
 function imagesOf(path: string, { dims, code, isByColumn, start }: Header, size: number, numAlike: number): Part[] {
@@ -108,9 +117,15 @@ function planar(numbers: Numbers): Part {
  * @param numbers a point a row
  */
 export function points({ dims: [count = 0], values }: Numbers, columns: 2 | 3) {
-  const list = new Float32Array(3 * count);
+  const list = new Float64Array(3 * count);
   for (let row = 0; row < count; row += 1) {
     for (let column = 0; column < columns; column += 1) list[3 * row + column] = values[column * count + row] ?? 0;
   }
-  return plyFile(bytesOf(list), count, ['x', 'y', 'z']);
+  return pointsFile(list);
+}
+
+/** A point a column, turned to a point a row. */
+function inColumns({ dims: [rows = 0, columns = 0], values, ...rest }: Numbers): Numbers {
+  const turned = values.map((_, at) => values[(at % columns) * rows + Math.floor(at / columns)] ?? 0);
+  return { ...rest, dims: [columns, rows], values: turned };
 }

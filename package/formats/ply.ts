@@ -2,21 +2,26 @@
 
 /**
  * @param count points
- * @param names of the properties of a point, each a 32-bit float
+ * @param names of the properties of a point, each a 32-bit float or, as doubles, a 64-bit one
  */
-function plyHeader(count: number, names: readonly string[]) {
-  const properties = names.map((name) => `property float ${name}\n`).join('');
+function plyHeader(count: number, names: readonly string[], type: 'float' | 'double') {
+  const properties = names.map((name) => `property ${type} ${name}\n`).join('');
   return new TextEncoder().encode(
     `ply\nformat binary_little_endian 1.0\nelement vertex ${count}\n${properties}end_header\n`,
   );
 }
 
 /**
- * @param points 32-bit floats, little endian
+ * @param points floats of the type, little endian
  * @param count of all points; there may be fewer here
  */
-export function plyFile(points: Uint8Array, count: number, names: readonly string[]) {
-  const header = plyHeader(count, names);
+export function plyFile(
+  points: Uint8Array,
+  count: number,
+  names: readonly string[],
+  type: 'float' | 'double' = 'float',
+) {
+  const header = plyHeader(count, names, type);
   const file = new Uint8Array(header.length + points.length);
   file.set(header);
   file.set(points, header.length);

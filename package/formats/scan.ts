@@ -1,4 +1,5 @@
 /** A laser scan as the readers here find it, and how it is made of named fields. */
+import { DEGREE } from './angles.js';
 
 /**
  * A scan: ranges (m; null where nothing came back), angles in rad.
@@ -61,10 +62,15 @@ export function scanOf(field: (key: string) => unknown, ranges: readonly unknown
   };
   const seconds = number('secs', 'sec');
   const nanoseconds = number('nsecs', 'nanosec', 'nsec') ?? 0;
-  const start = number('angle_min', 'angleMin', 'min_angle');
-  const end = number('angle_max', 'angleMax', 'max_angle');
+  // Radians, or degrees where the name says so.
+  const angle = (...keys: string[]) => {
+    const degrees = number(...keys.flatMap((key) => [`${key}_deg`, `${key}_degrees`]));
+    return degrees === undefined ? number(...keys.flatMap((key) => [key, `${key}_rad`])) : DEGREE * degrees;
+  };
+  const start = angle('angle_min', 'angleMin', 'min_angle', 'angle_start', 'start_angle');
+  const end = angle('angle_max', 'angleMax', 'max_angle', 'angle_end', 'end_angle');
   const even = start === undefined || end === undefined ? undefined : (end - start) / Math.max(ranges.length - 1, 1);
-  const step = number('angle_increment', 'angle_step', 'angleIncrement') || even;
+  const step = angle('angle_increment', 'angle_step', 'angleIncrement') || even;
   return {
     ranges: ranges.map((range) => {
       const value = numberOf(range);

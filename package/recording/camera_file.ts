@@ -72,6 +72,10 @@ function ofNumbers(numbers: number[]): Camera[] {
   if (numbers.length === 6 && isSize(size) && isCentre(numbers.slice(2, 4), size)) {
     return [{ ...camera('', numbers), size: { width: size[0] ?? 0, height: size[1] ?? 0 } }];
   }
+  // LSD-SLAM and DSO: shares of the image's sides, then one coefficient of the distortion.
+  if ((numbers.length === 4 || numbers.length === 5) && isShares(numbers)) {
+    return [{ ...camera('', numbers), distortion: numbers.slice(4), isInShares: true }];
+  }
   // TUM's tools: the parameters, then five coefficients of the distortion.
   if (numbers.length === 4 || numbers.length === 9) {
     return isFocal(a) && isFocal(b) ? [{ ...camera('', inOrder(numbers)), distortion: numbers.slice(4) }] : [];
@@ -94,6 +98,11 @@ function ofColmap(text: string): Camera[] {
 
 function isCentre([x = 0, y = 0]: number[], [width = 0, height = 0]: number[]) {
   return Math.abs(x / width - 0.5) < 0.25 && Math.abs(y / height - 0.5) < 0.25;
+}
+
+/** Fields of view of 12 to 127 degrees, and a centre near the middle, in shares of the image's sides. */
+function isShares([fx = 0, fy = 0, cx = 0, cy = 0]: number[]) {
+  return [fx, fy].every((focal) => focal > 0.25 && focal < 5) && isCentre([cx, cy], [1, 1]);
 }
 
 /** @param value pixels */
@@ -209,7 +218,12 @@ const OPEN_VIEW = /(^|[^h])fov(_?(deg|rad))?$|field_?of_?view$/i;
 
 /** What a field of view from side to side makes of images of this size: degrees, or radians by its name. */
 function focalOfView(key: string, value: unknown, size: Size | null) {
-  if (!size || typeof value !== 'number' || !/^(h?fov(x|h|deg|rad)?|fieldofview|cameraanglex)$/.test(key)) return null;
+  if (
+    !size ||
+    typeof value !== 'number' ||
+    !/^(h?fov(x|h)?(deg(rees)?|rad(ians)?)?|horizontalfov(deg|rad)?|fieldofview|cameraanglex)$/.test(key)
+  )
+    return null;
   const angle = /rad|angle/.test(key) || value < Math.PI ? value : (value * Math.PI) / 180;
   const focal = size.width / 2 / Math.tan(angle / 2);
   return isFocal(focal) ? [focal, focal, (size.width - 1) / 2, (size.height - 1) / 2] : null;
@@ -307,6 +321,7 @@ export function cameraFor(name: string, bytes: Uint8Array, size: Size | null): C
     .map(({ one }) => one);
   const [best] = ranked;
   if (!best) throw fileError(name, 'No camera was found in this file', REMEDY);
+  if (!size && best.isInShares) throw fileError(name, 'Its numbers are shares of the sides of images', REMEDY);
   const { camera, notes } = size ? scaled(name, best, size) : { camera: best, notes: [] };
   if (camera.isFlipped)
     notes.push('its negative focal length, of a renderer with a left-handed world, is taken as positive');

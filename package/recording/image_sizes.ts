@@ -34,11 +34,25 @@ const AT_CENTRE = 0.04;
  * another size of the same aspect that cameras have. Phones describe the camera of their colours, whose images are larger than the depth.
  * @param size of the depth images
  */
-export function sizeByCentre({ cx, cy }: { cx: number; cy: number }, size: Size): Size | null {
-  const offCentre = ({ width, height }: Size) =>
-    Math.max(Math.abs((cx + 0.5) / width - 0.5), Math.abs((cy + 0.5) / height - 0.5));
-  if (offCentre(size) <= NEAR_CENTRE) return null;
+export function sizeByCentre(camera: Centre, size: Size): Size | null {
+  if (offCentre(camera, size) <= NEAR_CENTRE) return null;
   const others = SIZES.filter((other) => isSameAspect(other, size));
-  const [nearest] = others.sort((a, b) => offCentre(a) - offCentre(b));
-  return nearest && offCentre(nearest) <= AT_CENTRE ? nearest : null;
+  const [nearest] = others.sort((a, b) => offCentre(camera, a) - offCentre(camera, b));
+  return nearest && offCentre(camera, nearest) <= AT_CENTRE ? nearest : null;
+}
+
+/** Whether a camera is that of images of this size before they were turned by a quarter: by its own size, or by its principal point. */
+export function isOfTurned(camera: Centre & { size: Size | null }, size: Size) {
+  const turned = { width: size.height, height: size.width };
+  if (isSameAspect(turned, size)) return false;
+  const { size: own } = camera;
+  if (own) return own.width === turned.width && own.height === turned.height;
+  return offCentre(camera, size) > NEAR_CENTRE && offCentre(camera, turned) <= AT_CENTRE;
+}
+
+type Centre = { cx: number; cy: number };
+
+/** How far a principal point lies from the middle (shares of the sides). */
+function offCentre({ cx, cy }: Centre, { width, height }: Size) {
+  return Math.max(Math.abs((cx + 0.5) / width - 0.5), Math.abs((cy + 0.5) / height - 0.5));
 }

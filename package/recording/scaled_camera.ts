@@ -1,7 +1,7 @@
 /** A camera scaled to the depth images that it is used for. */
 import { fileError } from '../base/errors.js';
 import type { Size } from '../files/heads.js';
-import { isSameAspect, sizeByCentre } from './image_sizes.js';
+import { isOfTurned, isSameAspect, sizeByCentre } from './image_sizes.js';
 
 /** A camera as its file describes it. */
 export interface Camera {
@@ -20,6 +20,8 @@ export interface Camera {
   depth_scale: number | null;
   /** Whether it has a negative focal length, as renderers with a left-handed world write it. */
   isFlipped?: true;
+  /** Whether its parameters are shares of the image's sides, in place of pixels. */
+  isInShares?: true;
 }
 
 /** notes: what is worth knowing, each completes "FILE: ..." */
@@ -28,8 +30,25 @@ export type Chosen = { camera: Camera; notes: string[] };
 /** Stray Scanner's own programs scale its principal point as it is, from the image's corner; others from its first pixel's middle. */
 const SCALED_FROM_CORNER = /(^|\/)camera_matrix\.csv$/i;
 
-/** The camera for images of this size, if it can be theirs. */
-export function scaled(name: string, camera: Camera, size: Size): Chosen {
+/** The camera for images of this size, if it can be theirs; one of images that were turned by a quarter is turned, too. */
+export function scaled(name: string, given: Camera, size: Size): Chosen {
+  if (given.isInShares) return ofShares(given, size);
+  if (!isOfTurned(given, size)) return scaledUpright(name, given, size);
+  const { fx, fy, cx, cy } = given;
+  const { camera, notes } = scaledUpright(name, { ...given, fx: fy, fy: fx, cx: cy, cy: cx, size: null }, size);
+  const of = `${size.height} x ${size.width} pixels, turned by a quarter to the depth images' ${size.width} x ${size.height}`;
+  const doubt = 'in which direction is not known: a principal point off the middle may be on the wrong side';
+  return { camera, notes: [`the camera is one of ${of}; ${doubt}`, ...notes] };
+}
+
+function ofShares({ isInShares, ...given }: Camera, size: Size): Chosen {
+  const { width, height } = size;
+  const { fx, fy, cx, cy } = given;
+  const camera = { ...given, fx: fx * width, fy: fy * height, cx: cx * width - 0.5, cy: cy * height - 0.5, size };
+  return { camera, notes: [`its numbers are shares of the sides of the images, ${width} x ${height} pixels`] };
+}
+
+function scaledUpright(name: string, camera: Camera, size: Size): Chosen {
   const [images, remedy] = [`${size.width} x ${size.height}`, 'Give the camera of the depth images'];
   const own = camera.size ?? sizeByCentre(camera, size);
   if (own && !isSameAspect(own, size)) {

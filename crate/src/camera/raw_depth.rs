@@ -86,6 +86,11 @@ impl Votes {
         is_decided(self.inverted, self.depth + self.inverse)
     }
 
+    /// Whether more tells that near is bright than that it is dark, and too little to take it for sure.
+    pub fn may_be_inverted(&self) -> bool {
+        !self.is_inverted() && self.inverted >= MIN_VOTES / 2 && self.inverted >= MOST_OTHERS * self.depth
+    }
+
     /// What the values are, where they are no depth.
     pub fn no_depth(&self) -> Option<NoDepth> {
         let is_inverse = is_decided(self.inverse, self.depth + self.inverted);

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::alignment::{Alignment, align};
 use super::associate::{Pair, by_index, by_number, by_row, by_time, oddities};
+use super::clock_offset::clock_offset;
 use super::drift::{Drift, drift, drift_of_numbered};
 use super::interpolate::interpolated;
 use super::metrics::{PoseRelation, ape, rpe};
@@ -204,7 +205,12 @@ const MAX_MISFIT_FRAMES: usize = 5000;
 /// # Errors
 /// When no poses correspond, fewer than three are to be aligned, the metric needs times or orientations that a
 /// trajectory lacks, or an option is out of its range.
-pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Evaluation> {
+pub fn evaluate(
+    whole_reference: &Trajectory,
+    whole_estimate: &Trajectory,
+    options: &EvaluationOptions,
+) -> Result<Evaluation> {
+    let (reference, estimate) = (whole_reference, whole_estimate);
     check(options)?;
     let Correspondence { matched, is_by_time, reference: reference_path, estimate: unaligned, notes, advice } =
         corresponding(reference, estimate, options)?;
@@ -248,6 +254,11 @@ pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &Evaluat
     }
     let is_anchored = options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape;
     let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
+    let differ = misfit.is_some() && is_by_time;
+    let offset = differ.then(|| offset_between(whole_reference, whole_estimate, options)).flatten();
+    summary.notes.extend(
+        offset.map(|offset| format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times.")),
+    );
     let hint = misfit.or_else(|| is_anchored.then(of_first_row).flatten());
     summary.notes.extend(hint);
     let other_unit = ratio_of(&poses(MAX_MISFIT_FRAMES)).translation.and_then(other_unit);
@@ -372,7 +383,7 @@ fn associate(
                 notes.push(format!("The {whose}'s times count the poses of the other: they were matched by number."));
                 pairs
             } else {
-                timed?
+                timed.map_err(|error| with_offset(error, reference, estimate, options))?
             }
         }
         (Association::Time, None) => {
@@ -398,6 +409,23 @@ fn associate(
         notes.push(format!("Of {fewer} poses, {} have a partner.", pairs.len()));
     }
     Ok((pairs, is_by_time))
+}
+
+/// An error about times, with the offset of the clocks where the motions tell it.
+fn with_offset(error: Error, reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Error {
+    match offset_between(reference, estimate, options) {
+        Some(offset) => Error {
+            remedy: format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times"),
+            ..error
+        },
+        None => error,
+    }
+}
+
+/// The offset (s) to add to the estimate's times, by the motions of both, where it is another than the one that is used.
+fn offset_between(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Option<f64> {
+    clock_offset([&reference.positions, &estimate.positions], stamps_of(reference, estimate)?)
+        .filter(|offset| (offset - options.offset).abs() > options.max_diff)
 }
 
 /// Roll, pitch and yaw of each pose (rad): the rotation is Rz(yaw) Ry(pitch) Rx(roll).

@@ -32,6 +32,7 @@
 
 pub mod alignment;
 pub mod associate;
+mod clock_offset;
 pub mod convention;
 pub mod depth_consistency;
 pub mod drift;

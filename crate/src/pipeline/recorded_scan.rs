@@ -170,6 +170,10 @@ fn refuse_other_place(cloud: &PointCloud) -> Result<()> {
     if finite().next().is_none() || distance <= MOST_DIAGONALS_AWAY * (high - low).length() {
         return Ok(());
     }
+    if low == high {
+        let remedy = "Give scans or clouds of many points";
+        return Err(Error::whole("All of its points are one and the same", remedy));
+    }
     let problem = format!(
         "Its points lie {:.0} times as far from the origin of their coordinates as they reach across, as on a map",
         distance / (high - low).length()

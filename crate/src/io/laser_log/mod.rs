@@ -22,6 +22,7 @@ pub(crate) mod cmu;
 pub(crate) mod csm;
 mod fields;
 mod lasers;
+mod no_return;
 pub(crate) mod rostopic;
 pub mod stamps;
 mod stated_limit;
@@ -166,6 +167,7 @@ pub fn read(bytes: &[u8]) -> Result<LaserLog> {
         ));
     }
     units::in_metres_and_radians(&mut log)?;
+    log.notes.extend(no_return::drop_number_for_none(&mut log.scans));
     Ok(log)
 }
 

@@ -15,6 +15,7 @@ use crate::pipeline::assumptions::{Assumption, ReadingSetting, UsualValue};
 use crate::pipeline::spatial_settings::SpatialSettings;
 use crate::preprocess::azimuth_clock::AzimuthClock;
 use crate::preprocess::point_clock::PointClock;
+use crate::{Error, Result};
 
 /// How clouds are read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,6 +46,10 @@ pub struct CloudReading {
 const HEAD_BYTES: usize = 2048;
 /// Coordinates that begin so far from their origin (units of the file) are those of a map, which are metres.
 const MAP_DISTANCE: f64 = 1e5;
+/// ... up to half the Earth's circumference at the equator, which no projection exceeds.
+const FARTHEST_ON_MAP: f64 = 2.004e7;
+/// Longitudes and latitudes (deg) of a cloud spread by less than this share of its heights (m): a degree has 111 km.
+const DEGREES_PER_HEIGHT: f64 = 1e-3;
 /// What is said of times of points that are not those of a sensor.
 const TIMES_OF_MAP: &str = "The times of points are not used: the coordinates do not begin at the sensor";
 
@@ -113,6 +118,22 @@ impl CloudReading {
     }
 }
 
+/// Refuses x and y that are degrees on the Earth's sphere: within its bounds, far from (0, 0), and hardly spread beside the heights.
+///
+/// # Errors
+/// When they are.
+pub(super) fn refuse_degrees(cloud: &PointCloud) -> Result<()> {
+    let points = (0..cloud.len()).map(|index| cloud.absolute_point(index)).filter(|point| point.is_finite());
+    let extent = Extent::of(&points.collect::<Vec<_>>());
+    let (low, side) = (extent.low, extent.high - extent.low);
+    let is_on_sphere = extent.high.x.abs() <= 180.0 && extent.high.y.abs() <= 90.0 && low.x.abs() + low.y.abs() > 1.0;
+    if !is_on_sphere || side.x.max(side.y) >= DEGREES_PER_HEIGHT * side.z {
+        return Ok(());
+    }
+    let problem = "The coordinates look like longitude and latitude (degrees) beside heights (metres)";
+    Err(Error::whole(problem, "Project the clouds into metres, for example to UTM"))
+}
+
 fn note_on_place(origin: DVec3) -> String {
     let taken_off = if origin == DVec3::ZERO {
         String::new()
@@ -143,7 +164,8 @@ fn unit_of(
     if let Some(unit) = unit_in_header(bytes) {
         return (unit.metres, None);
     }
-    if extent.low.abs().max(extent.high.abs()).max_element() > MAP_DISTANCE {
+    let farthest = extent.low.abs().max(extent.high.abs()).max_element();
+    if (MAP_DISTANCE..FARTHEST_ON_MAP).contains(&farthest) {
         return (1.0, None);
     }
     let step = step_of(points.iter().flat_map(DVec3::to_array));

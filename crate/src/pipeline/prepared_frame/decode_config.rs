@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::cloud_reading::CloudReading;
+use super::cloud_reading::{CloudReading, refuse_degrees};
 use super::depth_values::values_of;
 use super::files::{read_cloud, read_depth};
 use super::single_precision::refuse_rounded;
@@ -73,6 +73,7 @@ impl DecodeConfig {
         if point_cloud::is_cloud(first) {
             let points = read_cloud(name, first)?;
             let (cloud, size) = CloudReading::new(settings, &points, first);
+            refuse_degrees(&points).map_err(|error| error.in_file(name))?;
             refuse_rounded(&points, size / cloud.unit).map_err(|error| error.in_file(name))?;
             return Ok(Self { settings: settings.for_clouds(size), depth: None, cloud: Some(cloud) });
         }

@@ -12,6 +12,9 @@ const SWAPPED_BYTES: &str = "The two bytes of each depth value are in the wrong 
 const INVERTED: &str = "The depth images are taken for inverted, near being bright: their planes are plane that way alone. If that is \
                         wrong, set depth_values=depth";
 
+/// ... and where most planes, but not enough of them, say so.
+const MAY_BE_INVERTED: &str = "The depth images are read with far being bright, but may be inverted, near being bright: the few planes \
+                               in them look so. If the map is bent, set depth_values=inverted";
 /// ... and of both at once.
 const SWAPPED_AND_INVERTED: &str = "The depth images are inverted, near being bright, and the two bytes of each value are in the wrong \
                                     order (low byte first)";
@@ -44,6 +47,7 @@ pub(super) fn values_of(
             (SWAPPED_AND_INVERTED, "Write 16-bit PNGs and PGMs with the high byte first")
         }
         (_, true, _) => return Ok((DepthValues::Inverted, Some(INVERTED.to_owned()))),
+        (DepthValues::Depth, ..) if votes.may_be_inverted() => return Ok((read, Some(MAY_BE_INVERTED.to_owned()))),
         (_, _, Some(NoDepth::Inverse)) => (
             "The values of the depth images are inverse depth, as disparities: planes are plane that way alone",
             "Save depth, focal length times baseline over disparity",

@@ -206,12 +206,18 @@ impl PreparedFrame {
             return Err(Error::whole(problem, "Give frames of one kind").in_file(&label.name));
         };
         let whole = reading.read(read_cloud(&label.name, bytes)?, label.time);
+        let ranges = whole.positions.iter().map(|point| point.length()).filter(|range| range.is_finite());
+        let (count, farthest) = (whole.len(), ranges.fold(0.0, f32::max));
         let limits = if reading.is_sensor_at_origin { settings.min_range..=settings.max_range } else { 0.0..=f64::MAX };
         let cloud = in_range(whole, *limits.start() as f32, *limits.end() as f32);
         let in_file = |error: Error| error.in_file(&label.name);
         if cloud.is_empty() {
-            let problem = format!("No point is within the range limits (min_range = {} m)", settings.min_range);
-            return Err(in_file(Error::whole(problem, "Give other limits of the range")));
+            let problem = format!(
+                "None of its {count} points is within the range limits (min_range = {} m); the farthest is {farthest:.3} m away",
+                settings.min_range
+            );
+            let remedy = "Set cloud_unit to the unit of the coordinates (m), for example cloud_unit=1000 for kilometres; or set min_range";
+            return Err(in_file(Error::whole(problem, remedy)));
         }
         let options = decode_config.cloud_options();
         let prepared = if cloud.times.is_some() {

@@ -176,7 +176,7 @@ pub(super) fn unit_in(name: &str, units: &[(&str, f64)]) -> Option<f64> {
 /// Whether a column of this name may be the bearing of a reading: `scan_angle`, `theta`, or anything in degrees or radians
 /// (`sensor_deg`) that is not called as a heading.
 pub(super) fn may_be_bearing(name: &str) -> bool {
-    let is_word = |word: &str| ANGLES.iter().any(|angle| word.starts_with(angle));
+    let is_word = |word: &str| word == "ang" || ANGLES.iter().any(|angle| word.starts_with(angle));
     let words = || name.split(|c: char| !c.is_alphanumeric());
     let is_angle = words().any(|word| ["deg", "rad", "degrees", "radians"].contains(&word)) || name.contains('°');
     words().any(is_word) || is_angle && !HEADINGS.contains(&bare(name))

@@ -4,7 +4,7 @@ use super::names::SAME_STEP;
 use super::rows::Row;
 use crate::geometry::quantile::quantile;
 use crate::io::length_unit::{JudgedUnit, LASER_RANGES, judge_unit, step_of};
-use crate::io::time_unit::unit_since_1970;
+use crate::io::time_unit::{DAY, is_in_days, unit_since_1970};
 
 /// Lines that a guess is made from.
 pub(super) const GUESS_LINES: usize = 20;
@@ -62,6 +62,9 @@ pub(super) fn time_unit(rows: &[Row], column: usize) -> f64 {
     let mut steps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let step = quantile(&mut steps, 0.5).unwrap_or(0.0);
     let by_step = || STEP_UNITS.iter().find(|(least, _)| step >= *least).map(|(_, unit)| *unit);
+    if is_in_days(first, step) {
+        return DAY;
+    }
     unit_since_1970(first).or_else(by_step).unwrap_or(1.0)
 }
 
