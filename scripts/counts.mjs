@@ -35,8 +35,10 @@ export function countCargo(output) {
  * @returns {Counts}
  */
 export function noWarnings({ code, output }) {
-  const isClean = code === 0 && !/^warning(?!: spurious network error)/m.test(output);
-  return { passed: Number(isClean), failed: Number(!isClean), skipped: 0 };
+  const found = output.match(/^(?:warning(?!: spurious network error)|error).*(?:\n +--> .*)?/gm) ?? [];
+  const isClean = code === 0 && !found.some((text) => text.startsWith('warning'));
+  const failures = isClean ? [] : [failure(`${found.length} warnings and errors`, found.join('\n'))];
+  return { passed: Number(isClean), failed: Number(!isClean), skipped: 0, failures };
 }
 
 /**

@@ -150,7 +150,9 @@ fn while_the_run_goes_on_images_from_nearly_the_same_place_wait_for_its_end() {
     let frames = || views.iter().map(|(pose, _)| *pose).enumerate();
     let put = |surface: &mut SurfaceReconstruction, count: usize, is_final: bool| {
         let wanted = surface.follow(frames().take(count), is_final);
-        wanted.iter().for_each(|&frame| surface.put(frame, &SurfaceFrame::Image(images[frame].clone())));
+        for &frame in &wanted {
+            surface.put(frame, &SurfaceFrame::Image(images[frame].clone()));
+        }
         wanted
     };
     let keyframes: Vec<usize> = (1..=views.len()).flat_map(|count| put(&mut followed, count, false)).collect();

@@ -114,9 +114,12 @@ pub fn main() -> Result<(), Box<dyn Error>> {
             let (mut reading, mut fusing) = (0.0, 0.0);
             surface.follow(walk.iter().copied().enumerate(), true);
             for (index, frame) in frames.iter().enumerate() {
-                let (seconds, frame) = timed(|| match is_kept {
-                    true => surface.read_kept(frame),
-                    false => surface.read(&index.to_string(), frame, None).map(SurfaceFrame::Image),
+                let (seconds, frame) = timed(|| {
+                    if is_kept {
+                        surface.read_kept(frame)
+                    } else {
+                        surface.read(&index.to_string(), frame, None).map(SurfaceFrame::Image)
+                    }
                 });
                 let frame = frame?;
                 reading += seconds;

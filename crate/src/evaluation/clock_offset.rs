@@ -25,7 +25,8 @@ pub(super) fn clock_offset(
     let step = step.max(duration(of_reference)?.max(duration(of_estimate)?) / MAX_SAMPLES);
     let (a, b) = (speeds(reference, of_reference, step)?, speeds(estimate, of_estimate, step)?);
     let least = (a.len().min(b.len()) / 2).max(MIN_SAMPLES);
-    let lags = least as isize - b.len() as isize..=a.len() as isize - least as isize;
+    let [len_a, len_b, common] = [a.len(), b.len(), least].map(usize::cast_signed);
+    let lags = common - len_b..=len_a - common;
     let correlations: Vec<(isize, f64)> =
         lags.filter_map(|lag| Some((lag, correlation(&a, &b, lag, least)?))).collect();
     let best = *correlations.iter().max_by(|x, y| x.1.total_cmp(&y.1))?;

@@ -41,7 +41,11 @@ pub(super) fn agreement(
     has_orientations: bool,
 ) -> (Option<bool>, Option<String>) {
     let share = motion_agreement(pairs, has_orientations);
+    let stands_still = pairs.iter().all(|(_, reference)| *reference == pairs[0].1);
     let note = |share: f64| {
+        if stands_still {
+            return format!("{name}: all of its poses are the same: it tells nothing of the motion");
+        }
         format!(
             "{name}: only {:.0} % of its motions between frames are as large as the estimate's: it is of another recording, \
              its rows are in another order, or the estimate is wrong",
@@ -93,6 +97,8 @@ mod tests {
         let millimetres = |pose: &Pose3| Isometry3::from_parts((1e3 * pose.translation.vector).into(), pose.rotation);
         assert!(!told(&pairs(drive_a.iter().map(millimetres).collect(), drive_a.clone())));
         assert!(!told(&pairs(drive_a[..4].to_vec(), drive(4, 1.4))), "too few motions");
+        let (_, note) = agreement("gt.txt", &pairs(drive_a.clone(), vec![drive_a[0]; drive_a.len()]), true);
+        assert_eq!(note.unwrap(), "gt.txt: all of its poses are the same: it tells nothing of the motion");
     }
 
     #[test]

@@ -39,13 +39,17 @@ pub fn halves() {
                 let odometry: Vec<Pose2> = part.odometry.iter().map(|pose| pose * part.log.T_robot_laser).collect();
                 let truth: Vec<Option<Pose2>> = part.reference.iter().copied().map(Some).collect();
                 let drive = Drive { scans: localization.scans(), odometry: &odometry, truth: &truth };
-                filters.iter_mut().for_each(|(count, table)| follow(&drive, &grid, *count, table));
+                for (count, table) in &mut filters {
+                    follow(&drive, &grid, *count, table);
+                }
             }
         }
     }
     sum.print("all");
     println!("{}\n{}", Table::HEADER, found.row("branch and bound"));
-    filters.into_iter().for_each(|(count, table)| println!("{}", table.row(&format!("{count} particles"))));
+    for (count, table) in filters {
+        println!("{}", table.row(&format!("{count} particles")));
+    }
 }
 
 pub fn others() {
