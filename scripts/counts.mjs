@@ -102,8 +102,8 @@ function failure(name, reason) {
 }
 
 /**
- * What a second try of the tests that failed says of the first one: what passes then is unsteady, which is told by name and fails
- * nothing.
+ * The counts after the tests that failed have been run a second time: one that passes then is unsteady, which is reported and does
+ * not fail the run.
  * @param {Counts} first
  * @param {Counts} second
  * @returns {Counts}

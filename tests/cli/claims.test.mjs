@@ -197,7 +197,7 @@ function handPath(begin, end, step, offset) {
   }).join('\n');
 }
 
-test('the offset of another clock is told by the motions, and its remedy makes the trajectories meet', async (t) => {
+test('the offset between two clocks follows from the motions, and with it as an option the trajectories agree', async (t) => {
   for (const offset of [0.7, 3600, -1_700_000_000]) {
     const folder = temporaryFolder(t);
     writeFiles(folder, { 'gt.txt': handPath(0, 40, 0.01, 1.7e9), 'est.txt': handPath(6, 33, 1 / 30, 1.7e9 + offset) });

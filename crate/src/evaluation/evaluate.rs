@@ -205,12 +205,7 @@ const MAX_MISFIT_FRAMES: usize = 5000;
 /// # Errors
 /// When no poses correspond, fewer than three are to be aligned, the metric needs times or orientations that a
 /// trajectory lacks, or an option is out of its range.
-pub fn evaluate(
-    whole_reference: &Trajectory,
-    whole_estimate: &Trajectory,
-    options: &EvaluationOptions,
-) -> Result<Evaluation> {
-    let (reference, estimate) = (whole_reference, whole_estimate);
+pub fn evaluate(reference: &Trajectory, estimate: &Trajectory, options: &EvaluationOptions) -> Result<Evaluation> {
     check(options)?;
     let Correspondence { matched, is_by_time, reference: reference_path, estimate: unaligned, notes, advice } =
         corresponding(reference, estimate, options)?;
@@ -255,7 +250,7 @@ pub fn evaluate(
     let is_anchored = options.alignment == Alignment::Origin && options.metric == ErrorMetric::Ape;
     let of_first_row = || first_row_hint("Ground truth", of_positions.rmse, &summary.aligned?, &poses(usize::MAX));
     let differ = misfit.is_some() && is_by_time;
-    let offset = differ.then(|| offset_between(whole_reference, whole_estimate, options)).flatten();
+    let offset = differ.then(|| offset_between(reference, estimate, options)).flatten();
     summary.notes.extend(
         offset.map(|offset| format!("Both move alike with an offset of {offset:.3} s, added to the estimate's times.")),
     );
