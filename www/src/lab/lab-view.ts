@@ -1,6 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { list } from '../components/list-field.js';
+import { RESET } from '../components/panel-icons.js';
 import '../components/menu.js';
 import { WHOLE } from '../views/address.js';
 import './lab-side.js';
@@ -202,7 +203,7 @@ export class ScanstitchLab extends LitElement {
           @click=${() => void session.startFrom(null, false)}
           title="The start that was given"
         >
-          ${icon('reset')}Reset start
+          ${icon(RESET)}Reset start
         </button>
         <button @click=${() => this.fileInput.click()} title="Two clouds, or the poses of your own ICP">
           ${icon('open')}Open…

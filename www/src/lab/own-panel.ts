@@ -1,7 +1,8 @@
 /** Somebody's own ICP beside the engine's: where they part, and why. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { numberTable } from '../components/number-table.js';
-import { formatAngle, formatStep, plural } from '../views/format.js';
+import { plural } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/pose-format.js';
 import type { OwnComparison } from './protocol.js';
 
 const KINDS: Record<string, string> = {

@@ -3,10 +3,13 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { facts } from '../components/facts.js';
 import { fire } from '../components/fire.js';
-import { icon } from '../components/icons.js';
-import { panelStyles, shared, statusStyles } from '../components/theme.js';
+import { iconButton } from '../components/icon-button.js';
+import { statusBadge } from '../components/status-badge.js';
+import { shared } from '../components/theme.js';
+import { panelStyles, statusStyles } from '../components/panel-theme.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
-import { formatAngle, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import type { MapLayer } from '../views/map-layer.js';
 import type { Status } from '../views/map-painter.js';
 import { composed } from './loop-poses.js';
@@ -76,9 +79,7 @@ export class ScanstitchMend extends LitElement {
     };
     return html`<header>
         <h2 tabindex="-1">Mend the map</h2>
-        <button class="icon quiet" aria-label="Close" title="Close (Escape)" @click=${() => this.close()}>
-          ${icon('close')}
-        </button>
+        ${iconButton('close', 'Close', () => this.close(), { hint: 'Close (Escape)' })}
       </header>
       <div class="choice" role="group" aria-label="What is mended">
         ${this.renderPart('loops', 'Loops')} ${this.renderPart('grid', 'Grid and frame')}
@@ -332,7 +333,7 @@ function sigmasOf({ chi_squared: chiSquared }: GraphLoop): string {
 
 function badge(loop: GraphLoop): TemplateResult {
   const fit = fitOf(loop);
-  return html`<span class="status ${fit}">${icon(fit, 13)}${WORDS[fit]}</span>`;
+  return statusBadge(fit, WORDS[fit]);
 }
 
 /** In whole sentences. */
