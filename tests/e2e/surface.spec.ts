@@ -244,7 +244,7 @@ test.describe('bundled', () => {
    * Of a page with planar scans, compressed, without the engine (bytes). With the published engine, of 272 kB, that is 357 kB, where 350 are asked for; the
    * one that is tested here was compiled quickly, and is larger.
    */
-  const MAX_FIRST_SCRIPTS = 85_500;
+  const MAX_FIRST_SCRIPTS = 83_600;
 
   test('the modules load what is in space, and the full engine, when they are needed', async ({ course, page }) => {
     const files = await bundle("import 'scanstitch/element';");
