@@ -9,14 +9,8 @@ import { formatAngle, formatStep } from '../../www/src/views/pose-format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
-import {
-  changeWords,
-  fromScreen,
-  parseSettings,
-  toScreen,
-  writeSettings,
-  zeroWord,
-} from '../../www/src/views/setting-fields.js';
+import { changeWords, fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
+import { zeroWord } from '../../www/src/views/setting-form.js';
 import { mapBounds } from '../../www/src/views/map-bounds.js';
 import { linearAxis } from '../../www/src/views/axes.js';
 import { drawSeries } from '../../www/src/views/figures.js';

@@ -1,6 +1,7 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { type Field, fromScreen, sameSettings, toScreen, unitSign } from '../views/setting-fields.js';
+import { rangeWords, screenStep, settingGroups, zeroWord } from '../views/setting-form.js';
 import { icon } from './icons.js';
 import { RESET } from './panel-icons.js';
 import { column, row, shared, small } from './theme.js';
@@ -250,31 +251,4 @@ export class ScanstitchSettings extends LitElement {
 /** Empty for a zero that stands for something else. */
 function numberText(description: SettingField, value: number): string {
   return value === 0 && zeroWord(description.explanation) !== null ? '' : toScreen(description, value);
-}
-
-/** The groups in the order in which they first appear. */
-function settingGroups(descriptions: readonly SettingField[]): { group: string; descriptions: SettingField[] }[] {
-  const groups = new Map<string, SettingField[]>();
-  for (const description of descriptions) {
-    groups.set(description.group, [...(groups.get(description.group) ?? []), description]);
-  }
-  return Array.from(groups, ([group, members]) => ({ group, descriptions: members }));
-}
-
-/** What a zero stands for where the explanation says so ("0: estimated from the first image."), in one word; null where it is a number. */
-function zeroWord(explanation: string): string | null {
-  const [, meaning] = /(?<![\d.])0: (\w+)/.exec(explanation) ?? [];
-  if (meaning === undefined) return null;
-  return ['all', 'none'].includes(meaning) ? meaning : 'auto';
-}
-
-/** The step of the arrow keys on the screen; any value in between may be typed as well. */
-function screenStep(field: Field): string {
-  return field.kind.type === 'number' ? toScreen(field, field.kind.step) : '1';
-}
-
-/** "0.01 to 5 m". */
-function rangeWords(field: Field): string {
-  if (field.kind.type === 'choice') return '';
-  return `${toScreen(field, field.kind.min)} to ${toScreen(field, field.kind.max)} ${unitSign(field)}`.trimEnd();
 }
