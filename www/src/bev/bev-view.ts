@@ -6,6 +6,7 @@ import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
 import { FILE } from '../components/panel-icons.js';
+import { whileConnected } from '../components/while-connected.js';
 import { dropStyles, shared, tokens } from '../components/theme.js';
 import { fieldStyles, pageStyles } from '../components/panel-theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
@@ -66,19 +67,17 @@ export class ScanstitchBev extends LitElement {
   private openItemsOf = memoizeLast(openItems);
   private topHandlesOf = memoizeLast(topHandles);
   private frontHandlesOf = memoizeLast(frontHandles);
-  private onHash = (): void => {
-    if (ownerOf(location.hash) === 'bev') void this.session.openLink();
-  };
+
+  constructor() {
+    super();
+    whileConnected(this, window, 'hashchange', () => {
+      if (ownerOf(location.hash) === 'bev') void this.session.openLink();
+    });
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();
-    window.addEventListener('hashchange', this.onHash);
     void this.session.begin(this.src, !this.withoutSample);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    window.removeEventListener('hashchange', this.onHash);
   }
 
   protected override updated(changed: PropertyValues<this>): void {

@@ -5,6 +5,7 @@ import { facts } from '../components/facts.js';
 import { fire } from '../components/fire.js';
 import { iconButton } from '../components/icon-button.js';
 import { statusBadge } from '../components/status-badge.js';
+import { whileConnected } from '../components/while-connected.js';
 import { shared } from '../components/theme.js';
 import { panelStyles, statusStyles } from '../components/panel-theme.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
@@ -34,14 +35,9 @@ const MOST_LISTED = 100;
 export class ScanstitchMend extends LitElement {
   @property({ attribute: false, hasChanged: () => true }) mending!: Mending;
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    document.addEventListener('keydown', this.onKey);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    document.removeEventListener('keydown', this.onKey);
+  constructor() {
+    super();
+    whileConnected(this, document, 'keydown', (event) => this.onKey(event));
   }
 
   protected override firstUpdated(): void {
@@ -52,7 +48,7 @@ export class ScanstitchMend extends LitElement {
     fire(this, 'closed');
   }
 
-  private onKey = (event: KeyboardEvent): void => {
+  private onKey(event: KeyboardEvent): void {
     const path = event.composedPath();
     const view = (this.getRootNode() as ShadowRoot).host;
     if (event.defaultPrevented || path[0] instanceof HTMLInputElement) return;
@@ -66,7 +62,7 @@ export class ScanstitchMend extends LitElement {
     else if (event.key === 'Escape') this.close();
     else return;
     event.preventDefault();
-  };
+  }
 
   protected override render(): TemplateResult {
     const { loops, draft, problem, isOnGrid } = this.mending;

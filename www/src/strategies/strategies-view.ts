@@ -341,13 +341,8 @@ export class ScanstitchStrategies extends LitElement {
     this.logFigures = logs;
   }
 
-  private async copy(text: string, form: string): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.session.announce(`The table was copied as ${form}.`);
-    } catch {
-      this.session.report('The browser did not allow copying', 'Use Save CSV');
-    }
+  private copy(text: string, form: string): Promise<void> {
+    return this.session.copy(text, `The table was copied as ${form}.`, 'Use Save CSV');
   }
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles, pageStyles, emptyStyles, strategyStyles];
