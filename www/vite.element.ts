@@ -21,7 +21,12 @@ const PACKED = /\?packed$/;
 /** What planar scans that a page names are shown by: compressed, pieces weigh more than a whole. */
 const MODULES = [
   oneScript('first', ['scanstitch-app.ts']),
-  oneScript('open', ['datasets/given.ts', 'datasets/spatial-files.ts', '../../package/recording/understand.ts']),
+  oneScript('open', [
+    'datasets/given.ts',
+    'datasets/take-in.ts',
+    'datasets/spatial-files.ts',
+    '../../package/recording/understand.ts',
+  ]),
 ];
 const LARGE_SAMPLE = /import\.meta\.glob<string>\('[^']*\/samples\/(?:apartment|bev)\/[^)]*\)/g;
 

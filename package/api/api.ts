@@ -78,16 +78,12 @@ export function cost_landscape(
   options: Partial<RegistrationOptions> & { grid?: LabGrid } = {},
 ): { grid: GridOptions; costs: Float64Array<ArrayBuffer>; minima: LocalMinimum[] } {
   const { grid, ...others } = options;
-  const lab = new IcpLab(source, target, others);
-  try {
-    const T_center = grid?.T_center ?? lab.trace().poses.at(-1) ?? [...lab.initial()];
-    const axes = lab.is_planar ? [1, 2] : [3, 4];
-    const whole = gridOf({ axes, half_widths: [1, 1], size: [101, 101], ...grid, T_center });
+  return inLab(source, target, others, (lab) => {
+    const T_center = grid?.T_center ?? resultOf(lab);
+    const whole = gridOf(lab, { size: [101, 101], ...grid, T_center });
     const costs = lab.cost_landscape(whole);
     return { grid: whole, costs, minima: local_minima(costs, whole.size[0] ?? 1) };
-  } finally {
-    lab.free();
-  }
+  });
 }
 
 /**
@@ -100,21 +96,34 @@ export function basin_of_attraction(
   options: Partial<RegistrationOptions> & { grid?: LabGrid; reference?: number[] } = {},
 ): { grid: GridOptions; reference: number[]; ends: BasinEnds } & BasinLabels {
   const { grid, reference, ...others } = options;
-  const lab = new IcpLab(source, target, others);
-  try {
-    const home = reference ?? lab.trace().poses.at(-1) ?? [...lab.initial()];
-    const axes = lab.is_planar ? [1, 2] : [3, 4];
-    const whole = gridOf({ T_center: home, axes, half_widths: [1, 1], size: [31, 31], ...grid });
+  return inLab(source, target, others, (lab) => {
+    const home = reference ?? resultOf(lab);
+    const whole = gridOf(lab, { T_center: home, size: [31, 31], ...grid });
     const ends = lab.basin_of_attraction(whole);
     return { grid: whole, reference: home, ends, ...lab.label_ends(ends, Float64Array.from(home)) };
+  });
+}
+
+function inLab<T>(
+  source: PointCloud,
+  target: PointCloud,
+  options: Partial<RegistrationOptions>,
+  look: (lab: IcpLab) => T,
+): T {
+  const lab = new IcpLab(source, target, options);
+  try {
+    return look(lab);
   } finally {
     lab.free();
   }
 }
 
-/** The whole of a grid: the sixteen numbers of its pose may be an array of any type. */
-function gridOf(grid: Omit<GridOptions, 'T_center'> & { T_center: number[] }): GridOptions {
-  return grid as GridOptions;
+/** The pose that the registration ends at, and otherwise the one that it begins with. */
+const resultOf = (lab: IcpLab) => lab.trace().poses.at(-1) ?? [...lab.initial()];
+
+/** The whole of a grid: the sixteen numbers of its pose may be an array of any type. Without axes, x and y, 1 m to either side. */
+function gridOf(lab: IcpLab, grid: LabGrid): GridOptions {
+  return { axes: lab.is_planar ? [1, 2] : [3, 4], half_widths: [1, 1], ...grid } as GridOptions;
 }
 
 /**

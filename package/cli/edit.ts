@@ -4,7 +4,7 @@ import { printable } from '../base/printable.js';
 import { readSteps, type StepsFile } from '../report/steps_file.js';
 import { type Command, CommandError, type Engine, optionsOf, readArguments } from './command.js';
 import { writeResults } from './disk.js';
-import { openInputs, readRequired } from './inputs.js';
+import { openInputs, readText } from './inputs.js';
 import { readMap } from './localize.js';
 import { withoutNamed } from './reconstruct.js';
 import { reconstructPlanar, tellUntaken } from './reconstruct_planar.js';
@@ -74,7 +74,7 @@ async function run(engine: Engine, args: string[]) {
   if (path === undefined || inputs.length === 0) {
     throw new CommandError('Name a recording and a file of steps. See: scanstitch edit --help');
   }
-  const steps = { name: basename(path), ...read(path) };
+  const steps = { name: basename(path), ...readText(path, readSteps) };
   const { out, reference, odometry, table, g2o, mcap, workbench, set = [] } = values;
   const mapFormat = readMapFormat(values['map-format']);
   const given = { out, reference, odometry, table, set, mapFormat, g2o, mcap, workbench };
@@ -107,13 +107,4 @@ async function editGrid(engine: Engine, path: string, steps: Named, out: string,
   tellUntaken(grid.edit(steps.steps), steps.name, complain);
   await writeResults(out, { 'map.pgm': grid.pgm(), 'map.yaml': grid.yaml('map.pgm') });
   print(`${grid.width} x ${grid.height} cells of ${grid.resolution} m\nWritten to ${printable(out)}\n`);
-}
-
-function read(path: string) {
-  const bytes = readRequired({ name: path, path });
-  try {
-    return readSteps(new TextDecoder().decode(bytes));
-  } catch (error) {
-    throw new CommandError(`${basename(path)}: ${(error as Error).message}.`);
-  }
 }

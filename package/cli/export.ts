@@ -8,7 +8,7 @@ import { wallLines } from '../report/wall_lines.js';
 import { WALL_HEIGHT, wallFile } from '../report/wall_mesh.js';
 import { type Command, CommandError, type Engine, readArguments } from './command.js';
 import { writeResults } from './disk.js';
-import { readRequired } from './inputs.js';
+import { readText } from './inputs.js';
 import { readMap } from './localize.js';
 import { png } from './png.js';
 import { Complaints, print } from './terminal.js';
@@ -82,7 +82,7 @@ async function run(engine: Engine, args: string[]) {
       'walls.glb': await wallFile(grid, height, 'glb'),
       'walls.stl': await wallFile(grid, height, 'stl'),
     }),
-    ...(areas !== undefined && maskFiles(grid, read(areas), complaints.complain)),
+    ...(areas !== undefined && maskFiles(grid, readText(areas, readAreas), complaints.complain)),
   };
   if (lines.length === 0)
     complaints.complain(`${basename(map)}: The map shows no wall, so walls.glb and walls.stl were not written.`);
@@ -104,13 +104,4 @@ function rgbOf(grey: Uint8Array) {
   const rgb = new Uint8Array(3 * grey.length);
   grey.forEach((value, index) => rgb.fill(value, 3 * index, 3 * index + 3));
   return rgb;
-}
-
-function read(path: string) {
-  const bytes = readRequired({ name: basename(path), path });
-  try {
-    return readAreas(new TextDecoder().decode(bytes));
-  } catch (error) {
-    throw new CommandError(`${basename(path)}: ${(error as Error).message}.`);
-  }
 }

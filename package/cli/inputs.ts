@@ -179,6 +179,16 @@ export function readRequired({ name, path }: Input) {
   }
 }
 
+/** What `understand` makes of a file of text that people write; throws a CommandError where it cannot be read, or makes no sense. */
+export function readText<T>(path: string, understand: (text: string) => T): T {
+  const bytes = readRequired({ name: basename(path), path });
+  try {
+    return understand(new TextDecoder().decode(bytes));
+  } catch (error) {
+    throw new CommandError(`${basename(path)}: ${(error as Error).message}.`);
+  }
+}
+
 /** A source's bytes; null where it cannot be read, which is reported. */
 export async function readSource(source: Source, name: string, complain: (problem: string) => void) {
   try {

@@ -10,7 +10,7 @@ import { writeResults } from './disk.js';
 import { openInputs, readRequired } from './inputs.js';
 import { png } from './png.js';
 import { withoutNamed } from './reconstruct.js';
-import { addOdometry, addScans } from './reconstruct_planar.js';
+import { addPoses, addScans } from './reconstruct_planar.js';
 import { planarCatalogue, readSettings } from './settings.js';
 import { Complaints, note, print, progressLine, tellNotes } from './terminal.js';
 
@@ -77,9 +77,9 @@ async function run(engine: Engine, args: string[]) {
     tellNotes(withoutNamed(recording, complain), complain);
     const settings = readSettings(planarCatalogue(engine), undefined, values.set ?? []);
     const reconstruction = new engine.Reconstruction(settings);
-    const added = await addScans(reconstruction, recording, values.table, complain);
-    if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-    await addOdometry(reconstruction, recording, values.odometry, complain);
+    await addScans(reconstruction, recording, values.table, complain);
+    const setOdometry = reconstruction.set_odometry.bind(reconstruction);
+    await addPoses(recording, recording.odometry, values.odometry, setOdometry, complain);
     const localization = reconstruction.localization(grid);
     if (await untilInterrupt((signal) => locateAll(localization, signal))) complain('Stopped before the last scan.');
     await report(localization, grid, values, complain);

@@ -81,16 +81,13 @@ function scansOf({ files, scans }: OpenedRecording) {
   return found.map((source) => ({ source, name: distinct ? basename(source.path) : (source.disk ?? source.path) }));
 }
 
-/**
- * @param table what the columns of tables are
- * @returns how many files could be used
- */
+/** `table`: what the columns of tables are. Throws a CommandError where no file can be used. */
 export async function addScans(
   reconstruction: Reconstruction,
   recording: OpenedRecording,
   table: string | undefined,
   complain: (problem: string) => void,
-): Promise<number> {
+): Promise<void> {
   let added = 0;
   const found: Note[] = [];
   for (const { source, name } of scansOf(recording)) {
@@ -107,7 +104,7 @@ export async function addScans(
     tellNotes(source.losses ?? [], complain);
   }
   tellNotes(found, complain);
-  return added;
+  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
 }
 
 /** The scans, and what lies beside them; the name of the odometry, where there is one that is taken. */
@@ -116,37 +113,26 @@ export async function addInputs(
   reconstruction: Reconstruction,
   table?: string,
 ) {
-  const added = await addScans(reconstruction, recording, table, complain);
-  if (added === 0) throw new CommandError('No scan could be used, so nothing was computed.');
-  const odometry = await addOdometry(reconstruction, recording, options.odometry, complain);
-  await addReference(reconstruction, recording, options.reference, complain);
-  return odometry;
+  await addScans(reconstruction, recording, table, complain);
+  const { odometry, reference } = options;
+  const setOdometry = reconstruction.set_odometry.bind(reconstruction);
+  const setReference = reconstruction.set_reference.bind(reconstruction);
+  const taken = await addPoses(recording, recording.odometry, odometry, setOdometry, complain);
+  await addPoses(recording, recording.reference[0], reference, setReference, complain);
+  return taken;
 }
 
-/** Odometry that was named, or that lies beside the scans; its name, where it is taken. */
-export async function addOdometry(
-  reconstruction: Reconstruction,
-  { files, odometry: found }: OpenedRecording,
+/** Poses that were named, or that were found beside the scans; their name, where `take` takes them. */
+export async function addPoses(
+  { files }: OpenedRecording,
+  found: string | null | undefined,
   named: string | undefined,
+  take: (name: string, bytes: Uint8Array) => void,
   complain: (problem: string) => void,
 ) {
   const bytes = await readGiven(files.get(found ?? ''), named, complain);
   const name = basename(named ?? found ?? '');
-  return bytes && accepted(() => reconstruction.set_odometry(name, trajectoryBytes(name, bytes)), complain)
-    ? name
-    : null;
-}
-
-/** A reference that was named, or that lies beside the scans. */
-async function addReference(
-  reconstruction: Reconstruction,
-  { files, reference: [found] }: OpenedRecording,
-  named: string | undefined,
-  complain: (problem: string) => void,
-) {
-  const bytes = await readGiven(files.get(found ?? ''), named, complain);
-  const name = basename(named ?? found ?? '');
-  if (bytes) accepted(() => reconstruction.set_reference(name, trajectoryBytes(name, bytes)), complain);
+  return bytes && accepted(() => take(name, trajectoryBytes(name, bytes)), complain) ? name : null;
 }
 
 /** A file that was named, or otherwise the one that was found. */

@@ -29,19 +29,24 @@ export interface Catalogue {
   presets: { name: string; explanation: string; settings: Record<string, unknown> }[];
 }
 
-export function planarCatalogue(engine: Engine): Catalogue {
-  return {
-    about: 'planar scans',
-    descriptions: engine.describe_settings(),
-    presets: engine.presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
-  };
-}
+export const planarCatalogue = (engine: Engine): Catalogue =>
+  catalogue('planar scans', engine.describe_settings(), engine.presets());
 
-export function spatialCatalogue(engine: Engine): Catalogue {
+export const spatialCatalogue = (engine: Engine): Catalogue =>
+  catalogue('depth images and clouds', engine.describe_spatial_settings(), engine.spatial_presets());
+
+export const strategyCatalogue = (engine: Engine): Catalogue =>
+  catalogue('strategies', engine.describe_strategy_settings(), engine.strategy_presets());
+
+function catalogue(
+  about: string,
+  descriptions: SettingDescription[],
+  presets: readonly { name: string; explanation: string; settings: object }[],
+): Catalogue {
   return {
-    about: 'depth images and clouds',
-    descriptions: engine.describe_spatial_settings(),
-    presets: engine.spatial_presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
+    about,
+    descriptions,
+    presets: presets.map((preset) => ({ ...preset, settings: { ...preset.settings } })),
   };
 }
 

@@ -3,7 +3,7 @@ import { availableParallelism } from 'node:os';
 import { basename } from 'node:path';
 import type { StrategyComparison } from '../../pkg/scanstitch.js';
 import { comparedPlanar, planarFramesCsvOf } from '../report/planar_strategies.js';
-import { cell, columnsOf, csvOf, framesCsvOf, type Row } from '../report/strategy_table.js';
+import { csvOf, framesCsvOf, type Row, shownTable } from '../report/strategy_table.js';
 import type { Registrar } from '../run/spatial_run.js';
 import { StrategyRace, timed } from '../run/strategy_race.js';
 import { type Command, CommandError, type Engine, optionsOf, readArguments, table, untilInterrupt } from './command.js';
@@ -15,7 +15,14 @@ import { addInputs, runToTheEnd } from './reconstruct_planar.js';
 import { jobsOf, nothingComputed, readReference, setIntrinsics } from './reconstruct_spatial.js';
 import { accepted, type Task } from './results.js';
 import { runFrames } from './run_frames.js';
-import { type Catalogue, describeAll, planarCatalogue, readSettings, spatialCatalogue } from './settings.js';
+import {
+  type Catalogue,
+  describeAll,
+  planarCatalogue,
+  readSettings,
+  spatialCatalogue,
+  strategyCatalogue,
+} from './settings.js';
 import { Complaints, note, print, tellNotes } from './terminal.js';
 
 const OPTIONS = optionsOf({
@@ -32,14 +39,6 @@ interface Table {
   milliseconds: number[][];
   /** A line for each frame of each strategy. */
   frames: string;
-}
-
-function strategyCatalogue(engine: Engine): Catalogue {
-  return {
-    about: 'strategies',
-    descriptions: engine.describe_strategy_settings(),
-    presets: engine.strategy_presets().map((preset) => ({ ...preset, settings: { ...preset.settings } })),
-  };
 }
 
 export const strategies: Command = {
@@ -209,10 +208,8 @@ async function runRace(
 }
 
 function printed(rows: Row[]) {
-  const columns = columnsOf(rows);
-  const heads = ['strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
-  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
-  return table(heads, lines, new Set([0]));
+  const { heads, lines } = shownTable(rows);
+  return table(['strategy', ...heads], lines, new Set([0]));
 }
 
 function jsonOf({ rows, milliseconds }: Table) {

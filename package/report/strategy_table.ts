@@ -228,10 +228,17 @@ export function framesCsvOf(
   return csv([[...heads, ...more], ...lines]);
 }
 
+/** A line for each strategy, its label first, and the heads of the columns after that. */
+export function shownTable(rows: readonly Row[]) {
+  const columns = columnsOf(rows);
+  return {
+    heads: columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label)),
+    lines: rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]),
+  };
+}
+
 /** As it is shown, for a report. */
 export function markdownOf(rows: readonly Row[]) {
-  const columns = columnsOf(rows);
-  const heads = ['Strategy', ...columns.map(({ label, unit }) => (unit ? `${label} (${unit})` : label))];
-  const lines = rows.map(({ label, result }) => [label, ...columns.map((column) => cell(column, result))]);
-  return markdown(heads, lines, new Set([0]));
+  const { heads, lines } = shownTable(rows);
+  return markdown(['Strategy', ...heads], lines, new Set([0]));
 }

@@ -4,25 +4,13 @@ import { classify } from '../../npm/recording/classify.js';
 import type { Dataset } from '../../www/src/datasets/dataset.js';
 import { combine, type Intake } from '../../www/src/datasets/take-in.js';
 import { compareNaturally } from '../../npm/base/natural_order.js';
-import {
-  formatAngle,
-  formatCount,
-  formatDuration,
-  formatFixed,
-  formatLength,
-  formatStep,
-} from '../../www/src/views/format.js';
+import { formatCount, formatDuration, formatFixed, formatLength } from '../../www/src/views/format.js';
+import { formatAngle, formatStep } from '../../www/src/views/pose-format.js';
 import { lookDirection } from '../../www/src/views/look-direction.js';
 import { type Rgb, framePalette } from '../../www/src/views/palette.js';
 import { nearestFrame } from '../../www/src/views/point-layer.js';
-import {
-  changeWords,
-  fromScreen,
-  parseSettings,
-  toScreen,
-  writeSettings,
-  zeroWord,
-} from '../../www/src/views/setting-fields.js';
+import { changeWords, fromScreen, parseSettings, toScreen, writeSettings } from '../../www/src/views/setting-fields.js';
+import { zeroWord } from '../../www/src/views/setting-form.js';
 import { mapBounds } from '../../www/src/views/map-bounds.js';
 import { linearAxis } from '../../www/src/views/axes.js';
 import { drawSeries } from '../../www/src/views/figures.js';
@@ -41,7 +29,7 @@ import {
 } from '../../www/src/views/viewport.js';
 import { longestPairs } from '../../www/src/views/longest-pairs.js';
 import { certainPieces, pieceColors, uncertainLinks } from '../../www/src/views/pieces.js';
-import { cleaningWords, directionWords } from '../../www/src/views/words.js';
+import { cleaningWords, directionWords } from '../../www/src/views/frame-words.js';
 
 const SIZE = { width: 640, height: 480 };
 const TURNS: Turns[] = [0, 1, 2, 3];

@@ -40,6 +40,9 @@ import type { ScanstitchElement } from '../../package/element.js';
 
 const THEMES: readonly string[] = ['auto', 'light', 'dark'];
 
+/** Parts of the runs' views that a host can style. */
+const PARTS = 'figures, settings, map, table, details';
+
 /** The element whose settings and views the page's address holds: one of a page. */
 let addressOwner: ScanstitchApp | null = null;
 
@@ -85,7 +88,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   });
   private api = new HostApi(this, this.workspace, {
     run: () => this.runView(),
-    runs: () => [this.planar, this.spatial].filter((run) => run !== null),
+    runs: () => this.runs,
   });
   private handover = new Handover(this, {
     run: () => this.runView(),
@@ -164,6 +167,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
   }
 
   protected override updated(changed: PropertyValues<this>): void {
+    this.tellRuns();
     if (changed.has('offline')) void this.api.keepOffline(this.offline);
     // Undefined before: it is what the element begins with.
     if (changed.get('src') !== undefined && this.sourceView === 'map') this.openSource(this.src);
@@ -253,6 +257,7 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
 
   /** The views that were opened; all but one are hidden. */
   private renderViews(): TemplateResult {
+    const { shown, opened } = this.navigation;
     const onFacts = (): void => {
       this.requestUpdate();
       this.parts.attend(() => this.handover.follow());
@@ -274,42 +279,24 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         host: this,
         isBevEmpty: this.sourceView === 'bev' && this.src !== 'sample',
       })}
-      ${this.renderPlanar()} ${this.navigation.opened.has('spatial') ? this.renderSpatial() : nothing}
+      <scanstitch-planar ?hidden=${shown !== 'planar'} exportparts=${PARTS}></scanstitch-planar>
+      ${
+        opened.has('spatial')
+          ? html`<scanstitch-spatial ?hidden=${shown !== 'spatial'} exportparts=${PARTS}></scanstitch-spatial>`
+          : nothing
+      }
     </div>`;
   }
 
-  private renderPlanar(): TemplateResult {
-    return html`<scanstitch-planar
-      ?hidden=${this.navigation.shown !== 'planar'}
-      .initialSettings=${this.settings}
-      .preset=${this.preset}
-      .address=${this.address}
-      .layout=${this.appearance.layout}
-      .isLow=${this.appearance.isLow}
-      .controls=${this.controlsShown}
-      .folds=${this.folds}
-      .fullScreen=${this.controlsShown === 'minimal' ? this.appearance.fullScreen : null}
-      .shelf=${this.workspace}
-      ?dark=${this.isDark()}
-      exportparts="figures, settings, map, table, details"
-    ></scanstitch-planar>`;
-  }
-
-  private renderSpatial(): TemplateResult {
-    return html`<scanstitch-spatial
-      ?hidden=${this.navigation.shown !== 'spatial'}
-      .initialSettings=${this.settings}
-      .preset=${this.preset}
-      .address=${this.address}
-      .layout=${this.appearance.layout}
-      .isLow=${this.appearance.isLow}
-      .controls=${this.controlsShown}
-      .folds=${this.folds}
-      .fullScreen=${this.controlsShown === 'minimal' ? this.appearance.fullScreen : null}
-      .shelf=${this.workspace}
-      ?dark=${this.isDark()}
-      exportparts="figures, settings, map, table, details"
-    ></scanstitch-spatial>`;
+  /** Tells the views of runs what stands around them. */
+  private tellRuns(): void {
+    const { preset, address, folds, controlsShown: controls } = this;
+    const { layout, isLow, fullScreen } = this.appearance;
+    const told = {
+      ...{ initialSettings: this.settings, preset, address, shelf: this.workspace, dark: this.isDark() },
+      ...{ layout, isLow, controls, folds, fullScreen: controls === 'minimal' ? fullScreen : null },
+    };
+    for (const run of this.runs) Object.assign(run, told);
   }
 
   /** The attribute `src`, where it is for this view and no sample. */
@@ -338,6 +325,10 @@ export class ScanstitchApp extends LitElement implements ScanstitchElement {
         this.theme = this.isDark() ? 'light' : 'dark';
       },
     });
+  }
+
+  private get runs(): (ScanstitchPlanar | ScanstitchSpatial)[] {
+    return [this.planar, this.spatial].filter((run) => run !== null);
   }
 
   private runOf(run: Run): ScanstitchPlanar | ScanstitchSpatial | null {

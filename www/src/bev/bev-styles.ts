@@ -1,5 +1,6 @@
 import { css } from 'lit';
-import { cut, doubt, panel, row, small, wrap } from '../components/theme.js';
+import { cut, panel, row, small, wrap } from '../components/theme.js';
+import { doubt } from '../components/panel-theme.js';
 
 export const bevStyles = css`
   :host {

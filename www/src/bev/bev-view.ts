@@ -5,7 +5,10 @@ import { announcements } from '../components/announcer.js';
 import { DropTarget } from '../components/drop-target.js';
 import { tellHost } from '../components/host-events.js';
 import { icon } from '../components/icons.js';
-import { dropStyles, fieldStyles, pageStyles, shared, tokens } from '../components/theme.js';
+import { FILE } from '../components/panel-icons.js';
+import { whileConnected } from '../components/while-connected.js';
+import { dropStyles, shared, tokens } from '../components/theme.js';
+import { fieldStyles, pageStyles } from '../components/panel-theme.js';
 import { filesOfDrop, filesOfInput } from '../datasets/gather.js';
 import { download } from '../export/download.js';
 import { WHOLE } from '../views/address.js';
@@ -64,19 +67,17 @@ export class ScanstitchBev extends LitElement {
   private openItemsOf = memoizeLast(openItems);
   private topHandlesOf = memoizeLast(topHandles);
   private frontHandlesOf = memoizeLast(frontHandles);
-  private onHash = (): void => {
-    if (ownerOf(location.hash) === 'bev') void this.session.openLink();
-  };
+
+  constructor() {
+    super();
+    whileConnected(this, window, 'hashchange', () => {
+      if (ownerOf(location.hash) === 'bev') void this.session.openLink();
+    });
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();
-    window.addEventListener('hashchange', this.onHash);
     void this.session.begin(this.src, !this.withoutSample);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    window.removeEventListener('hashchange', this.onHash);
   }
 
   protected override updated(changed: PropertyValues<this>): void {
@@ -161,7 +162,7 @@ export class ScanstitchBev extends LitElement {
         <h2>${title}</h2>
         <span class="file" title=${picture?.name ?? ''}>${picture?.name ?? `${width} × ${height}`}</span>
         <button class="quiet" aria-label="Choose the image of the ${role} view" @click=${() => this.pick(role)}>
-          ${icon('file', 14)}Image…
+          ${icon(FILE, 14)}Image…
         </button>
       </header>
       <scanstitch-bev-picture

@@ -1,7 +1,8 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { iconButton } from '../components/icon-button.js';
-import { shared, small, tableStyles } from '../components/theme.js';
+import { shared, small } from '../components/theme.js';
+import { tableStyles } from '../components/panel-theme.js';
 import { type BevDocument, markedPixels, STATUS_WORDS } from './document.js';
 import { letter } from './paint.js';
 import { shortNumber } from './picture.js';

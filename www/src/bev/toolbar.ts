@@ -1,6 +1,7 @@
 /** The bar above the two views. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { typed } from '../components/fields.js';
+import { RESET, TRASH } from '../components/panel-icons.js';
 import { list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import '../components/menu.js';
@@ -44,9 +45,9 @@ export function toolbar(document: BevDocument, { canUndo, canRedo, ...has }: Too
     </div>
     ${document.tool === 'grid' ? cells(document, has.change) : nothing}
     <div class="group">
-      ${iconButton('reset', 'Undo', has.undo, { hint: 'Undo (Ctrl+Z)', kind: '', isOff: !canUndo })}
-      ${iconButton('reset', 'Redo', has.redo, { hint: 'Redo (Ctrl+Y)', kind: 'mirrored', isOff: !canRedo })}
-      ${iconButton('trash', 'Remove all marks', change(withoutAny(document)), {
+      ${iconButton(RESET, 'Undo', has.undo, { hint: 'Undo (Ctrl+Z)', kind: '', isOff: !canUndo })}
+      ${iconButton(RESET, 'Redo', has.redo, { hint: 'Redo (Ctrl+Y)', kind: 'mirrored', isOff: !canRedo })}
+      ${iconButton(TRASH, 'Remove all marks', change(withoutAny(document)), {
         hint: 'Remove all marks',
         kind: '',
         isOff: markedPixels(document).length === 0,

@@ -2,20 +2,14 @@
  * What is said to those who listen to the page. Each announcement is added below the ones before it, and none is
  * overwritten: a screen reader queues additions, and would lose a text that is replaced before its turn.
  */
-import { html, type TemplateResult } from 'lit';
-import { repeat } from 'lit/directives/repeat.js';
+import { html, nothing, type TemplateResult } from 'lit';
 
-export interface Announcement {
-  id: number;
-  text: string;
-}
-
-/** Older ones are removed; they have long been read. */
+/** Older ones are removed from the page; they have long been read. */
 const MAX_KEPT = 12;
 
 export class Announcer {
-  queue: readonly Announcement[] = [];
-  #nextId = 0;
+  /** All of them: each keeps its place. */
+  texts: readonly string[] = [];
   #onChange: () => void;
 
   constructor(onChange: () => void) {
@@ -24,13 +18,13 @@ export class Announcer {
 
   announce(text: string): void {
     if (text === '') return;
-    this.queue = [...this.queue, { id: this.#nextId++, text }].slice(-MAX_KEPT);
+    this.texts = [...this.texts, text];
     this.#onChange();
   }
 }
 
 /** The live region; `styles`: shared. */
-export function announcements({ queue }: Announcer): TemplateResult {
+export function announcements({ texts }: Announcer): TemplateResult {
   return html`<div
     class="visually-hidden"
     role="status"
@@ -38,10 +32,6 @@ export function announcements({ queue }: Announcer): TemplateResult {
     aria-atomic="false"
     aria-relevant="additions"
   >
-    ${repeat(
-      queue,
-      ({ id }) => id,
-      ({ text }) => html`<p>${text}</p>`,
-    )}
+    ${texts.map((text, at) => (at < texts.length - MAX_KEPT ? nothing : html`<p>${text}</p>`))}
   </div>`;
 }

@@ -2,6 +2,7 @@
 import type { ReactiveController, LitElement } from 'lit';
 import type { Layout } from './run-parts.js';
 import { watchSize } from './watch-size.js';
+import { whileConnected } from './while-connected.js';
 
 const WIDE_FROM = 1180; // CSS pixels of the element, not of the window: it may sit in a column of a course page
 const MEDIUM_FROM = 760;
@@ -28,17 +29,13 @@ export class Appearance implements ReactiveController {
     this.#host = host;
     host.addController(this);
     watchSize(host, (width, height) => this.#fit(width, height), frame);
+    whileConnected(host, this.#systemDark, 'change', () => this.hostConnected());
+    whileConnected(host, document, 'fullscreenchange', () => this.#onFullScreen());
   }
 
   hostConnected(): void {
-    this.#onSystemTheme();
-    this.#systemDark.addEventListener('change', this.#onSystemTheme);
-    document.addEventListener('fullscreenchange', this.#onFullScreen);
-  }
-
-  hostDisconnected(): void {
-    this.#systemDark.removeEventListener('change', this.#onSystemTheme);
-    document.removeEventListener('fullscreenchange', this.#onFullScreen);
+    this.isSystemDark = this.#systemDark.matches;
+    this.#host.requestUpdate();
   }
 
   /** Whether the element has the whole screen; null where the browser gives it to none. */
@@ -65,14 +62,9 @@ export class Appearance implements ReactiveController {
     this.#host.requestUpdate();
   }
 
-  #onFullScreen = (): void => {
+  #onFullScreen(): void {
     this.#fillsScreen = (this.#host.getRootNode() as Document | ShadowRoot).fullscreenElement === this.#host;
     this.#fit(this.#size.width, this.#size.height);
     this.#host.requestUpdate();
-  };
-
-  #onSystemTheme = (): void => {
-    this.isSystemDark = this.#systemDark.matches;
-    this.#host.requestUpdate();
-  };
+  }
 }

@@ -3,6 +3,7 @@ import { customElement, property } from 'lit/decorators.js';
 import { check } from './fields.js';
 import { iconButton } from './icon-button.js';
 import { icon } from './icons.js';
+import { RESET } from './panel-icons.js';
 import { row, shared, wrap } from './theme.js';
 import { fire } from './fire.js';
 
@@ -40,7 +41,7 @@ export class ScanstitchBeforeAfter extends LitElement {
       <dl class="number">${this.earlier.map((measure) => this.renderMeasure(measure))}</dl>
       <span class="actions">
         ${check('Before, in grey', this.shown, (isOn) => fire(this, 'before-shown', isOn))}
-        <button @click=${() => fire(this, 'before-wanted')}>${icon('reset')}Back</button>
+        <button @click=${() => fire(this, 'before-wanted')}>${icon(RESET)}Back</button>
         ${iconButton('close', 'Dismiss the comparison with the result before', () => fire(this, 'before-dismissed'), { hint: 'Dismiss' })}
       </span>
     </section>`;

@@ -5,7 +5,8 @@ import { baseName, plural, sentence } from '../views/format.js';
 import type { Status } from '../views/map-painter.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { iconButton } from './icon-button.js';
-import { type IconName } from './icons.js';
+import { type Sign } from './icons.js';
+import { NEXT, PREVIOUS } from './panel-icons.js';
 import { statusBadge } from './status-badge.js';
 
 /** What a frame is called. */
@@ -33,14 +34,14 @@ export function frameHeader(
 ): TemplateResult | typeof nothing {
   const frame = frames[index];
   if (!frame) return nothing;
-  const step = (sign: IconName, label: string, key: string, to: number | null): TemplateResult =>
+  const step = (sign: Sign, label: string, key: string, to: number | null): TemplateResult =>
     iconButton(sign, label, () => select(to), { hint: `${label} (${key})`, isOff: to !== null && !frames[to] });
   return html`<header>
     ${swatch(color)}
     <h2 title=${frame.name}>${baseName(frame.name)}</h2>
     ${statusBadge(frame.status)}
     <span class="steps">
-      ${step('previous', `Previous ${noun}`, ',', index - 1)} ${step('next', `Next ${noun}`, '.', index + 1)}
+      ${step(PREVIOUS, `Previous ${noun}`, ',', index - 1)} ${step(NEXT, `Next ${noun}`, '.', index + 1)}
       ${step('close', `Back to all ${noun}s`, 'Esc', null)}
     </span>
   </header>`;

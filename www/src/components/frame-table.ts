@@ -5,7 +5,8 @@ import { baseName } from '../views/format.js';
 import type { Column, TableRow } from '../views/frame-columns.js';
 import { cssColor, type Rgb } from '../views/palette.js';
 import { statusBadge } from './status-badge.js';
-import { column, dot, shared, small, statusStyles } from './theme.js';
+import { column, shared, small } from './theme.js';
+import { dot, statusStyles } from './panel-theme.js';
 import { watchSize } from './watch-size.js';
 import { fire } from './fire.js';
 

@@ -1,5 +1,5 @@
-import { html, nothing, type SVGTemplateResult, type TemplateResult } from 'lit';
-import { icon, type IconName } from './icons.js';
+import { html, nothing, type TemplateResult } from 'lit';
+import { icon, type Sign } from './icons.js';
 
 /** What a button with a sign has beside its name. `hint`: the tooltip; `pressed` and `expanded`: of what is switched on or unfolded. */
 export interface IconButton {
@@ -13,7 +13,7 @@ export interface IconButton {
 
 /** A button that shows a sign alone: `label` is what it is called. */
 export function iconButton(
-  sign: IconName | SVGTemplateResult,
+  sign: Sign,
   label: string,
   press: (event: Event) => void,
   { hint = '', kind = 'quiet', size = 16, isOff = false, pressed, expanded }: IconButton = {},

@@ -4,8 +4,6 @@ import { html, type SVGTemplateResult, svg, type TemplateResult } from 'lit';
 const SHAPES = {
   play: svg`<path d="M5 3.5v9l7.5-4.5z" fill="currentColor" stroke-linejoin="round" />`,
   pause: svg`<path d="M5.5 3.5v9M10.5 3.5v9" stroke-width="2.2" />`,
-  previous: svg`<path d="M10 3.5 5.5 8l4.5 4.5" />`,
-  next: svg`<path d="M6 3.5 10.5 8 6 12.5" />`,
   plus: svg`<path d="M8 3v10M3 8h10" />`,
   minus: svg`<path d="M3 8h10" />`,
   fit: svg`<path d="M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10" />`,
@@ -14,26 +12,21 @@ const SHAPES = {
   turn: svg`<path d="M13 7.5A5 5 0 1 0 11 12M13.2 3.6v4H9.3" />`,
   layers: svg`<path d="m8 2 6 3.2-6 3.2-6-3.2zM2.2 8.4 8 11.5l5.8-3.1M2.2 11 8 14.1l5.8-3.1" />`,
   open: svg`<path d="M2 12.5v-9h4l1.5 2H14v7z" />`,
-  file: svg`<path d="M4 1.8h5l3 3v9.4H4zM9 1.8v3h3" />`,
   download: svg`<path d="M8 2v8M4.8 7 8 10.2 11.2 7M2.5 13.5h11" />`,
   sun: svg`<circle cx="8" cy="8" r="2.8" /><path d="M8 1.5v1.6M8 12.9v1.6M1.5 8h1.6M12.9 8h1.6M3.4 3.4l1.1 1.1M11.5 11.5l1.1 1.1M12.6 3.4l-1.1 1.1M4.5 11.5l-1.1 1.1" />`,
   moon: svg`<path d="M13 9.6A5.6 5.6 0 0 1 6.4 3a5.6 5.6 0 1 0 6.6 6.6z" />`,
   close: svg`<path d="m4 4 8 8M12 4l-8 8" />`,
-  reset: svg`<path d="M3 8a5 5 0 1 0 1.6-3.7M4.6 1.8v2.6h2.6" />`,
-  good: svg`<path d="m3.5 8.5 3 3 6-7" stroke-width="2" />`,
   doubtful: svg`<path d="M8 2.6 14 13H2zM8 6.6v3M8 11.2v.1" />`,
-  lost: svg`<circle cx="8" cy="8" r="5.8" /><path d="m5.8 5.8 4.4 4.4M10.2 5.8l-4.4 4.4" />`,
   info: svg`<circle cx="8" cy="8" r="5.8" /><path d="M8 7.4v3.4M8 5.1v.1" />`,
-  bothWays: svg`<path d="M1.5 8h13M4.5 5l-3 3 3 3M11.5 5l3 3-3 3" stroke-width="2" />`,
   loops: svg`<path d="M2 13c1-9 11-9 12 0" /><circle cx="2.2" cy="13" r=".8" /><circle cx="13.8" cy="13" r=".8" />`,
   chevron: svg`<path d="m4 6 4 4 4-4" />`,
-  trash: svg`<path d="M3 4.5h10M6.5 4.5v-2h3v2M4.5 4.5l.6 9h5.8l.6-9" />`,
 } satisfies Record<string, SVGTemplateResult>;
 
-export type IconName = keyof typeof SHAPES;
+type IconName = keyof typeof SHAPES;
+/** An icon: by its name, or, of one that only a view loaded later shows, by its shape, which keeps it out of the first load. */
+export type Sign = IconName | SVGTemplateResult;
 
-/** `shape`: of an icon that only a view loaded later shows, which keeps it out of the first load. */
-export function icon(shape: IconName | SVGTemplateResult, size = 16): TemplateResult {
+export function icon(shape: Sign, size = 16): TemplateResult {
   return html`<svg
     style="width: calc(${size} * var(--px)); height: calc(${size} * var(--px))"
     viewBox="0 0 16 16"

@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import type { IterationRecord } from '../engine/protocol.js';
-import { formatAngle, formatCount, formatLength, formatStep, plural } from '../views/format.js';
+import { formatCount, formatLength, plural } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/pose-format.js';
 import { numberTable } from './number-table.js';
 
 /** The iterations of a registration in numbers, folded; nothing without any. */

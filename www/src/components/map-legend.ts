@@ -3,7 +3,8 @@ import { customElement, property } from 'lit/decorators.js';
 import { plural } from '../views/format.js';
 import { cssColor } from '../views/palette.js';
 import type { Piece } from '../views/pieces.js';
-import { dot, row, shared } from './theme.js';
+import { row, shared } from './theme.js';
+import { dot } from './panel-theme.js';
 import { fire } from './fire.js';
 
 /**

@@ -1,6 +1,6 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
-import { customElement, property, query, queryAll, state } from 'lit/decorators.js';
-import { type IconName, icon } from './icons.js';
+import { customElement, property, query, state } from 'lit/decorators.js';
+import { icon, type Sign } from './icons.js';
 import { column, panel, shared, small } from './theme.js';
 import { fire } from './fire.js';
 
@@ -23,7 +23,7 @@ export interface MenuItem {
 @customElement('scanstitch-menu')
 export class ScanstitchMenu extends LitElement {
   @property() label = '';
-  @property() icon: IconName = 'chevron';
+  @property() icon: Sign = 'chevron';
   @property({ attribute: false }) items: readonly MenuItem[] = [];
   @property({ type: Boolean }) disabled = false;
   @property({ type: Boolean }) primary = false;
@@ -31,7 +31,10 @@ export class ScanstitchMenu extends LitElement {
   @property({ type: Boolean }) compact = false;
   @state() private isOpen = false;
   @query('.list') private list!: HTMLElement;
-  @queryAll('[role=menuitem]') private entries!: NodeListOf<HTMLElement>;
+
+  private get entries(): HTMLElement[] {
+    return [...this.renderRoot.querySelectorAll<HTMLElement>('[role=menuitem]')];
+  }
 
   private onOutside = (event: Event): void => {
     if (!event.composedPath().includes(this)) this.close(false);
@@ -106,7 +109,7 @@ export class ScanstitchMenu extends LitElement {
 
   private onKey(event: KeyboardEvent): void {
     if (!this.isOpen) return;
-    const entries = [...this.entries];
+    const { entries } = this;
     const at = entries.indexOf(this.shadowRoot?.activeElement as HTMLElement);
     const targets: Record<string, number> = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: -1 };
     const to = targets[event.key];

@@ -5,7 +5,8 @@ import { CHART_VIEW_BOX, lineChart } from '../views/chart.js';
 import { baseName, formatLength, formatPercent, plural } from '../views/format.js';
 import type { Rgb } from '../views/palette.js';
 import { badList, frameStyles, frameBars, numBad } from './frame-parts.js';
-import { panelStyles, shared, statusStyles, wrap } from './theme.js';
+import { shared, wrap } from './theme.js';
+import { panelStyles, statusStyles } from './panel-theme.js';
 import { fire } from './fire.js';
 
 /**

@@ -4,6 +4,7 @@ import type { Address } from '../views/address.js';
 import { beginning, ownerOf, rememberSettings, type SettingsFacts } from '../views/settings-link.js';
 import { RunEvents } from './run-events.js';
 import { RunPanels } from './run-panels.js';
+import { whileConnected } from './while-connected.js';
 
 /** The part of a session that has settings. */
 interface Configured<Settings extends object> {
@@ -23,15 +24,14 @@ export abstract class RunSettings<Settings extends object> extends RunPanels {
   abstract session: Configured<Settings>;
   protected readonly events = new RunEvents(this);
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    window.addEventListener('hashchange', this.onHash);
-    this.session.beginWith((facts) => this.settingsToBegin(facts));
+  constructor() {
+    super();
+    whileConnected(this, window, 'hashchange', () => this.onHash());
   }
 
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    window.removeEventListener('hashchange', this.onHash);
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.session.beginWith((facts) => this.settingsToBegin(facts));
   }
 
   protected settingsToBegin(facts: SettingsFacts<Settings>): Settings {
@@ -53,11 +53,11 @@ export abstract class RunSettings<Settings extends object> extends RunPanels {
     if (this.address) rememberSettings(this.address, this.of.kind, facts, settings);
   }
 
-  private onHash = (): void => {
+  private onHash(): void {
     const { facts } = this.session;
     if (!this.address || !facts || ownerOf(this.address.fragment) !== this.of.kind) return;
     const settings = this.settingsToBegin(facts);
     // Back and forward come here, too, and a run is not to be computed again for them.
     if (JSON.stringify(settings) !== JSON.stringify(this.session.settings)) this.session.configure(settings);
-  };
+  }
 }

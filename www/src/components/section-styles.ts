@@ -1,6 +1,7 @@
 /** Styles of boxes with a heading and of tables, which several views share. */
 import { css } from 'lit';
-import { column, dot, fill, panel, small, wrap } from './theme.js';
+import { column, fill, panel, small, wrap } from './theme.js';
+import { dot } from './panel-theme.js';
 
 /** Of every box with a heading. */
 export const sectionStyles = css`

@@ -101,13 +101,17 @@ export abstract class Session<Client extends Disposable> implements ReactiveCont
     this.#host.requestUpdate();
   }
 
-  /** `told`: what is said when it is done. */
-  async copy(text: string, told: string): Promise<void> {
+  /** `told`: what is said when it is done; `remedy`: what else can be done where it is not. */
+  async copy(
+    text: string,
+    told: string,
+    remedy = 'Select the lines, or the address of the page, and copy them',
+  ): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
       this.announce(told);
     } catch {
-      this.report('The browser did not allow copying', 'Select the lines, or the address of the page, and copy them');
+      this.report('The browser did not allow copying', remedy);
     }
   }
 

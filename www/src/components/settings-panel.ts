@@ -1,17 +1,9 @@
 import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
-import {
-  type Field,
-  fromScreen,
-  rangeWords,
-  sameSettings,
-  screenStep,
-  settingGroups,
-  toScreen,
-  unitSign,
-  zeroWord,
-} from '../views/setting-fields.js';
+import { type Field, fromScreen, sameSettings, toScreen, unitSign } from '../views/setting-fields.js';
+import { rangeWords, screenStep, settingGroups, zeroWord } from '../views/setting-form.js';
 import { icon } from './icons.js';
+import { RESET } from './panel-icons.js';
 import { column, row, shared, small } from './theme.js';
 import { fire } from './fire.js';
 
@@ -63,7 +55,7 @@ export class ScanstitchSettings extends LitElement {
           @click=${() => this.change(defaults)}
           title="Back to the default of every setting"
         >
-          ${icon('reset')}Reset
+          ${icon(RESET)}Reset
         </button>
       </header>
       <div class="field">

@@ -47,14 +47,6 @@ export const small = css`
   color: var(--muted);
   font-size: calc(12 * var(--px));
 `;
-export const note = css`
-  color: var(--muted);
-  font-size: calc(12.5 * var(--px));
-`;
-export const doubt = css`
-  color: var(--doubtful);
-  background: var(--doubtful-soft);
-`;
 /** Only for those who hear the page. */
 export const heard = css`
   position: absolute;
@@ -62,13 +54,6 @@ export const heard = css`
   height: 1px;
   overflow: hidden;
   clip-path: inset(50%);
-`;
-/** Of one colour of a legend. */
-export const dot = css`
-  flex: none;
-  width: 10px;
-  height: 10px;
-  border-radius: 50%;
 `;
 
 export const tokens = css`
@@ -246,83 +231,6 @@ export const shared = css`
   }
 `;
 
-/** A frame's status is never shown by colour alone: each has its own symbol and word. */
-export const statusStyles = css`
-  .status {
-    display: inline-flex;
-    align-items: center;
-    gap: 5px;
-    padding: 1px 8px 1px 6px;
-    border-radius: 99px;
-    font-size: calc(12 * var(--px));
-    font-weight: 550;
-    white-space: nowrap;
-  }
-  .status.good {
-    color: var(--good);
-    background: var(--good-soft);
-  }
-  .status.doubtful {
-    color: var(--doubtful);
-    background: var(--doubtful-soft);
-  }
-  .status.lost {
-    color: var(--lost);
-    background: var(--lost-soft);
-  }
-`;
-
-/** What stands beside the map: a heading, words, charts below each other. */
-export const panelStyles = css`
-  :host {
-    display: flex;
-    flex-direction: column;
-    gap: 12px;
-    padding: 14px 16px 24px;
-    overflow-wrap: anywhere;
-  }
-  header {
-    display: flex;
-    align-items: center;
-    gap: 8px;
-    min-height: 32px;
-  }
-  header h2 {
-    overflow: hidden;
-    text-overflow: ellipsis;
-    white-space: nowrap;
-  }
-  section {
-    display: flex;
-    flex-direction: column;
-    gap: 4px;
-  }
-  .explanation {
-    color: var(--muted);
-    font-size: calc(12.5 * var(--px));
-  }
-  .swatch {
-    flex: none;
-    width: 12px;
-    height: 12px;
-    border-radius: 50%;
-  }
-  abbr {
-    text-decoration: underline dotted;
-    text-underline-offset: 2px;
-  }
-`;
-
-/** A view that fills the page below the header and scrolls. */
-export const pageStyles = css`
-  :host {
-    flex: 1;
-    min-height: 0;
-    overflow: auto;
-    background: var(--background);
-  }
-`;
-
 /** Over all of a view, while files are dragged over it. */
 export const dropStyles = css`
   .drop-hint {
@@ -344,32 +252,6 @@ export const dropStyles = css`
     color: var(--accent);
     font-size: calc(20 * var(--px));
     font-weight: 600;
-  }
-`;
-
-/** A table of figures, with thin lines between its rows. */
-export const tableStyles = css`
-  table {
-    width: 100%;
-    border-collapse: collapse;
-    font-size: calc(13 * var(--px));
-    font-variant-numeric: tabular-nums;
-  }
-  th,
-  td {
-    padding: 2px 8px;
-    border-top: 1px solid var(--line);
-    text-align: right;
-  }
-`;
-
-/** Of lists to choose from and of numbers, in a bar of choices. */
-export const fieldStyles = css`
-  select,
-  input[type='number'] {
-    max-width: 240px;
-    color: var(--text);
-    font-size: calc(13 * var(--px));
   }
 `;
 

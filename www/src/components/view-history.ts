@@ -1,5 +1,6 @@
 /** The views that were opened, in the browser's history: back and forward move between them. */
-import type { ReactiveController, ReactiveControllerHost } from 'lit';
+import type { ReactiveControllerHost } from 'lit';
+import { whileConnected } from './while-connected.js';
 
 interface State {
   scanstitch_view?: string;
@@ -12,20 +13,14 @@ export interface ViewHistoryHooks {
   show(view: string): void;
 }
 
-export class ViewHistory implements ReactiveController {
+export class ViewHistory {
   readonly #hooks: ViewHistoryHooks;
 
   constructor(host: ReactiveControllerHost, hooks: ViewHistoryHooks) {
     this.#hooks = hooks;
-    host.addController(this);
-  }
-
-  hostConnected(): void {
-    window.addEventListener('popstate', this.#onPop);
-  }
-
-  hostDisconnected(): void {
-    window.removeEventListener('popstate', this.#onPop);
+    whileConnected(host, window, 'popstate', ({ state }) => {
+      if (hooks.isOwnPage()) hooks.show((state as State | null)?.scanstitch_view ?? '');
+    });
   }
 
   /** A view was opened. The address is as it was: a view that keeps something in it sees to that itself. */
@@ -39,8 +34,4 @@ export class ViewHistory implements ReactiveController {
   mark(view: string): void {
     history.replaceState({ ...(history.state as State | null), scanstitch_view: view }, '');
   }
-
-  #onPop = ({ state }: PopStateEvent): void => {
-    if (this.#hooks.isOwnPage()) this.#hooks.show((state as State | null)?.scanstitch_view ?? '');
-  };
 }

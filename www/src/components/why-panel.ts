@@ -4,26 +4,26 @@ import type { FrameResult, IterationRecord } from '../engine/protocol.js';
 import { CHART_VIEW_BOX, type ChartSpec, lineChart } from '../views/chart.js';
 import {
   baseName,
-  formatAngle,
-  formatCoordinate,
   formatCount,
   formatDuration,
   formatLength,
   formatPercent,
-  formatStep,
   plural,
   sentence,
 } from '../views/format.js';
+import { formatAngle, formatCoordinate, formatStep } from '../views/pose-format.js';
 import type { LongestPairs, ShownPairs } from '../views/longest-pairs.js';
 import type { Rgb } from '../views/palette.js';
-import { cleaningWords, directionWords, frameSummary } from '../views/words.js';
+import { cleaningWords, directionWords, frameSummary } from '../views/frame-words.js';
 import { facts } from './facts.js';
 import { check } from './fields.js';
 import { frameStyles, frameHeader } from './frame-parts.js';
 import { icon } from './icons.js';
+import { BOTH_WAYS, TRASH } from './panel-icons.js';
 import { iterationTable } from './iteration-table.js';
 import { figureStyles } from './number-table.js';
-import { doubt, note, panelStyles, row, shared, statusStyles } from './theme.js';
+import { row, shared } from './theme.js';
+import { doubt, note, panelStyles, statusStyles } from './panel-theme.js';
 import { fire } from './fire.js';
 
 /**
@@ -60,9 +60,7 @@ export class ScanstitchWhy extends LitElement {
       ${
         frame.undetermined
           ? html`<p class="degenerate-direction">
-              ${icon('bothWays')}<span
-                >${directionWords(frame.undetermined)} The double arrow on the map shows it.</span
-              >
+              ${icon(BOTH_WAYS)}<span>${directionWords(frame.undetermined)} The double arrow on the map shows it.</span>
             </p>`
           : nothing
       }
@@ -71,7 +69,7 @@ export class ScanstitchWhy extends LitElement {
         this.removable
           ? html`<p>
               <button class="quiet remove" @click=${() => fire(this, 'scan-removed', frame.name)}>
-                ${icon('trash')}Leave this scan out
+                ${icon(TRASH)}Leave this scan out
               </button>
             </p>`
           : nothing

@@ -4,7 +4,7 @@ import type { Mended } from '../../../package/files/recording.js';
 import type { OpenedRecording } from '../../../package/recording_reader.js';
 import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
-import type { Dataset } from './dataset.js';
+import { type Dataset, hasLog } from './dataset.js';
 import type { Note } from './note.js';
 
 /** Planar scans and what lies beside them, read. */
@@ -16,9 +16,6 @@ export interface Intake {
   mended?: Mended | undefined;
   notes: Note[];
 }
-
-/** Whether there is a log of many scans among them: a recording that is whole. */
-export const hasLog = (scans: readonly InputFile[]): boolean => scans.some(({ isLog }) => isLog);
 
 /** A file that cannot be read becomes a note; the rest goes on. */
 export async function takeIn(recording: OpenedRecording): Promise<Intake> {

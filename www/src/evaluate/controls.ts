@@ -1,10 +1,12 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { check } from '../components/fields.js';
+import { TRASH } from '../components/panel-icons.js';
 import { type Choices, list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
-import { fieldStyles, shared } from '../components/theme.js';
+import { shared } from '../components/theme.js';
+import { fieldStyles } from '../components/panel-theme.js';
 import { baseName } from '../views/format.js';
 import { controlsStyles } from './evaluate-styles.js';
 import type { EvaluationOptions } from './protocol.js';
@@ -101,9 +103,7 @@ export class ScanstitchEvaluationControls extends LitElement {
       }
       <span class="actions">
         <button type="button" @click=${() => fire(this, 'files-wanted')}>${icon('plus')}Add files…</button>
-        <button type="button" class="quiet" @click=${() => fire(this, 'all-removed')}>
-          ${icon('trash')}Remove all
-        </button>
+        <button type="button" class="quiet" @click=${() => fire(this, 'all-removed')}>${icon(TRASH)}Remove all</button>
       </span>
       ${this.beside.length > 0 ? this.renderBeside() : nothing} ${this.files.length < 2 ? nothing : this.renderMore()}
     </form>`;

@@ -1,5 +1,6 @@
 import { css } from 'lit';
-import { column, doubt, note, panel, row, small } from '../components/theme.js';
+import { column, panel, row, small } from '../components/theme.js';
+import { doubt, note } from '../components/panel-theme.js';
 
 /** Of the view as a whole. */
 export const evaluateStyles = css`

@@ -1,7 +1,8 @@
 import { html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { icon } from '../components/icons.js';
-import { shared, tableStyles } from '../components/theme.js';
+import { shared } from '../components/theme.js';
+import { tableStyles } from '../components/panel-theme.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import type { MapResult, MapQuality } from './protocol.js';
 import { fire } from '../components/fire.js';

@@ -1,7 +1,8 @@
 /** Starts coloured by where they end, as a figure. */
 import type { Painter } from '../components/figure-view.js';
 import type { Colors } from '../views/axes.js';
-import { formatAngle, formatLength } from '../views/format.js';
+import { formatLength } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import { drawGrid, drawPath, gridPicture, type LandscapeMarks } from './landscape.js';
 import type { Basin } from './survey.js';
 import type { Rgb } from '../views/palette.js';

@@ -2,7 +2,8 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { iconButton } from '../components/icon-button.js';
 import type { SettingPreset } from '../components/settings-panel.js';
-import { formatAngle, formatDuration, formatLength, formatPercent } from '../views/format.js';
+import { formatDuration, formatLength, formatPercent } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import { difference } from './poses.js';
 import type { LabFacts, Pose } from './protocol.js';
 import { type LabRun } from './runs.js';

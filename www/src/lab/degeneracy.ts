@@ -1,7 +1,8 @@
 /** What the pairs of a step determine: each direction of motion, by how many of them it is measured. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { slider } from '../components/fields.js';
-import { formatAngle, formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
+import { formatFixed, formatLength, formatPercent, plural } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import type { Arrow, Ellipse } from './plane-painter.js';
 import { movedBy } from './poses.js';
 import type { LabIteration, Pose } from './protocol.js';

@@ -1,6 +1,6 @@
 /** The equation that a step solves, with the values that it has at this iteration. */
 import { html, nothing, type TemplateResult } from 'lit';
-import { formatAngle, formatStep } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/pose-format.js';
 import { isTurn } from './grids.js';
 import type { CloudMetric, LabIteration } from './protocol.js';
 import { formatNumber } from './words.js';

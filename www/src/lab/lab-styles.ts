@@ -1,5 +1,6 @@
 import { css } from 'lit';
-import { column, cut, fill, note, panel, row, wrap } from '../components/theme.js';
+import { column, cut, fill, panel, row, wrap } from '../components/theme.js';
+import { note } from '../components/panel-theme.js';
 
 export const labStyles = css`
   :host {

@@ -1,6 +1,8 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { list } from '../components/list-field.js';
+import { RESET } from '../components/panel-icons.js';
+import { whileConnected } from '../components/while-connected.js';
 import '../components/menu.js';
 import { WHOLE } from '../views/address.js';
 import './lab-side.js';
@@ -67,14 +69,9 @@ export class ScanstitchLab extends LitElement {
   private colorsOf = memoizeLast(makeColors);
   private dropTarget = new DropTarget(this, (transfer) => void this.opening.takeDrop(transfer));
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    window.addEventListener('hashchange', this.onAddress);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    window.removeEventListener('hashchange', this.onAddress);
+  constructor() {
+    super();
+    whileConnected(this, window, 'hashchange', (event) => this.onAddress(event));
   }
 
   protected override firstUpdated(): void {
@@ -94,10 +91,10 @@ export class ScanstitchLab extends LitElement {
   }
 
   /** Another scene was typed into the address; by now the lab may have put its own link there again. */
-  private onAddress = ({ newURL }: HashChangeEvent): void => {
+  private onAddress({ newURL }: HashChangeEvent): void {
     const hash = WHOLE.of(new URL(newURL).hash);
     if (hash !== this.link()) this.openAddress(hash);
-  };
+  }
 
   protected override updated(changed: PropertyValues<this>): void {
     if (changed.has('given') && this.given) void this.session.open(this.given);
@@ -202,7 +199,7 @@ export class ScanstitchLab extends LitElement {
           @click=${() => void session.startFrom(null, false)}
           title="The start that was given"
         >
-          ${icon('reset')}Reset start
+          ${icon(RESET)}Reset start
         </button>
         <button @click=${() => this.fileInput.click()} title="Two clouds, or the poses of your own ICP">
           ${icon('open')}Open…
@@ -314,9 +311,7 @@ export class ScanstitchLab extends LitElement {
     if (!run || !facts) return;
     try {
       if (id === 'link') {
-        await navigator.clipboard.writeText(new URL(this.link(), location.href).href);
-        session.announce('The link was copied.');
-        return;
+        return await session.copy(new URL(this.link(), location.href).href, 'The link was copied.');
       }
       const { space, plane } = this;
       const scene = this.sceneOf(facts);
@@ -327,10 +322,7 @@ export class ScanstitchLab extends LitElement {
       const stage = plane ? { ...plane.viewport, scene } : inSpace;
       download(await exportFile(id, session, run, stage, this.side.figure, this.dark));
     } catch (error) {
-      session.report(
-        `The export failed: ${messageOf(error)}`,
-        id === 'link' ? 'Allow the page to use the clipboard' : '',
-      );
+      session.report(`The export failed: ${messageOf(error)}`);
     }
   }
 

@@ -1,9 +1,9 @@
 /** A thread of the lab: it holds two clouds, and answers what is asked of the methods that register them. */
 import { decode_depth, IcpLab, init, local_minima, PointCloud, version } from '../engine/package.js';
-import { compareOwnIcp } from '../../../package/lab/own_icp.js';
+import { compareOwnIcp, type OwnIcpComparison } from '../../../package/lab/own_icp.js';
 import { nothingLoaded, serve } from '../engine/serve.js';
 import type { CloudData } from '../components/given-clouds.js';
-import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, OwnComparison, Pose } from './protocol.js';
+import type { EngineGrid, GridPart, LabApi, LabFacts, LabTrace, Options, Pose } from './protocol.js';
 
 let clouds: { source: PointCloud; target: PointCloud } | null = null;
 const labs = new Map<number, IcpLab>();
@@ -64,11 +64,11 @@ function trace(method: number, start: Pose | null): LabTrace {
   return { converged, end_reason, poses: Float64Array.from([initial, ...poses].flat()), records, costs, milliseconds };
 }
 
-function own(method: number, poses: readonly (readonly number[])[]): OwnComparison {
+function own(method: number, poses: readonly (readonly number[])[]): OwnIcpComparison {
   if (!clouds) throw nothingLoaded();
   const init_T_target_source = [...(poses[0] ?? [])] as EngineGrid['T_center'];
   const options = { ...optionsOf.get(method), init_T_target_source };
-  return compareOwnIcp({ IcpLab }, clouds.source, clouds.target, options, [...poses]) as OwnComparison;
+  return compareOwnIcp({ IcpLab }, clouds.source, clouds.target, options, [...poses]);
 }
 
 function labOf(method: number): IcpLab {

@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from 'lit';
 import { customElement } from 'lit/decorators.js';
-import { formatAngle, formatDuration, formatLength } from '../views/format.js';
+import { formatDuration, formatLength } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import { memoizeLast } from '../views/memoize-last.js';
 import { offsetsOfNode, poseAtOffsets } from './grids.js';
 import {

@@ -1,8 +1,9 @@
 /** Somebody's own ICP beside the engine's: where they part, and why. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { numberTable } from '../components/number-table.js';
-import { formatAngle, formatStep, plural } from '../views/format.js';
-import type { OwnComparison } from './protocol.js';
+import { plural } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/pose-format.js';
+import type { OwnIcpComparison } from '../../../package/lab/own_icp.js';
 
 const KINDS: Record<string, string> = {
   input: 'The poses',
@@ -13,7 +14,7 @@ const KINDS: Record<string, string> = {
 
 /** `seek`: looks at the iteration. `styles`: sideStyles. */
 export function ownPanel(
-  { steps, parts_at, fault, num_ours }: OwnComparison,
+  { steps, parts_at, fault, num_ours }: OwnIcpComparison,
   seek: (at: number) => void,
 ): TemplateResult {
   const largest = Math.max(0, ...steps.map(({ translation }) => translation));

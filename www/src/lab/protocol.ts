@@ -1,4 +1,5 @@
 /** What the view of the ICP lab and its workers say to each other. The names of the data are the engine's own. */
+import type { OwnIcpComparison } from '../../../package/lab/own_icp.js';
 import type { CloudData } from '../components/given-clouds.js';
 import type {
   BasinEnds,
@@ -43,18 +44,6 @@ export interface LabTrace {
 /** In place of the partner of a rejected source point that has none. */
 export const NO_PARTNER = 0xffffffff;
 
-/** Somebody's own ICP beside the engine's: from each of their poses the engine does one step. */
-export interface OwnComparison {
-  /** How far their next pose lies from the engine's (rad, m). */
-  steps: readonly { rotation: number; translation: number }[];
-  /** The first step that parts; null: none does. */
-  parts_at: number | null;
-  /** Iterations of the engine's own run from the same start. */
-  num_ours: number;
-  /** What is wrong with it, as far as known faults explain it. */
-  fault: { kind: string; text: string } | null;
-}
-
 /** A grid of poses: around which one, over which unknowns, how far and how finely. */
 export interface Grid {
   T_center: Pose;
@@ -90,7 +79,7 @@ export interface LabApi {
   minima(costs: Float64Array, width: number): LocalMinimum[];
   basin(method: number, part: GridPart): BasinEnds;
   /** Somebody's own poses, the start first, beside the engine's steps. */
-  own(method: number, poses: readonly (readonly number[])[]): OwnComparison;
+  own(method: number, poses: readonly (readonly number[])[]): OwnIcpComparison;
   /** Tells the ends of a basin apart. */
   label(method: number, ends: BasinEnds, reference: Pose): BasinLabels;
 }

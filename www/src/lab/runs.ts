@@ -2,7 +2,8 @@
 import type { GivenClouds } from '../components/given-clouds.js';
 import type { Colors } from '../views/axes.js';
 import { baseName, formatLength } from '../views/format.js';
-import type { LabFacts, LabTrace, Options, OwnComparison } from './protocol.js';
+import type { LabFacts, LabTrace, Options } from './protocol.js';
+import type { OwnIcpComparison } from '../../../package/lab/own_icp.js';
 
 /** Entries of poses that differ by less are equal: a file of nine digits. */
 const SAME_POSE = 1e-8;
@@ -18,7 +19,7 @@ export interface LabRun {
   /** Poses of somebody else's program: the name of its file; empty for the engine's own runs. */
   own: string;
   /** Of such poses with the engine's steps. */
-  comparison: OwnComparison | null;
+  comparison: OwnIcpComparison | null;
 }
 
 /** `own`: the name of the file of somebody else's poses. */

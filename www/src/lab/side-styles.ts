@@ -1,6 +1,7 @@
 /** Of the panels beside the stage. */
 import { css } from 'lit';
-import { column, dot, doubt, note, row, small, wrap } from '../components/theme.js';
+import { column, row, small, wrap } from '../components/theme.js';
+import { dot, doubt, note } from '../components/panel-theme.js';
 
 export const sideStyles = css`
   .panel {

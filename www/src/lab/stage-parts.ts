@@ -1,9 +1,10 @@
 /** What lies beneath the stage: the legend of its colours, and the controls that play the run. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { check, slider } from '../components/fields.js';
+import { NEXT, PREVIOUS, RESET } from '../components/panel-icons.js';
 import { type Choices, list } from '../components/list-field.js';
 import { iconButton } from '../components/icon-button.js';
-import { type IconName } from '../components/icons.js';
+import { type Sign } from '../components/icons.js';
 import { formatCount } from '../views/format.js';
 import { gradient, PAIR_COLORS, type PairColor, REJECTION_COLORS } from './pair-colors.js';
 import type { StageLook } from './plane-painter.js';
@@ -70,17 +71,17 @@ export interface Transport {
 
 export function transport({ player, state, step, toStart }: Transport): TemplateResult {
   const { at, count, isPlaying } = player;
-  const button = (sign: IconName, label: string, isOff: boolean, press: () => void): TemplateResult =>
+  const button = (sign: Sign, label: string, isOff: boolean, press: () => void): TemplateResult =>
     iconButton(sign, label, press, { hint: label, kind: '', isOff: isOff });
   return html`<div class="transport" role="group" aria-label="Iterations">
-    ${button('reset', 'Back to the start', count === 0, toStart)}
-    ${button('previous', 'One iteration back (,)', at <= 0, () => step(-1))}
+    ${button(RESET, 'Back to the start', count === 0, toStart)}
+    ${button(PREVIOUS, 'One iteration back (,)', at <= 0, () => step(-1))}
     ${
       isPlaying
         ? button('pause', 'Pause (space bar)', false, () => player.pause())
         : button('play', 'Play the iterations (space bar)', count === 0, () => player.play())
     }
-    ${button('next', 'One iteration on (.)', at >= count, () => step(1))}
+    ${button(NEXT, 'One iteration on (.)', at >= count, () => step(1))}
     ${slider(Math.round(at), { label: 'Iteration', max: count, words: state, isOff: count === 0 }, (to) => player.seek(to))}
     <output class="number" aria-hidden="true">${Math.floor(at + 1e-9)}<span class="muted"> / ${count}</span></output>
     ${list(SPEEDS, player.speed, (speed) => (player.speed = speed), { label: 'Speed', hint: 'Speed' })}

@@ -1,5 +1,6 @@
 /** What is seen in the lab, in words. */
-import { formatAngle, formatLength, formatStep, plural } from '../views/format.js';
+import { formatLength, plural } from '../views/format.js';
+import { formatAngle, formatStep } from '../views/pose-format.js';
 import { DEFAULTS, PLANAR_DEFAULTS } from './defaults.js';
 import type { LabFacts, LabIteration, Options } from './protocol.js';
 import { numPoses } from './trace.js';

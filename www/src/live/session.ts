@@ -5,6 +5,7 @@ import { kindOf, type MapSource, mapSourceOf, type Message, messageOf } from '..
 import type { Offered, Socket } from '../../../package/live/source.js';
 import { type End, LiveStream } from '../../../package/live/stream.js';
 import { printable } from '../../../package/base/printable.js';
+import { whileConnected } from '../components/while-connected.js';
 import { Announcer } from '../components/announcer.js';
 import type { Growth } from './growth.js';
 import { PlanarGrowth } from './planar-growth.js';
@@ -59,16 +60,16 @@ export class LiveSession implements ReactiveController {
     this.#host = host;
     this.#kept = kept;
     host.addController(this);
-  }
-
-  hostConnected(): void {
-    window.addEventListener('beforeunload', this.#onLeave);
-    document.addEventListener('securitypolicyviolation', this.#onViolation);
+    // A stream that is not saved would be lost with the page.
+    whileConnected(host, window, 'beforeunload', (event) => {
+      if (this.phase === 'receiving') event.preventDefault();
+    });
+    whileConnected(host, document, 'securitypolicyviolation', ({ effectiveDirective }) => {
+      if (this.phase === 'connecting' && effectiveDirective === 'connect-src') this.#isForbidden = true;
+    });
   }
 
   hostDisconnected(): void {
-    window.removeEventListener('beforeunload', this.#onLeave);
-    document.removeEventListener('securitypolicyviolation', this.#onViolation);
     queueMicrotask(() => {
       if (!this.#host.isConnected) this.stop();
     });
@@ -197,15 +198,6 @@ export class LiveSession implements ReactiveController {
       : 'Is the bridge running, and is this its address and port? A firewall may be in the way, or the browser, which asks whether a page may look into this network';
     return { problem: `No stream from ${this.address}: ${printable(reason)}`, remedy };
   }
-
-  /** A stream that is not saved would be lost with the page. */
-  #onLeave = (event: BeforeUnloadEvent): void => {
-    if (this.phase === 'receiving') event.preventDefault();
-  };
-
-  #onViolation = ({ effectiveDirective }: SecurityPolicyViolationEvent): void => {
-    if (this.phase === 'connecting' && effectiveDirective === 'connect-src') this.#isForbidden = true;
-  };
 }
 
 /** Where the policy of the page forbids a connection, Chromium tells of an error alone, and of no end. */

@@ -1,5 +1,6 @@
 import { css } from 'lit';
-import { cut, doubt, fill, row, small, wrap } from '../components/theme.js';
+import { cut, fill, row, small, wrap } from '../components/theme.js';
+import { doubt } from '../components/panel-theme.js';
 
 export const liveStyles = css`
   .bar .address {

@@ -1,6 +1,8 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from 'lit';
 import { customElement, property, query, state } from 'lit/decorators.js';
 import { type Choices, list } from '../components/list-field.js';
+import { statusBadge } from '../components/status-badge.js';
+import { TRASH } from '../components/panel-icons.js';
 import '../components/menu.js';
 import '../components/messages.js';
 import { figureStyles } from '../components/number-table.js';
@@ -12,7 +14,8 @@ import { iconButton } from '../components/icon-button.js';
 import { icon } from '../components/icons.js';
 import type { MenuItem } from '../components/menu.js';
 import type { GivenScans } from '../components/run-kind.js';
-import { dropStyles, emptyStyles, fieldStyles, shared, statusStyles, tokens } from '../components/theme.js';
+import { dropStyles, emptyStyles, shared, tokens } from '../components/theme.js';
+import { fieldStyles, statusStyles } from '../components/panel-theme.js';
 import { watchSize } from '../components/watch-size.js';
 import { filesOfDrop, filesOfInput, type NamedFile } from '../datasets/gather.js';
 import type { Note } from '../datasets/note.js';
@@ -177,7 +180,7 @@ export class ScanstitchLocalize extends LitElement {
           ?disabled=${!session.isHeld || session.numLocated === 0}
           @menu-chosen=${({ detail }: CustomEvent<keyof Files>) => session.export(detail)}
         ></scanstitch-menu>
-        ${iconButton('trash', 'Remove map and recording', () => session.clear(), { hint: 'Remove map and recording' })}
+        ${iconButton(TRASH, 'Remove map and recording', () => session.clear(), { hint: 'Remove map and recording' })}
       </span>
     </section>`;
   }
@@ -189,7 +192,7 @@ export class ScanstitchLocalize extends LitElement {
     // While scans are located, that nothing is found yet is no answer.
     if (phase === 'running' && verdict !== 'found') return nothing;
     const { status, words } = VERDICTS[verdict];
-    return html`<span class="status ${status}">${icon(status, 14)}${words}</span>`;
+    return statusBadge(status, words, 14);
   }
 
   private renderOdometry(): TemplateResult {

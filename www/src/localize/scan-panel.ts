@@ -1,9 +1,10 @@
 /** What is known of a scan's place, in words and figures. */
 import { html, nothing, type TemplateResult } from 'lit';
 import { facts } from '../components/facts.js';
-import { icon } from '../components/icons.js';
+import { statusBadge } from '../components/status-badge.js';
 import { numberTable } from '../components/number-table.js';
-import { baseName, formatAngle, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { baseName, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import type { Status } from '../views/map-painter.js';
 import { percent } from './paint.js';
 import type { LocatedPose, ScanDetails } from './protocol.js';
@@ -13,9 +14,7 @@ const MOST_LISTED = 12;
 
 const WORDS: Record<Status, string> = { good: 'certain', doubtful: 'undecided', lost: 'no place' };
 
-export function scanBadge(status: Status): TemplateResult {
-  return html`<span class="status ${status}">${icon(status, 13)}${WORDS[status]}</span>`;
-}
+export const scanBadge = (status: Status): TemplateResult => statusBadge(status, WORDS[status]);
 
 /** `styles`: localizeStyles, statusStyles, tableStyles. */
 export function scanPanel({ index, scan }: ScanDetails): TemplateResult {

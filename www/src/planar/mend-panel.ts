@@ -3,10 +3,14 @@ import { css, html, LitElement, nothing, type TemplateResult } from 'lit';
 import { customElement, property } from 'lit/decorators.js';
 import { facts } from '../components/facts.js';
 import { fire } from '../components/fire.js';
-import { icon } from '../components/icons.js';
-import { panelStyles, shared, statusStyles } from '../components/theme.js';
+import { iconButton } from '../components/icon-button.js';
+import { statusBadge } from '../components/status-badge.js';
+import { whileConnected } from '../components/while-connected.js';
+import { shared } from '../components/theme.js';
+import { panelStyles, statusStyles } from '../components/panel-theme.js';
 import type { Consequence, GraphLoop } from '../engine/protocol.js';
-import { formatAngle, formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatFixed, formatLength, formatPercent, plural, sentence } from '../views/format.js';
+import { formatAngle } from '../views/pose-format.js';
 import type { MapLayer } from '../views/map-layer.js';
 import type { Status } from '../views/map-painter.js';
 import { composed } from './loop-poses.js';
@@ -31,14 +35,9 @@ const MOST_LISTED = 100;
 export class ScanstitchMend extends LitElement {
   @property({ attribute: false, hasChanged: () => true }) mending!: Mending;
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    document.addEventListener('keydown', this.onKey);
-  }
-
-  override disconnectedCallback(): void {
-    super.disconnectedCallback();
-    document.removeEventListener('keydown', this.onKey);
+  constructor() {
+    super();
+    whileConnected(this, document, 'keydown', (event) => this.onKey(event));
   }
 
   protected override firstUpdated(): void {
@@ -49,7 +48,7 @@ export class ScanstitchMend extends LitElement {
     fire(this, 'closed');
   }
 
-  private onKey = (event: KeyboardEvent): void => {
+  private onKey(event: KeyboardEvent): void {
     const path = event.composedPath();
     const view = (this.getRootNode() as ShadowRoot).host;
     if (event.defaultPrevented || path[0] instanceof HTMLInputElement) return;
@@ -63,7 +62,7 @@ export class ScanstitchMend extends LitElement {
     else if (event.key === 'Escape') this.close();
     else return;
     event.preventDefault();
-  };
+  }
 
   protected override render(): TemplateResult {
     const { loops, draft, problem, isOnGrid } = this.mending;
@@ -76,9 +75,7 @@ export class ScanstitchMend extends LitElement {
     };
     return html`<header>
         <h2 tabindex="-1">Mend the map</h2>
-        <button class="icon quiet" aria-label="Close" title="Close (Escape)" @click=${() => this.close()}>
-          ${icon('close')}
-        </button>
+        ${iconButton('close', 'Close', () => this.close(), { hint: 'Close (Escape)' })}
       </header>
       <div class="choice" role="group" aria-label="What is mended">
         ${this.renderPart('loops', 'Loops')} ${this.renderPart('grid', 'Grid and frame')}
@@ -332,7 +329,7 @@ function sigmasOf({ chi_squared: chiSquared }: GraphLoop): string {
 
 function badge(loop: GraphLoop): TemplateResult {
   const fit = fitOf(loop);
-  return html`<span class="status ${fit}">${icon(fit, 13)}${WORDS[fit]}</span>`;
+  return statusBadge(fit, WORDS[fit]);
 }
 
 /** In whole sentences. */

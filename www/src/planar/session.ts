@@ -1,6 +1,6 @@
 import { errorMessage, noneUsable, noteMessage, RunSession } from '../components/session.js';
-import type { Dataset, Opened } from '../datasets/dataset.js';
-import { combine, hasLog, type Intake, takeIn } from '../datasets/take-in.js';
+import { type Dataset, hasLog, type Opened } from '../datasets/dataset.js';
+import type { Intake } from '../datasets/take-in.js';
 import { LastRequest } from '../engine/last-request.js';
 import { PlanarClient } from '../engine/planar-client.js';
 import type {
@@ -95,6 +95,7 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
   }
 
   async #add({ title, origin, recording }: Opened, requestedAt: number, joins: boolean): Promise<void> {
+    const { combine, takeIn } = await import('../datasets/take-in.js');
     const intake = await takeIn(recording);
     this.requestedAt = requestedAt;
     this.messages = intake.notes.map(({ file, reason }) => noteMessage(file, reason));
@@ -106,7 +107,9 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     const numGiven = recording.opened.numGiven;
     const mayBeScans = !joins && (this.dataset === null || this.dataset.origin !== 'user');
     this.tables ??= await this.#newTables();
-    await this.tables.ask(intake, mayBeScans, (known) => this.#take(known, numGiven, joins));
+    await this.tables.ask(intake, mayBeScans, (known) => {
+      if (this.#isOfUse(known, numGiven)) this.#load(combine(this.dataset, known, joins));
+    });
   }
 
   async #newTables(): Promise<TableImports> {
@@ -123,24 +126,24 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     return this.dataset?.origin === 'user' && !hasLog(this.dataset.scans) && recording.logs.length === 0;
   }
 
-  /** Shows the recording, or reports why there is nothing to show. */
-  #take(intake: Intake, numGiven: number, joins: boolean): void {
+  /** Whether there is something to show; reports why not. */
+  #isOfUse(intake: Intake, numGiven: number): boolean {
     const trajectory = intake.reference ?? intake.odometry;
     if (intake.scans.length === 0 && !trajectory) {
       this.report(
         noneUsable(numGiven),
         'Drop laser scans as PLY files, one file a scan, or a laser log, or depth images, or a folder of them',
       );
-      return;
+      return false;
     }
     if (intake.scans.length === 0 && trajectory && !this.dataset) {
       const problem = 'This is a trajectory, but there are no scans to compare with it yet';
       this.tell([
         errorMessage({ file: trajectory.name, place: null, problem, remedy: 'Drop the scans together with it' }),
       ]);
-      return;
+      return false;
     }
-    this.#load(combine(this.dataset, intake, joins));
+    return true;
   }
 
   /** Reads the tables that are loaded by another format. */

@@ -3,12 +3,11 @@ import { customElement, property, query } from 'lit/decorators.js';
 import { facts } from '../components/facts.js';
 import { badList, frameStyles, frameBars, frameHeader, numBad } from '../components/frame-parts.js';
 import { figureStyles, numberTable } from '../components/number-table.js';
-import { doubt, panelStyles, row, shared, statusStyles } from '../components/theme.js';
+import { row, shared } from '../components/theme.js';
+import { doubt, panelStyles, statusStyles } from '../components/panel-theme.js';
 import type { SizedMap, SpatialResult } from '../engine/spatial-protocol.js';
 import {
   baseName,
-  formatAngle,
-  formatCoordinate,
   formatCount,
   formatDuration,
   formatFixed,
@@ -17,8 +16,9 @@ import {
   plural,
   sentence,
 } from '../views/format.js';
+import { formatAngle, formatCoordinate } from '../views/pose-format.js';
 import type { Rgb } from '../views/palette.js';
-import { frameSummary } from '../views/words.js';
+import { frameSummary } from '../views/frame-words.js';
 import { type DepthPicture, depthLegend } from './depth-picture.js';
 import { formatBytes } from './headline.js';
 import { heading } from './rows.js';

@@ -2,22 +2,10 @@
  * The points on the graphics card: one buffer for each property, drawn in one call. A map that grows uploads what is
  * new; room is made by doubling, and given back when there are no points any more.
  */
-import {
-  BufferAttribute,
-  BufferGeometry,
-  DataTexture,
-  DynamicDrawUsage,
-  LinearFilter,
-  Points,
-  RGBAFormat,
-  ShaderMaterial,
-  Vector3,
-  Vector4,
-} from 'three';
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Points, type ShaderMaterial, Vector3 } from 'three';
 import type { Rgb } from '../views/palette.js';
 import type { MapPoints } from '../engine/spatial-protocol.js';
-import type { Vec3 } from '../views/vectors.js';
-import { type Plane, planeUniform } from './section.js';
+import { type Shade, Shading } from './shading.js';
 
 export type ColorMode = 'image' | 'height' | 'frame' | 'normal';
 const MODE_NUMBER: Record<ColorMode, number> = { image: 0, height: 1, frame: 2, normal: 3 };
@@ -72,57 +60,38 @@ const FRAGMENT = /* glsl */ `
   }
 `;
 
-const RAMP_STEPS = 256;
-
-export interface PointLook {
+export interface PointLook extends Shade {
   mode: ColorMode;
   /** Diameter, m. */
   size: number;
   /** Smallest diameter, pixels of the device. */
   smallest: number;
-  /** Highest height shown, m above the first camera. */
-  section: number;
-  /** What lies beyond this plane is not shown; null: all is. */
-  plane: Plane | null;
   /** Frames from this one on are not shown. */
   until: number;
   selected: number;
-  /** Up, in the map's world. */
-  up: Vec3;
-  low: number;
-  high: number;
   num_frames: number;
-  ramp: readonly Rgb[];
   highlight: Rgb;
 }
 
 export class PointCloud {
   readonly object: Points<BufferGeometry, ShaderMaterial>;
   #capacity = 0;
-  #ramp: readonly Rgb[] | null = null;
+  #shading = new Shading({
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    uniforms: {
+      u_until: { value: 1e9 },
+      u_selected: { value: -1 },
+      u_size: { value: 0.02 },
+      u_half_height: { value: 400 },
+      u_smallest: { value: 1 },
+      u_last: { value: 1 },
+      u_highlight: { value: new Vector3(1, 0, 0.5) },
+    },
+  });
 
   constructor() {
-    const material = new ShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: {
-        u_up: { value: new Vector3(0, -1, 0) },
-        u_section: { value: 1e9 },
-        u_plane: { value: new Vector4(0, 0, 0, 1) },
-        u_until: { value: 1e9 },
-        u_selected: { value: -1 },
-        u_size: { value: 0.02 },
-        u_half_height: { value: 400 },
-        u_smallest: { value: 1 },
-        u_low: { value: 0 },
-        u_high: { value: 1 },
-        u_last: { value: 1 },
-        u_mode: { value: 0 },
-        u_ramp: { value: rampTexture([[128, 128, 128]]) },
-        u_highlight: { value: new Vector3(1, 0, 0.5) },
-      },
-    });
-    this.object = new Points(new BufferGeometry(), material);
+    this.object = new Points(new BufferGeometry(), this.#shading.material);
     this.object.frustumCulled = false; // bounds of a million points are not worth what they cost at every growth
   }
 
@@ -157,35 +126,21 @@ export class PointCloud {
   }
 
   look(look: PointLook, halfHeight: number): void {
-    const { uniforms } = this.object.material;
-    const set = (name: string, value: number): void => {
-      const uniform = uniforms[name];
-      if (uniform) uniform.value = value;
+    const values = {
+      u_mode: MODE_NUMBER[look.mode],
+      u_size: look.size,
+      u_smallest: look.smallest,
+      u_until: look.until,
+      u_selected: look.selected,
+      u_last: look.num_frames - 1,
+      u_half_height: halfHeight,
     };
-    set('u_mode', MODE_NUMBER[look.mode]);
-    set('u_size', look.size);
-    set('u_smallest', look.smallest);
-    set('u_section', look.section);
-    set('u_until', look.until);
-    set('u_selected', look.selected);
-    set('u_low', look.low);
-    set('u_high', look.high);
-    set('u_last', look.num_frames - 1);
-    set('u_half_height', halfHeight);
-    uniforms.u_up?.value.set(...look.up);
-    uniforms.u_plane?.value.set(...planeUniform(look.plane));
-    uniforms.u_highlight?.value.set(...look.highlight.map((value) => value / 255));
-    if (look.ramp !== this.#ramp && uniforms.u_ramp) {
-      this.#ramp = look.ramp;
-      uniforms.u_ramp.value.dispose();
-      uniforms.u_ramp.value = rampTexture(look.ramp);
-    }
+    this.#shading.set(look, values, { u_highlight: look.highlight });
   }
 
   dispose(): void {
     this.object.geometry.dispose();
-    this.object.material.uniforms.u_ramp?.value.dispose();
-    this.object.material.dispose();
+    this.#shading.dispose();
   }
 
   #makeRoom(capacity: number): void {
@@ -214,17 +169,4 @@ function firstDifference(before: Float32Array, now: Float32Array): number {
   let i = 0;
   while (i < now.length && before[i] === now[i]) i++;
   return i - (i % 3);
-}
-
-export function rampTexture(colors: readonly Rgb[]): DataTexture {
-  const data = new Uint8Array(4 * RAMP_STEPS);
-  for (let i = 0; i < RAMP_STEPS; i++) {
-    const color = colors[Math.round((i / (RAMP_STEPS - 1)) * (colors.length - 1))] ?? [0, 0, 0];
-    data.set([...color, 255], 4 * i);
-  }
-  const texture = new DataTexture(data, RAMP_STEPS, 1, RGBAFormat);
-  texture.minFilter = LinearFilter;
-  texture.magFilter = LinearFilter;
-  texture.needsUpdate = true;
-  return texture;
 }

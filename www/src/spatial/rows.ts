@@ -1,7 +1,8 @@
 /** The table of a run in space: one row a frame. */
 import { csvFormatRows } from 'd3-dsv';
 import type { SpatialFrameResult, SpatialPose, SpatialResult } from '../engine/spatial-protocol.js';
-import { DEGREES, formatAngle, formatCoordinate, formatFixed } from '../views/format.js';
+import { DEGREES, formatFixed } from '../views/format.js';
+import { formatAngle, formatCoordinate } from '../views/pose-format.js';
 import { type Column, column, errorColumn, ofRegistration, type TableRow, UNKNOWN } from '../views/frame-columns.js';
 
 export interface SpatialRow extends TableRow {

@@ -1,11 +1,9 @@
 /** The surface on the graphics card: lit from the eye and from above, so that shape shows without lights to place. */
-import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, ShaderMaterial, Vector3, Vector4 } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, type ShaderMaterial, Vector3 } from 'three';
 import type { SurfaceMesh } from '../engine/surface-protocol.js';
 import type { Rgb } from '../views/palette.js';
-import type { Vec3 } from '../views/vectors.js';
-import { rampTexture } from './point-cloud.js';
 import { FILLED_COLOR } from './surface-bar.js';
-import { type Plane, planeUniform } from './section.js';
+import { type Shade, Shading } from './shading.js';
 
 /** What the colours are: of the pictures, none, or each vertex' standard deviation, height or direction. */
 export type SurfaceColors = 'image' | 'plain' | 'deviation' | 'height' | 'normal';
@@ -67,52 +65,35 @@ const FRAGMENT = /* glsl */ `
   }
 `;
 
-export interface SurfaceLook {
+export interface SurfaceLook extends Shade {
   colors: SurfaceColors;
   /** Standard deviation that has the last colour, m. */
   deviation: number;
-  /** Highest height shown, m above the first camera. */
-  section: number;
-  /** What lies beyond this plane is cut away; null: nothing. */
-  plane: Plane | null;
   /** Whether what is seen from behind is drawn; otherwise a room is looked into through its walls. */
   hasBacks: boolean;
   back: Rgb;
-  /** Up, in the map's world. */
-  up: Vec3;
-  low: number;
-  high: number;
-  ramp: readonly Rgb[];
 }
 
 export class SurfaceLayer {
   readonly object: Mesh<BufferGeometry, ShaderMaterial>;
-  #ramp: readonly Rgb[] | null = null;
+  #shading = new Shading({
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    side: DoubleSide,
+    // Points that lie on the surface are in front of it.
+    polygonOffset: true,
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 1,
+    uniforms: {
+      u_has_backs: { value: false },
+      u_back: { value: new Vector3() },
+      u_filled: { value: new Vector3(...FILLED_COLOR.map((value) => value / 255)) },
+      u_deviation: { value: 1 },
+    },
+  });
 
   constructor() {
-    const material = new ShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      side: DoubleSide,
-      // Points that lie on the surface are in front of it.
-      polygonOffset: true,
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 1,
-      uniforms: {
-        u_up: { value: new Vector3(0, -1, 0) },
-        u_section: { value: 1e9 },
-        u_plane: { value: new Vector4(0, 0, 0, 1) },
-        u_has_backs: { value: false },
-        u_back: { value: new Vector3() },
-        u_filled: { value: new Vector3(...FILLED_COLOR.map((value) => value / 255)) },
-        u_low: { value: 0 },
-        u_high: { value: 1 },
-        u_deviation: { value: 1 },
-        u_mode: { value: 0 },
-        u_ramp: { value: rampTexture([[128, 128, 128]]) },
-      },
-    });
-    this.object = new Mesh(new BufferGeometry(), material);
+    this.object = new Mesh(new BufferGeometry(), this.#shading.material);
     this.object.visible = false;
     this.object.frustumCulled = false;
   }
@@ -133,29 +114,14 @@ export class SurfaceLayer {
     this.object.geometry = geometry;
   }
 
-  look({ colors, deviation, section, plane, hasBacks, back, up, low, high, ramp }: SurfaceLook): void {
-    const { uniforms } = this.object.material;
-    const values = {
-      u_mode: MODE_NUMBER[colors],
-      u_deviation: deviation,
-      u_section: section,
-      u_has_backs: hasBacks,
-      u_low: low,
-      u_high: high,
-    };
-    for (const [name, value] of Object.entries(values)) Object.assign(uniforms[name] ?? {}, { value });
-    uniforms.u_up?.value.set(...up);
-    uniforms.u_plane?.value.set(...planeUniform(plane));
-    uniforms.u_back?.value.set(...back.map((value) => value / 255));
-    if (ramp === this.#ramp || !uniforms.u_ramp) return;
-    this.#ramp = ramp;
-    uniforms.u_ramp.value.dispose();
-    uniforms.u_ramp.value = rampTexture(ramp);
+  look(look: SurfaceLook): void {
+    const { colors, deviation, hasBacks, back } = look;
+    const values = { u_mode: MODE_NUMBER[colors], u_deviation: deviation, u_has_backs: hasBacks };
+    this.#shading.set(look, values, { u_back: back });
   }
 
   dispose(): void {
     this.object.geometry.dispose();
-    this.object.material.uniforms.u_ramp?.value.dispose();
-    this.object.material.dispose();
+    this.#shading.dispose();
   }
 }

@@ -9,7 +9,8 @@ import { icon } from '../components/icons.js';
 import { retryButton } from '../components/messages.js';
 import { sortHead } from '../components/number-table.js';
 import type { Phase } from '../components/session.js';
-import { emptyStyles, pageStyles, shared, tableStyles } from '../components/theme.js';
+import { emptyStyles, shared } from '../components/theme.js';
+import { pageStyles, tableStyles } from '../components/panel-theme.js';
 import { makeColors } from '../views/figure-colors.js';
 import { rankingStyles, sectionStyles } from '../components/section-styles.js';
 import { download } from '../export/download.js';
@@ -340,13 +341,8 @@ export class ScanstitchStrategies extends LitElement {
     this.logFigures = logs;
   }
 
-  private async copy(text: string, form: string): Promise<void> {
-    try {
-      await navigator.clipboard.writeText(text);
-      this.session.announce(`The table was copied as ${form}.`);
-    } catch {
-      this.session.report('The browser did not allow copying', 'Use Save CSV');
-    }
+  private copy(text: string, form: string): Promise<void> {
+    return this.session.copy(text, `The table was copied as ${form}.`, 'Use Save CSV');
   }
 
   static override styles = [shared, sectionStyles, tableStyles, rankingStyles, pageStyles, emptyStyles, strategyStyles];

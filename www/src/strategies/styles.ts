@@ -1,5 +1,6 @@
 import { css } from 'lit';
-import { column, doubt, note, row, small, wrap } from '../components/theme.js';
+import { column, row, small, wrap } from '../components/theme.js';
+import { doubt, note } from '../components/panel-theme.js';
 
 export const strategyStyles = css`
   :host {

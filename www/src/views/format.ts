@@ -21,16 +21,6 @@ export function formatLength(metres: number): string {
   return `${formatFixed(metres, 2)}${THIN_SPACE}m`;
 }
 
-/** A coordinate in metres, to the millimetre. */
-export function formatCoordinate(metres: number): string {
-  return formatFixed(metres, 3);
-}
-
-/** An angle given in radians, in degrees with the sign. */
-export function formatAngle(radians: number, decimals = 2): string {
-  return `${formatFixed(radians * DEGREES, decimals)}°`;
-}
-
 /** A duration given in milliseconds: 0.8 ms, 43 ms, 2.1 s, 1 min 12 s. */
 export function formatDuration(milliseconds: number): string {
   if (milliseconds < 9.95) return `${formatFixed(milliseconds, 1)}${THIN_SPACE}ms`;
@@ -60,13 +50,6 @@ export function plural(count: number, one: string, many = `${one}s`): string {
 /** The last part of a path: what a table has room for. */
 export function baseName(path: string): string {
   return path.slice(path.lastIndexOf('/') + 1);
-}
-
-/** A length that may be far below a millimetre, as the steps of a registration are. */
-export function formatStep(metres: number): string {
-  const size = Math.abs(metres);
-  const sign = metres < 0 ? '\u2212' : '';
-  return sign + (size > 0 && size < 5e-5 ? `${(size * 1e6).toFixed(size < 1e-6 ? 2 : 0)}\u202fµm` : formatLength(size));
 }
 
 /** With a capital at the start and a full stop at the end. */

@@ -1,6 +1,7 @@
 /** The columns of the table of a planar run: what each is called and how its values are written. */
 import { html, type TemplateResult } from 'lit';
-import { formatAngle, formatCoordinate, formatCount, formatFixed, formatPercent } from './format.js';
+import { formatCount, formatFixed, formatPercent } from './format.js';
+import { formatAngle, formatCoordinate } from './pose-format.js';
 import type { FrameRow } from './frame-rows.js';
 import type { Status } from './map-painter.js';
 

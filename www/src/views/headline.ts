@@ -1,6 +1,6 @@
 /** The figures at the top: what the whole run comes to. */
 import { baseName, formatCount, formatDuration, formatLength, plural } from './format.js';
-import { cleaningParts, sumCleaning } from './words.js';
+import { cleaningParts, sumCleaning } from './cleaning.js';
 
 export interface Figure {
   label: string;

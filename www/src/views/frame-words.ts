@@ -1,4 +1,5 @@
-/** Results in plain words. */
+/** What became of one scan or frame, in plain words. */
+import { type Cleaning, cleaningParts } from './cleaning.js';
 import { DEGREES, formatCount, formatFixed, formatLength, formatPercent, plural } from './format.js';
 
 interface Matched {
@@ -22,39 +23,11 @@ export function frameSummary(frame: Matched, index: number): string {
   return `${found}; ${settled}.`;
 }
 
-interface Cleaning {
-  num_read: number;
-  non_finite: number;
-  too_near: number;
-  at_range_limit: number;
-  duplicates: number;
-  num_kept: number;
-}
-
 /** "175 of 180 used; left out: 4 at the range limit, 1 duplicate". */
 export function cleaningWords(cleaning: Cleaning): string {
   const parts = cleaningParts(cleaning);
   const used = `${formatCount(cleaning.num_kept)} of ${formatCount(cleaning.num_read)} used`;
   return parts.length === 0 ? used : `${used}; left out: ${parts.join(', ')}`;
-}
-
-export function cleaningParts(cleaning: Cleaning): string[] {
-  const parts: [number, string][] = [
-    [cleaning.non_finite, 'not a number'],
-    [cleaning.too_near, 'too near'],
-    [cleaning.at_range_limit, 'at the range limit'],
-    [cleaning.duplicates, cleaning.duplicates === 1 ? 'duplicate' : 'duplicates'],
-  ];
-  return parts.filter(([count]) => count > 0).map(([count, what]) => `${formatCount(count)} ${what}`);
-}
-
-/** All scans' cleaning in one. */
-export function sumCleaning(reports: readonly Cleaning[]): Cleaning {
-  const sum: Cleaning = { num_read: 0, non_finite: 0, too_near: 0, at_range_limit: 0, duplicates: 0, num_kept: 0 };
-  for (const report of reports) {
-    for (const name of Object.keys(sum) as (keyof Cleaning)[]) sum[name] += report[name];
-  }
-  return sum;
 }
 
 /** Which motion the scene leaves open. */
