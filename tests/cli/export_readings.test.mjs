@@ -11,7 +11,8 @@ import { ROOT, temporaryFolder } from './support.mjs';
 const READINGS = JSON.parse(readFileSync(join(ROOT, 'tests', 'cli', 'export_readings.json'), 'utf8'));
 const [WIDTH, HEIGHT] = [ROWS[0]?.length ?? 0, ROWS.length];
 /** The cells in which the areas are. */
-const isInArea = (/** @type {number} */ column, /** @type {number} */ row) => row === 1 && (column === 1 || column === 2);
+const isInArea = (/** @type {number} */ column, /** @type {number} */ row) =>
+  row === 1 && (column === 1 || column === 2);
 
 /** A value for each cell, from the lowest row up. @param {(column: number, row: number) => number} value */
 const cells = (value) =>
