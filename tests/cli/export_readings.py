@@ -2,6 +2,7 @@
 
     pip install rosbags==0.11.9 gtsam==4.3.0 pillow pyyaml rasterio ezdxf trimesh
     node tests/cli/exported_files.mjs FOLDER && python tests/cli/export_readings.py FOLDER > tests/cli/export_readings.json
+    npx prettier --write tests/cli/export_readings.json
 
 Grids as nav2's map_server serves them (nav2_map_server/src/map_io.cpp) from what Pillow and PyYAML read. The SHA-256 of each file
 tells the test whether it is still the one that was read.
