@@ -18,7 +18,12 @@ const DIRECTIONS: readonly Point[] = [
 
 /** Closed lines in the world (m): walls lie to the left of them, so that holes run the other way round. */
 export function wallLines(grid: Grid): Point[][] {
-  return outlines(grid).map((line) => simplified(line, TOLERANCE).map((corner) => inWorld(grid, corner)));
+  return outlines(grid).map((line) => {
+    const corners = simplified(line, TOLERANCE);
+    // The sides of what is one cell thick would fall on each other: no chord has both within half a cell.
+    const kept = corners.length > 2 ? corners : simplified(line, TOLERANCE / 2);
+    return kept.map((corner) => inWorld(grid, corner));
+  });
 }
 
 /** A point of the world, from its columns and rows in the grid, counted from the corner with the smallest x and y. */

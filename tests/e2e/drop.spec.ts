@@ -1,5 +1,6 @@
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { BUILDING, driveLog } from '../cli/drive_log.mjs';
 import { expect, sampleScans, test, ZJU_FOLDER, zjuScans } from './scanstitch_page.js';
 
 /** The published positions of the ten recorded scans, m. */
@@ -104,6 +105,29 @@ test('files join what they replaced when that is wanted; one of the same name re
   expect((await app.stitched()).result.frames).toHaveLength(7);
   expect(await app.scanNames()).toEqual(['0.ply', '1.ply', '2.ply', '3.ply', '4.ply', '5.ply', '6.ply']);
   await expect(add).toBeHidden();
+});
+
+test('a second log joins the first when that is wanted, and lies where it was driven', async ({ empty: app, page }) => {
+  const [numFirst, first, last] = [40, 20, 66];
+  await app.drop([{ name: 'monday.log', content: driveLog(BUILDING, 0, numFirst) }]);
+  await app.stitched();
+  await app.drop([{ name: 'tuesday.log', content: driveLog(BUILDING, first, last) }]);
+  await app.stitched();
+  await page.getByRole('button', { name: 'Add instead' }).click();
+  const { frames } = (await app.stitched()).result;
+  expect(frames).toHaveLength(numFirst + last - first);
+  expect(new Set(frames.map(({ piece }) => piece)).size).toBe(1);
+  const off = (scan: number): number => {
+    const [monday, tuesday] = [frames[scan], frames[numFirst + scan - first]].map((frame) => frame?.T_world_sensor);
+    return Math.hypot((monday?.x ?? NaN) - (tuesday?.x ?? NaN), (monday?.y ?? NaN) - (tuesday?.y ?? NaN));
+  };
+  expect(Math.max(off(first), off(numFirst - 1))).toBeLessThan(0.05);
+
+  // One of the same name is the same recording, or another one: which, its name does not tell.
+  await app.drop([{ name: 'monday.log', content: driveLog(BUILDING, first, last) }]);
+  await app.stitched();
+  await expect(page.getByRole('button', { name: 'Undo' })).toBeVisible();
+  await expect(page.getByRole('button', { name: 'Add instead' })).toBeHidden();
 });
 
 test('a trajectory dropped alone is compared with what is there', async ({ empty: app }) => {

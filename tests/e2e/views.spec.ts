@@ -238,10 +238,12 @@ test('scans replace what is open, or join own scans where they are to; a referen
   const compared = combine(sample, { ...intake(), reference: file('mine.tum') }, false);
   expect([compared.title, compared.origin, compared.reference?.name]).toEqual(['Sample', 'sample', 'mine.tum']);
 
-  const logged = combine(own, { ...intake(), scans: [{ ...file('hall.log'), isLog: true }] }, true);
+  const log = (name: string): Intake => ({ ...intake(), scans: [{ ...file(name), isLog: true }] });
+  const logged = combine(own, log('hall.log'), false);
   expect(logged.scans.map(({ name }) => name)).toEqual(['hall.log']);
   expect(combine(logged, { ...intake(), reference: file('mine.tum') }, false).scans).toEqual(logged.scans);
-  expect(combine(logged, intake('walk/2.ply'), true).scans.map(({ name }) => name)).toEqual(['walk/2.ply']);
+  const both = combine(logged, log('attic.log'), true);
+  expect([both.title, ...both.scans.map(({ name }) => name)]).toEqual(['Your scans', 'attic.log', 'hall.log']);
 });
 
 test('settings go to the screen and back, and into an address and back', () => {

@@ -14,6 +14,7 @@ use scanstitch_scene::laser::Laser;
 use scanstitch_scene::office::{OfficeOptions, generate};
 use scanstitch_scene::random::Random;
 use scanstitch_scene::recording::PlanarRecording;
+use scanstitch_scene::world::World;
 
 fn scans_of(recording: &PlanarRecording) -> Vec<PlanarScan> {
     let usable = |scan: &Vec<Vector2<f64>>| scan.iter().copied().filter(|p| p.norm() < 49.0).collect();
@@ -76,6 +77,42 @@ fn a_robot_is_found_without_a_first_pose_and_found_again_after_it_was_carried() 
     let count = |range: std::ops::Range<usize>| placed.iter().filter(|at| range.contains(at)).count();
     assert!(count(0..25) >= 24 && count(25..50) >= 22, "{placed:?}");
     assert_eq!(localizer.verdict(), Verdict::Found);
+}
+
+/// A drive along y: past pairs of doors that are 3 m apart, into a hall.
+fn drive_through_a_corridor_into_a_hall() -> PlanarRecording {
+    let mut world = World::default();
+    let right = [(1.0, 32.0), (4.0, 32.0), (4.0, 37.0), (2.5, 37.0), (2.5, 48.0), (0.0, 48.0)];
+    let left = [(1.0, 35.0), (2.0, 35.0), (2.0, 48.0), (0.0, 48.0)];
+    for (side, hall) in [(1.0, &right[..]), (-1.0, &left[..])] {
+        let of_door =
+            |door: i32| [(1.0, 0.0), (1.3, 0.0), (1.3, 1.0), (1.0, 1.0)].map(|(x, y)| (x, y + 3.0 * f64::from(door)));
+        let corners = (0..11).flat_map(of_door).chain(hall.iter().copied());
+        world.add_walls(&corners.map(|(across, along)| Vector2::new(side * across, along)).collect::<Vec<_>>());
+    }
+    let pose = |step: i32| Pose2::new(Vector2::new(0.1, 9.0 + 0.5 * f64::from(step)), 0.0);
+    let T_world_sensor: Vec<Pose2> = (0..70).map(pose).collect();
+    let mut random = Random::new(4);
+    let scans = T_world_sensor.iter().map(|pose| Laser::default().scan(&world, pose, &mut random)).collect();
+    PlanarRecording { world, scans, T_world_sensor }
+}
+
+#[test]
+fn once_a_place_is_certain_all_scans_before_it_have_theirs() {
+    let recording = drive_through_a_corridor_into_a_hall();
+    let map = scans_of(&recording);
+    let mut localizer = localizer(&grid_of(&recording, &map));
+    for (scan, motion) in map.iter().zip(motions(&recording.T_world_sensor, 6)) {
+        // The hall is out of sight for long.
+        let near = scan.points.iter().copied().filter(|point| point.norm() < 4.0).collect();
+        localizer.add_scan(&PlanarScan::new(near), motion.as_ref());
+    }
+    let found =
+        localizer.locations().iter().position(|location| location.is_known_at_once && location.status == Status::Good);
+    assert!(found.is_some_and(|found| found > 40), "the hall tells the place: {found:?}");
+    let placed: Vec<usize> = good(&localizer).map(|(at, _)| at).collect();
+    assert!(placed.len() >= 66, "{placed:?}");
+    assert!(good(&localizer).all(|(at, location)| !is_wrong(location, &recording.T_world_sensor[at])));
 }
 
 #[test]

@@ -65,18 +65,17 @@ function ownBuffer(bytes: Uint8Array): ArrayBuffer {
 
 /**
  * What the page shows after `intake` arrived on top of `present`: scans take its place, or, if they are to join, extend the
- * user's own (a file of the same path takes the place of the old one), unless either is a log, which is whole; a reference
- * or odometry alone joins whatever is there.
+ * user's own (a file of the same path takes the place of the old one); a reference or odometry alone joins whatever is there.
  */
 export function combine(present: Dataset | null, intake: Intake, joins: boolean): Dataset {
-  const isWhole = !joins || hasLog(intake.scans) || hasLog(present?.scans ?? []) || present?.origin !== 'user';
-  const extendsPresent = present !== null && (!isWhole || intake.scans.length === 0);
+  const isJoined = joins && present?.origin === 'user';
+  const extendsPresent = present !== null && (isJoined || intake.scans.length === 0);
   const oldScans = extendsPresent ? present.scans : [];
   const fresh = new Set(intake.scans.map(({ name }) => name));
   const scans = [...oldScans.filter(({ name }) => !fresh.has(name)), ...intake.scans];
   scans.sort((a, b) => compareNaturally(a.name, b.name));
   return {
-    title: extendsPresent ? present.title : titleOf(intake.scans),
+    title: present && intake.scans.length === 0 ? present.title : titleOf(scans),
     origin: extendsPresent ? present.origin : 'user',
     scans,
     reference: intake.reference ?? (extendsPresent ? present.reference : null),

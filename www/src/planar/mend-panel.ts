@@ -34,6 +34,8 @@ const MOST_LISTED = 100;
 @customElement('scanstitch-mend')
 export class ScanstitchMend extends LitElement {
   @property({ attribute: false, hasChanged: () => true }) mending!: Mending;
+  /** The kind of step that was prepared at the last update. */
+  private shown: Draft['kind'] | undefined;
 
   constructor() {
     super();
@@ -42,6 +44,13 @@ export class ScanstitchMend extends LitElement {
 
   protected override firstUpdated(): void {
     this.renderRoot.querySelector<HTMLElement>('h2')?.focus();
+  }
+
+  /** What is shown anew is read from its beginning. */
+  protected override updated(): void {
+    const shown = this.mending.draft?.kind;
+    if (shown !== this.shown) this.scrollTop = 0;
+    this.shown = shown;
   }
 
   private close(): void {
@@ -194,7 +203,7 @@ export class ScanstitchMend extends LitElement {
             </ul>`
           : nothing
       }
-      <div class="actions">
+      <div class="actions decision">
         <button class="primary" ?disabled=${isRefused || !mending.isIdle} @click=${() => mending.take()}>
           ${action}
         </button>
@@ -295,6 +304,13 @@ export class ScanstitchMend extends LitElement {
         display: flex;
         flex-wrap: wrap;
         gap: 6px;
+      }
+      /* In sight, however much is told above: over the padding of the panel, too. */
+      .decision {
+        position: sticky;
+        bottom: -24px;
+        padding: 8px 0;
+        background: var(--surface);
       }
       .fields label {
         display: grid;

@@ -122,8 +122,12 @@ export class PlanarSession extends RunSession<PlanarClient, Settings, Dataset, S
     });
   }
 
-  override canJoin({ recording }: Opened): boolean {
-    return this.dataset?.origin === 'user' && !hasLog(this.dataset.scans) && recording.logs.length === 0;
+  /** Loose scans join loose scans; a log joins logs of other names, where no file is of one of them alone: odometry, or steps. */
+  override canJoin({ recording: { logs, odometry, mended } }: Opened): boolean {
+    const { dataset } = this;
+    if (dataset?.origin !== 'user' || !logs.length === hasLog(dataset.scans)) return false;
+    const ofOne = odometry ?? mended ?? dataset.odometry ?? dataset.scans.find(({ name }) => logs.includes(name));
+    return !logs.length || !ofOne;
   }
 
   /** Whether there is something to show; reports why not. */

@@ -80,6 +80,8 @@ struct Score {
     wrong: usize,
     /// ... by as much (m), ...
     worst: f64,
+    /// ... of which so many are not in their 99.9 % region, ...
+    unexpected: usize,
     /// ... and good ones in their 95 % region.
     inside: usize,
     found: Option<usize>,
@@ -90,11 +92,12 @@ struct Score {
 
 impl Score {
     fn print(&self, name: &str) {
-        let Self { num, good, wrong, worst, inside, found, verdict, times: [start, mean, longest] } = self;
+        let Self { num, good, wrong, worst, unexpected, inside, found, verdict, times: [start, mean, longest] } = self;
         let verdict = verdict.map_or_else(String::new, |verdict| format!("{verdict:?}, "));
         let share = 100.0 * *inside as f64 / (*good).max(1) as f64;
         println!(
-            "{name}: {verdict}{good} of {num} good, {wrong} wrong (by {worst:.2} m), {share:.1} % in 95 %; found after {found:?}; start \
+            "{name}: {verdict}{good} of {num} good, {wrong} wrong (by {worst:.2} m, {unexpected} not in 99.9 %), {share:.1} % in \
+             95 %; found after {found:?}; start \
              {start:.0} ms, then {mean:.2} ms a scan, longest {longest:.0} ms"
         );
     }
@@ -104,6 +107,7 @@ impl Score {
         self.good += other.good;
         self.wrong += other.wrong;
         self.worst = self.worst.max(other.worst);
+        self.unexpected += other.unexpected;
         self.inside += other.inside;
     }
 }
@@ -137,8 +141,9 @@ fn run(localization: &mut Localization, truth: impl Fn(usize) -> Option<Pose2>) 
         if is_wrong(&off) {
             score.wrong += 1;
             score.worst = score.worst.max(off.xy().norm());
+            score.unexpected += usize::from(!is_inside(&place, &off, 16.266));
         }
-        score.inside += usize::from(is_inside(&place, &off));
+        score.inside += usize::from(is_inside(&place, &off, 7.815));
     }
     score
 }
@@ -154,8 +159,8 @@ fn is_wrong(off: &Vector3<f64>) -> bool {
     off.xy().norm() > 0.5 || off.z.abs() > 5.0_f64.to_radians()
 }
 
-/// Whether a place is in its 95 % region: the quantile of chi squared of three degrees of freedom.
-fn is_inside(place: &LocatedPose, off: &Vector3<f64>) -> bool {
+/// Whether a place is in a region, by the quantile of chi squared of three degrees of freedom: 7.815 for 95 %, 16.266 for 99.9 %.
+fn is_inside(place: &LocatedPose, off: &Vector3<f64>, quantile: f64) -> bool {
     let covariance = Matrix3::from_row_slice(&place.covariance);
-    covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < 7.815)
+    covariance.try_inverse().is_some_and(|information| off.dot(&(information * off)) < quantile)
 }

@@ -6,7 +6,7 @@ use scanstitch::io::laser_log::{self, LaserLog};
 use scanstitch::io::occupancy_map;
 use scanstitch::map::occupancy_grid::OccupancyGrid;
 use scanstitch::odometry::assessment::Status;
-use scanstitch::odometry::localization::{BeamModel, MapField};
+use scanstitch::odometry::localization::{Beam, BeamModel, Fit, MapField};
 use scanstitch::pipeline::Settings;
 use scanstitch::pipeline::planar::{Localization, Reconstruction};
 
@@ -63,37 +63,61 @@ fn starts(log: &LaserLog) -> impl Iterator<Item = usize> {
 /// How far along the corridor a place is moved (m): its doors are 6.1 m apart.
 const MOVED: [f64; 7] = [0.0, -12.2, -6.1, -3.6, 2.1, 6.1, 12.2];
 
-/// What the scans score a return at their certain places, and at such that are moved along the corridor, each at the best pose around.
+/// What stretches of scans say at their certain places, and moved along the corridor, each as one rigid set of beams at the best pose
+/// around: the mean score of a return, the share that ends on walls and the share that passed through one.
 fn along(certain: &[Option<Pose2>], whole: &Localization, grid: &OccupancyGrid) {
     let field = MapField::new(grid);
     let model = BeamModel::of(&field);
+    let direction = direction_of(certain);
+    println!("| scans |{}\n|---|{}", MOVED.map(|by| format!(" {by} m |")).concat(), "---|".repeat(MOVED.len()));
+    for scans in [150..230, 230..352, 352..430, 430..550, 550..690] {
+        let (T_world_stretch, beams) =
+            joined(whole, scans.clone().step_by(8).filter(|frame| certain[*frame].is_some()));
+        let said = MOVED.map(|by| {
+            let T_world_moved = Pose2::from_parts(
+                (T_world_stretch.translation.vector + by * direction).into(),
+                T_world_stretch.rotation,
+            );
+            let fit = best_around(&field, &model, &beams, &(grid.T_world_grid().inverse() * T_world_moved));
+            let through = 100.0 * fit.num_through as f64 / fit.num_beams as f64;
+            format!(" {:.2}, {:.0}, {through:.0} |", fit.mean(), 100.0 * fit.explained())
+        });
+        println!("| {} to {} |{}", scans.start, scans.end, said.concat());
+    }
+}
+
+/// The direction in which places are spread furthest, eastward.
+fn direction_of(certain: &[Option<Pose2>]) -> Vector2<f64> {
     let places: Vec<Vector2<f64>> = certain.iter().flatten().map(|pose| pose.translation.vector).collect();
     let mean = places.iter().sum::<Vector2<f64>>() / places.len().max(1) as f64;
     let spread: Matrix2<f64> = places.iter().map(|place| (place - mean) * (place - mean).transpose()).sum();
-    let direction =
-        spread.symmetric_eigen().eigenvectors.column(spread.symmetric_eigen().eigenvalues.imax()).into_owned();
-    let direction = direction * direction.x.signum();
-    let best = |ends: &[Vector2<f64>], pose: &Pose2| {
-        let steps = |size: f64| (-4..=4).map(move |step| f64::from(step) * size);
-        let around =
-            steps(0.15).flat_map(|x| steps(0.15).flat_map(move |y| steps(0.015).map(move |turn| (x, y, turn))));
-        let off = around.map(|(x, y, turn)| pose * Pose2::new(Vector2::new(x, y), turn));
-        off.map(|pose| field.score(&model, ends, &pose)).fold(f64::NEG_INFINITY, f64::max) / ends.len() as f64
-    };
-    println!("| scans |{}\n|---|{}", MOVED.map(|by| format!(" {by} m |")).concat(), "---|".repeat(MOVED.len()));
-    for scans in [150..230, 230..352, 352..430, 430..550, 550..690] {
-        let mean = MOVED.map(|by| {
-            let scores = scans.clone().step_by(8).filter_map(|frame| {
-                let place = whole.locations()[frame].place.filter(|_| certain[frame].is_some())?.T_world_sensor;
-                let moved = Pose2::from_parts((place.translation.vector + by * direction).into(), place.rotation);
-                let ends = &whole.scans()[frame].points;
-                Some(best(&ends.iter().step_by(2).copied().collect::<Vec<_>>(), &moved))
-            });
-            let scores: Vec<f64> = scores.collect();
-            scores.iter().sum::<f64>() / scores.len().max(1) as f64
-        });
-        println!("| {} to {} |{}", scans.start, scans.end, mean.map(|mean| format!(" {mean:.2} |")).concat());
-    }
+    let eigen = spread.symmetric_eigen();
+    let direction = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
+    direction * direction.x.signum()
+}
+
+/// Every second beam of some scans at their places, in the frame of the middle one, and its pose in the world.
+fn joined(whole: &Localization, frames: impl Iterator<Item = usize>) -> (Pose2, Vec<Beam>) {
+    let place = |frame: usize| Some((whole.scans()[frame].clone(), whole.locations()[frame].place?.T_world_sensor));
+    let placed: Vec<_> = frames.filter_map(place).collect();
+    let T_world_stretch = placed[placed.len() / 2].1;
+    let beams = placed.iter().flat_map(|(scan, T_world_sensor)| {
+        let T_stretch_sensor = T_world_stretch.inverse() * T_world_sensor;
+        let beam = move |&end| Beam { origin: Vector2::zeros(), end }.moved(&T_stretch_sensor);
+        scan.points.iter().step_by(2).map(beam)
+    });
+    (T_world_stretch, beams.collect())
+}
+
+/// The best fit within 0.6 m and 3.4 degrees.
+fn best_around(field: &MapField, model: &BeamModel, beams: &[Beam], T_grid_frame: &Pose2) -> Fit {
+    let steps = |size: f64| (-4..=4).map(move |step| f64::from(step) * size);
+    let around = steps(0.15).flat_map(|x| steps(0.15).flat_map(move |y| steps(0.015).map(move |turn| (x, y, turn))));
+    let fits = around.map(|(x, y, turn)| {
+        let pose = T_grid_frame * Pose2::new(Vector2::new(x, y), turn);
+        field.fit(model, beams, &pose)
+    });
+    fits.max_by(|a, b| a.score.total_cmp(&b.score)).unwrap_or_default()
 }
 
 /// What a particle filter is sure of from each start, by the runs that are good there.

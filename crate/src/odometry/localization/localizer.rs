@@ -15,7 +15,7 @@ use super::likelihood::{Beam, BeamModel, Fit, NEW};
 use super::location::{Location, Place, Verdict};
 use super::places::{CERTAIN, MAX_LOG_ODDS_OF_PLACE, Places, log_odds, odds_of, places};
 use super::search::Search;
-use super::window::{Window, beams_of};
+use super::window::{Window, WindowScan, beams_of};
 use crate::geometry::Pose2;
 use crate::odometry::assessment::Status;
 use crate::odometry::planar::MeasuredMotion;
@@ -81,6 +81,8 @@ pub struct Localizer {
     search: Search,
     state: State,
     window: Window,
+    /// The scans before those of the window, while the robot is searched for.
+    earlier: Vec<WindowScan>,
     next_search: NextSearch,
     locations: Vec<Location>,
 }
@@ -90,8 +92,17 @@ impl Localizer {
     /// buildings 4 were wrong, by up to 3 m (`cargo measure localize halves --alone`).
     pub fn new(field: Rc<MapField>, has_odometry: bool) -> Self {
         let (model, search) = (BeamModel::of(&field), Search::new(&field));
-        let (state, window) = (State::Searching(None), Window::default());
-        Self { field, has_odometry, model, search, state, window, next_search: NextSearch::NOW, locations: Vec::new() }
+        Self {
+            field,
+            has_odometry,
+            model,
+            search,
+            state: State::Searching(None),
+            window: Window::default(),
+            earlier: Vec::new(),
+            next_search: NextSearch::NOW,
+            locations: Vec::new(),
+        }
     }
 
     /// The map.
@@ -127,6 +138,7 @@ impl Localizer {
         }
         let unknown = MeasuredMotion { T_before_sensor: Pose2::identity(), covariance: Matrix3::zeros() };
         let num_new = self.window.add(frame, beams.clone(), motion.unwrap_or(&unknown));
+        self.earlier.extend(self.window.shorten());
         let state = std::mem::replace(&mut self.state, State::Searching(None));
         self.state = match (state, motion) {
             (State::Tracking(last, odds), Some(motion)) => self.track(&last, odds, &beams, motion, num_new),
@@ -143,6 +155,7 @@ impl Localizer {
     /// Begins to search with the scans from this one on.
     fn search_from(&mut self, frame: usize) {
         self.window.cut_before(frame);
+        self.earlier.clear();
         self.state = State::Searching(None);
         self.next_search = NextSearch::NOW;
     }
@@ -180,26 +193,32 @@ impl Localizer {
         let best = belief.hypotheses.first().filter(|_| probabilities[0] >= CERTAIN);
         match best.filter(|best| self.odds_of_stretch(&best.estimate) > 0.0) {
             Some(&Hypothesis { estimate, log_odds, .. }) => {
-                self.place_window(&estimate);
+                self.place_scans_before(&estimate);
                 State::Tracking(estimate, log_odds.min(MAX_LOG_ODDS_OF_PLACE))
             }
             None => State::Following(belief),
         }
     }
 
-    /// Places the scans of the window from the last one back, where they are not certain yet.
-    fn place_window(&mut self, now: &Estimate) {
-        let (mut estimate, mut shared) = (*now, 1.0);
-        for scan in self.window.scans.iter().rev() {
+    /// Places the scans from the last one back, where they are not certain yet, as far as the map explains them.
+    fn place_scans_before(&mut self, now: &Estimate) {
+        let (mut estimate, mut shared, mut odds) = (*now, 1.0, MAX_LOG_ODDS_OF_PLACE);
+        // Those of the window fit together.
+        let in_window = self.window.scans.iter().rev().map(|scan| (scan, 0));
+        let earlier = self.earlier.iter().rev().map(|scan| (scan, scan.num_new.unwrap_or(0)));
+        for (scan, num_new) in in_window.chain(earlier) {
             let (registered, fit) = estimate.registered(&self.field, &self.model, &scan.beams, shared);
             (estimate, shared) = (registered.moved_back(&scan.motion), scan.shared);
-            let location = self.certain(&registered, &fit, MAX_LOG_ODDS_OF_PLACE);
+            odds = (odds + log_odds(&self.model, num_new, fit.mean())).min(MAX_LOG_ODDS_OF_PLACE);
+            let location = self.certain(&registered, &fit, odds);
             match self.locations.get_mut(scan.frame) {
+                _ if odds <= -odds_of(CERTAIN) => break,
                 Some(known) if known.status == Status::Good => break,
                 Some(known) => *known = Location { is_known_at_once: false, ..location },
                 None => self.locations.push(location),
             }
         }
+        self.earlier.clear();
     }
 
     /// Follows the robot from its last place.
@@ -211,6 +230,7 @@ impl Localizer {
         motion: &MeasuredMotion,
         num_new: Option<usize>,
     ) -> State {
+        self.earlier.clear();
         let (estimate, fit) = last.moved(motion).registered(&self.field, &self.model, beams, self.window.shared());
         let odds = (odds + log_odds(&self.model, num_new.unwrap_or(0), fit.mean())).min(MAX_LOG_ODDS_OF_PLACE);
         self.locations.push(self.certain(&estimate, &fit, odds));

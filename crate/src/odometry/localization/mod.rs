@@ -18,7 +18,7 @@ mod stretches;
 mod window;
 
 pub use field::MapField;
-pub use likelihood::BeamModel;
+pub use likelihood::{Beam, BeamModel, Fit};
 pub use localizer::Localizer;
 pub use location::{Location, Place, Verdict};
 pub use stretches::StretchSearch;

@@ -30,9 +30,10 @@ pub(super) struct WindowScan {
     pub motion: MeasuredMotion,
     /// Part of the pieces of walls that it shows which scans before it have shown.
     pub shared: f64,
+    /// Number of pieces of walls that no keyframe before it has shown, where it is one itself.
+    pub num_new: Option<usize>,
     /// Way from the first scan (m).
     way: f64,
-    is_keyframe: bool,
 }
 
 /// Consecutive scans with their poses in the frame of the first.
@@ -92,10 +93,16 @@ impl Window {
             self.last_keyframe = pose;
             self.pieces.extend(pieces);
         }
-        self.scans.push(WindowScan { frame, pose, beams, motion: *motion, shared, way, is_keyframe });
-        let too_far = self.scans.partition_point(|scan| scan.way < way - LONGEST_STRETCH);
-        self.scans.drain(..too_far);
-        is_keyframe.then(|| self.pieces.len() - num_known)
+        let num_new = is_keyframe.then(|| self.pieces.len() - num_known);
+        self.scans.push(WindowScan { frame, pose, beams, motion: *motion, shared, num_new, way });
+        num_new
+    }
+
+    /// Takes out the scans from which the way to the last one is longer than that of the longest stretch.
+    pub(super) fn shorten(&mut self) -> std::vec::Drain<'_, WindowScan> {
+        let first = self.first_within(LONGEST_STRETCH);
+        let num_too_far = self.scans.partition_point(|scan| scan.frame < first);
+        self.scans.drain(..num_too_far)
     }
 
     /// Part of what the last scan shows that scans before it have shown.
@@ -119,7 +126,7 @@ impl Window {
 
     /// The beams of all keyframes.
     pub(super) fn joined(&self) -> JoinedBeams {
-        let keyframes: Vec<usize> = (0..self.scans.len()).filter(|&scan| self.scans[scan].is_keyframe).collect();
+        let keyframes: Vec<usize> = (0..self.scans.len()).filter(|&scan| self.scans[scan].num_new.is_some()).collect();
         let Some(&middle) = keyframes.get(keyframes.len() / 2) else { return JoinedBeams::default() };
         let T_middle_first = self.scans[middle].pose.inverse();
         let mut beams = Vec::new();
