@@ -1,6 +1,6 @@
 //! Scores the odometry of lidars that move while they turn: rendered drives, with the errors of the same drive without skew, with skew and
 //! straightened, with skew left in, and straightened by the true motion, each the mean over worlds. Arguments: `--sweeps N` (20), `--worlds N` (1), `--only LIDAR`,
-//! `--write DIR` to write the sweeps for other programs (x y z t as
+//! `--points N` to register at most as many points of a sweep, `--write DIR` to write the sweeps for other programs (x y z t as
 //! 64-bit floats, `NAME/0000.bin`, and `NAME/truth.txt`), `--time` to take the processor time of sweeps of 120,000 beams instead.
 
 use std::fmt::Write as _;
@@ -64,7 +64,9 @@ impl Drive<'_> {
 pub fn options_for(cloud: &PointCloud) -> CloudOptions {
     let mut ranges: Vec<f32> = cloud.positions.iter().map(|point| point.length()).collect();
     ranges.sort_by(f32::total_cmp);
-    SpatialSettings::default().for_clouds(f64::from(ranges[ranges.len() / 2])).cloud_options()
+    let options = SpatialSettings::default().for_clouds(f64::from(ranges[ranges.len() / 2])).cloud_options();
+    let max_points = argument("--points").and_then(|count| count.parse().ok()).unwrap_or(options.max_points);
+    CloudOptions { max_points, ..options }
 }
 
 fn without_times(clouds: &[PointCloud]) -> Vec<(Pose3, Status)> {
@@ -151,6 +153,16 @@ fn time(space: &Space, num_sweeps: usize) {
     println!(
         "{points} points a sweep, {num_kept} kept: {each:.1} ms a sweep (downsample {downsample:.1}, normals {:.1}, register {register:.1}), {:.1} mm rmse, {:.1} mm at most, {good} good",
         prepare - downsample,
+        1e3 * rmse,
+        1e3 * worst
+    );
+    let skewed = drive.sweeps(true);
+    let start = seconds_used();
+    let found = straightened(&skewed);
+    let each = (seconds_used() - start) * 1e3 / num_sweeps as f64;
+    let (rmse, worst, good) = drive.errors(&found);
+    println!(
+        "with times, straightened: {each:.1} ms a sweep, {:.1} mm rmse, {:.1} mm at most, {good} good",
         1e3 * rmse,
         1e3 * worst
     );

@@ -102,7 +102,7 @@ impl CloudOdometry {
         let guess = self.start_nearby(task);
         let sample = self.register_sample(task, guess);
         let is_lost = sample.assessment.status == Status::Lost;
-        let nearby = if is_lost { sample } else { self.register(task, guess) };
+        let nearby = if is_lost { sample } else { self.register(task, sample.registration.T_target_source) };
         if nearby.assessment.status == Status::Good {
             return nearby;
         }
@@ -142,7 +142,7 @@ impl CloudOdometry {
     }
 
     /// Registers the whole cloud from a guess, and assesses the result.
-    fn register(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
+    pub(super) fn register(&self, task: &Task<'_>, guess: Pose3) -> Candidate {
         self.register_from(task, task.frame.source(), guess)
     }
 

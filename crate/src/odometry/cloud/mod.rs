@@ -123,7 +123,7 @@ impl CloudOdometry {
         if self.last.is_none() {
             return self.begin(frame);
         }
-        match self.find(&frame) {
+        match self.find(&frame, None) {
             Ok(found) => self.accept(frame, found),
             Err(lost) => *lost,
         }
@@ -148,11 +148,12 @@ impl CloudOdometry {
         self.parts.connect(clouds);
     }
 
-    /// Where a cloud is that comes after the first one; it is not added to the map.
+    /// Where a cloud is that comes after the first one; it is not added to the map. Where the same cloud, straightened otherwise, was found
+    /// after this motion from the last one, it is searched from there first.
     ///
     /// # Errors
     /// The estimate of a cloud that is lost.
-    fn find(&self, frame: &PreparedCloud) -> std::result::Result<Found, Box<CloudEstimate>> {
+    fn find(&self, frame: &PreparedCloud, found: Option<&Pose3>) -> std::result::Result<Found, Box<CloudEstimate>> {
         let num_points = frame.num_oriented();
         let Some(last) = self.last.as_ref().filter(|_| num_points >= MIN_POINTS) else {
             return Err(Box::new(self.lost(Assessment::too_few_points(num_points), None)));
@@ -160,12 +161,16 @@ impl CloudOdometry {
 
         let (task, T_world_target) = self.task(frame, last);
 
+        let again = found.map(|motion| self.register(&task, task.T_target_last * motion)).filter(Candidate::is_good);
         // From the last pose and the last motion; by features always, never, or where the result is doubtful.
-        let candidate = match self.options.global_registration {
-            GlobalRegistrationUse::Never => Ok(self.register_nearby(&task)),
-            GlobalRegistrationUse::Always => self.register_by_features(&task),
-            GlobalRegistrationUse::WhenDoubtful => Ok(self.register_where_doubtful(&task)),
-        };
+        let candidate = again.map_or_else(
+            || match self.options.global_registration {
+                GlobalRegistrationUse::Never => Ok(self.register_nearby(&task)),
+                GlobalRegistrationUse::Always => self.register_by_features(&task),
+                GlobalRegistrationUse::WhenDoubtful => Ok(self.register_where_doubtful(&task)),
+            },
+            Ok,
+        );
 
         match candidate {
             Err(reason) => Err(Box::new(self.lost(Assessment::lost(reason), None))),
