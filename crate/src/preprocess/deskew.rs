@@ -4,13 +4,10 @@ use glam::Vec3;
 use nalgebra::{Vector3, Vector6};
 
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
-use crate::search::{KdTree, Neighborhood};
 
 /// Times during a sweep at which its motion is computed. Between them it is linear: half a step of a sweep that turns by 1.7 rad is 8e-4 rad, and what is
 /// of second order 3e-7 of the range.
 const NUM_KNOTS: usize = 1024;
-/// Points whose neighbours are asked when they were measured: a mean of as many is good to a tenth of their scatter.
-const NUM_ASKED: usize = 100;
 
 /// The points of a sweep in the frame of the sensor at `time` (s, as the points' times), where it moves with a constant velocity: the
 /// tangent of its motion in its own frame in a second (rotation first). A cloud without times stays as it is.
@@ -43,22 +40,6 @@ pub fn deskew(cloud: PointCloud, velocity: &Vector6<f64>, time: f64) -> PointClo
     PointCloud { positions, normals, times: None, ..cloud }
 }
 
-/// By how much of a sweep's duration the times of its points differ from those of their neighbours, in the mean: little where a spinning lidar
-/// measures a column at once, a third where a rosette comes back to a place again and again. 1 for a cloud without times.
-pub(crate) fn neighbors_apart(cloud: &PointCloud, neighborhood: Neighborhood) -> f64 {
-    let Some(times) = cloud.times.as_ref().filter(|times| times.span() > 0.0) else { return 1.0 };
-    let tree = KdTree::build(bytemuck::cast_slice(&cloud.positions));
-    let (mut neighbors, mut apart, mut count) = (Vec::new(), 0.0, 0);
-    for point in (0..cloud.len()).step_by(cloud.len().div_ceil(NUM_ASKED).max(1)) {
-        let Neighborhood { max_neighbors, radius } = neighborhood;
-        tree.k_nearest(&cloud.positions[point].to_array(), radius as f32, max_neighbors, &mut neighbors);
-        let from_here = |neighbor: &usize| f64::from((times.offsets[*neighbor] - times.offsets[point]).abs());
-        apart += neighbors.iter().map(|neighbor| from_here(&(neighbor.index as usize))).sum::<f64>();
-        count += neighbors.len();
-    }
-    if count == 0 { 1.0 } else { apart / count as f64 / times.span() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,25 +62,6 @@ mod tests {
             let normal = Vector3::from(straight.normals.as_ref().unwrap()[step].as_dvec3().to_array());
             assert!((normal - T.rotation * Vector3::x()).norm() < 1e-6, "{step}");
         }
-    }
-
-    #[test]
-    fn neighbors_of_a_spinning_lidar_are_measured_at_once_and_those_of_a_rosette_are_not() {
-        let around = |step: usize| {
-            let (sin, cos) = (std::f32::consts::TAU * step as f32 / 2000.0).sin_cos();
-            Vec3::new(10.0 * cos, 10.0 * sin, 0.0)
-        };
-        let offsets: Vec<f32> = (0..2000).map(|step| 5e-5 * step as f32).collect();
-        let with_times = |positions| PointCloud {
-            times: Some(PointTimes { origin: 0.0, offsets: offsets.clone() }),
-            ..PointCloud::from_positions(positions)
-        };
-        let neighborhood = Neighborhood { max_neighbors: 20, radius: f64::INFINITY };
-        let spinning = neighbors_apart(&with_times((0..2000).map(around).collect()), neighborhood);
-        assert!(spinning > 0.002 && spinning < 0.02, "{spinning}");
-        let turning = neighbors_apart(&with_times((0..2000).map(|step| around(step * 617)).collect()), neighborhood);
-        assert!((turning - 1.0 / 3.0).abs() < 0.05, "{turning}");
-        assert_eq!(neighbors_apart(&PointCloud::from_positions((0..50).map(around).collect()), neighborhood), 1.0);
     }
 
     #[test]

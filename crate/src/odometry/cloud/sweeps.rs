@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
 use crate::odometry::assessment::Status;
-use crate::preprocess::deskew::{deskew, neighbors_apart};
+use crate::preprocess::deskew::deskew;
 
 /// A sweep is straightened at most so often, and is doubtful where that is not enough. Once the velocity is nearly known, its error falls at
 /// each time by the ratio of the bend that is left to the way between two sweeps, which is a small one; from rest at 2 rad/s up to nine
@@ -43,8 +43,6 @@ pub struct SweepOdometry {
     pub(super) clouds: CloudOdometry,
     pub(super) options: CloudOptions,
     num_sweeps: usize,
-    /// Of the first sweep with times.
-    neighbors_apart: Option<f64>,
     /// The first sweep with its number, as long as it is not straightened.
     first: Option<(usize, Sweep)>,
     T_world_stamp_of_first: Pose3,
@@ -78,31 +76,27 @@ pub(super) struct Sweep {
     time: Option<f64>,
     /// Median distance of the points from the sensor (m).
     range: f64,
-    /// As [`neighbors_apart`].
-    neighbors_apart: f64,
 }
 
 /// A sweep that was found: its velocity, as it was registered, and where.
 pub(super) type FoundSweep = (Vector6<f64>, PreparedCloud, Found);
 
 impl Sweep {
-    fn new(mut cloud: PointCloud, stamp: Option<f64>, neighbors_apart: f64) -> Self {
+    fn new(mut cloud: PointCloud, stamp: Option<f64>) -> Self {
         cloud.normals.take_if(|_| cloud.times.is_some());
         let span = cloud.times.as_ref().map_or(0.0, crate::geometry::PointTimes::span);
         let middle = cloud.times.as_ref().map_or(0.0, |times| times.origin + 0.5 * span);
         let mut ranges: Vec<f64> = cloud.positions.iter().map(|point| f64::from(point.length())).collect();
         let range = quantile(&mut ranges, 0.5).unwrap_or(0.0);
         let velocity_of_normals = Vector6::zeros();
-        let time = stamp.map(|stamp| stamp + middle);
-        Self { cloud, velocity_of_normals, middle, span, time, range, neighbors_apart }
+        Self { cloud, velocity_of_normals, middle, span, time: stamp.map(|stamp| stamp + middle), range }
     }
 
-    /// As it would be seen at once from where the sensor was in the middle. Normals are turned with their points where the velocity moves
-    /// neighbours against each other by less than what a registration that has converged moves them, and are estimated anew otherwise.
+    /// As it would be seen at once from where the sensor was in the middle. Normals are estimated anew where the velocity differs much
+    /// from that of the last time, and turned otherwise.
     pub(super) fn straight(&mut self, velocity: &Vector6<f64>, options: &CloudOptions) -> PreparedCloud {
         let Some(times) = self.cloud.times.clone() else { return PreparedCloud::from_cloud(self.cloud.clone()) };
-        let moved_apart = self.neighbors_apart * self.bend(&(velocity - self.velocity_of_normals));
-        let is_near = moved_apart < super::MOVING_STEP * options.voxel_size;
+        let is_near = self.bend(&(velocity - self.velocity_of_normals)) < super::MOVING_STEP * options.voxel_size;
         let straight = deskew(self.cloud.clone(), velocity, self.middle);
         if self.cloud.normals.is_some() && is_near {
             return PreparedCloud::from_cloud(straight);
@@ -135,7 +129,6 @@ impl SweepOdometry {
             clouds: CloudOdometry::new(options)?,
             options,
             num_sweeps: 0,
-            neighbors_apart: None,
             first: None,
             T_world_stamp_of_first: Pose3::identity(),
             last_time: None,
@@ -159,8 +152,7 @@ impl SweepOdometry {
         num_sweeps: usize,
     ) -> Result<Self> {
         let options = clouds.options;
-        let mut resumed = Self::new(options)?;
-        let mut last = resumed.sweep(last, stamp);
+        let (mut resumed, mut last) = (Self::new(options)?, Sweep::new(last, stamp));
         (resumed.clouds, resumed.num_sweeps, resumed.has_times) = (clouds, num_sweeps, true);
         resumed.clouds.begin(last.straight(&velocity, &options));
         (resumed.last_time, resumed.velocity, resumed.is_last_good) = (last.time, Some(velocity), true);
@@ -221,7 +213,7 @@ impl SweepOdometry {
 
     /// Registers the next sweep, downsampled, whose times count from `stamp` (s). A sweep without times is taken as it is.
     pub fn register_sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> SweepEstimate {
-        let (mut sweep, number) = (self.sweep(cloud, stamp), self.num_sweeps);
+        let (mut sweep, number) = (Sweep::new(cloud, stamp), self.num_sweeps);
         self.num_sweeps += 1;
         self.has_times |= sweep.cloud.times.is_some();
         if self.clouds.last.is_none() {
@@ -256,14 +248,6 @@ impl SweepOdometry {
         self.largest_bend = self.largest_bend.max(sweep.bend(&velocity));
         estimate.T_world_sensor = self.in_world(&sweep, &estimate.T_world_sensor, &velocity);
         SweepEstimate { estimate, velocities }
-    }
-
-    /// A sweep of the same lidar as the others.
-    fn sweep(&mut self, cloud: PointCloud, stamp: Option<f64>) -> Sweep {
-        if self.neighbors_apart.is_none() && cloud.times.is_some() {
-            self.neighbors_apart = Some(neighbors_apart(&cloud, self.options.normals));
-        }
-        Sweep::new(cloud, stamp, self.neighbors_apart.unwrap_or(1.0))
     }
 
     /// Registers a sweep from the last velocity, and from what a gyroscope says of it: from that alone where it is confirmed and comes to a
