@@ -177,8 +177,14 @@ impl Odometry {
     }
 
     /// Registers the next scan, which is expected at this motion from the last one; without any, the last motion is
-    /// expected once more. A scan that fits nothing stays at its prediction, and the scans after it start from there.
-    pub fn register_frame(&mut self, scan: &Rc<PlanarScan>, motion: Option<&MeasuredMotion>) -> FrameEstimate {
+    /// expected once more. Where the measured motion is unlike the steps before and after it, `as_neighbors` is what these let expect.
+    /// A scan that fits nothing stays at its prediction, and the scans after it start from there.
+    pub fn register_frame(
+        &mut self,
+        scan: &Rc<PlanarScan>,
+        motion: Option<&MeasuredMotion>,
+        as_neighbors: Option<&Pose2>,
+    ) -> FrameEstimate {
         let prediction = self.T_world_last * motion.map_or(self.last_motion, |motion| motion.T_before_sensor);
         let mut estimate = if scan.points.len() < MIN_POINTS {
             let too_few = unregistered(prediction, Assessment::too_few_points(scan.points.len()), Link::Lost);
@@ -188,7 +194,7 @@ impl Odometry {
         } else if self.map.is_empty() {
             unregistered(prediction, Assessment::first(), Link::Start)
         } else if let Some(motion) = motion {
-            self.register_measured(&QueryScan::new(scan), &prediction, motion)
+            self.register_measured(&QueryScan::new(scan), &prediction, motion, as_neighbors)
         } else {
             self.register_unmeasured(&QueryScan::new(scan), &prediction)
         };

@@ -26,18 +26,25 @@ const SLIP_SHARE: f64 = 0.1;
 
 impl Odometry {
     /// Registers from the measured motion; where that leads nowhere, from the best pose near it. Where both contradict the
-    /// measurement, either that is wrong, or the scan is placed by it.
+    /// measurement, either that is wrong, or the scan is placed by it. It is wrong as well where the scan fits better at the motion
+    /// that the steps around it let expect: odometry that stops or comes late holds the search at a place that looks alike.
     pub(super) fn register_measured(
         &self,
         scan: &QueryScan,
         prediction: &Pose2,
         motion: &MeasuredMotion,
+        as_neighbors: Option<&Pose2>,
     ) -> FrameEstimate {
         let best = self.register_near(scan, prediction, motion);
-        self.agreeing(best, scan, prediction, motion).unwrap_or_else(|failed| {
-            let (best, why) = *failed;
-            self.refutation(scan, prediction).unwrap_or_else(|| placed(best, prediction, why))
-        })
+        match self.agreeing(best, scan, prediction, motion) {
+            Ok(estimate) => as_neighbors
+                .and_then(|expected| self.better_fit(scan, &estimate.T_world_sensor, expected))
+                .unwrap_or(estimate),
+            Err(failed) => {
+                let (best, why) = *failed;
+                self.refutation(scan, prediction).unwrap_or_else(|| placed(best, prediction, why))
+            }
+        }
     }
 
     /// A registration where a motion leads, at the pose that both make most likely; or else why it is not there.
@@ -64,16 +71,19 @@ impl Odometry {
     /// and fits where the robot's motion may have taken it.
     fn refutation(&self, scan: &QueryScan, measured: &Pose2) -> Option<FrameEstimate> {
         let (change, before) = (self.motion_change?, self.last_measured?);
-        let expected = change.after(&self.last_motion);
+        let estimate = self.better_fit(scan, measured, &self.last_motion)?;
+        let off = (before.inverse() * (self.T_world_last.inverse() * estimate.T_world_sensor)).log();
+        change.allows(&off).then_some(estimate)
+    }
+
+    /// The registration where an expected motion leads, if the scan fits better there than at a pose by the measured motion.
+    fn better_fit(&self, scan: &QueryScan, measured: &Pose2, expected: &Pose2) -> Option<FrameEstimate> {
+        let expected = self.motion_change?.after(expected);
         let prediction = self.T_world_last * expected.T_before_sensor;
         let best = self.register_near(scan, &prediction, &expected);
         let estimate = self.agreeing(best, scan, &prediction, &expected).ok()?;
         let fits_there = agrees_as_well(self.map.free_space(scan, measured).agreement(), estimate.registered.agreement);
-        let off = (before.inverse() * (self.T_world_last.inverse() * estimate.T_world_sensor)).log();
-        if fits_there || !change.allows(&off) {
-            return None;
-        }
-        Some(FrameEstimate { instead_of_odometry: Some(expected), ..estimate })
+        (!fits_there).then_some(FrameEstimate { instead_of_odometry: Some(expected), ..estimate })
     }
 
     /// A registration that agrees with the measured motion, at the pose that both make most likely.

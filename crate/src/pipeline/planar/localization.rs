@@ -139,7 +139,7 @@ impl Localization {
         if self.begins_recording[frame] {
             self.odometry.begin_recording();
         }
-        let estimate = self.odometry.register_frame(&scan, self.measured[frame].as_ref());
+        let estimate = self.odometry.register_frame(&scan, self.measured[frame].as_ref(), None);
         // Where the odometry has a gap, registration alone may mislead: the robot is searched for again.
         let is_gap = self.has_odometry && self.measured[frame].is_none();
         let motion = motion(&estimate, &self.T_world_last, self.measured[frame].as_ref()).filter(|_| !is_gap);

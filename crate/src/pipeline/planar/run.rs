@@ -141,7 +141,9 @@ impl Run {
         if recorded.begins_recording {
             self.odometry.begin_recording();
         }
-        let mut estimate = self.odometry.register_frame(&scan, self.chosen_odometry.model.steps[frame].as_ref());
+        let model = &self.chosen_odometry.model;
+        let as_neighbors = model.as_neighbors(frame);
+        let mut estimate = self.odometry.register_frame(&scan, model.steps[frame].as_ref(), as_neighbors.as_ref());
         if let Some(registration) = &mut estimate.registration {
             registration.correspondences = Vec::new();
             registration.trace = registration.trace[..1].to_vec();

@@ -6,7 +6,7 @@ use super::super::FrameEstimate;
 use super::super::motion_noise::isolated;
 use super::OdometryModel;
 use crate::geometry::quantile::MIN_SAMPLE;
-use crate::geometry::{RigidMotion, mahalanobis};
+use crate::geometry::{Pose2, RigidMotion, mahalanobis};
 
 impl OdometryModel {
     /// What is isolated in each step; nothing where a neighbour is missing.
@@ -14,6 +14,17 @@ impl OdometryModel {
         let step = |frame: usize| Some(self.steps.get(frame)?.as_ref()?.T_before_sensor);
         let isolated = |frame: usize| Some(isolated(&step(frame.checked_sub(1)?)?, &step(frame)?, &step(frame + 1)?));
         (0..self.steps.len()).map(|frame| isolated(frame).unwrap_or_default()).collect()
+    }
+
+    /// The motion that the steps before and after one let expect, where that is unlike both beyond its noise.
+    pub fn as_neighbors(&self, frame: usize) -> Option<Pose2> {
+        let step = |frame: usize| self.steps.get(frame)?.as_ref();
+        let measured = step(frame)?;
+        let [before, after] = [frame.checked_sub(1)?, frame + 1].map(step);
+        let isolated = isolated(&before?.T_before_sensor, &measured.T_before_sensor, &after?.T_before_sensor);
+        let off = measured.T_before_sensor.adjoint() * isolated;
+        (mahalanobis::squared(&off, &measured.covariance) > mahalanobis::ONE_IN_HUNDRED)
+            .then(|| measured.T_before_sensor * Pose2::exp(&-isolated))
     }
 
     /// Adds to each step's covariance what is isolated in it, by the share of that which is an error where registrations tell it.

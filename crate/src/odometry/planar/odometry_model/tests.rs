@@ -65,6 +65,16 @@ fn steps_that_are_likely_one_by_one_and_short_together_are_doubted() {
     assert!(estimates.iter().all(|estimate| estimate.link == Link::Registered), "within the noise");
 }
 
+#[test]
+fn a_step_that_comes_late_is_expected_to_be_as_its_neighbours() {
+    let model = measured(&along(&[1.0, 1.0, 1.0, 0.1, 1.9, 1.0, 1.02, 1.0]));
+    let expected: Vec<Option<f64>> =
+        (0..8).map(|frame| model.as_neighbors(frame).map(|step| (100.0 * step.translation.x).round())).collect();
+    assert_eq!(expected, [None, None, None, Some(100.0), Some(100.0), None, None, None]);
+    let turning = measured(&[1.0, 1.0, 0.6, 0.2, 0.2].map(|length| Pose2::new([length, 0.0].into(), 1.0 - length)));
+    assert!((0..5).all(|frame| turning.as_neighbors(frame).is_none()), "a robot that stops and turns");
+}
+
 /// The frames that are doubted after a drive in `steps`.
 fn doubted(steps: &[Pose2], model: &OdometryModel) -> Vec<usize> {
     let mut estimates = chain(steps);
