@@ -4,7 +4,7 @@ import type { Mended } from '../../../package/files/recording.js';
 import type { OpenedRecording } from '../../../package/recording_reader.js';
 import { messageOf } from '../engine/message-of.js';
 import type { InputFile } from '../engine/protocol.js';
-import { type Dataset, hasLog } from './dataset.js';
+import type { Dataset } from './dataset.js';
 import type { Note } from './note.js';
 
 /** Planar scans and what lies beside them, read. */
