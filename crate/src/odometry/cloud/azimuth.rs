@@ -78,12 +78,11 @@ impl AzimuthGuess {
 
     fn compare(&mut self, clouds: &[PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
         self.num_compared += 1;
-        // Neighbours were measured almost at once, so that normals turn with their points.
         let as_they_are = clouds.clone().map(PreparedCloud::from_cloud);
         for (clock, test) in self.clocks.iter().zip(&mut self.tests) {
             let straight = clouds.clone().map(|cloud| {
                 let times = Some(clock.times(&cloud.positions));
-                PreparedCloud::from_cloud(deskew(PointCloud { times, ..cloud }, velocity, 0.0))
+                PreparedCloud::with_normals(deskew(PointCloud { times, ..cloud }, velocity, 0.0), options)
             });
             test.add(straight.each_ref(), as_they_are.each_ref(), motion, options);
         }
