@@ -32,18 +32,21 @@ const AREAS = [
   { kind: 'speed', percent: 40, polygon },
 ];
 
+/** @type {import('../../npm/report/map_mcap.js').PlanarMap['grid']} */
+export const SMALL_GRID = {
+  width: 3,
+  height: 2,
+  resolution: 0.5,
+  origin: [-1, 1.5],
+  grey_values: Uint8Array.of(0, 254, 205, 254, 254, 0),
+};
+
 /** Two scans, of which the first looks along y. */
 const MCAP = {
   trajectory: `# timestamp tx ty tz qx qy qz qw\n1700000000.5 1 2 0 0 0 ${Math.SQRT1_2} ${Math.SQRT1_2}\n1700000002.5 3 2 0 0 0 0 1\n`,
   points: Float32Array.of(1, 3, 0, 2, 4, 2.5),
   sizes: [2, 1],
-  grid: {
-    width: 3,
-    height: 2,
-    resolution: 0.5,
-    origin: [-1, 1.5],
-    grey_values: Uint8Array.of(0, 254, 205, 254, 254, 0),
-  },
+  grid: SMALL_GRID,
 };
 
 /** A square whose last side is 0.2 m too long. */

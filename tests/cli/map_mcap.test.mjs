@@ -6,6 +6,7 @@ import { CdrReader } from '../../npm/bag/cdr.js';
 import { openRecording } from '../../npm/recording_reader.js';
 import { mapMcap } from '../../npm/report/map_mcap.js';
 import { openOne } from './bag_files.mjs';
+import { SMALL_GRID } from './exported_files.mjs';
 
 const HALF = Math.SQRT1_2;
 /** Three scans, of which the second has no place; the first looks along y. */
@@ -13,13 +14,7 @@ const MAP = {
   trajectory: `# timestamp tx ty tz qx qy qz qw\n1700000000.123456789 1.0 2.0 0.0 0.0 0.0 ${HALF} ${HALF}\n1700000001 9 9 0 0 0 0 1\n1700000002.5 3.0 2.0 0.0 0.0 0.0 0.0 1.0\n`,
   points: Float32Array.of(1, 3, 0, 2, 4, 2.5),
   sizes: [2, 0, 1],
-  grid: {
-    width: 3,
-    height: 2,
-    resolution: 0.5,
-    origin: [-1, 1.5],
-    grey_values: Uint8Array.of(0, 254, 205, 254, 254, 0),
-  },
+  grid: SMALL_GRID,
 };
 
 /** The fields before the data. @param {CdrReader} reader */

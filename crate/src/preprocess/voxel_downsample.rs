@@ -7,9 +7,6 @@ use super::voxel_hash::VoxelHash;
 use crate::geometry::{PointCloud, PointTimes};
 use crate::{Error, Result};
 
-/// Points in a voxel, usually: room for so many voxels is made at first.
-const USUAL_POINTS: usize = 4;
-
 /// Sums over the points of a voxel, in double precision since there may be many of them.
 #[derive(Default, Clone)]
 struct Sums {
@@ -43,7 +40,7 @@ pub(crate) fn voxel_downsample_from(cloud: &PointCloud, voxel_size: f64, corner:
     if !(voxel_size > 0.0 && voxel_size.is_finite()) {
         return Err(Error::whole(format!("voxel_size = {voxel_size} m is not positive"), "Give a positive voxel_size"));
     }
-    let mut hash = VoxelHash::with_capacity(voxel_size, cloud.len() / USUAL_POINTS);
+    let mut hash = VoxelHash::new(voxel_size);
     let mut voxels: Vec<Sums> = Vec::new();
     let mut attributes: Vec<Attributes> = Vec::new();
     let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();

@@ -42,11 +42,6 @@ impl VoxelHash {
         Self { voxel_size, numbers: FxHashMap::default() }
     }
 
-    /// The same, with room for so many voxels.
-    pub(crate) fn with_capacity(voxel_size: f64, capacity: usize) -> Self {
-        Self { voxel_size, numbers: FxHashMap::with_capacity_and_hasher(capacity, rustc_hash::FxBuildHasher) }
-    }
-
     /// Side of a voxel (m).
     pub(crate) fn voxel_size(&self) -> f64 {
         self.voxel_size
