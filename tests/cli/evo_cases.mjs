@@ -79,8 +79,10 @@ function estimated(poses, seed, scale) {
 }
 
 /** @param {(pose: Pose, index: number) => (string | number)[]} cells */
-const lines = (cells, separator = ' ') => (/** @type {Pose[]} */ poses) =>
-  poses.map((pose, index) => `${cells(pose, index).join(separator)}\n`).join('');
+const lines =
+  (cells, separator = ' ') =>
+  (/** @type {Pose[]} */ poses) =>
+    poses.map((pose, index) => `${cells(pose, index).join(separator)}\n`).join('');
 const tum = lines(({ t, position, quaternion }) => [EPOCH + t, ...position, ...quaternion]);
 const nanoseconds = (/** @type {number} */ t) => String(BigInt(EPOCH) * 1_000_000_000n + BigInt(Math.round(t * 1e9)));
 const wFirst = ([x = 0, y = 0, z = 0, w = 1]) => [w, x, y, z];
@@ -95,8 +97,7 @@ const mirrored = ({ t, position: [x = 0, y = 0, z = 0], quaternion: [qx = 0, qy 
   position: [x, -y, z],
   quaternion: [-qx, qy, -qz, qw],
 });
-const EUROC =
-  '#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n';
+const EUROC = '#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n';
 
 /** @type {readonly { name: string, isTimed: boolean, write: (poses: Pose[]) => string }[]} */
 const CONVENTIONS = [
@@ -120,15 +121,15 @@ const CONVENTIONS = [
     name: 'euroc.csv',
     isTimed: true,
     write: (poses) =>
-      EUROC +
-      lines(({ t, position, quaternion }) => [nanoseconds(t), ...position, ...wFirst(quaternion)], ',')(poses),
+      EUROC + lines(({ t, position, quaternion }) => [nanoseconds(t), ...position, ...wFirst(quaternion)], ',')(poses),
   },
   { name: 'kitti.txt', isTimed: false, write: lines((pose) => rows(pose).flat()) },
   { name: 'matrices.txt', isTimed: false, write: lines((pose) => [...rows(pose), [0, 0, 0, 1]].flat()) },
   {
     name: 'stacked.txt',
     isTimed: false,
-    write: (poses) => poses.map((pose) => `${[...rows(pose), [0, 0, 0, 1]].map((row) => row.join(' ')).join('\n')}\n`).join(''),
+    write: (poses) =>
+      poses.map((pose) => `${[...rows(pose), [0, 0, 0, 1]].map((row) => row.join(' ')).join('\n')}\n`).join(''),
   },
 ];
 

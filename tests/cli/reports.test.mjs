@@ -18,7 +18,13 @@ const REPORTS = join(DATA, 'reports');
 async function reconstruct(t, ...args) {
   const out = join(temporaryFolder(t), 'out');
   const [path = '', ...options] = args;
-  const { status, stdout, stderr } = await scanstitch(['reconstruct', resolve(REPORTS, path), '--out', out, ...options]);
+  const { status, stdout, stderr } = await scanstitch([
+    'reconstruct',
+    resolve(REPORTS, path),
+    '--out',
+    out,
+    ...options,
+  ]);
   const report = status === 1 ? null : JSON.parse(readFileSync(join(out, 'report.json'), 'utf8'));
   return { status: status ?? -1, said: `${stderr}\n${stdout}`, out, report, frames: report?.frames ?? [] };
 }
@@ -60,7 +66,9 @@ test('far_room/0m moved by up to 1,000 km: the same answer to 1 mm', { skip }, a
     const folder = temporaryFolder(t);
     writeFiles(
       folder,
-      Object.fromEntries(['0.ply', '1.ply'].map((name) => [name, movedCloud(join(REPORTS, 'far_room/0m', name), distance)])),
+      Object.fromEntries(
+        ['0.ply', '1.ply'].map((name) => [name, movedCloud(join(REPORTS, 'far_room/0m', name), distance)]),
+      ),
     );
     const { frames } = await reconstruct(t, folder);
     assert.equal(count(frames, 'good'), 2);
@@ -82,7 +90,10 @@ function movedCloud(path, distance) {
   const end = bytes.indexOf('end_header') + 11;
   const header = bytes.subarray(0, end).toString('latin1').replaceAll('float', 'double');
   const count = (bytes.length - end) / 4;
-  const values = Float64Array.from({ length: count }, (_, i) => bytes.readFloatLE(end + 4 * i) + (i % 3 === 0 ? distance : 0));
+  const values = Float64Array.from(
+    { length: count },
+    (_, i) => bytes.readFloatLE(end + 4 * i) + (i % 3 === 0 ? distance : 0),
+  );
   return Buffer.concat([Buffer.from(header), Buffer.from(values.buffer)]);
 }
 

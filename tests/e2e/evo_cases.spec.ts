@@ -24,7 +24,11 @@ async function figures(evaluation: EvaluationView): Promise<Map<string, Record<s
   const all = await evaluation.view.evaluate((view) => {
     type Session = import('../../www/src/evaluate/session.js').EvaluateSession;
     const { comparisons } = (view as unknown as { session: Session }).session;
-    return comparisons.map(({ name, summary: { statistics, num_errors } }) => ({ name, ...statistics, num: num_errors }));
+    return comparisons.map(({ name, summary: { statistics, num_errors } }) => ({
+      name,
+      ...statistics,
+      num: num_errors,
+    }));
   });
   return new Map(all.map(({ name, ...rest }) => [name, rest]));
 }
