@@ -85,7 +85,7 @@ const lines =
     poses.map((pose, index) => `${cells(pose, index).join(separator)}\n`).join('');
 const tum = lines(({ t, position, quaternion }) => [EPOCH + t, ...position, ...quaternion]);
 const nanoseconds = (/** @type {number} */ t) => String(BigInt(EPOCH) * 1_000_000_000n + BigInt(Math.round(t * 1e9)));
-const wFirst = ([x = 0, y = 0, z = 0, w = 1]) => [w, x, y, z];
+const wFirst = (/** @type {number[]} */ [x = 0, y = 0, z = 0, w = 1]) => [w, x, y, z];
 /** The first three rows of each pose's matrix. @param {Pose} pose */
 const rows = ({ position, quaternion }) => matrixOf(quaternion).map((row, k) => [...row, position[k] ?? 0]);
 /** The sensor turned: from x ahead, y left, z up to another three. @param {number[]} axes */

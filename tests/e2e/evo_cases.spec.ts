@@ -1,9 +1,15 @@
 /** 200 pairs in mixed conventions, dropped on the page with a run open and without: the figures of evo. */
 import type { Page } from '@playwright/test';
+import type { EvaluationSummary } from '../../pkg/scanstitch.js';
 import { EVO_FIGURES, farthestFromEvo, GROUPS } from '../cli/evo_cases.mjs';
 import { EvaluationView } from './evaluation_view.js';
 import { expect, test } from './scanstitch_page.js';
 
+/** What the view keeps of a comparison. */
+interface Comparison {
+  name: string;
+  summary: EvaluationSummary;
+}
 type Options = (typeof GROUPS)[number]['options'][number];
 
 async function choose(evaluation: EvaluationView, page: Page, options: Options): Promise<void> {
@@ -22,8 +28,7 @@ async function choose(evaluation: EvaluationView, page: Page, options: Options):
 /** In full: the table shows six digits. */
 async function figures(evaluation: EvaluationView): Promise<Map<string, Record<string, number>>> {
   const all = await evaluation.view.evaluate((view) => {
-    type Session = import('../../www/src/evaluate/session.js').EvaluateSession;
-    const { comparisons } = (view as unknown as { session: Session }).session;
+    const { comparisons } = (view as unknown as { session: { comparisons: Comparison[] } }).session;
     return comparisons.map(({ name, summary: { statistics, num_errors } }) => ({
       name,
       ...statistics,
