@@ -2,11 +2,11 @@
 /** Inputs made after bug reports, with nothing set: what must come out, and what must be said. */
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { join, resolve } from 'node:path';
 import { test } from 'node:test';
 import { e57Clouds, lasOfLaz } from '../../npm/formats/packed_clouds.js';
 import { lasCloud } from '../../npm/formats/las.js';
-import { DATA, moved, scanstitch, skipWithoutData as skip, temporaryFolder } from './support.mjs';
+import { DATA, moved, scanstitch, skipWithoutData as skip, temporaryFolder, writeFiles } from './support.mjs';
 
 const REPORTS = join(DATA, 'reports');
 
@@ -18,7 +18,13 @@ const REPORTS = join(DATA, 'reports');
 async function reconstruct(t, ...args) {
   const out = join(temporaryFolder(t), 'out');
   const [path = '', ...options] = args;
-  const { status, stdout, stderr } = await scanstitch(['reconstruct', join(REPORTS, path), '--out', out, ...options]);
+  const { status, stdout, stderr } = await scanstitch([
+    'reconstruct',
+    resolve(REPORTS, path),
+    '--out',
+    out,
+    ...options,
+  ]);
   const report = status === 1 ? null : JSON.parse(readFileSync(join(out, 'report.json'), 'utf8'));
   return { status: status ?? -1, said: `${stderr}\n${stdout}`, out, report, frames: report?.frames ?? [] };
 }
@@ -50,6 +56,45 @@ for (const distance of [0, 20, 60]) {
     near(Math.hypot(...corner.map((value, i) => value - ([distance + 0.25, 0.12, 0][i] ?? 0))), 0, 2e-3, 'the corner');
     near(2 * Math.acos(pose.qw), (6 * Math.PI) / 180, 2e-4, 'the turn');
   });
+}
+
+/** The points of the pair at its origin, which are those of a sensor, and moved: the turn and the place of the corner, m. */
+test('far_room/0m moved by up to 1,000 km: the same answer to 1 mm', { skip }, async (t) => {
+  /** @type {number[][]} */
+  const corners = [];
+  for (const distance of [0, 20, 60, 1000, 1e6]) {
+    const folder = temporaryFolder(t);
+    writeFiles(
+      folder,
+      Object.fromEntries(
+        ['0.ply', '1.ply'].map((name) => [name, movedCloud(join(REPORTS, 'far_room/0m', name), distance)]),
+      ),
+    );
+    const { frames } = await reconstruct(t, folder);
+    assert.equal(count(frames, 'good'), 2);
+    const { T_world_sensor: pose } = /** @type {Frame} */ (frames[1]);
+    const corner = moved(pose, [distance, 0, 0]).map((value, i) => value - (i === 0 ? distance : 0));
+    corners.push(corner);
+    near(2 * Math.acos(pose.qw), (6 * Math.PI) / 180, 2e-4, `the turn at ${distance} m`);
+  }
+  for (const [x = NaN, y = NaN, z = NaN] of corners) {
+    const [first = []] = corners;
+    near(Math.hypot(x - (first[0] ?? 0), y - (first[1] ?? 0), z - (first[2] ?? 0)), 0, 1e-3, 'beside the one at 0 m');
+    near(Math.hypot(x - 0.25, y - 0.12, z), 0, 2e-3, 'beside the truth');
+  }
+});
+
+/** Points of single precision, moved along x, in double precision. @param {string} path @param {number} distance m */
+function movedCloud(path, distance) {
+  const bytes = readFileSync(path);
+  const end = bytes.indexOf('end_header') + 11;
+  const header = bytes.subarray(0, end).toString('latin1').replaceAll('float', 'double');
+  const count = (bytes.length - end) / 4;
+  const values = Float64Array.from(
+    { length: count },
+    (_, i) => bytes.readFloatLE(end + 4 * i) + (i % 3 === 0 ? distance : 0),
+  );
+  return Buffer.concat([Buffer.from(header), Buffer.from(values.buffer)]);
 }
 
 const OTHER_UNIT = /--set cloud_unit=NUMBER/;

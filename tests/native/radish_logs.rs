@@ -57,7 +57,7 @@ fn share_good(reconstruction: &Reconstruction) -> f64 {
 }
 
 #[test]
-fn the_wheels_poses_in_the_raw_aces_log_are_used_and_its_loops_close() {
+fn the_wheels_poses_in_the_raw_aces_log_are_used_its_loops_close_and_its_driven_cells_are_free() {
     let Some(folder) = shared_data(LOGS) else { return };
     let log = read_log(&folder, "aces.clf");
     let reconstruction = run_log(&folder, "aces.clf", &log, None);
@@ -68,6 +68,7 @@ fn the_wheels_poses_in_the_raw_aces_log_are_used_and_its_loops_close() {
     assert!(share_wrong(&errors) == 0.0 && share_good(&reconstruction) > 0.8);
     let notes = reconstruction.result().notes;
     assert!(notes.iter().any(|note| note.contains("wheels' own")), "{notes:?}");
+    driven_grid::check("aces", reconstruction);
 }
 
 #[test]

@@ -200,10 +200,10 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
             }
         }
         for (factor, unit) in units {
-            if overlaps(first / factor, last / factor) {
+            if overlaps(first / factor, last / factor) && is_part(length / factor, duration) {
                 return remedy("estimate", unit, factor);
             }
-            if overlaps(first * factor, last * factor) && first * factor > 1e6 {
+            if overlaps(first * factor, last * factor) && first * factor > 1e6 && is_part(length * factor, duration) {
                 return remedy("reference", unit, factor);
             }
         }
@@ -214,6 +214,13 @@ fn guess((low, high): (f64, f64), (first, last): (f64, f64), offset: f64) -> Str
 /// Whether two durations differ by at most a fifth.
 fn are_similar(a: f64, b: f64) -> bool {
     a > 0.0 && b > 0.0 && (a / b).max(b / a) <= 1.2
+}
+
+/// Whether a recording of one duration may be a part of one of the other: of seconds and days, hardly.
+fn is_part(a: f64, b: f64) -> bool {
+    /// The units in question differ by a thousand: half of that, as a logarithm, is nearer to none of them.
+    const MAX_RATIO: f64 = 31.6;
+    (a / b).max(b / a) <= MAX_RATIO
 }
 
 /// A clause about times that go back and times that are repeated; `None` where there are none.

@@ -10,28 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::Pose3;
 use crate::geometry::pose_distance::pose_distance;
 use crate::geometry::quantile::quantile;
+pub use crate::io::trajectory::QuaternionOrder;
 use crate::io::trajectory::{Trajectory, TrajectoryFormat};
-
-/// Order of a quaternion's numbers in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
-pub enum QuaternionOrder {
-    /// qx qy qz qw, as TUM writes it.
-    RealPartLast,
-    /// qw qx qy qz, as EuRoC and Habitat write it.
-    RealPartFirst,
-}
-
-impl QuaternionOrder {
-    /// The other one.
-    pub(super) fn other(self) -> Self {
-        match self {
-            Self::RealPartLast => Self::RealPartFirst,
-            Self::RealPartFirst => Self::RealPartLast,
-        }
-    }
-}
 
 /// Directions of a sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

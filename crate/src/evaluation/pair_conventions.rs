@@ -55,10 +55,19 @@ impl Reading {
         usize::from(self.order.is_some()) + usize::from(self.is_inverted) + usize::from(self.mirrored_axis.is_some())
     }
 
-    /// All of a file with quaternions or without, mirrored as well or not.
-    fn all(has_quaternions: bool, may_be_mirrored: bool) -> Vec<Self> {
-        let orders =
-            [QuaternionOrder::RealPartFirst, QuaternionOrder::RealPartLast].into_iter().filter(|_| has_quaternions);
+    /// How much it changes of what the file says: the order of named columns is a claim as much as their use.
+    fn cost(self, file: &Trajectory) -> usize {
+        let is_named = file.quaternion_columns.is_some_and(|columns| columns.is_named);
+        self.num_changes() + usize::from(is_named && self.order.is_some())
+    }
+
+    /// All of a file, mirrored as well or not.
+    fn all(file: &Trajectory, may_be_mirrored: bool) -> Vec<Self> {
+        let has_quaternions = file.rotation_matrices.is_none() && file.headings.is_none();
+        let is_other = |order: &QuaternionOrder| file.quaternion_columns.is_none_or(|read| *order != read.order);
+        let orders = [QuaternionOrder::RealPartFirst, QuaternionOrder::RealPartLast]
+            .into_iter()
+            .filter(|order| has_quaternions && is_other(order));
         let with_order = orders.map(|order| Self { order: Some(order), ..Self::default() });
         let mut readings: Vec<Self> = std::iter::once(Self::default()).chain(with_order).collect();
         let doubled = |readings: &[Self], change: fn(Self) -> Self| -> Vec<Self> {
@@ -122,15 +131,14 @@ struct Hypothesis {
 
 fn by_motions(reference: &Path, estimate: &Path, files: [&Trajectory; 2]) -> Option<Agreed> {
     let motions = Motions::of(reference.len())?;
-    let [of_reference, of_estimate] = files.map(|file| file.rotation_matrices.is_none() && file.headings.is_none());
-    let mut readings: Vec<[Reading; 2]> = Reading::all(of_reference, false)
+    let mut readings: Vec<[Reading; 2]> = Reading::all(files[0], false)
         .into_iter()
-        .flat_map(|first| Reading::all(of_estimate, true).into_iter().map(move |second| [first, second]))
+        .flat_map(|first| Reading::all(files[1], true).into_iter().map(move |second| [first, second]))
         // The inverses of both would also explain two sensors that are mounted on one body anyhow.
         .filter(|[first, second]| !(first.is_inverted && second.is_inverted))
         .collect();
     // The fewest changes first; a stable sort leaves the estimate's before the reference's.
-    readings.sort_by_key(|pair| pair.iter().map(|reading| reading.num_changes()).sum::<usize>());
+    readings.sort_by_key(|pair| pair[0].cost(files[0]) + pair[1].cost(files[1]));
     let read = |path: &Path, reading: Reading| Motions::between(&reading.of(&motions.sampled(path)));
     let mut best: Option<Hypothesis> = None;
     let (mut as_read, mut size) = (0.0, 0.0);

@@ -49,6 +49,15 @@ fn broken_files_are_told_by_place_and_reason() {
 }
 
 #[test]
+fn vertices_without_properties_are_refused_in_a_whole_sentence() {
+    let file = b"ply\nformat ascii 1.0\nelement vertex 2\nend_header\n\n\n";
+    assert_eq!(
+        read(file).unwrap_err().to_string(),
+        "line 3: The header declares no properties of the vertices. Points need x, y and z, or x and y for a scan in the plane."
+    );
+}
+
+#[test]
 fn points_that_are_no_numbers_are_kept() {
     let cloud = read(&own_data("nan.ply")).unwrap();
     let finite: Vec<bool> = cloud.positions.iter().map(|position| position.is_finite()).collect();

@@ -30,6 +30,11 @@ import { columnsOf, formatValue } from './table.js';
 type Alignment = NonNullable<EvaluationOptions['alignment']>;
 const NO_COMPARISONS: readonly Comparison[] = [];
 
+/** Whether the motions agree; of too few to tell, whether there are as many poses. */
+function isOfOneRecording({ summary: { motions_agree, num_reference, num_estimate } }: Comparison): boolean {
+  return motions_agree ?? num_reference === num_estimate;
+}
+
 /** A file beside the trajectories, which can be taken away. */
 export type AuxiliaryId = 'times' | 'relations' | 'clouds';
 
@@ -278,8 +283,7 @@ export class EvaluateSession extends Session<Clients> {
   #leavesRun({ comparisons, referenceProblem }: Result): boolean {
     const dropped = referenceProblem === null ? this.#dropped : [];
     this.#dropped = [];
-    const belongs = (id: number): boolean =>
-      comparisons.some((one) => one.id === id && one.summary.motions_agree !== false);
+    const belongs = (id: number): boolean => comparisons.some((one) => one.id === id && isOfOneRecording(one));
     const isReferenceDropped = dropped.includes(this.choices.referenceId);
     if (dropped.length === 0 || (isReferenceDropped ? belongs(this.runId) : dropped.some(belongs))) return false;
     const ofRun = this.#ofRun;

@@ -40,7 +40,11 @@ impl Layout {
         let find = |name| find(vertex, name);
         let coordinate = |name| {
             find(name)?.ok_or_else(|| {
-                let problem = format!("The vertices have no number called {name}, only {}", vertex.property_names());
+                let problem = if vertex.properties.is_empty() {
+                    "The header declares no properties of the vertices".to_owned()
+                } else {
+                    format!("The vertices have no number called {name}, only {}", vertex.property_names())
+                };
                 Error::line(vertex.line, problem, "Points need x, y and z, or x and y for a scan in the plane")
             })
         };

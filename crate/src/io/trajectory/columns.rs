@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-use super::{Trajectory, nothing};
+use super::{QuaternionColumns, QuaternionOrder, Trajectory, nothing};
 use crate::geometry::Pose3;
 use crate::geometry::quantile::quantile;
 use crate::geometry::rotation::{ROTATION_TOLERANCE, nearest_rotation, rotation_defect};
@@ -234,6 +234,8 @@ impl Builder {
         }
         if let Some([w, x, y, z]) = table.quaternion {
             let quaternion = Quaternion::new(value(w), value(x), value(y), value(z));
+            let order = if w < x { QuaternionOrder::RealPartFirst } else { QuaternionOrder::RealPartLast };
+            self.trajectory.quaternion_columns = Some(QuaternionColumns { order, is_named: table.is_named });
             let columns = [w, x, y, z].iter().fold((usize::MAX, 0), |(low, high), &c| (low.min(c), high.max(c)));
             self.push_quaternion(quaternion, columns, table.words, fault)?;
         } else if let Some(column) = table.heading {

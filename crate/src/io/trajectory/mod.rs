@@ -41,6 +41,36 @@ use rows::{Row, rows};
 pub use matrices::matrix_text;
 pub use tum::{read_tum, tum_text};
 
+/// Order of a quaternion's numbers in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(target_arch = "wasm32", derive(tsify::Tsify))]
+pub enum QuaternionOrder {
+    /// qx qy qz qw, as TUM writes it.
+    RealPartLast,
+    /// qw qx qy qz, as EuRoC and Habitat write it.
+    RealPartFirst,
+}
+
+impl QuaternionOrder {
+    /// The other one.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::RealPartLast => Self::RealPartFirst,
+            Self::RealPartFirst => Self::RealPartLast,
+        }
+    }
+}
+
+/// How the quaternions of a file were read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct QuaternionColumns {
+    /// Their order.
+    pub order: QuaternionOrder,
+    /// Whether the file names its columns.
+    pub is_named: bool,
+}
+
 /// Positions over time, or over the frames of a recording, with what the file gave along with them.
 ///
 /// `stamps`, `orientations` and `rotation_matrices` are either absent or as long as `positions`. Everything is finite.
@@ -53,6 +83,8 @@ pub struct Trajectory {
     pub positions: Vec<Vector3<f64>>,
     /// Orientations of the sensor in the world.
     pub orientations: Option<Vec<UnitQuaternion<f64>>>,
+    /// How the file's quaternions were read, where it has such.
+    pub quaternion_columns: Option<QuaternionColumns>,
     /// The orientations as the file wrote them, where it holds matrices. Rounded to seven digits they are not quite
     /// rotations; errors that are to agree with other programs' to the last digit are computed from them as they are.
     pub rotation_matrices: Option<Vec<Matrix3<f64>>>,
@@ -209,7 +241,8 @@ pub fn read_frames(files: &[(&str, &[u8])]) -> Result<Contents> {
             let problem = format!("The file has {} poses", one.trajectory.len());
             return Err(Error::whole(problem, "Of several files, each holds the pose of one frame").in_file(name));
         }
-        let Trajectory { positions, orientations, rotation_matrices, .. } = one.trajectory;
+        let Trajectory { positions, orientations, rotation_matrices, quaternion_columns, .. } = one.trajectory;
+        all.quaternion_columns = quaternion_columns;
         all.positions.extend(positions);
         if let Some(orientations) = orientations {
             all.orientations.get_or_insert_default().extend(orientations);
