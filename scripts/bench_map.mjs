@@ -34,7 +34,12 @@ function show({ numScans, numBeams, size }) {
   const [room, door] = [8, 1.5];
   const random = (/** @type {number} */ i) => (Math.abs(Math.sin(i * 12.9898) * 43758.5453) % 1) - 0.5;
   /** Way to the next wall across one axis that has no door there, at most 30 m. */
-  const way = (/** @type {number} */ at, /** @type {number} */ by, /** @type {number} */ side, /** @type {number} */ sideBy) => {
+  const way = (
+    /** @type {number} */ at,
+    /** @type {number} */ by,
+    /** @type {number} */ side,
+    /** @type {number} */ sideBy,
+  ) => {
     if (Math.abs(by) < 1e-6) return 30;
     for (let wall = by > 0 ? Math.floor(at / room) + 1 : Math.ceil(at / room) - 1; ; wall += Math.sign(by)) {
       const along = (wall * room - at) / by;
@@ -95,6 +100,7 @@ async function move({ name, num }) {
   let before = await new Promise(requestAnimationFrame);
   for (let i = 0; i < num; i++) {
     step(i);
+    await map.updateComplete;
     const now = await new Promise(requestAnimationFrame);
     intervals.push(now - before);
     before = now;

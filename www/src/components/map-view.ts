@@ -75,6 +75,7 @@ export class ScanstitchMap extends FlatMap {
   private turns: Turns | null = null;
   private mapCanvas: MapCanvas | null = null;
   private lastMotion = Number.NEGATIVE_INFINITY;
+  private lastPainted = 0;
   private restTimer: ReturnType<typeof setTimeout> | undefined;
   private hasNewPoints = false;
 
@@ -108,6 +109,8 @@ export class ScanstitchMap extends FlatMap {
       if (!this.isMoved) this.fit();
     }
     const previous = changed.get('marks');
+    if (changed.has('marks') && !changed.has('points') && previous?.until !== this.marks.until)
+      this.lastMotion = performance.now();
     const repaint =
       changed.has('points') ||
       changed.has('dark') ||
@@ -226,7 +229,9 @@ export class ScanstitchMap extends FlatMap {
   }
 
   paint(): void {
-    const isInMotion = performance.now() - this.lastMotion < REST_MS;
+    const now = performance.now();
+    const isInMotion = this.lastMotion > this.lastPainted || now - this.lastMotion < REST_MS;
+    this.lastPainted = now;
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
     this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);
