@@ -109,13 +109,14 @@ export class ScanstitchMap extends FlatMap {
       if (!this.isMoved) this.fit();
     }
     const previous = changed.get('marks');
-    if (changed.has('marks') && !changed.has('points') && previous?.until !== this.marks.until)
-      this.lastMotion = performance.now();
+    const isSlid = changed.has('marks') && previous?.until !== this.marks.until;
+    if (isSlid && !changed.has('points')) this.lastMotion = performance.now();
     const repaint =
       changed.has('points') ||
       changed.has('dark') ||
       changed.has('colors') ||
-      (changed.has('marks') && (previous?.until !== this.marks.until || previous?.selected !== this.marks.selected));
+      isSlid ||
+      (changed.has('marks') && previous?.selected !== this.marks.selected);
     if (repaint) this.mapCanvas?.invalidate();
     this.requestPaint();
   }

@@ -13,10 +13,8 @@ import {
   paintAxes,
   paintBefore,
   paintGrid,
-  paintPairs,
   paintReference,
   paintScaleBar,
-  paintUndetermined,
 } from './map-painter.js';
 import { paintTrajectory } from './path-painter.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
@@ -41,12 +39,15 @@ export interface MapContent {
 /** All points are painted afresh for every picture while that takes at most this long. */
 const PAINT_BUDGET_MS = 7;
 
+/** Once a scan has had marks of its own; null: they could not be loaded. */
+let selectedMarks: typeof import('./selected-marks.js') | null | undefined;
+
 export class MapCanvas {
   readonly canvas: HTMLCanvasElement;
   #size: Size = { width: 0, height: 0 };
   #pixelRatio = 1;
   #layer = document.createElement('canvas');
-  /** The path over points that are slow to paint, for the same view. */
+  /** The path, for the same view. */
   #path = document.createElement('canvas');
   #layerImage: ImageData | null = null;
   #layerView: Viewport | null = null;
@@ -79,7 +80,7 @@ export class MapCanvas {
 
   /**
    * Paints the map. `isInMotion`: another picture follows at once; if the points are slow to paint, their last picture is
-   * moved instead, or some are left out. Returns whether all points were painted for this view.
+   * moved instead, or some are left out. Returns whether all was painted for this view.
    */
   paint(content: MapContent, view: Viewport, isInMotion: boolean): boolean {
     if (content.points.offsets.length <= 1) {
@@ -92,8 +93,11 @@ export class MapCanvas {
     const isKept = isMovable && (isSlow || (this.#stride === 1 && sameView(shown, view)));
     if (!isKept) this.#paintLayer(content, view, isSlow ? Math.ceil(this.#layerMs / PAINT_BUDGET_MS) : 1);
     const isMoved = !sameView(this.#layerView ?? view, view);
+    const isWhole = (!content.marks.undetermined && !content.marks.pairs) || selectedMarks !== undefined;
+    if (!isWhole)
+      import('./selected-marks.js').then((loaded) => (selectedMarks = loaded)).catch(() => (selectedMarks = null));
     this.#compose(content, view, isMoved);
-    return this.#stride === 1 && !isMoved;
+    return isWhole && this.#stride === 1 && !isMoved;
   }
 
   /** Without frames there are no grid and no axes. */
@@ -167,19 +171,19 @@ export class MapCanvas {
 
     if (before && layers.path) paintBefore(ctx, size, view, before, theme);
     if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
-    if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
+    if (marks.pairs) selectedMarks?.paintPairs(ctx, size, view, marks.pairs, theme);
     if (layers.path) {
-      const isKept = this.#layerMs > PAINT_BUDGET_MS;
-      const to = isKept ? context2d(this.#path) : ctx;
-      if (isKept && !isMoved) {
-        to.setTransform(ctx.getTransform());
-        to.clearRect(0, 0, size.width, size.height);
+      if (!isMoved) {
+        const path = context2d(this.#path);
+        path.setTransform(ctx.getTransform());
+        path.clearRect(0, 0, size.width, size.height);
+        paintTrajectory(path, size, view, marks, colors, theme, only);
       }
-      if (!isMoved) paintTrajectory(to, size, view, marks, colors, theme, only);
-      if (isKept) drawKept(this.#path);
+      drawKept(this.#path);
     }
     const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
-    if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
+    if (selected && marks.undetermined)
+      selectedMarks?.paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
     paintScaleBar(ctx, size, view, theme);
     paintAxes(ctx, size, view, theme);
   }

@@ -95,26 +95,28 @@ function paintPath(
   isShown: (frame: number) => boolean,
 ): void {
   const [certain, uncertain] = [new Path2D(), new Path2D()];
-  // The last place that was drawn to.
-  let [fromX, fromY] = [Number.NaN, Number.NaN];
-  let goesOn = false;
+  // What was drawn last, and to where.
+  let last: Path2D | null = null;
+  let [fromX, fromY] = [0, 0];
   poses.forEach((pose, i) => {
     if (!isShown(i)) return;
     const x = toScreenX(view, size, pose.x, pose.y);
     const y = toScreenY(view, size, pose.x, pose.y);
-    const isUncertain = uncertainLinks[i] ?? false;
-    const isShort = Math.abs(x - fromX) + Math.abs(y - fromY) < MIN_LINK;
-    // A link of which nothing ends here can be drawn with the next one.
-    const isLast = i + 1 >= poses.length || (uncertainLinks[i + 1] ?? false) || !isShown(i + 1);
-    if (i > 0 && isShown(i - 1) && !Number.isNaN(fromX)) {
-      if (!isUncertain && !isLast && isShort && poses.length > LONG_RUN) return;
-      const links = isUncertain ? uncertain : certain;
-      if (isUncertain || !goesOn) links.moveTo(fromX, fromY);
+    if (i > 0 && isShown(i - 1)) {
+      const links = uncertainLinks[i] ? uncertain : certain;
+      // Drawn with the next link.
+      if (
+        links === last &&
+        poses.length > LONG_RUN &&
+        i + 1 < poses.length &&
+        !uncertainLinks[i + 1] === !uncertainLinks[i] &&
+        Math.abs(x - fromX) + Math.abs(y - fromY) < MIN_LINK
+      )
+        return;
+      if (links !== last) links.moveTo(fromX, fromY);
       links.lineTo(x, y);
-      goesOn = !isUncertain;
-    } else {
-      goesOn = false;
-    }
+      last = links;
+    } else last = null;
     [fromX, fromY] = [x, y];
   });
   const stroke = (links: Path2D, color: string, width: number): void => {

@@ -47,7 +47,9 @@ impl Slide {
         });
         let mut weighed: Vec<(Vector2<f64>, f64)> = compared.collect();
         let largest = weighed.iter().fold(f64::MIN, |largest, (_, log)| largest.max(*log));
-        weighed.iter_mut().for_each(|(_, weight)| *weight = (*weight - largest).exp());
+        for (_, weight) in &mut weighed {
+            *weight = (*weight - largest).exp();
+        }
         let sum: f64 = weighed.iter().map(|(_, weight)| weight).sum();
         let mean = weighed.iter().map(|(off, weight)| off * *weight).sum::<Vector2<f64>>() / sum;
         let variance = weighed.iter().map(|(off, weight)| weight * (off.x - mean.x).powi(2)).sum::<f64>() / sum;
