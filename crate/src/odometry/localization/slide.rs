@@ -124,3 +124,45 @@ fn axes(refined: &Refined) -> Matrix2<f64> {
 fn in_frame(direction: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(0.0, direction.x, direction.y)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::occupancy_grid::{OccupancyGrid, RESOLUTION};
+    use crate::odometry::localization::refine::refine;
+    use crate::preprocess::planar_scan::PlanarScan;
+
+    /// Returns from the rough walls of a corridor along x, 2 m wide; with doors' frames every metre and a half where it is not bare.
+    fn ends_from(at: f64, is_bare: bool) -> Vec<Vector2<f64>> {
+        let rough = |x: f64| 0.03 * (37.0 * x).sin() * (11.0 * x).cos();
+        let frame = |x: f64| if is_bare || (x / 1.5).fract().abs() > 0.2 { 0.0 } else { 0.15 };
+        let seen = (-80..=80).map(|step| at + 0.05 * f64::from(step));
+        seen.flat_map(|x| [1.0, -1.0].map(|side| Vector2::new(x - at, side * (1.0 - frame(x)) + rough(x)))).collect()
+    }
+
+    /// The standard deviation along the corridor of a scan that is registered in its map, known before to 0.2 m.
+    fn sigma_along(is_bare: bool) -> f64 {
+        let places = [-4.0, -2.0, 0.0, 2.0, 4.0];
+        let scans = places.map(|x| PlanarScan::new(ends_from(x, is_bare)));
+        let placed: Vec<_> =
+            scans.iter().zip(places).map(|(scan, x)| (scan, Pose2::new(Vector2::new(x, 0.0), 0.0))).collect();
+        let grid = OccupancyGrid::new(&placed, &[], RESOLUTION);
+        let field = MapField::new(&grid);
+        let model = BeamModel::of(&field);
+        let beam = |end: &Vector2<f64>| Beam { origin: Vector2::zeros(), end: *end };
+        let beams: Vec<Beam> = ends_from(0.7, is_bare).iter().step_by(3).map(beam).collect();
+        let pose = grid.T_world_grid().inverse() * Pose2::new(Vector2::new(0.7, 0.0), 0.0);
+        let information = Matrix3::from_diagonal(&Vector3::new(1e4, 25.0, 25.0));
+        let prior = Prior { pose, information };
+        let refined = refine(&field, &model, &beams, &pose, Some(&prior));
+        let slide = Slide::of(&field, &model, &beams, &refined, &prior);
+        slide.widened(&inverse(&(refined.information + information)))[(1, 1)].sqrt()
+    }
+
+    #[test]
+    fn rough_walls_of_a_bare_corridor_tell_nothing_of_the_position_along_it() {
+        let (bare, framed) = (sigma_along(true), sigma_along(false));
+        assert!(bare > 0.1, "a bare corridor: {bare}");
+        assert!(framed < 0.05, "with frames: {framed}");
+    }
+}
