@@ -138,13 +138,6 @@ fn run(localization: &mut Localization, truth: impl Fn(usize) -> Option<Pose2>) 
         score.good += 1;
         let Some((place, truth)) = scan.place.zip(truth(frame)) else { continue };
         let off = offset(&place, &truth);
-        if std::env::var("DBG").is_ok() {
-            let (s, c) = truth.rotation.angle().sin_cos();
-            let cov = Matrix3::from_row_slice(&place.covariance);
-            let r = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
-            let (lo, lc) = (r * off, r * cov * r.transpose());
-            eprintln!("OFF {frame} {:.3} {:.3} {:.4} sig {:.4} {:.4} {:.4} agree {:.2}", lo.x, lo.y, lo.z, lc[(0,0)].sqrt(), lc[(1,1)].sqrt(), lc[(2,2)].sqrt(), scan.agreement);
-        }
         if is_wrong(&off) {
             score.wrong += 1;
             score.worst = score.worst.max(off.xy().norm());
