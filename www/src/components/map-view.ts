@@ -75,6 +75,7 @@ export class ScanstitchMap extends FlatMap {
   private turns: Turns | null = null;
   private mapCanvas: MapCanvas | null = null;
   private lastMotion = Number.NEGATIVE_INFINITY;
+  private lastPainted = 0;
   private restTimer: ReturnType<typeof setTimeout> | undefined;
   private hasNewPoints = false;
 
@@ -108,11 +109,14 @@ export class ScanstitchMap extends FlatMap {
       if (!this.isMoved) this.fit();
     }
     const previous = changed.get('marks');
+    const isSlid = changed.has('marks') && previous?.until !== this.marks.until;
+    if (isSlid && !changed.has('points')) this.lastMotion = performance.now();
     const repaint =
       changed.has('points') ||
       changed.has('dark') ||
       changed.has('colors') ||
-      (changed.has('marks') && (previous?.until !== this.marks.until || previous?.selected !== this.marks.selected));
+      isSlid ||
+      (changed.has('marks') && previous?.selected !== this.marks.selected);
     if (repaint) this.mapCanvas?.invalidate();
     this.requestPaint();
   }
@@ -226,7 +230,9 @@ export class ScanstitchMap extends FlatMap {
   }
 
   paint(): void {
-    const isInMotion = performance.now() - this.lastMotion < REST_MS;
+    const now = performance.now();
+    const isInMotion = this.lastMotion > this.lastPainted || now - this.lastMotion < REST_MS;
+    this.lastPainted = now;
     const isExact = this.mapCanvas?.paint(this.content(), this.view, isInMotion) ?? true;
     this.layer?.paint(context2d(this.canvas), this.surface.size, this.view, this.dark);
     clearTimeout(this.restTimer);

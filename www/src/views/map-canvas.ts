@@ -1,6 +1,7 @@
 /**
  * The map on a canvas. Points are painted into a layer of their own, which is kept while only the marks over it change.
- * While the user moves a map that is slow to paint, the layer is moved instead of painted again.
+ * While the user moves a map that is slow to paint, the layer is moved instead of painted again; while the slider moves, fewer of
+ * its points are painted.
  */
 import { context2d } from './canvas.js';
 import {
@@ -12,10 +13,8 @@ import {
   paintAxes,
   paintBefore,
   paintGrid,
-  paintPairs,
   paintReference,
   paintScaleBar,
-  paintUndetermined,
 } from './map-painter.js';
 import { paintTrajectory } from './path-painter.js';
 import { type OccupancyPicture, paintOccupancy } from './occupancy.js';
@@ -37,17 +36,25 @@ export interface MapContent {
   dark: boolean;
 }
 
-/** The points are painted afresh for every picture while that takes at most this long. */
+/** All points are painted afresh for every picture while that takes at most this long. */
 const PAINT_BUDGET_MS = 7;
+
+/** Once a scan has had marks of its own; null: they could not be loaded. */
+let selectedMarks: typeof import('./selected-marks.js') | null | undefined;
 
 export class MapCanvas {
   readonly canvas: HTMLCanvasElement;
   #size: Size = { width: 0, height: 0 };
   #pixelRatio = 1;
   #layer = document.createElement('canvas');
+  /** The path, for the same view. */
+  #path = document.createElement('canvas');
   #layerImage: ImageData | null = null;
   #layerView: Viewport | null = null;
   #isLayerStale = true;
+  /** Of so many points of the layer one is painted, ... */
+  #stride = 1;
+  /** ... and so long all would take. */
   #layerMs = 0;
 
   constructor(canvas: HTMLCanvasElement = document.createElement('canvas')) {
@@ -58,7 +65,7 @@ export class MapCanvas {
   resize(size: Size, pixelRatio: number): void {
     this.#size = size;
     this.#pixelRatio = pixelRatio;
-    for (const canvas of [this.canvas, this.#layer]) {
+    for (const canvas of [this.canvas, this.#layer, this.#path]) {
       canvas.width = Math.max(Math.round(size.width * pixelRatio), 1);
       canvas.height = Math.max(Math.round(size.height * pixelRatio), 1);
     }
@@ -73,7 +80,7 @@ export class MapCanvas {
 
   /**
    * Paints the map. `isInMotion`: another picture follows at once; if the points are slow to paint, their last picture is
-   * moved instead. Returns whether the points were painted for this view.
+   * moved instead, or some are left out. Returns whether all was painted for this view.
    */
   paint(content: MapContent, view: Viewport, isInMotion: boolean): boolean {
     if (content.points.offsets.length <= 1) {
@@ -82,11 +89,15 @@ export class MapCanvas {
     }
     const shown = this.#layerView;
     const isMovable = shown !== null && !this.#isLayerStale && shown.turns === view.turns;
-    const isExact = isMovable && sameView(shown, view);
-    const mayMove = isMovable && isInMotion && this.#layerMs > PAINT_BUDGET_MS;
-    if (!isExact && !mayMove) this.#paintLayer(content, view);
-    this.#compose(content, view);
-    return isExact || !mayMove;
+    const isSlow = isInMotion && this.#layerMs > PAINT_BUDGET_MS;
+    const isKept = isMovable && (isSlow || (this.#stride === 1 && sameView(shown, view)));
+    if (!isKept) this.#paintLayer(content, view, isSlow ? Math.ceil(this.#layerMs / PAINT_BUDGET_MS) : 1);
+    const isMoved = !sameView(this.#layerView ?? view, view);
+    const isWhole = (!content.marks.undetermined && !content.marks.pairs) || selectedMarks !== undefined;
+    if (!isWhole)
+      import('./selected-marks.js').then((loaded) => (selectedMarks = loaded)).catch(() => (selectedMarks = null));
+    this.#compose(content, view, isMoved);
+    return isWhole && this.#stride === 1 && !isMoved;
   }
 
   /** Without frames there are no grid and no axes. */
@@ -97,7 +108,11 @@ export class MapCanvas {
     this.#isLayerStale = true;
   }
 
-  #paintLayer({ points, marks, colors: frameColors, before, only, dark }: MapContent, view: Viewport): void {
+  #paintLayer(
+    { points, marks, colors: frameColors, before, only, dark }: MapContent,
+    view: Viewport,
+    stride: number,
+  ): void {
     const start = performance.now();
     const { width, height } = this.#layer;
     this.#layerImage ??= new ImageData(width, height);
@@ -109,26 +124,31 @@ export class MapCanvas {
     if (before) {
       const numBefore = before.points.offsets.length - 1;
       const grey = new Uint32Array(numBefore).fill(packColor((dark ? DARK_MAP : LIGHT_MAP).before));
-      const style = { colors: grey, diameter };
+      const style = { colors: grey, diameter, stride };
       paintPoints(pixels, device, view, this.#pixelRatio, before.points, 0, numBefore, style);
     }
-    const paint = (first: number, last: number, size: number): void =>
-      paintPoints(pixels, device, view, this.#pixelRatio, points, first, last, { colors, diameter: size });
+    const paint = (first: number, last: number, diameter: number, stride: number): void =>
+      paintPoints(pixels, device, view, this.#pixelRatio, points, first, last, { colors, diameter, stride });
     const until = Math.min(marks.until, points.offsets.length - 1);
-    if (!only) paint(0, until, diameter);
-    for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter);
+    if (!only) paint(0, until, diameter, stride);
+    for (const frame of only ?? []) if (frame < until) paint(frame, frame + 1, diameter, stride);
     const { selected } = marks;
     if (selected !== null && selected < marks.until) {
       colors[selected] = packColor((dark ? DARK_MAP : LIGHT_MAP).selected);
-      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio));
+      paint(selected, selected + 1, Math.max(diameter * 1.25, diameter + this.#pixelRatio), 1);
     }
     context2d(this.#layer).putImageData(this.#layerImage, 0, 0);
     this.#layerView = view;
     this.#isLayerStale = false;
-    this.#layerMs = performance.now() - start;
+    this.#stride = stride;
+    this.#layerMs = stride * (performance.now() - start);
   }
 
-  #compose({ marks, colors, layers, before, only, occupancy, dark }: MapContent, view: Viewport): void {
+  #compose(
+    { marks, colors, layers, before, only, occupancy, dark }: MapContent,
+    view: Viewport,
+    isMoved: boolean,
+  ): void {
     const size = this.#size;
     const theme = dark ? DARK_MAP : LIGHT_MAP;
     const ctx = context2d(this.canvas);
@@ -137,24 +157,33 @@ export class MapCanvas {
     ctx.fillRect(0, 0, size.width, size.height);
     if (layers.grid) paintGrid(ctx, size, view, theme);
 
-    // The layer may show a moment ago: it is moved and scaled to where it belongs now.
+    // Points and path may show a moment ago: they are moved and scaled to where they belong now.
     const shown = this.#layerView ?? view;
     const factor = view.scale / shown.scale;
     const left = toScreenX(view, size, shown.centerX, shown.centerY) - (size.width / 2) * factor;
     const top = toScreenY(view, size, shown.centerX, shown.centerY) - (size.height / 2) * factor;
-    if (layers.occupancy && occupancy) {
-      paintOccupancy(ctx, size, view, occupancy);
-    } else {
+    const drawKept = (kept: HTMLCanvasElement): void => {
       ctx.imageSmoothingEnabled = factor !== 1;
-      ctx.drawImage(this.#layer, left, top, size.width * factor, size.height * factor);
-    }
+      ctx.drawImage(kept, left, top, size.width * factor, size.height * factor);
+    };
+    if (layers.occupancy && occupancy) paintOccupancy(ctx, size, view, occupancy);
+    else drawKept(this.#layer);
 
     if (before && layers.path) paintBefore(ctx, size, view, before, theme);
     if (layers.reference && !only) paintReference(ctx, size, view, marks, theme);
-    if (marks.pairs) paintPairs(ctx, size, view, marks.pairs, theme);
-    if (layers.path) paintTrajectory(ctx, size, view, marks, colors, theme, only);
+    if (marks.pairs) selectedMarks?.paintPairs(ctx, size, view, marks.pairs, theme);
+    if (layers.path) {
+      if (!isMoved) {
+        const path = context2d(this.#path);
+        path.setTransform(ctx.getTransform());
+        path.clearRect(0, 0, size.width, size.height);
+        paintTrajectory(path, size, view, marks, colors, theme, only);
+      }
+      drawKept(this.#path);
+    }
     const selected = marks.selected === null ? undefined : marks.poses[marks.selected];
-    if (selected && marks.undetermined) paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
+    if (selected && marks.undetermined)
+      selectedMarks?.paintUndetermined(ctx, size, view, selected, marks.undetermined, theme);
     paintScaleBar(ctx, size, view, theme);
     paintAxes(ctx, size, view, theme);
   }

@@ -97,20 +97,20 @@ export function paintGrid(ctx: Context, size: Size, view: Viewport, theme: MapTh
   const originX = toScreenX(view, size, 0, 0);
   const originY = toScreenY(view, size, 0, 0);
   const stroke = (color: string, isAxis: boolean): void => {
+    const lines = (origin: number, extent: number, line: (at: number) => void): void => {
+      for (let i = Math.ceil(-origin / pitch); origin + i * pitch <= extent; i++)
+        if ((i === 0) === isAxis) line(Math.round(origin + i * pitch) + 0.5);
+    };
     ctx.strokeStyle = color;
     ctx.beginPath();
-    for (let i = Math.ceil(-originX / pitch); originX + i * pitch <= size.width; i++) {
-      if ((i === 0) !== isAxis) continue;
-      const x = Math.round(originX + i * pitch) + 0.5;
+    lines(originX, size.width, (x) => {
       ctx.moveTo(x, 0);
       ctx.lineTo(x, size.height);
-    }
-    for (let i = Math.ceil(-originY / pitch); originY + i * pitch <= size.height; i++) {
-      if ((i === 0) !== isAxis) continue;
-      const y = Math.round(originY + i * pitch) + 0.5;
+    });
+    lines(originY, size.height, (y) => {
       ctx.moveTo(0, y);
       ctx.lineTo(size.width, y);
-    }
+    });
     ctx.stroke();
   };
   ctx.lineWidth = 1;
@@ -184,78 +184,6 @@ export function paintBefore(ctx: Context, size: Size, view: Viewport, { poses }:
   polyline(ctx, size, view, poses);
 }
 
-/** So many pairs or more are drawn thin; fewer stand out from the points. */
-const MANY_PAIRS = 60;
-
-/** Lines from each point of the selected scan to the point it was matched with. */
-export function paintPairs(ctx: Context, size: Size, view: Viewport, pairs: Float32Array, theme: MapTheme): void {
-  const at = (i: number, axis: typeof toScreenX): number =>
-    axis(view, size, pairs[i] as number, pairs[i + 1] as number);
-  const lines = (color: string, width: number): void => {
-    ctx.strokeStyle = color;
-    ctx.lineWidth = width;
-    ctx.beginPath();
-    for (let i = 0; i + 3 < pairs.length; i += 4) {
-      ctx.moveTo(at(i, toScreenX), at(i, toScreenY));
-      ctx.lineTo(at(i + 2, toScreenX), at(i + 2, toScreenY));
-    }
-    ctx.stroke();
-  };
-  ctx.lineCap = 'round';
-  if (pairs.length >= 4 * MANY_PAIRS) lines(cssColor(theme.selected, 0.75), 1);
-  else {
-    lines(theme.halo, 5);
-    lines(theme.warning, 2.5);
-  }
-  ctx.fillStyle = theme.path;
-  for (let i = 0; i + 3 < pairs.length; i += 4) {
-    ctx.fillRect(at(i + 2, toScreenX) - 1, at(i + 2, toScreenY) - 1, 2, 2);
-  }
-}
-
-/** A double arrow along the direction the scene leaves open; an arc with two heads when that is the turning. */
-export function paintUndetermined(
-  ctx: Context,
-  size: Size,
-  view: Viewport,
-  pose: Pose,
-  direction: Pose,
-  theme: MapTheme,
-): void {
-  const x = toScreenX(view, size, pose.x, pose.y);
-  const y = toScreenY(view, size, pose.x, pose.y);
-  const along = Math.hypot(direction.x, direction.y);
-  const strokes = (): void => {
-    if (along >= Math.abs(direction.theta)) {
-      const angle = toScreenAngle(view, Math.atan2(direction.y, direction.x));
-      const dx = 46 * Math.cos(angle);
-      const dy = -46 * Math.sin(angle);
-      ctx.beginPath();
-      ctx.moveTo(x - dx, y - dy);
-      ctx.lineTo(x + dx, y + dy);
-      arrowHead(ctx, x + dx, y + dy, Math.atan2(dy, dx));
-      arrowHead(ctx, x - dx, y - dy, Math.atan2(-dy, -dx));
-      ctx.stroke();
-      return;
-    }
-    const middle = -toScreenAngle(view, pose.theta);
-    ctx.beginPath();
-    ctx.arc(x, y, 34, middle - 1.1, middle + 1.1);
-    for (const side of [-1, 1]) {
-      const end = middle + 1.1 * side;
-      arrowHead(ctx, x + 34 * Math.cos(end), y + 34 * Math.sin(end), end + (Math.PI / 2) * side);
-    }
-    ctx.stroke();
-  };
-  ctx.lineCap = 'round';
-  ctx.strokeStyle = theme.halo;
-  ctx.lineWidth = 6;
-  strokes();
-  ctx.strokeStyle = theme.warning;
-  ctx.lineWidth = 2.5;
-  strokes();
-}
-
 /** A round length and its name, in the lower right corner. */
 export function paintScaleBar(ctx: Context, size: Size, view: Viewport, theme: MapTheme): void {
   const length = roundLength(view, Math.min(160, size.width * 0.35));
@@ -292,16 +220,12 @@ function lengthName(metres: number): string {
 
 function polyline(ctx: Context, size: Size, view: Viewport, points: readonly { x: number; y: number }[]): void {
   ctx.beginPath();
-  points.forEach((point, i) => {
-    const x = toScreenX(view, size, point.x, point.y);
-    const y = toScreenY(view, size, point.x, point.y);
-    if (i === 0) ctx.moveTo(x, y);
-    else ctx.lineTo(x, y);
-  });
+  // The first line begins where it ends.
+  for (const { x, y } of points) ctx.lineTo(toScreenX(view, size, x, y), toScreenY(view, size, x, y));
   ctx.stroke();
 }
 
-function arrowHead(ctx: Context, x: number, y: number, angle: number, length = 9): void {
+export function arrowHead(ctx: Context, x: number, y: number, angle: number, length = 9): void {
   for (const side of [-1, 1]) {
     ctx.moveTo(x, y);
     ctx.lineTo(x - length * Math.cos(angle + 0.5 * side), y - length * Math.sin(angle + 0.5 * side));

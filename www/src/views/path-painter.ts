@@ -8,6 +8,8 @@ const ARROW_CELL = 20;
 const LONG_RUN_ARROW_CELL = 44;
 /** More poses than this make a long run. */
 const LONG_RUN = 200;
+/** Shorter pieces of its path are drawn as one, CSS pixels: on a curve of a radius of 10 they lie off it by 0.2. */
+const MIN_LINK = 4;
 
 /**
  * The robot's path, dashed where a link is uncertain, and an arrow for every pose, pointing where the robot looks; `only`: of
@@ -43,12 +45,12 @@ export function paintTrajectory(
   // Where poses are dense, only the first in each cell of the screen is drawn; the selected and the hovered one
   // are always there.
   const side = shown.length > LONG_RUN ? LONG_RUN_ARROW_CELL : ARROW_CELL;
-  const taken = new Set<string>();
+  const taken = new Set<number>();
   shown.forEach((pose, frame) => {
     if (frame === marks.selected || frame === marks.hovered || !isShown(frame)) return;
     const column = Math.floor(toScreenX(view, size, pose.x, pose.y) / side);
     const row = Math.floor(toScreenY(view, size, pose.x, pose.y) / side);
-    const cell = `${column} ${row}`;
+    const cell = column * 1e6 + row;
     if (taken.has(cell)) return;
     taken.add(cell);
     arrow(frame, shown.length > 60 ? 6.5 : 8, ownColor(frame), theme.halo);
@@ -92,34 +94,43 @@ function paintPath(
   theme: MapTheme,
   isShown: (frame: number) => boolean,
 ): void {
-  const links = (isUncertain: boolean): void => {
-    ctx.beginPath();
-    poses.forEach((pose, i) => {
-      if (!isShown(i)) return;
-      const x = toScreenX(view, size, pose.x, pose.y);
-      const y = toScreenY(view, size, pose.x, pose.y);
-      const before = isShown(i - 1) ? poses[i - 1] : undefined;
-      if (before && (uncertainLinks[i] ?? false) === isUncertain) {
-        if (isUncertain)
-          ctx.moveTo(toScreenX(view, size, before.x, before.y), toScreenY(view, size, before.x, before.y));
-        ctx.lineTo(x, y);
-      } else {
-        ctx.moveTo(x, y);
-      }
-    });
-    ctx.stroke();
+  const [certain, uncertain] = [new Path2D(), new Path2D()];
+  // What was drawn last, and to where.
+  let last: Path2D | null = null;
+  let [fromX, fromY] = [0, 0];
+  poses.forEach((pose, i) => {
+    if (!isShown(i)) return;
+    const x = toScreenX(view, size, pose.x, pose.y);
+    const y = toScreenY(view, size, pose.x, pose.y);
+    if (i > 0 && isShown(i - 1)) {
+      const links = uncertainLinks[i] ? uncertain : certain;
+      // Drawn with the next link.
+      if (
+        links === last &&
+        poses.length > LONG_RUN &&
+        i + 1 < poses.length &&
+        !uncertainLinks[i + 1] === !uncertainLinks[i] &&
+        Math.abs(x - fromX) + Math.abs(y - fromY) < MIN_LINK
+      )
+        return;
+      if (links !== last) links.moveTo(fromX, fromY);
+      links.lineTo(x, y);
+      last = links;
+    } else last = null;
+    [fromX, fromY] = [x, y];
+  });
+  const stroke = (links: Path2D, color: string, width: number): void => {
+    ctx.strokeStyle = color;
+    ctx.lineWidth = width;
+    ctx.stroke(links);
   };
   ctx.lineJoin = 'round';
   ctx.lineCap = 'round';
-  ctx.strokeStyle = theme.halo;
-  ctx.lineWidth = 4;
-  links(false);
-  ctx.strokeStyle = theme.path;
-  ctx.lineWidth = 1.5;
-  links(false);
+  stroke(certain, theme.halo, 4);
+  stroke(certain, theme.path, 1.5);
   ctx.setLineDash([2, 5]);
   ctx.globalAlpha = 0.7;
-  links(true);
+  stroke(uncertain, theme.path, 1.5);
   ctx.globalAlpha = 1;
   ctx.setLineDash([]);
 }

@@ -43,6 +43,8 @@ export interface PointStyle {
   colors: Uint32Array;
   /** Diameter of a point in device pixels. */
   diameter: number;
+  /** Of so many points of a frame one is painted. */
+  stride?: number;
 }
 
 /** How large points should be, in CSS pixels: large where they are few on the screen, one pixel where they are dense. */
@@ -76,12 +78,14 @@ export function paintPoints(
   const yOfY = toScreenY(deviceView, deviceSize, 0, 1) - originY;
   const { points, offsets } = set;
   const diameter = Math.round(style.diameter);
+  const stride = style.stride ?? 1;
   const dot = diameter > 2 ? makeDot(style.diameter) : null;
   for (let frame = first; frame < last; frame++) {
     const color = style.colors[frame] ?? 0;
     const rgb = color & 0xffffff;
     const end = 2 * (offsets[frame + 1] ?? 0);
-    for (let i = 2 * (offsets[frame] ?? 0); i < end; i += 2) {
+    // Each frame begins with another one: the same beams of all would leave gaps.
+    for (let i = 2 * ((offsets[frame] ?? 0) + (frame % stride)); i < end; i += 2 * stride) {
       const worldX = points[i] as number;
       const worldY = points[i + 1] as number;
       const x = Math.floor(originX + worldX * xOfX + worldY * xOfY);

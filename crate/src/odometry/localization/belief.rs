@@ -7,6 +7,7 @@ use super::likelihood::{Beam, BeamModel, Fit};
 use super::places::{FoundPlace, MAX_LOG_ODDS_OF_PLACE, log_odds, probabilities};
 use super::refine::{Prior, inverse, refine};
 use super::search::are_one_place;
+use super::slide::Slide;
 use crate::geometry::{Pose2, RigidMotion};
 use crate::odometry::planar::MeasuredMotion;
 
@@ -60,9 +61,11 @@ impl Estimate {
         let information = (1.0 - shared) * inverse(&self.covariance) + shared * inverse(&self.rest);
         let prior = Prior { pose: self.pose, information };
         let refined = refine(field, model, beams, &self.pose, Some(&prior));
-        let covariance = inverse(&(refined.information + information));
-        let fit = field.fit(model, beams, &refined.pose);
-        (Self { pose: refined.pose, covariance, rest: inverse(&information) }, fit)
+        let slide = Slide::of(field, model, beams, &refined, &prior);
+        let pose = slide.moved(&refined.pose);
+        let covariance = slide.widened(&inverse(&(refined.information + information)));
+        let rest = slide.contradicted(&inverse(&information));
+        (Self { pose, covariance, rest }, field.fit(model, beams, &pose))
     }
 }
 

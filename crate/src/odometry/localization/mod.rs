@@ -2,7 +2,8 @@
 //! its rivals out.
 //!
 //! Read `localizer` first, then `belief`, `places` (what makes a place certain) and `search` (how all places are found). `likelihood` says how well
-//! beams fit the map that `field` prepares; `window` joins the last scans; `refine` registers beams to walls.
+//! beams fit the map that `field` prepares; `window` joins the last scans; `refine` registers beams to walls, `slide` says how far
+//! such a pose may slide along a bare corridor.
 
 mod belief;
 mod field;
@@ -14,6 +15,7 @@ mod places;
 mod pooled;
 mod refine;
 mod search;
+mod slide;
 mod stretches;
 mod window;
 

@@ -22,7 +22,7 @@ pub struct Refined {
 }
 
 /// The share of the information of beams that is independent.
-const INDEPENDENT_BEAMS: f64 = 0.2;
+pub(super) const INDEPENDENT_BEAMS: f64 = 0.2;
 /// Standard deviations in turn, as multiples of the model's: from the step of a search down.
 const WIDTHS: [f64; 6] = [3.0, 2.0, 1.5, 1.0, 1.0, 1.0];
 /// Keeps the equations solvable where walls leave a direction open: less than one beam tells.
