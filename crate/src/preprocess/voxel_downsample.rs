@@ -22,6 +22,10 @@ struct Attributes {
     time: f64,
 }
 
+/// Points that a voxel has or more, for which a table of voxels has room at first: sweeps of 64 rings have two in a voxel of the map and five in
+/// one of registration.
+const POINTS_PER_VOXEL: usize = 4;
+
 /// The voxels of a cloud in the order of the first point of each.
 struct Voxels {
     cells: Vec<Voxel>,
@@ -69,7 +73,7 @@ impl Voxels {
             return Err(Error::whole(problem, "Give a positive voxel_size"));
         }
         let has_attributes = cloud.normals.is_some() || cloud.colors.is_some() || cloud.times.is_some();
-        let mut numbers = Numbers::new(voxel_size);
+        let mut numbers = Numbers::new(voxel_size, cloud.len() / POINTS_PER_VOXEL);
         let mut voxels = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
         for (point, position) in cloud.positions.iter().enumerate().filter(|(_, position)| position.is_finite()) {
             let position = position.as_dvec3();
@@ -89,10 +93,10 @@ impl Voxels {
 
     /// Larger voxels of side `voxel_size` (m), which are as many of these along each axis.
     fn joined(&self, parts: i32, voxel_size: f64) -> Self {
-        let mut numbers = Numbers::new(voxel_size);
+        let mut numbers = Numbers::new(voxel_size, self.cells.len() / POINTS_PER_VOXEL);
         let mut joined = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
         for (part, (cell, sums)) in self.cells.iter().zip(&self.sums).enumerate() {
-            let number = joined.at(cell.map(|x| x.div_euclid(parts)), &mut numbers, !self.attributes.is_empty());
+            let number = joined.at([cell[0].div_euclid(parts), cell[1].div_euclid(parts), cell[2].div_euclid(parts)], &mut numbers, !self.attributes.is_empty());
             joined.sums[number].position += sums.position;
             joined.sums[number].count += sums.count;
             if let Some(attributes) = self.attributes.get(part) {
@@ -140,8 +144,8 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn new(voxel_size: f64) -> Self {
-        Self { hash: VoxelHash::new(voxel_size), last: None }
+    fn new(voxel_size: f64, capacity: usize) -> Self {
+        Self { hash: VoxelHash::with_capacity(voxel_size, capacity), last: None }
     }
 
     #[inline]

@@ -44,6 +44,12 @@ impl VoxelHash {
         Self { voxel_size, entries: Vec::new(), len: 0 }
     }
 
+    /// The same, with room for so many voxels.
+    pub(crate) fn with_capacity(voxel_size: f64, capacity: usize) -> Self {
+        let size = (2 * capacity).next_power_of_two().max(MIN_ENTRIES);
+        Self { voxel_size, entries: vec![EMPTY; size], len: 0 }
+    }
+
     /// Side of a voxel (m).
     pub(crate) fn voxel_size(&self) -> f64 {
         self.voxel_size
@@ -96,7 +102,7 @@ impl VoxelHash {
     #[inline]
     fn place(&self, voxel: &Voxel) -> Option<usize> {
         let mask = self.entries.len().checked_sub(1)?;
-        let [x, y, z] = voxel.map(|coordinate| u64::from(coordinate as u32));
+        let (x, y, z) = (u64::from(voxel[0] as u32), u64::from(voxel[1] as u32), u64::from(voxel[2] as u32));
         let mixed = ((x << 32 | y).wrapping_mul(GOLDEN).rotate_left(32) ^ z).wrapping_mul(GOLDEN);
         let mut place = (mixed >> 32) as usize & mask;
         loop {
