@@ -96,7 +96,11 @@ impl Voxels {
         let mut numbers = Numbers::new(voxel_size, self.cells.len() / POINTS_PER_VOXEL);
         let mut joined = Self { cells: Vec::new(), sums: Vec::new(), attributes: Vec::new() };
         for (part, (cell, sums)) in self.cells.iter().zip(&self.sums).enumerate() {
-            let number = joined.at([cell[0].div_euclid(parts), cell[1].div_euclid(parts), cell[2].div_euclid(parts)], &mut numbers, !self.attributes.is_empty());
+            let number = joined.at(
+                [cell[0].div_euclid(parts), cell[1].div_euclid(parts), cell[2].div_euclid(parts)],
+                &mut numbers,
+                !self.attributes.is_empty(),
+            );
             joined.sums[number].position += sums.position;
             joined.sums[number].count += sums.count;
             if let Some(attributes) = self.attributes.get(part) {
@@ -120,7 +124,8 @@ impl Voxels {
 
     /// One point a voxel, with what this cloud has beside positions.
     fn means(&self, cloud: &PointCloud) -> PointCloud {
-        let with_attributes = || self.attributes.iter().zip(&self.sums).map(|(attributes, sums)| (attributes, sums.count));
+        let with_attributes =
+            || self.attributes.iter().zip(&self.sums).map(|(attributes, sums)| (attributes, sums.count));
         let color = |(of, count): (&Attributes, u64)| of.color.map(|sum| ((sum + count / 2) / count) as u8);
         let normal = |(of, _): (&Attributes, u64)| -> Vec3 { of.normal.normalize_or_zero().as_vec3() };
         let time = |(of, count): (&Attributes, u64)| (of.time / count as f64) as f32;
@@ -241,7 +246,8 @@ mod tests {
         let (whole, parts) = voxel_downsample_twice(&cloud, (0.5, 2), corner).unwrap();
         for (found, size) in [(whole, 0.5), (parts, 0.25)] {
             let expected = voxel_downsample_from(&cloud, size, corner).unwrap();
-            let are_near = |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+            let are_near =
+                |a: &[f32], b: &[f32]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
             let [a, b] = [&found, &expected].map(|cloud| bytemuck::cast_slice::<_, f32>(&cloud.positions));
             assert!(are_near(a, b) && found.colors == expected.colors && found.len() > 200);
             assert!(are_near(&found.times.unwrap().offsets, &expected.times.unwrap().offsets));

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector6;
 
-use super::skew_test::SkewTest;
+use super::skew_test::{SkewTest, left_over};
 use super::{CloudOptions, PreparedCloud, RegisteredCloud};
 use crate::geometry::quantile::quantile;
 use crate::geometry::{PointCloud, Pose3, RigidMotion};
@@ -80,15 +80,17 @@ impl AzimuthGuess {
     /// Normals turn with their points: neighbours were measured at about the same time, but at the seam.
     fn compare(&mut self, clouds: [PointCloud; 2], velocity: &Vector6<f64>, motion: &Pose3, options: &CloudOptions) {
         self.num_compared += 1;
-        let straight = self.clocks.map(|clock| {
+        let left = |pair: [PointCloud; 2]| left_over(pair.map(PreparedCloud::from_cloud).each_ref(), motion, options);
+        let straightened = |clock: &AzimuthClock| {
             clouds.clone().map(|cloud| {
                 let times = Some(clock.times(&cloud.positions));
-                PreparedCloud::from_cloud(deskew(PointCloud { times, ..cloud }, velocity, 0.0))
+                deskew(PointCloud { times, ..cloud }, velocity, 0.0)
             })
-        });
-        let as_they_are = clouds.map(PreparedCloud::from_cloud);
-        for (straight, test) in straight.iter().zip(&mut self.tests) {
-            test.add(straight.each_ref(), as_they_are.each_ref(), motion, options);
+        };
+        let straight = self.clocks.each_ref().map(|clock| left(straightened(clock)));
+        let bent = left(clouds);
+        for (test, straight) in self.tests.iter_mut().zip(straight) {
+            test.add(bent, straight);
         }
     }
 

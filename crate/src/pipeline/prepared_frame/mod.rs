@@ -228,8 +228,7 @@ impl PreparedFrame {
         };
         // The normals of a cloud with times are those of the straightened sweep, which registration makes of it.
         let has_times = cloud.times.is_some();
-        let prepared =
-            if has_times { voxels } else { PreparedCloud::with_normals(voxels, &options).into_cloud() };
+        let prepared = if has_times { voxels } else { PreparedCloud::with_normals(voxels, &options).into_cloud() };
         let map_points = parts.unwrap_or_else(|| prepared.clone());
         let (surfaces, map_points) = (Surfaces::Cloud(prepared), MapPoints::Cloud(map_points));
         let gyro = gyro_comments::gyro_readings(bytes).unwrap_or_default();
