@@ -100,25 +100,6 @@ impl Reconstruction {
         Ok(plain(&self.engine.add_scan(name, cloud)?))
     }
 
-    /// Sets the odometry for the initial guesses, rows of `id x y theta`, TUM, or the paths of two wheels under names, and restarts the
-    /// run.
-    ///
-    /// # Errors
-    /// When the file is not a trajectory with headings.
-    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
-        #[cfg(feature = "full")]
-        let of_wheels = scanstitch::io::laser_log::table::read_wheel_paths(bytes, self.engine.settings().wheel_track);
-        #[cfg(not(feature = "full"))]
-        let of_wheels = None;
-        let odometry = of_wheels.unwrap_or_else(|| trajectory::read(bytes)).map_err(|error| error.in_file(name))?;
-        Ok(self.engine.set_odometry(name, odometry)?)
-    }
-
-    /// Removes the odometry and restarts the run.
-    pub fn clear_odometry(&mut self) {
-        self.engine.clear_odometry();
-    }
-
     /// Keeps the scans and restarts the run with these settings; missing ones have their default values.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Laser logs and other map formats for a planar reconstruction, which the page loads later.
+//! Laser logs, odometry and other map formats for a planar reconstruction, which the page loads later.
 
 use tsify::Ts;
 use wasm_bindgen::prelude::*;
@@ -8,7 +8,7 @@ use crate::thrown::Thrown;
 use crate::point_cloud::{MapFormat, map_format};
 use crate::{Reconstruction, plain};
 use scanstitch::io::laser_log::table::{self, TableFacts};
-use scanstitch::io::{laser_log, point_cloud};
+use scanstitch::io::{laser_log, point_cloud, trajectory};
 use scanstitch::pipeline::report::AddedLog;
 
 #[wasm_bindgen]
@@ -26,6 +26,22 @@ impl Reconstruction {
         };
         let log = log.map_err(|error| error.in_file(name))?;
         Ok(plain(&self.engine.add_log(name, &log)))
+    }
+
+    /// Sets the odometry for the initial guesses, rows of `id x y theta`, TUM, or the paths of two wheels under names, and restarts the
+    /// run.
+    ///
+    /// # Errors
+    /// When the file is not a trajectory with headings.
+    pub fn set_odometry(&mut self, name: &str, bytes: &[u8]) -> Result<(), Thrown> {
+        let of_wheels = table::read_wheel_paths(bytes, self.engine.settings().wheel_track);
+        let odometry = of_wheels.unwrap_or_else(|| trajectory::read(bytes)).map_err(|error| error.in_file(name))?;
+        Ok(self.engine.set_odometry(name, odometry)?)
+    }
+
+    /// Removes the odometry and restarts the run.
+    pub fn clear_odometry(&mut self) {
+        self.engine.clear_odometry();
     }
 
     /// The map as a file of this format.

@@ -35,7 +35,14 @@ export type PlanarEngine = Pick<typeof full, 'describe_settings' | 'presets' | '
 type Tables = Pick<Served<PlanarApi>, 'describeTable'>;
 type FullOnly = Pick<
   full.Reconstruction,
-  'add_log' | 'graph_g2o' | 'graph_loops' | 'preview_edit' | 'set_edits' | 'unused_edits'
+  | 'add_log'
+  | 'clear_odometry'
+  | 'graph_g2o'
+  | 'graph_loops'
+  | 'preview_edit'
+  | 'set_edits'
+  | 'set_odometry'
+  | 'unused_edits'
 >;
 /** That of the full engine tells more of a grid that was read from a file. */
 type PlanarGrid = Omit<full.OccupancyGrid, 'remark' | 'yaw' | 'edit'>;
@@ -181,7 +188,7 @@ function readBeside(
     if (!isTaken) loaded.refused.push(file.name);
   };
   give(reference, (name, bytes) => next.set_reference(name, bytes));
-  give(odometry, (name, bytes) => next.set_odometry(name, bytes));
+  give(odometry, (name, bytes) => next.set_odometry?.(name, bytes));
 }
 
 function configure(run: number, settings: Partial<Settings>): void {

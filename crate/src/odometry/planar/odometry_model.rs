@@ -78,6 +78,11 @@ impl OdometryModel {
         Self { steps, wrong: (num_wrong, counterparts.len()), motion_change, bridged, noise }
     }
 
+    /// No odometry of as many frames.
+    pub fn unmeasured(num_frames: usize) -> Self {
+        Self { steps: vec![None; num_frames], bridged: vec![None; num_frames], ..Self::default() }
+    }
+
     /// Whether the odometry tells any step.
     pub fn is_measured(&self) -> bool {
         self.steps.iter().any(Option::is_some)

@@ -12,7 +12,11 @@ use crate::pipeline::settings::OdometrySource;
 const MIRRORED_BY_ODOMETRY: &str = "the map may be mirrored: the odometry tells the mirror image of its motion";
 const DIRECTION_OPEN: &str = "the map may be mirrored: the file does not tell which way the laser turns; if clockwise, set laser_direction=mirrored";
 
+/// See [`ChosenOdometry::new`].
+pub type ChooseOdometry = fn(Option<&(String, Trajectory)>, &RecordedScans) -> ChosenOdometry;
+
 /// The odometry that a run uses; without any, no motion is measured.
+#[derive(Default)]
 pub struct ChosenOdometry {
     /// The motion of the laser from scan to scan, where it is measured.
     pub model: OdometryModel,
@@ -29,6 +33,11 @@ pub struct ChosenOdometry {
 }
 
 impl ChosenOdometry {
+    /// Scans alone, of clouds: they tell no motion.
+    pub fn none(num_scans: usize) -> Self {
+        Self { model: OdometryModel::unmeasured(num_scans), ..Self::default() }
+    }
+
     /// Chooses between a file of odometry, which has a name, and the poses in the log.
     pub fn new(file: Option<&(String, Trajectory)>, scans: &RecordedScans) -> Self {
         let wanted = scans.settings.odometry;
@@ -81,7 +90,7 @@ fn check(name: &str, given: &Trajectory, scans: &RecordedScans) -> CheckedOdomet
 fn compared(poses: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, Option<String>) {
     let motions = &motions_between(poses, scans.all);
     if motions.iter().all(Option::is_none) {
-        return (OdometryModel::new(motions, &[]), None);
+        return (OdometryModel::unmeasured(motions.len()), None);
     }
     let model = OdometryModel::new(motions, &counterparts(motions, scans));
     let (num_wrong, num_compared) = model.wrong;
@@ -90,7 +99,7 @@ fn compared(poses: &[Option<Pose2>], scans: &RecordedScans) -> (OdometryModel, O
             "The odometry contradicts the scans in {num_wrong} of {num_compared} places compared and was left out. Check that it \
              belongs to this log, is in metres and radians, and has the log's clock."
         );
-        return (OdometryModel::new(&vec![None; motions.len()], &[]), Some(note));
+        return (OdometryModel::unmeasured(motions.len()), Some(note));
     }
     let model = model.bridged(poses, |frame| scans.all[frame].begins_recording);
     let num_missing = model.steps.iter().skip(1).filter(|step| step.is_none()).count();

@@ -37,6 +37,7 @@ use crate::pipeline::report::{AddedLog, FrameResult, PlanarPose, Progress, Recon
 use crate::pipeline::settings::{LaserDirection, Settings};
 use crate::preprocess::clean::{CleaningReport, clean};
 use crate::registration::icp::IterationRecord;
+use chosen_odometry::{ChooseOdometry, ChosenOdometry};
 pub use edits::{Consequence, Edit, GraphLoop, GraphLoops, RefusedEdit};
 pub use grid_edits::edit_grid;
 use joining::{BeginJoining, Joining};
@@ -55,6 +56,8 @@ pub struct Reconstruction {
     scan_unit: ScanUnit,
     reference: Option<(String, Contents)>,
     odometry: Option<(String, Trajectory)>,
+    /// Set by what may hold odometry, so that an engine which takes clouds alone holds nothing that judges it.
+    choose_odometry: Option<ChooseOdometry>,
     without: Ablation,
     begin_joining: Option<BeginJoining>,
     run: Option<Run>,
@@ -84,6 +87,7 @@ impl Reconstruction {
             scan_unit: ScanUnit::default(),
             reference: None,
             odometry: None,
+            choose_odometry: None,
             without: Ablation::default(),
             run: None,
         })
@@ -145,6 +149,7 @@ impl Reconstruction {
         let (read, note) = corrected.map_or((None, None), |(log, note)| (Some(log), Some(note)));
         self.names.extend(log.scans.iter().map(|scan| format!("{name} #{}", scan.number)));
         let first = self.recorded.len();
+        self.choose_odometry = Some(ChosenOdometry::new);
         self.record(RecordedScan::of_log(read.as_ref().unwrap_or(log)));
         if let [.., before] = &self.recorded[..first] {
             self.recorded[first].begins_recording = !self.recorded[first].continues(before);
@@ -197,6 +202,7 @@ impl Reconstruction {
             );
         }
         self.odometry = Some((name.to_owned(), odometry));
+        self.choose_odometry = Some(ChosenOdometry::new);
         self.run = None;
         Ok(())
     }
@@ -214,8 +220,9 @@ impl Reconstruction {
 
     /// Does one bounded piece of work: one frame, or a part of the joint solution.
     pub fn step(&mut self) -> Progress {
-        let Self { settings, recorded, odometry, without, begin_joining, run, .. } = self;
-        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry.as_ref(), *begin_joining));
+        let Self { settings, recorded, odometry, choose_odometry, without, begin_joining, run, .. } = self;
+        let odometry = (odometry.as_ref(), *choose_odometry);
+        let run = run.get_or_insert_with(|| Run::new(settings, *without, recorded, odometry, *begin_joining));
         run.advance(recorded, settings)
     }
 

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use nalgebra::Vector2;
 
-use super::chosen_odometry::ChosenOdometry;
+use super::chosen_odometry::{ChooseOdometry, ChosenOdometry};
 use super::edits::BeforeMending;
 use super::joining::{BeginJoining, PieceSearch};
 use super::joint::{Joint, POINTS_A_STEP};
@@ -72,18 +72,22 @@ pub struct Run {
 }
 
 impl Run {
-    /// Prepares a run; looks at the odometry, if there is any.
+    /// Prepares a run; looks at the odometry, if there may be any: that of a file, and how it is chosen.
     pub fn new(
         settings: &Settings,
         without: Ablation,
         recorded: &[RecordedScan],
-        odometry: Option<&(String, Trajectory)>,
+        odometry: (Option<&(String, Trajectory)>, Option<ChooseOdometry>),
         begin_joining: Option<BeginJoining>,
     ) -> Self {
         let detected_limit = range_limit(recorded.iter().map(|scan| scan.cloud.positions.as_slice()));
         let options = PlanarOptions { without, ..settings.odometry_options() };
         let limit = detected_limit.unwrap_or(f64::INFINITY);
-        let chosen_odometry = ChosenOdometry::new(odometry, &RecordedScans { all: recorded, limit, settings });
+        let (file, choose_odometry) = odometry;
+        let chosen_odometry = choose_odometry.map_or_else(
+            || ChosenOdometry::none(recorded.len()),
+            |choose| choose(file, &RecordedScans { all: recorded, limit, settings }),
+        );
         Self {
             num_scans: recorded.len(),
             recordings: numbers_of_recordings(recorded),
